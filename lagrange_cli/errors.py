@@ -1,0 +1,129 @@
+"""Problems with a place: the one way in which anything wrong is reported.
+
+Everything that can be wrong with YAML, an expression, the geometry of a scene
+or an expected result becomes a :class:`Problem`, and every refusal is a
+:class:`LagrangeError` that carries its problems and the exit code of the
+command line.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Iterable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import ClassVar, Literal
+
+__all__ = [
+    "AccuracyError",
+    "InputError",
+    "InternalError",
+    "LagrangeError",
+    "Mark",
+    "Problem",
+    "escape_controls",
+    "nearest",
+    "render",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A place in a file: 1-based line and column, and the text of that line."""
+
+    file: str
+    line: int
+    column: int
+    text: str = ""
+    length: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One thing that is wrong, where it is, and what would mend it.
+
+    ``rule`` is a short stable identifier (``unknown-name``, ``redundant``)
+    for reports; ``message`` a sentence without a full stop; ``hint`` an
+    optional further line.
+    """
+
+    message: str
+    mark: Mark | None = None
+    hint: str = ""
+    rule: str = "invalid"
+    severity: Literal["error", "warning"] = "error"
+
+
+class LagrangeError(Exception):
+    """Base of all refusals; ``exit_code`` is what the command returns."""
+
+    exit_code: ClassVar[int] = 2
+
+    def __init__(self, *problems: Problem) -> None:
+        super().__init__("\n".join(render(p) for p in problems))
+        self.problems = problems
+
+
+class InputError(LagrangeError):
+    """The scene, a parameter or the usage is wrong (exit 2)."""
+
+
+class AccuracyError(LagrangeError):
+    """What was asked for was not reached (exit 1)."""
+
+    exit_code = 1
+
+
+class InternalError(LagrangeError):
+    """The program is wrong, not its input (exit 3)."""
+
+    exit_code = 3
+
+
+def escape_controls(text: str) -> str:
+    """Replace control and bidirectional-format characters by escapes, so that
+    echoed text cannot steer a terminal."""
+    return "".join(
+        c if unicodedata.category(c) not in ("Cc", "Cf", "Cs", "Zl", "Zp") else f"\\x{ord(c):02x}"
+        for c in text
+    )
+
+
+def nearest(name: str, candidates: Iterable[str]) -> str:
+    """Return ``did you mean 'x'?`` for the closest candidate, or ``""``."""
+    close = get_close_matches(name, sorted(set(candidates)), n=1, cutoff=0.6)
+    return f"did you mean '{close[0]}'?" if close else ""
+
+
+def _caret_lines(mark: Mark) -> list[str]:
+    """The source line and a caret run under the marked part (tabs become one space)."""
+    if not mark.text:
+        return []
+    # Long lines are cut to a window around the column.
+    start = max(0, mark.column - 61)
+    window = mark.text[start : start + 120].replace("\t", " ")
+    before = escape_controls(window[: mark.column - 1 - start])
+    rest = window[mark.column - 1 - start :]
+    marked = escape_controls(rest[: max(1, mark.length)])
+    shown = before + marked + escape_controls(rest[max(1, mark.length) :])
+    gutter = f"{mark.line:5d} | "
+    return [
+        (gutter + shown).rstrip(),
+        " " * (len(gutter) - 2) + "| " + " " * len(before) + "^" * max(1, len(marked)),
+    ]
+
+
+def render(problem: Problem) -> str:
+    """Format a problem as ``file:line:column: message`` with its source line and caret."""
+    word = "warning: " if problem.severity == "warning" else ""
+    lines = []
+    if problem.mark is None:
+        lines.append(word + escape_controls(problem.message))
+    else:
+        m = problem.mark
+        lines.append(
+            f"{escape_controls(m.file)}:{m.line}:{m.column}: {word}{escape_controls(problem.message)}"
+        )
+        lines.extend(_caret_lines(m))
+    lines.extend("   " + escape_controls(line) for line in problem.hint.splitlines())
+    return "\n".join(lines)

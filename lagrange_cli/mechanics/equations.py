@@ -1,0 +1,260 @@
+"""What a derivation yields: equations of motion as frozen values.
+
+Positions q, velocities v, accelerations a and time t are independent SymPy
+symbols. A velocity's symbol is named ``dot(q)`` and an acceleration's
+``ddot(q)``, so that any expression printed by name reads as scene language.
+Everything downstream (display, emission, simulation) sees these values and
+never the scene.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
+
+    from lagrange_cli.errors import Mark, Problem
+
+__all__ = [
+    "Account",
+    "BodyForce",
+    "CartesianName",
+    "Certificate",
+    "Conserved",
+    "ConstraintLine",
+    "Coordinate",
+    "Equations",
+    "Facts",
+    "InitialState",
+    "Parameter",
+    "ParticleMotion",
+    "ShownEquation",
+    "SimulationDefaults",
+]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter; ``value`` is its double (None: must be given to simulate)."""
+
+    name: str
+    symbol: Symbol
+    value: float | None = None
+    positive: bool = False
+    unit: str | None = None
+    description: str | None = None
+    latex: str | None = None
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A generalized coordinate with its independent symbols for q, q̇ and q̈.
+
+    ``is_angle``: it enters positions only through 2π-periodic functions, or
+    has unit rad.
+    """
+
+    name: str
+    q: Symbol
+    v: Symbol
+    a: Symbol
+    is_angle: bool = False
+    unit: str | None = None
+    description: str | None = None
+    latex: str | None = None
+    mark: Mark | None = None
+
+
+@dataclass(frozen=True)
+class ConstraintLine:
+    """One constraint in the DOF account.
+
+    ``equations`` as written; ``status``: ``independent``; ``satisfied`` (the
+    definitions satisfy it identically); ``redundant`` (others imply it, named
+    in ``implied_by``). ``rheonomic``: it contains t.
+    """
+
+    name: str
+    equations: tuple[str, ...]
+    status: Literal["independent", "satisfied", "redundant"] = "independent"
+    implied_by: tuple[str, ...] = ()
+    rheonomic: bool = False
+
+
+@dataclass(frozen=True)
+class Account:
+    """DOF = 3N + E − K, with what K is made of.
+
+    ``cartesian`` = 3N; ``extra`` = E; ``constraints`` = K; ``implied`` of the K
+    restrictions are stated by no constraint but follow from definitions or
+    position expressions.
+    """
+
+    cartesian: int
+    extra: int
+    constraints: int
+    dof: int
+    implied: int
+    lines: tuple[ConstraintLine, ...]
+    chosen_automatically: bool = False
+
+
+@dataclass(frozen=True)
+class CartesianName:
+    """A Cartesian name that the scene writes (``x1``, ``z_bob``), over (q, t) and (q, v, t)."""
+
+    name: str
+    position: Expr
+    velocity: Expr
+    latex: str | None = None
+
+
+@dataclass(frozen=True)
+class ParticleMotion:
+    """A particle: mass, component names, position r(q, t) and velocity ṙ(q, v, t)."""
+
+    name: str
+    mass: Expr
+    components: tuple[str, str, str]
+    position: tuple[Expr, Expr, Expr]
+    velocity: tuple[Expr, Expr, Expr]
+
+
+@dataclass(frozen=True)
+class BodyForce:
+    """A non-conservative force of the scene and its generalized force on each coordinate."""
+
+    name: str
+    on: str
+    components: tuple[Expr, ...]
+    generalized: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class ShownEquation:
+    """The textbook form of one equation of motion, ``Σ coefficient·factor = 0``.
+
+    ``terms`` in display order: those in ddot (factor an acceleration symbol),
+    then those in dot (factor a monomial in velocities), then the rest (factor
+    1). ``divided_by`` is the common factor that was divided out (1 if none).
+    ``residual`` is the sum of the terms.
+    """
+
+    coordinate: str
+    terms: tuple[tuple[Expr, Expr], ...]
+    residual: Expr
+    divided_by: Expr
+
+
+@dataclass(frozen=True)
+class Conserved:
+    """A conserved quantity.
+
+    ``kind`` ``momentum``: of the cyclic ``coordinate``, ``name`` = ``p_theta``;
+    ``energy``: T + V, ``name`` = ``energy``; ``jacobi``: Σ v ∂L/∂v − L where
+    that is not T + V, ``name`` = ``jacobi``. ``reason`` is a short phrase.
+    """
+
+    name: str
+    kind: Literal["momentum", "energy", "jacobi"]
+    expression: Expr
+    reason: str
+    coordinate: str | None = None
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Structure facts (all booleans are proven, False means "not shown")."""
+
+    constant_mass_matrix: bool
+    diagonal_mass_matrix: bool
+    separable: bool
+    autonomous: bool
+    rheonomic: bool
+    planar: bool
+    positive_definite_mass_matrix: bool
+    unused_parameters: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """How the derivation was checked: random states, decimal digits, largest relative mismatch."""
+
+    points: int
+    digits: int
+    mismatch: float
+
+
+@dataclass(frozen=True)
+class InitialState:
+    """Initial q and v (doubles, in coordinate order) at the start time.
+
+    ``projected`` is the largest change made to a given value to satisfy the
+    constraints (0 if none).
+    """
+
+    positions: tuple[float, ...]
+    velocities: tuple[float, ...]
+    projected: float = 0.0
+
+
+@dataclass(frozen=True)
+class SimulationDefaults:
+    """The scene's section ``simulate`` as numbers (None: absent)."""
+
+    until: float | None = None
+    start: float = 0.0
+    accuracy: float | None = None
+    samples: int | None = None
+    step: float | None = None
+    method: str | None = None
+    rtol: float | None = None
+    atol: float | None = None
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Equations of motion ``mass_matrix · a = forcing`` with all that explains them.
+
+    ``mass_matrix`` (n × n, over q, t) and ``forcing`` (n, over q, v, t) are
+    unscaled; ``shown`` is the textbook form. ``kinetic`` and ``potential`` are
+    T and V in display form; ``potential`` may hold velocities (a generalized
+    potential U). ``energy`` is Σ v ∂L/∂v − L, whether conserved or not.
+    ``literals`` maps exact values to decimals as the scene wrote them.
+    ``initial`` is None when the scene gives no initial state or a parameter
+    lacks its value.
+    """
+
+    name: str
+    title: str | None
+    description: str | None
+    file: str
+    digest: str
+    t: Symbol
+    parameters: tuple[Parameter, ...]
+    coordinates: tuple[Coordinate, ...]
+    account: Account
+    particles: tuple[ParticleMotion, ...]
+    cartesian_names: tuple[CartesianName, ...]
+    kinetic: Expr
+    potential: Expr
+    lagrangian: Expr
+    dissipation: Expr
+    forces: tuple[BodyForce, ...]
+    mass_matrix: tuple[tuple[Expr, ...], ...]
+    forcing: tuple[Expr, ...]
+    shown: tuple[ShownEquation, ...]
+    energy: Expr
+    cyclic: tuple[str, ...]
+    conserved: tuple[Conserved, ...]
+    facts: Facts
+    certificate: Certificate
+    initial: InitialState | None
+    simulate: SimulationDefaults
+    literals: tuple[tuple[Fraction, str], ...] = ()
+    warnings: tuple[Problem, ...] = ()
+    remarks: tuple[str, ...] = ()
+    formulation: str = "minimal"

@@ -1,0 +1,175 @@
+"""The syntax tree of the scene language's expressions.
+
+The tree holds what was written, with the place of every part; it knows
+nothing of SymPy. Sums and products are flat, so that a sum of ten thousand
+terms is no deeper than one of two.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Literal, TypeAlias
+
+from lagrange_cli.errors import Mark
+
+__all__ = [
+    "FUNCTIONS",
+    "RESERVED",
+    "Add",
+    "Call",
+    "Equation",
+    "Expression",
+    "Mul",
+    "Name",
+    "Neg",
+    "Node",
+    "Number",
+    "Pow",
+    "Span",
+    "names_in",
+    "walk",
+]
+
+#: Functions of the language with the number of arguments each takes (None: one or more).
+FUNCTIONS: dict[str, int | None] = {
+    **dict.fromkeys(
+        "sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log sqrt abs sign".split(),
+        1,
+    ),
+    "atan2": 2,
+    "min": None,
+    "max": None,
+    "norm": None,
+    "dot": 1,
+    "ddot": 1,
+}
+
+#: Names that a scene cannot declare.
+RESERVED = frozenset(FUNCTIONS) | {"t", "pi", "sum"}
+
+Span: TypeAlias = tuple[int, int]
+"""Start and end offset of a part within the expression's text."""
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A literal; ``value`` is exact, ``text`` is as written."""
+
+    value: Fraction
+    text: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A name, ``pi`` and ``t`` included; ``indices`` is kept for families."""
+
+    name: str
+    span: Span
+    indices: tuple[Node, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Neg:
+    operand: Node
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Add:
+    """A flat sum; each term comes with its sign."""
+
+    terms: tuple[tuple[Literal["+", "-"], Node], ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Mul:
+    """A flat product; each factor multiplies or divides what stands before it."""
+
+    factors: tuple[tuple[Literal["*", "/"], Node], ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Pow:
+    base: Node
+    exponent: Node
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A call of one of :data:`FUNCTIONS`."""
+
+    function: str
+    arguments: tuple[Node, ...]
+    span: Span
+
+
+Node: TypeAlias = Number | Name | Neg | Add | Mul | Pow | Call
+
+
+@dataclass(frozen=True, slots=True)
+class Expression:
+    """A parsed expression with its text and the place where the text begins.
+
+    ``origin`` marks the first character of ``text`` in the file. ``exact`` says
+    that offsets in ``text`` are offsets in that line (false for block scalars
+    and quoted scalars with escapes, whose parts are reported at ``origin``).
+    """
+
+    node: Node
+    text: str
+    origin: Mark
+    exact: bool = True
+
+    def mark(self, span: Span | None = None) -> Mark:
+        """The place of a part of the expression, or of the whole."""
+        if not self.exact or span is None:
+            length = len(self.text) if self.exact else self.origin.length
+            return replace(self.origin, length=max(1, length))
+        start, end = span
+        return replace(
+            self.origin, column=self.origin.column + start, length=max(1, end - start)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Equation:
+    """``left = right`` as written; both sides share the equation's text and origin."""
+
+    left: Expression
+    right: Expression
+    text: str
+    origin: Mark
+
+    def mark(self) -> Mark:
+        return replace(self.origin, length=max(1, len(self.text)))
+
+
+def walk(node: Node) -> Iterator[Node]:
+    """Yield a node and all below it, parents first."""
+    stack: list[Node] = [node]
+    while stack:
+        top = stack.pop()
+        yield top
+        if isinstance(top, Add):
+            stack.extend(n for _, n in reversed(top.terms))
+        elif isinstance(top, Mul):
+            stack.extend(n for _, n in reversed(top.factors))
+        elif isinstance(top, Neg):
+            stack.append(top.operand)
+        elif isinstance(top, Pow):
+            stack.extend((top.exponent, top.base))
+        elif isinstance(top, Call):
+            stack.extend(reversed(top.arguments))
+        elif isinstance(top, Name):
+            stack.extend(reversed(top.indices))
+
+
+def names_in(node: Node) -> list[Name]:
+    """All names of a tree, in reading order."""
+    return [n for n in walk(node) if isinstance(n, Name)]

@@ -1,0 +1,208 @@
+"""The scene as a frozen value: what the user declared, section by section.
+
+Helpers (``gravity``, ``spring``, ``distance``) and ``plane`` are already
+written out as the expressions they stand for, in the component names
+``x_NAME, y_NAME, z_NAME``. Nothing here is evaluated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from lagrange_cli.errors import Mark, Problem
+from lagrange_cli.scene.expression import Equation, Expression
+
+__all__ = [
+    "Constraint",
+    "Coordinate",
+    "Definition",
+    "ErrorExpectation",
+    "Expect",
+    "Force",
+    "InitialValue",
+    "Parameter",
+    "Particle",
+    "Point",
+    "Scene",
+    "SimulateDefaults",
+    "StateExpectation",
+    "Term",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A named constant; without ``value`` it stays symbolic."""
+
+    name: str
+    mark: Mark
+    value: Expression | None = None
+    unit: str | None = None
+    positive: bool = False
+    description: str | None = None
+    latex: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Particle:
+    """A point mass; ``position`` has three expressions (bare fresh names are Cartesian names)."""
+
+    name: str
+    mark: Mark
+    mass: Expression
+    position: tuple[Expression, Expression, Expression]
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A massless named position."""
+
+    name: str
+    mark: Mark
+    position: tuple[Expression, Expression, Expression]
+
+
+@dataclass(frozen=True, slots=True)
+class Constraint:
+    """One named holonomic constraint, of one or more equations.
+
+    ``plane: xz`` becomes the constraint named ``plane`` with an equation for
+    each particle.
+    """
+
+    name: str
+    mark: Mark
+    equations: tuple[Equation, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Coordinate:
+    """A declared generalized coordinate."""
+
+    name: str
+    mark: Mark
+    latex: str | None = None
+    unit: str | None = None
+    description: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Definition:
+    """A Cartesian name in terms of coordinates, or an abbreviation."""
+
+    name: str
+    mark: Mark
+    expression: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """A named term of ``potentials``, ``kinetic`` or ``dissipation``."""
+
+    name: str
+    mark: Mark
+    expression: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Force:
+    """A force on a particle or point (three components) or a coordinate (one)."""
+
+    name: str
+    mark: Mark
+    on: str
+    on_mark: Mark
+    components: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class InitialValue:
+    """A value of ``initial`` or ``near``: of a name (``order`` 0) or its ``dot`` (1)."""
+
+    name: str
+    order: int
+    mark: Mark
+    value: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class SimulateDefaults:
+    """The section ``simulate``; every number may be an expression in parameters."""
+
+    mark: Mark | None = None
+    until: Expression | None = None
+    start: Expression | None = None
+    accuracy: Expression | None = None
+    samples: Expression | None = None
+    step: Expression | None = None
+    method: str | None = None
+    rtol: Expression | None = None
+    atol: Expression | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class StateExpectation:
+    """``state: {t: 1.0, x: 0.12, within: 1e-8}``; names may be ``dot(x)`` (order 1)."""
+
+    mark: Mark
+    time: Expression
+    values: tuple[InitialValue, ...]
+    within: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorExpectation:
+    """``error: {kind: ..., contains: ...}``: the scene must be refused so."""
+
+    mark: Mark
+    kind: str | None
+    contains: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Expect:
+    """The section ``expect``; what is absent is None and not checked."""
+
+    mark: Mark | None = None
+    dof: int | None = None
+    dof_mark: Mark | None = None
+    cyclic: tuple[str, ...] | None = None
+    cyclic_mark: Mark | None = None
+    conserved: tuple[str, ...] | None = None
+    conserved_mark: Mark | None = None
+    equations: tuple[Equation, ...] | None = None
+    lagrangian: Expression | None = None
+    states: tuple[StateExpectation, ...] = ()
+    drift: tuple[tuple[str, Expression], ...] = ()
+    error: ErrorExpectation | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Everything a scene file says.
+
+    ``file`` is the path as the user gave it (``<stdin>`` for standard input),
+    ``digest`` the SHA-256 of the text (hex).
+    """
+
+    name: str
+    file: str
+    digest: str
+    title: str | None = None
+    description: str | None = None
+    parameters: tuple[Parameter, ...] = ()
+    particles: tuple[Particle, ...] = ()
+    points: tuple[Point, ...] = ()
+    constraints: tuple[Constraint, ...] = ()
+    coordinates: tuple[Coordinate, ...] | None = None
+    coordinates_mark: Mark | None = None
+    definitions: tuple[Definition, ...] = ()
+    potentials: tuple[Term, ...] = ()
+    kinetic: tuple[Term, ...] = ()
+    forces: tuple[Force, ...] = ()
+    dissipation: tuple[Term, ...] = ()
+    initial: tuple[InitialValue, ...] = ()
+    near: tuple[InitialValue, ...] = ()
+    simulate: SimulateDefaults = field(default_factory=SimulateDefaults)
+    expect: Expect = field(default_factory=Expect)
+    warnings: tuple[Problem, ...] = ()
