@@ -1,0 +1,154 @@
+"""The registry of output formats: what ``lagrange emit --to`` can write.
+
+Help, choices, documentation and tests derive from :data:`EMITTERS`. To add a
+format, write a module with ``emit(equations, options) -> dict[str, str]`` and
+add an :class:`Emitter` whose ``run`` imports it when called (importing this
+module loads no format and no SymPy). The contract of a format:
+
+1. ``emit`` is a pure function: the same equations and options give the same
+   bytes, whatever the hash seed, the machine or the day.
+2. It returns file names (no folders) with their text; each name is
+   ``NAME.EXT`` with ``NAME`` = ``equations.name`` and ``EXT`` one of
+   ``extensions``. It writes nothing itself.
+3. Text from a scene (titles, names, descriptions) is escaped for the format,
+   so that nothing in a scene runs as code of that format.
+4. What cannot be printed exactly is refused with
+   :class:`~lagrange_cli.errors.InternalError`, never approximated.
+5. ``options`` passed to ``run`` holds every declared option with a valid
+   value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+from lagrange_cli.errors import InputError, Problem, nearest
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = ["EMITTERS", "Emitter", "Option", "OptionValue", "emitter"]
+
+OptionValue: TypeAlias = str | bool
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """An option of a format: one of ``choices``, or a flag where there are none.
+
+    The default of a choice is one of ``choices``, that of a flag is False.
+    """
+
+    name: str
+    help: str
+    choices: tuple[str, ...] = ()
+    default: OptionValue = False
+
+    @property
+    def is_flag(self) -> bool:
+        return not self.choices
+
+    def accepts(self, value: OptionValue) -> bool:
+        return isinstance(value, bool) if self.is_flag else value in self.choices
+
+
+@dataclass(frozen=True, slots=True)
+class Emitter:
+    """An output format; ``run`` turns equations and complete options into files.
+
+    ``extensions`` are those of the files it writes, in order, with the dot;
+    ``single_file`` says that there is just one, which can go to the terminal.
+    """
+
+    name: str
+    title: str
+    extensions: tuple[str, ...]
+    single_file: bool
+    run: Callable[[Equations, Mapping[str, OptionValue]], dict[str, str]]
+    options: tuple[Option, ...] = ()
+
+    def emit(
+        self, equations: Equations, options: Mapping[str, OptionValue] | None = None
+    ) -> dict[str, str]:
+        """Return file name → text.
+
+        Parameters
+        ----------
+        equations
+            What a derivation yields.
+        options
+            Values of the format's options; those absent take their defaults.
+
+        Raises
+        ------
+        InputError
+            An option that the format does not have, or a value it does not take.
+        """
+        return self.run(equations, self._complete(options or {}))
+
+    def _complete(self, given: Mapping[str, OptionValue]) -> dict[str, OptionValue]:
+        """Check the given options and add the defaults of the others."""
+        known = {option.name: option for option in self.options}
+        for name in sorted(given):
+            if name not in known:
+                raise _refusal(f"format '{self.name}' has no option '{name}'", name, list(known))
+            if not known[name].accepts(given[name]):
+                choices = list(known[name].choices)
+                expected = ", ".join(choices) if choices else "true or false"
+                raise _refusal(
+                    f"option '{name}' of format '{self.name}' cannot be '{given[name]}'; "
+                    f"it takes {expected}",
+                    str(given[name]),
+                    choices,
+                )
+        return {name: given.get(name, option.default) for name, option in known.items()}
+
+
+def _refusal(message: str, found: str, candidates: list[str]) -> InputError:
+    return InputError(Problem(message, hint=nearest(found, candidates), rule="usage"))
+
+
+def _latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.latex import emit
+
+    return emit(equations, options)
+
+
+EMITTERS: dict[str, Emitter] = {
+    entry.name: entry
+    for entry in (
+        Emitter(
+            name="latex",
+            title="LaTeX: a document that compiles, or a snippet for lecture notes",
+            extensions=(".tex",),
+            single_file=True,
+            run=_latex,
+            options=(
+                Option(
+                    "style",
+                    "a complete document, or the equations alone",
+                    choices=("document", "snippet"),
+                    default="document",
+                ),
+            ),
+        ),
+    )
+}
+"""Every format by the name that ``--to`` takes."""
+
+
+def emitter(name: str) -> Emitter:
+    """Return the format of that name.
+
+    Raises
+    ------
+    InputError
+        There is none; the message lists those there are.
+    """
+    if name not in EMITTERS:
+        raise _refusal(
+            f"unknown format '{name}'; there are {', '.join(EMITTERS)}", name, list(EMITTERS)
+        )
+    return EMITTERS[name]
