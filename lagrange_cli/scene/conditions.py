@@ -1,0 +1,186 @@
+"""Reading the sections that say how a scene starts, runs and is checked."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from lagrange_cli.scene.expression import Equation, Expression
+from lagrange_cli.scene.model import (
+    ErrorExpectation,
+    Expect,
+    InitialValue,
+    SimulateDefaults,
+    StateExpectation,
+)
+from lagrange_cli.scene.shapes import Reading
+from lagrange_cli.scene.source import Mapping, Scalar, Sequence, SourceNode
+
+__all__ = [
+    "initial_name",
+    "read_error_expectation","read_expect", "read_initial", "read_near", "read_simulate"]
+
+_VELOCITY = re.compile(r"\s*dot\s*\(\s*([^()\s]+)\s*\)\s*")
+
+_NUMBERS = ("until", "from", "accuracy", "samples", "step", "rtol", "atol")
+
+_EXPECT = ("dof", "cyclic", "conserved", "equations", "lagrangian", "state", "drift", "error")
+_EXPECT_LATER = ("frequencies", "equilibria", "events")
+
+
+def read_initial(node: SourceNode, reading: Reading) -> tuple[InitialValue, ...]:
+    return _initial_values(node, "initial", reading)
+
+
+def read_near(node: SourceNode, reading: Reading) -> tuple[InitialValue, ...]:
+    return _initial_values(node, "near", reading)
+
+
+def _initial_values(node: SourceNode, section: str, reading: Reading) -> tuple[InitialValue, ...]:
+    mapping = reading.mapping(node, f"'{section}'", "a mapping of values")
+    found = []
+    for key, value in mapping.entries if mapping else ():
+        read = initial_value(key, value, f"'{section}'", reading)
+        if read:
+            found.append(read)
+    return tuple(found)
+
+
+def initial_value(
+    key: Scalar, node: SourceNode, what: str, reading: Reading
+) -> InitialValue | None:
+    """Read ``x: value`` or ``dot(x): value``."""
+    if "[" in key.text:
+        reading.unsupported("indexed families are", key.mark)
+        return None
+    expression = reading.expression(node, f"'{key.text}' in {what}")
+    if expression is None:
+        return None
+    name, order = initial_name(key.text)
+    return InitialValue(name, order, key.mark, expression)
+
+
+def initial_name(text: str) -> tuple[str, int]:
+    """The name and order of ``x`` (0) or ``dot(x)`` (1)."""
+    velocity = _VELOCITY.fullmatch(text)
+    return (velocity[1], 1) if velocity else (text, 0)
+
+
+def read_simulate(node: SourceNode, reading: Reading) -> SimulateDefaults:
+    mapping = reading.mapping(node, "'simulate'")
+    if mapping is None:
+        return SimulateDefaults()
+    fields = reading.fields(mapping, "'simulate'", (*_NUMBERS, "method"), later=("formulation",))
+    numbers: dict[str, Any] = {
+        "start" if key == "from" else key: reading.expression(fields[key], f"'{key}' in 'simulate'")
+        for key in _NUMBERS
+        if key in fields
+    }
+    method = reading.text(fields["method"], "'method'") if "method" in fields else None
+    if "samples" in fields and "step" in fields:
+        reading.problems.add(
+            "'samples' and 'step' exclude each other", fields["step"].mark, rule="conflict"
+        )
+    return SimulateDefaults(mark=mapping.mark, method=method, **numbers)
+
+
+def read_expect(node: SourceNode, reading: Reading) -> Expect:
+    mapping = reading.mapping(node, "'expect'")
+    if mapping is None:
+        return Expect()
+    fields = reading.fields(mapping, "'expect'", _EXPECT, later=_EXPECT_LATER)
+    marks = {f"{key}_mark": fields[key].mark for key in ("dof", "cyclic", "conserved") if key in fields}
+    read = {key: _EXPECTATIONS[key](value, reading) for key, value in fields.items()}
+    if "state" in read:
+        read["states"] = read.pop("state")
+    return Expect(mark=mapping.mark, **marks, **read)
+
+
+def _dof(node: SourceNode, reading: Reading) -> int | None:
+    return reading.integer(node, "'dof' in 'expect'")
+
+
+def _names(key: str) -> Any:
+    def read(node: SourceNode, reading: Reading) -> tuple[str, ...] | None:
+        what = f"'{key}' in 'expect'"
+        sequence = reading.items(node, what, "a list of names")
+        if sequence is None:
+            return None
+        texts = [reading.text(item, what) for item in sequence.items]
+        return tuple(text for text in texts if text is not None)
+
+    return read
+
+
+def _equations(node: SourceNode, reading: Reading) -> tuple[Equation, ...] | None:
+    what = "'equations' in 'expect'"
+    sequence = reading.items(node, what, "a list of equations")
+    if sequence is None:
+        return None
+    read = [reading.equation(item, what) for item in sequence.items]
+    return tuple(equation for equation in read if equation)
+
+
+def _lagrangian(node: SourceNode, reading: Reading) -> Expression | None:
+    return reading.expression(node, "'lagrangian' in 'expect'")
+
+
+def _states(node: SourceNode, reading: Reading) -> tuple[StateExpectation, ...]:
+    items = node.items if isinstance(node, Sequence) else (node,)
+    read = [_state(item, reading) for item in items]
+    return tuple(state for state in read if state)
+
+
+def _state(node: SourceNode, reading: Reading) -> StateExpectation | None:
+    what = "'state' in 'expect'"
+    mapping = reading.mapping(node, what, "a mapping {t, NAME, within}")
+    if mapping is None:
+        return None
+    entries = {key.text: (key, value) for key, value in mapping.entries}
+    special = {}
+    for name in ("t", "within"):
+        if name in entries:
+            special[name] = reading.expression(entries.pop(name)[1], f"'{name}' in {what}")
+        else:
+            reading.problems.add(f"{what} has no '{name}'", mapping.mark, rule="missing")
+    read = [initial_value(key, value, what, reading) for key, value in entries.values()]
+    if not entries:
+        reading.problems.add(f"{what} names no coordinate", mapping.mark, rule="missing")
+    time, within = special.get("t"), special.get("within")
+    if time is None or within is None:
+        return None
+    return StateExpectation(mapping.mark, time, tuple(v for v in read if v), within)
+
+
+def _drift(node: SourceNode, reading: Reading) -> tuple[tuple[str, Expression], ...]:
+    what = "'drift' in 'expect'"
+    mapping = reading.mapping(node, what, "a mapping of bounds")
+    found = []
+    for key, value in mapping.entries if mapping else ():
+        bound = reading.expression(value, f"'{key.text}' in {what}")
+        if bound:
+            found.append((key.text, bound))
+    return tuple(found)
+
+
+def read_error_expectation(node: SourceNode, reading: Reading) -> ErrorExpectation | None:
+    """Read ``error: {kind, contains}``."""
+    what = "'error' in 'expect'"
+    mapping = reading.mapping(node, what, "a mapping {kind, contains}")
+    if mapping is None:
+        return None
+    fields = reading.fields(mapping, what, ("kind", "contains"))
+    texts = {key: reading.text(value, f"'{key}' of {what}") for key, value in fields.items()}
+    return ErrorExpectation(mapping.mark, texts.get("kind"), texts.get("contains"))
+
+
+_EXPECTATIONS: dict[str, Any] = {
+    "dof": _dof,
+    "cyclic": _names("cyclic"),
+    "conserved": _names("conserved"),
+    "equations": _equations,
+    "lagrangian": _lagrangian,
+    "state": _states,
+    "drift": _drift,
+    "error": read_error_expectation,
+}

@@ -1,0 +1,168 @@
+"""Reading the sections that declare names: parameters, particles, points, coordinates,
+definitions."""
+
+from __future__ import annotations
+
+from lagrange_cli.errors import Mark
+from lagrange_cli.scene.expression import Expression, Name
+from lagrange_cli.scene.latex import check_latex
+from lagrange_cli.scene.model import Coordinate, Definition, Parameter, Particle, Point
+from lagrange_cli.scene.shapes import Reading
+from lagrange_cli.scene.source import Mapping, Scalar, SourceNode
+
+__all__ = [
+    "AXES",
+    "component",
+    "read_coordinates",
+    "read_definitions",
+    "read_parameters",
+    "read_particles",
+    "read_points",
+]
+
+AXES = ("x", "y", "z")
+
+_POSITION = "a list of three entries [x, y, z]"
+
+
+def component(axis: str, name: str) -> str:
+    """The name of a component of a particle's or point's position: ``x_bob``."""
+    return f"{axis}_{name}"
+
+
+def read_parameters(node: SourceNode, reading: Reading) -> tuple[Parameter, ...]:
+    entries = reading.named(node, "parameters", symbols=True)
+    return tuple(_parameter(key, value, reading) for key, value in entries)
+
+
+def _parameter(key: Scalar, node: SourceNode, reading: Reading) -> Parameter:
+    what = f"parameter '{key.text}'"
+    if not isinstance(node, Mapping):
+        return Parameter(key.text, key.mark, reading.expression(node, what))
+    fields = reading.fields(node, what, ("value", "unit", "positive", "description", "latex"))
+    value = positive = None
+    if "value" in fields:
+        value = reading.expression(fields["value"], what)
+    if "positive" in fields:
+        positive = reading.boolean(fields["positive"], f"'positive' of {what}")
+    return Parameter(
+        key.text,
+        key.mark,
+        value,
+        _text(fields, "unit", what, reading),
+        bool(positive),
+        _text(fields, "description", what, reading),
+        _latex(fields, what, reading),
+    )
+
+
+def _text(fields: dict[str, SourceNode], key: str, what: str, reading: Reading) -> str | None:
+    return reading.text(fields[key], f"'{key}' of {what}") if key in fields else None
+
+
+def _latex(fields: dict[str, SourceNode], what: str, reading: Reading) -> str | None:
+    text = _text(fields, "latex", what, reading)
+    refused = check_latex(text) if text is not None else None
+    if refused:
+        reading.problems.add(
+            f"'latex' of {what} {refused}",
+            fields["latex"].mark,
+            hint="it takes letters, digits, sub- and superscripts and macros of mathematics",
+            rule="latex",
+        )
+        return None
+    return text
+
+
+def read_particles(node: SourceNode, reading: Reading) -> tuple[Particle, ...]:
+    found = []
+    for key, value in reading.named(node, "particles", symbols=False):
+        what = f"particle '{key.text}'"
+        mapping = reading.mapping(value, what, "a mapping {mass, position}")
+        if mapping is None:
+            continue
+        fields = reading.fields(mapping, what, ("mass", "position"), required=("mass",))
+        position: tuple[Expression, Expression, Expression] | None
+        if "position" in fields:
+            position = _position(fields["position"], what, reading)
+        else:
+            position = _own_components(key.text, key.mark)
+        mass = reading.expression(fields["mass"], f"the mass of {what}") if "mass" in fields else None
+        if mass and position:
+            found.append(Particle(key.text, key.mark, mass, position))
+    return tuple(found)
+
+
+def read_points(node: SourceNode, reading: Reading) -> tuple[Point, ...]:
+    found = []
+    for key, value in reading.named(node, "points", symbols=False):
+        position = _position(value, f"point '{key.text}'", reading)
+        if position:
+            found.append(Point(key.text, key.mark, position))
+    return tuple(found)
+
+
+def _position(
+    node: SourceNode, what: str, reading: Reading
+) -> tuple[Expression, Expression, Expression] | None:
+    sequence = reading.items(node, f"the position of {what}", _POSITION)
+    if sequence is None:
+        return None
+    if len(sequence.items) != 3:
+        reading.expected(_POSITION, f"the position of {what}", sequence)
+        return None
+    parts = [
+        reading.expression(item, f"the {axis} position of {what}")
+        for axis, item in zip(AXES, sequence.items, strict=True)
+    ]
+    x, y, z = parts
+    return (x, y, z) if x and y and z else None
+
+
+def _own_components(name: str, mark: Mark) -> tuple[Expression, Expression, Expression]:
+    """The position of a particle that states none: its components are its coordinates."""
+    x, y, z = (
+        Expression(Name(text, (0, len(text))), text, mark, exact=False)
+        for text in (component(axis, name) for axis in AXES)
+    )
+    return (x, y, z)
+
+
+def read_coordinates(node: SourceNode, reading: Reading) -> tuple[Coordinate, ...]:
+    if isinstance(node, Mapping):
+        entries = reading.named(node, "coordinates", symbols=True)
+        return tuple(_coordinate(key, value, reading) for key, value in entries)
+    sequence = reading.items(node, "'coordinates'", "a list of names or a mapping")
+    found: dict[str, Coordinate] = {}
+    for item in sequence.items if sequence else ():
+        if not isinstance(item, Scalar):
+            reading.expected("a name", "a coordinate", item)
+        elif item.text in found:
+            reading.problems.add(f"'{item.text}' is given twice", item.mark, rule="duplicate")
+        elif reading.is_name(item, "coordinates", symbols=True):
+            found[item.text] = Coordinate(item.text, item.mark)
+    return tuple(found.values())
+
+
+def _coordinate(key: Scalar, node: SourceNode, reading: Reading) -> Coordinate:
+    what = f"coordinate '{key.text}'"
+    mapping = reading.mapping(node, what, "a mapping {latex, unit, description}")
+    if mapping is None:
+        return Coordinate(key.text, key.mark)
+    fields = reading.fields(mapping, what, ("latex", "unit", "description"))
+    return Coordinate(
+        key.text,
+        key.mark,
+        _latex(fields, what, reading),
+        _text(fields, "unit", what, reading),
+        _text(fields, "description", what, reading),
+    )
+
+
+def read_definitions(node: SourceNode, reading: Reading) -> tuple[Definition, ...]:
+    found = []
+    for key, value in reading.named(node, "definitions", symbols=True):
+        expression = reading.expression(value, f"definition '{key.text}'")
+        if expression:
+            found.append(Definition(key.text, key.mark, expression))
+    return tuple(found)

@@ -1,0 +1,226 @@
+"""Helpers of one line, written out as the expressions they stand for.
+
+Each is turned into the text that a user could have written in the component
+names ``x_NAME, y_NAME, z_NAME``, and parsed like any other; its parts are
+reported at the helper.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import isqrt
+
+from lagrange_cli.errors import Mark, nearest
+from lagrange_cli.scene.bounds import extent_of
+from lagrange_cli.scene.declarations import AXES, component
+from lagrange_cli.scene.expression import Call, Equation, Expression, Name, Number
+from lagrange_cli.scene.grammar import parse_equation, parse_expression
+from lagrange_cli.scene.model import Constraint, Particle
+from lagrange_cli.scene.shapes import Reading
+from lagrange_cli.scene.source import Mapping, Scalar, SourceNode
+
+__all__ = ["read_constraint_helper", "read_plane", "read_potential_helper"]
+
+_LATER_CONSTRAINTS = ("unilateral",)
+_LATER_POTENTIALS = ("newton", "coulomb")
+
+
+def read_constraint_helper(
+    node: Mapping, what: str, reading: Reading
+) -> tuple[Equation, ...] | None:
+    """Write out a constraint's helper: ``{distance: [A, B], equals: l}``."""
+    keys = [key.text for key, _ in node.entries]
+    for key, _ in node.entries:
+        if key.text in _LATER_CONSTRAINTS:
+            reading.unsupported(f"{key.text} constraints are", key.mark)
+            return None
+    if "distance" not in keys:
+        _unknown_helper(node, what, ("distance",), reading)
+        return None
+    fields = reading.fields(
+        node, what, ("distance", "equals"), required=("distance", "equals")
+    )
+    pair = _pair(fields["distance"], "distance", reading)
+    length = reading.expression(fields["equals"], f"'equals' of {what}") if "equals" in fields else None
+    if pair is None or length is None:
+        return None
+    squares = " + ".join(f"({d})^2" for d in _differences(*pair))
+    text = f"{squares} = {_as_factor(length)}^2"
+    return (parse_equation(text, _whole(node), exact=False, limited=False),)
+
+
+def read_potential_helper(node: Mapping, what: str, reading: Reading) -> Expression | None:
+    """Write out a potential's helper: ``gravity`` or ``spring``."""
+    keys = [key.text for key, _ in node.entries]
+    for key, _ in node.entries:
+        if key.text in _LATER_POTENTIALS:
+            reading.unsupported(f"the helper '{key.text}' is", key.mark)
+            return None
+    text = None
+    if "gravity" in keys:
+        text = _gravity(node, what, reading)
+    elif "spring" in keys:
+        text = _spring(node, what, reading)
+    else:
+        _unknown_helper(node, what, ("gravity", "spring"), reading)
+    return parse_expression(text, _whole(node), exact=False, limited=False) if text else None
+
+
+def read_plane(node: SourceNode, reading: Reading) -> Constraint | None:
+    """Write out ``plane: xz``: every particle's coordinate across the plane is 0."""
+    text = node.text if isinstance(node, Scalar) else ""
+    across = [axis for axis in AXES if axis not in text]
+    if len(text) != 2 or len(across) != 1:
+        reading.expected("xy, xz or yz", "'plane'", node)
+        return None
+    particles: tuple[Particle, ...] = reading.values.get("particles", ())
+    if not particles:
+        reading.problems.add("'plane' without particles", node.mark, rule="missing")
+        return None
+    equations = tuple(
+        parse_equation(f"{component(across[0], p.name)} = 0", node.mark, exact=False)
+        for p in particles
+    )
+    return Constraint("plane", node.mark, equations)
+
+
+def _gravity(node: Mapping, what: str, reading: Reading) -> str | None:
+    """V = −m g·r for every particle; g points along −z, or along ``direction``."""
+    fields = reading.fields(node, what, ("gravity", "direction"))
+    strength = reading.expression(fields["gravity"], f"'gravity' of {what}")
+    down = _direction(fields["direction"], what, reading) if "direction" in fields else ("", "", "-1")
+    particles: tuple[Particle, ...] = reading.values.get("particles", ())
+    if not particles:
+        reading.problems.add(f"gravity in {what} acts on no particle", node.mark, rule="missing")
+    if strength is None or down is None or not particles:
+        return None
+    terms = []
+    for particle in particles:
+        weight = f"{_as_factor(particle.mass)}*{_as_factor(strength)}"
+        heights = [_scaled(d, component(a, particle.name)) for a, d in zip(AXES, down, strict=True) if d]
+        height = heights[0] if len(heights) == 1 else f"({' + '.join(heights)})"
+        if len(heights) == 1 and height.startswith("-"):
+            terms.append(f"{weight}*{height[1:]}")
+        else:
+            terms.append(f"-{weight}*{height}")
+    return " + ".join(terms).replace("+ -", "- ")
+
+
+def _scaled(factor: str, name: str) -> str:
+    if factor in ("1", "-1"):
+        return f"{factor[:-1]}{name}"
+    return f"{factor}*{name}"
+
+
+def _direction(node: SourceNode, what: str, reading: Reading) -> tuple[str, ...] | None:
+    """The unit vector of a direction, as texts; an empty text is a component 0."""
+    sequence = reading.items(node, f"'direction' of {what}", "a list of three components")
+    if sequence is None:
+        return None
+    parts = [reading.expression(item, f"'direction' of {what}") for item in sequence.items]
+    if len(parts) != 3:
+        reading.expected("a list of three components", f"'direction' of {what}", sequence)
+        return None
+    known = [part for part in parts if part is not None]
+    if len(known) != 3:
+        return None
+    constants = [extent_of(part.node, {}).constant for part in known]
+    length = _norm([c for c in constants if c is not None])
+    if None in constants or length is None:
+        norm = f"norm({', '.join(_flat(part) for part in known)})"
+        return tuple(
+            "" if c == 0 else f"{_as_factor(part)}/{norm}"
+            for c, part in zip(constants, known, strict=True)
+        )
+    if length == 0:
+        reading.problems.add("this direction has no length", sequence.mark, rule="direction")
+        return None
+    units = [c / length for c in constants if c is not None]
+    return tuple("" if u == 0 else f"{u}" if u.denominator == 1 else f"({u})" for u in units)
+
+
+def _norm(components: list[Fraction]) -> Fraction | None:
+    """The length of a vector if it is rational."""
+    square = sum((c * c for c in components), Fraction(0))
+    root = Fraction(isqrt(square.numerator), isqrt(square.denominator))
+    return root if root * root == square else None
+
+
+def _spring(node: Mapping, what: str, reading: Reading) -> str | None:
+    """V = ½ k (|r_A − r_B| − l0)²; l0 is 0 if not given."""
+    fields = reading.fields(
+        node, what, ("spring", "stiffness", "length"), required=("spring", "stiffness")
+    )
+    pair = _pair(fields["spring"], "spring", reading)
+    stiffness = length = None
+    if "stiffness" in fields:
+        stiffness = reading.expression(fields["stiffness"], f"'stiffness' of {what}")
+    if "length" in fields:
+        length = reading.expression(fields["length"], f"'length' of {what}")
+        if length is None:
+            return None
+    if pair is None or stiffness is None:
+        return None
+    differences = _differences(*pair)
+    if length is None:
+        stretch = f"({' + '.join(f'({d})^2' for d in differences)})"
+    else:
+        stretch = f"(norm({', '.join(differences)}) - {_as_factor(length)})^2"
+    return f"1/2*{_as_factor(stiffness)}*{stretch}"
+
+
+def _pair(node: SourceNode, helper: str, reading: Reading) -> tuple[str, str] | None:
+    """Two different particles or points."""
+    wanted = "two particles or points [A, B]"
+    sequence = reading.items(node, f"'{helper}'", wanted)
+    if sequence is None:
+        return None
+    ends = [item for item in sequence.items if isinstance(item, Scalar)]
+    if len(ends) != 2 or len(sequence.items) != 2:
+        reading.expected(wanted, f"'{helper}'", sequence)
+        return None
+    known = [body.name for section in ("particles", "points") for body in reading.values.get(section, ())]
+    for end in ends:
+        if "[" in end.text:
+            reading.unsupported("indexed families are", end.mark)
+            return None
+        if end.text not in known:
+            reading.problems.add(
+                f"unknown particle or point '{end.text}' in '{helper}'",
+                end.mark,
+                hint=nearest(end.text, known),
+                rule="unknown-name",
+            )
+            return None
+    if ends[0].text == ends[1].text:
+        reading.problems.add(f"'{helper}' needs two different ends", ends[1].mark, rule="shape")
+        return None
+    return ends[0].text, ends[1].text
+
+
+def _differences(first: str, second: str) -> tuple[str, ...]:
+    return tuple(f"{component(a, first)} - {component(a, second)}" for a in AXES)
+
+
+def _unknown_helper(node: Mapping, what: str, known: tuple[str, ...], reading: Reading) -> None:
+    if not node.entries:
+        reading.expected("an expression or a helper", what, node)
+        return
+    key = node.entries[0][0]
+    hint = nearest(key.text, known) or f"known are {', '.join(known)}"
+    reading.problems.add(f"unknown helper '{key.text}' in {what}", key.mark, hint=hint, rule="unknown-key")
+
+
+def _flat(expression: Expression) -> str:
+    """An expression's text on one line."""
+    return " ".join(expression.text.split())
+
+
+def _as_factor(expression: Expression) -> str:
+    """An expression's text, in parentheses unless it is a single term."""
+    single = isinstance(expression.node, Number | Name | Call)
+    return _flat(expression) if single else f"({_flat(expression)})"
+
+
+def _whole(node: Mapping) -> Mark:
+    return node.entries[0][0].mark if node.entries else node.mark

@@ -1,0 +1,99 @@
+"""The allowlist for ``latex:`` keys: math symbols with scripts, and nothing that acts."""
+
+from __future__ import annotations
+
+import re
+
+__all__ = ["check_latex"]
+
+_LONGEST = 100
+
+_SYMBOLS = frozenset(
+    """alpha beta gamma delta epsilon varepsilon zeta eta theta vartheta iota kappa varkappa
+    lambda mu nu xi pi varpi rho varrho sigma varsigma tau upsilon phi varphi chi psi omega
+    Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega
+    ell hbar imath jmath wp Re Im aleph partial nabla infty prime dagger ddagger ast star circ
+    bullet parallel perp top bot cdot times pm mp odot oplus otimes
+    quad qquad""".split()
+)
+#: Macros of one argument in braces.
+_ACCENTS = frozenset(
+    """hat widehat tilde widetilde bar overline underline vec dot ddot check breve acute grave
+    mathring mathrm mathbf mathit mathsf mathtt mathcal mathbb mathfrak mathscr boldsymbol
+    operatorname""".split()
+)
+_PART = re.compile(r"\\(?P<macro>[A-Za-z]+)|(?P<space>\\[,;:! ]| +)|(?P<char>[A-Za-z0-9'()+*/=.,|-])|(?P<mark>[{}_^])")
+
+
+def check_latex(text: str) -> str | None:
+    """Say why a text is not an allowed LaTeX symbol; None if it is.
+
+    What passes is a complete formula: braces balance, every script and accent
+    has its argument, and no symbol has two scripts of one kind.
+    """
+    if not text.strip():
+        return "is empty"
+    if len(text) > _LONGEST:
+        return f"has more than {_LONGEST} characters"
+    parts: list[str] = []
+    position = 0
+    while position < len(text):
+        match = _PART.match(text, position)
+        if match is None:
+            return f"cannot hold '{text[position]}'"
+        if match["macro"] and match["macro"] not in _SYMBOLS | _ACCENTS:
+            return f"cannot hold the macro '\\{match['macro']}'"
+        if not match["space"]:
+            parts.append(match.group())
+        position = match.end()
+    return _Structure(parts).check()
+
+
+class _Structure:
+    """Follows a list of parts through groups, scripts and accents."""
+
+    def __init__(self, parts: list[str]) -> None:
+        self.parts = parts
+        self.scripts: list[set[str]] = [set()]  # of the last symbol, for each open group
+        self.wants: str | None = None  # what needs an argument next
+
+    def check(self) -> str | None:
+        for part in self.parts:
+            refused = self._step(part)
+            if refused:
+                return refused
+        if self.wants:
+            return f"lacks the argument of '{self.wants}'"
+        return "has an unclosed '{'" if len(self.scripts) > 1 else None
+
+    def _step(self, part: str) -> str | None:
+        if part == "{":
+            self.wants = None
+            self.scripts.append(set())
+        elif self.wants and (part in "}_^" or self.wants[1:] in _ACCENTS or _is_accent(part)):
+            return f"lacks the argument of '{self.wants}'"
+        elif part == "}":
+            if len(self.scripts) == 1:
+                return "has a '}' that closes nothing"
+            self.scripts.pop()
+        elif part in ("_", "^", "'"):
+            return self._script(part)
+        elif self.wants:
+            self.wants = None
+        else:
+            self.scripts[-1] = set()
+            self.wants = part if _is_accent(part) else None
+        return None
+
+    def _script(self, part: str) -> str | None:
+        kind = "^" if part == "'" else part
+        repeated_prime = part == "'" and "'" in self.scripts[-1]
+        if kind in self.scripts[-1] and not repeated_prime:
+            return f"has two '{kind}' on one symbol"
+        self.scripts[-1] |= {kind, part}
+        self.wants = part if part != "'" else None
+        return None
+
+
+def _is_accent(part: str) -> bool:
+    return part.startswith("\\") and part[1:] in _ACCENTS

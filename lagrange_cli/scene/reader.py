@@ -1,0 +1,201 @@
+"""From a scene's text to a :class:`~lagrange_cli.scene.model.Scene`.
+
+The registry :data:`SECTIONS` lists every section with the function that reads
+it, in the order in which they are read: helpers refer to particles and points,
+so these come first. Suggestions for unknown sections derive from it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Callable
+from collections.abc import Mapping as AbstractMapping
+from dataclasses import dataclass, replace
+from pathlib import PurePath
+from typing import Any
+
+from lagrange_cli.errors import LagrangeError, nearest
+from lagrange_cli.scene import conditions, declarations, physics
+from lagrange_cli.scene.files import MAX_BYTES, read_bytes, too_large
+from lagrange_cli.scene.helpers import read_plane
+from lagrange_cli.scene.model import ErrorExpectation, Scene
+from lagrange_cli.scene.names import check_names
+from lagrange_cli.scene.overrides import override_initial, override_parameters
+from lagrange_cli.scene.shapes import Reading
+from lagrange_cli.scene.source import Mapping, SourceNode, compose, decode
+from lagrange_cli.scene.tokens import IDENTIFIER
+
+__all__ = ["LATER_SECTIONS", "SECTIONS", "expected_error", "read_file", "read_text"]
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """How a section is read; ``declares``: other sections use the names it declares."""
+
+    read: Callable[[SourceNode, Reading], Any]
+    declares: bool = False
+
+
+def _read_name(node: SourceNode, reading: Reading) -> str | None:
+    text = reading.text(node, "'name'")
+    if text is not None and not (IDENTIFIER.fullmatch(text) and len(text) <= 100):
+        reading.expected("an identifier", "'name'", node, f"for example {_identifier(text)}")
+        return None
+    return text
+
+
+def _read_title(node: SourceNode, reading: Reading) -> str | None:
+    return reading.text(node, "'title'")
+
+
+def _read_description(node: SourceNode, reading: Reading) -> str | None:
+    return reading.text(node, "'description'")
+
+
+SECTIONS: dict[str, Section] = {
+    "name": Section(_read_name),
+    "title": Section(_read_title),
+    "description": Section(_read_description),
+    "parameters": Section(declarations.read_parameters, declares=True),
+    "particles": Section(declarations.read_particles, declares=True),
+    "points": Section(declarations.read_points, declares=True),
+    "coordinates": Section(declarations.read_coordinates, declares=True),
+    "definitions": Section(declarations.read_definitions, declares=True),
+    "plane": Section(read_plane),
+    "constraints": Section(physics.read_constraints),
+    "potentials": Section(physics.read_potentials),
+    "kinetic": Section(physics.read_kinetic),
+    "forces": Section(physics.read_forces),
+    "dissipation": Section(physics.read_dissipation),
+    "initial": Section(conditions.read_initial),
+    "near": Section(conditions.read_near),
+    "simulate": Section(conditions.read_simulate),
+    "expect": Section(conditions.read_expect),
+}
+
+#: Sections of the language that this version does not read.
+LATER_SECTIONS = ("sizes", "inputs", "outputs")
+
+
+def read_file(
+    path: str,
+    *,
+    parameters: AbstractMapping[str, str] | None = None,
+    initial: AbstractMapping[str, str] | None = None,
+) -> Scene:
+    """Read a scene file (``-``: standard input).
+
+    Parameters
+    ----------
+    path
+        The file, as the user gave it.
+    parameters, initial
+        Values that replace those of the scene: texts of expressions by name;
+        in ``initial`` a name may be ``dot(x)``.
+
+    Raises
+    ------
+    InputError
+        With every problem found, each with its place.
+    """
+    data = read_bytes(path)
+    file = "<stdin>" if path == "-" else path
+    return read_text(data, file, parameters=parameters, initial=initial)
+
+
+def read_text(
+    data: bytes | str,
+    file: str = "<text>",
+    *,
+    parameters: AbstractMapping[str, str] | None = None,
+    initial: AbstractMapping[str, str] | None = None,
+) -> Scene:
+    """Read a scene from its text; ``file`` is the name used in messages.
+
+    See :func:`read_file`.
+    """
+    root, digest = _root(data, file)
+    reading = Reading(file)
+    nodes = _sections(root, reading)
+    certain = not reading.problems.errors
+    for name, section in SECTIONS.items():
+        if name in nodes:
+            before = len(reading.problems.errors)
+            reading.values[name] = section.read(nodes[name], reading)
+            certain &= not (section.declares and len(reading.problems.errors) > before)
+    scene = _scene(reading, nodes, file, digest)
+    if certain:
+        # Names are looked up only where every declaration was understood.
+        scene = override_parameters(scene, parameters or {}, reading.problems)
+        scene = override_initial(scene, initial or {}, reading.problems)
+        check_names(scene, reading.problems)
+    reading.problems.raise_if_any()
+    return replace(scene, warnings=reading.problems.warnings)
+
+
+def expected_error(data: bytes | str, file: str = "<text>") -> ErrorExpectation | None:
+    """The refusal that a scene expects of itself (``expect: {error: ...}``), if any.
+
+    It is found also in a scene that cannot be read otherwise.
+    """
+    try:
+        root, _ = _root(data, file)
+    except LagrangeError:
+        return None
+    for path in ("expect", "error"):
+        entries = {key.text: value for key, value in root.entries} if isinstance(root, Mapping) else {}
+        if path not in entries:
+            return None
+        root = entries[path]
+    return conditions.read_error_expectation(root, Reading(file))
+
+
+def _root(data: bytes | str, file: str) -> tuple[SourceNode, str]:
+    raw = data.encode("utf-8", "surrogatepass") if isinstance(data, str) else data
+    if len(raw) > MAX_BYTES:
+        raise too_large(file)
+    return compose(decode(raw, file), file), hashlib.sha256(raw).hexdigest()
+
+
+def _sections(root: SourceNode, reading: Reading) -> dict[str, SourceNode]:
+    nodes: dict[str, SourceNode] = {}
+    mapping = reading.mapping(root, "a scene", "a mapping of sections")
+    for key, value in mapping.entries if mapping else ():
+        if key.text in SECTIONS:
+            nodes[key.text] = value
+        elif key.text in LATER_SECTIONS:
+            reading.unsupported(f"the section '{key.text}' is", key.mark)
+        elif "[" in key.text:
+            reading.unsupported("indexed families are", key.mark)
+        else:
+            known = ", ".join(SECTIONS)
+            reading.problems.add(
+                f"unknown section '{key.text}'",
+                key.mark,
+                hint=nearest(key.text, SECTIONS) or f"known are {known}",
+                rule="unknown-key",
+            )
+    return nodes
+
+
+def _scene(reading: Reading, nodes: dict[str, SourceNode], file: str, digest: str) -> Scene:
+    values = {key: value for key, value in reading.values.items() if value is not None}
+    plane = values.pop("plane", None)
+    if plane:
+        constraints = values.get("constraints", ())
+        for constraint in constraints:
+            if constraint.name == "plane":
+                reading.problems.add(
+                    "'plane' is both a section and a constraint", constraint.mark, rule="clash"
+                )
+        values["constraints"] = (plane, *constraints)
+    values.setdefault("name", _identifier(PurePath(file).stem))
+    mark = nodes["coordinates"].mark if "coordinates" in nodes else None
+    return Scene(file=file, digest=digest, coordinates_mark=mark, **values)
+
+
+def _identifier(text: str) -> str:
+    """The identifier nearest to a text."""
+    name = re.sub(r"[^A-Za-z0-9_]+", "_", text).strip("_")[:100] or "scene"
+    return f"scene_{name}"[:100] if name[0].isdigit() else name

@@ -1,0 +1,329 @@
+"""YAML text as a tree of nodes that know their places.
+
+The tree is composed from the parser's events with an explicit stack, so that
+neither deep nesting nor aliases can exhaust anything: depth is limited as it
+grows, and what aliases would expand to is counted before any of it is read.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import yaml
+
+from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.scene.problems import Problems
+
+__all__ = [
+    "MAX_ALIASED",
+    "MAX_DEPTH",
+    "Mapping",
+    "Scalar",
+    "Sequence",
+    "SourceNode",
+    "compose",
+    "decode",
+]
+
+MAX_DEPTH = 64
+#: What all aliases together may expand to, in characters.
+MAX_ALIASED = 2**20
+
+_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
+_FORBIDDEN = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]")
+_NULLS = frozenset(("", "~", "null", "Null", "NULL"))
+_NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+
+
+@dataclass(frozen=True, slots=True)
+class Scalar:
+    """A scalar's text; ``mark`` is its first character.
+
+    ``exact``: the text stands in the file character by character, on one line.
+    ``plain``: it was written without quotes, so that it may be a number.
+    """
+
+    text: str
+    mark: Mark
+    exact: bool = True
+    plain: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Sequence:
+    items: tuple[SourceNode, ...]
+    mark: Mark
+
+
+@dataclass(frozen=True, slots=True)
+class Mapping:
+    entries: tuple[tuple[Scalar, SourceNode], ...]
+    mark: Mark
+
+
+SourceNode: TypeAlias = Scalar | Sequence | Mapping
+
+
+@dataclass(slots=True)
+class _Open:
+    """A collection whose end has not been reached."""
+
+    event: Any
+    mark: Mark
+    items: list[SourceNode] = field(default_factory=list)
+    size: int = 1
+
+
+def decode(data: bytes, file: str) -> str:
+    """Decode UTF-8 (a byte order mark is dropped); refuse what is not text.
+
+    Raises
+    ------
+    InputError
+        At the first byte or character that YAML text cannot hold.
+    """
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = data[: error.start].decode("utf-8-sig")
+        what = "a binary file" if b"\0" in data else "not UTF-8 text"
+        raise _refusal(
+            f"this is {what}: found the byte 0x{data[error.start]:02x}",
+            _mark_at(before, len(before), file),
+            "a scene is a YAML file in UTF-8",
+            rule="not-text",
+        ) from None
+    return text
+
+
+def compose(text: str, file: str) -> SourceNode:
+    """Compose the one YAML document of ``text``.
+
+    Raises
+    ------
+    InputError
+        Where the text is not YAML, is empty, holds more than one document,
+        exceeds a limit, or holds what scenes do without: tags, merge keys,
+        null values, infinities, duplicate keys.
+    """
+    bad = _FORBIDDEN.search(text)
+    if bad:
+        what = "this is a binary file" if bad.group() == "\0" else "this is not plain text"
+        raise _refusal(
+            f"{what}: found the character U+{ord(bad.group()):04X}",
+            _mark_at(text, bad.start(), file),
+            "a scene is a YAML file in UTF-8",
+            rule="not-text",
+        )
+    return _Composer(text, file).compose()
+
+
+def _refusal(message: str, mark: Mark, hint: str = "", rule: str = "yaml") -> InputError:
+    return InputError(Problem(message, mark, hint, rule))
+
+
+def _mark_at(text: str, offset: int, file: str) -> Mark:
+    """The place of an offset of ``text``."""
+    start, line = 0, 1
+    for found in _BREAK.finditer(text, 0, offset):
+        start, line = found.end(), line + 1
+    end = _BREAK.search(text, offset)
+    content = text[start : end.start() if end else len(text)]
+    return Mark(file, line, offset - start + 1, content)
+
+
+class _Composer:
+    """Builds the tree of one text."""
+
+    def __init__(self, text: str, file: str) -> None:
+        self.text = text
+        self.file = file
+        self.lines = _BREAK.split(text)
+        self.problems = Problems()
+        self.open: list[_Open] = []
+        self.anchors: dict[str, tuple[SourceNode, int]] = {}
+        self.aliased = 0
+        self.root: SourceNode | None = None
+
+    def compose(self) -> SourceNode:
+        loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+        try:
+            for event in yaml.parse(self.text, Loader=loader):
+                self._event(event)
+        except yaml.MarkedYAMLError as error:
+            raise self._syntax_error(error) from None
+        except yaml.YAMLError as error:
+            raise _refusal(f"not valid YAML: {error}", Mark(self.file, 1, 1)) from None
+        if self.root is None or (isinstance(self.root, Scalar) and _is_null(self.root)):
+            raise _refusal(
+                "this scene is empty",
+                Mark(self.file, 1, 1, self.lines[0]),
+                "a scene is a YAML mapping of sections such as 'particles' and 'potentials'",
+                rule="empty",
+            )
+        self.problems.raise_if_any()
+        return self.root
+
+    def _event(self, event: Any) -> None:
+        if isinstance(event, yaml.DocumentStartEvent) and self.root is not None:
+            raise _refusal(
+                "a second document begins here",
+                self._mark(event.start_mark),
+                "a scene file holds one YAML document",
+            )
+        if isinstance(event, yaml.AliasEvent):
+            self._alias(event)
+        elif isinstance(event, yaml.NodeEvent):
+            self._refuse_tag(event)
+            if isinstance(event, yaml.ScalarEvent):
+                self._close(event.anchor, self._scalar(event), len(event.value) + 1)
+            else:
+                self._begin(event)
+        elif isinstance(event, yaml.CollectionEndEvent):
+            top = self.open.pop()
+            node = self._collection(top)
+            self._close(top.event.anchor, node, top.size)
+
+    def _begin(self, event: Any) -> None:
+        mark = self._mark(event.start_mark)
+        if len(self.open) >= MAX_DEPTH:
+            raise _refusal(f"nested more than {MAX_DEPTH} deep", mark, rule="limit")
+        if event.anchor is not None:
+            # A new meaning of the name begins; inside, the name stands for nothing.
+            self.anchors.pop(event.anchor, None)
+        self.open.append(_Open(event, mark))
+
+    def _close(self, anchor: str | None, node: SourceNode, size: int) -> None:
+        if anchor is not None:
+            self.anchors[anchor] = (node, size)
+        if self.open:
+            self.open[-1].items.append(node)
+            self.open[-1].size += size
+        else:
+            self.root = node
+
+    def _alias(self, event: Any) -> None:
+        mark = self._mark(event.start_mark, len(event.anchor) + 1)
+        if event.anchor not in self.anchors:
+            raise _refusal(f"'*{event.anchor}' stands for nothing", mark, rule="alias")
+        node, size = self.anchors[event.anchor]
+        self.aliased += size
+        if self.aliased > MAX_ALIASED:
+            raise _refusal(
+                f"aliases expand to more than {MAX_ALIASED} characters", mark, rule="limit"
+            )
+        self._close(None, node, size)
+
+    def _refuse_tag(self, event: Any) -> None:
+        if event.tag is not None:
+            self.problems.add(
+                f"tags such as '{event.tag}' are not part of a scene",
+                self._mark(event.start_mark),
+                rule="tag",
+            )
+
+    def _scalar(self, event: Any) -> Scalar:
+        text, start, end = event.value, event.start_mark, event.end_mark
+        plain = event.style in (None, "")
+        content = self.lines[end.line] if end.line < len(self.lines) else ""
+        column = end.column - len(text) - (0 if plain else 1)
+        exact = column >= 0 and "\n" not in text and content[column : column + len(text)] == text
+        if exact and event.style in (None, "", "'", '"'):
+            mark = Mark(self.file, end.line + 1, column + 1, content, max(1, len(text)))
+        else:
+            exact = False
+            mark = self._mark(start)
+            same_line = end.line == start.line
+            stop = end.column if same_line else len(mark.text)
+            mark = Mark(mark.file, mark.line, mark.column, mark.text, max(1, stop - start.column))
+        if plain and _NOT_FINITE.fullmatch(text):
+            self.problems.add(f"'{text}' is not a number of a scene", mark, rule="not-finite")
+        return Scalar(text, mark, exact, plain)
+
+    def _collection(self, top: _Open) -> SourceNode:
+        if isinstance(top.event, yaml.SequenceStartEvent):
+            if not (top.event.flow_style and self._split_in(top.items)):
+                for item in top.items:
+                    if isinstance(item, Scalar) and _is_null(item):
+                        self.problems.add("this item has no value", item.mark, rule="null")
+            return Sequence(tuple(top.items), top.mark)
+        pairs = list(zip(top.items[::2], top.items[1::2], strict=True))
+        parts = [n for pair in pairs for n in pair]
+        split = bool(top.event.flow_style) and self._split_in(parts)
+        return Mapping(self._entries(pairs, split), top.mark)
+
+    def _entries(
+        self, pairs: list[tuple[SourceNode, SourceNode]], split: bool
+    ) -> tuple[tuple[Scalar, SourceNode], ...]:
+        entries: dict[str, tuple[Scalar, SourceNode]] = {}
+        for key, value in pairs:
+            if not isinstance(key, Scalar):
+                self.problems.add("expected a name before ':'", key.mark, rule="key")
+            elif key.plain and key.text == "<<":
+                self.problems.add("merge keys '<<' are not part of a scene", key.mark, rule="merge")
+            elif key.text in entries:
+                first = entries[key.text][0].mark
+                self.problems.add(
+                    f"'{key.text}' is given twice",
+                    key.mark,
+                    hint=f"it is given first on line {first.line}",
+                    rule="duplicate",
+                )
+            else:
+                entries[key.text] = (key, value)
+                if isinstance(value, Scalar) and _is_null(value) and not split:
+                    self._refuse_null(key)
+        return tuple(entries.values())
+
+    def _refuse_null(self, key: Scalar) -> None:
+        self.problems.add(
+            f"'{key.text}' has no value" if key.text else "a name and its value are missing",
+            key.mark,
+            hint="leave it out, or write {} where it may be empty",
+            rule="null",
+        )
+
+    def _split_in(self, parts: list[SourceNode]) -> bool:
+        """Find a plain expression that YAML split at a comma: ``min(x`` and ``y)``."""
+        for i, part in enumerate(parts):
+            whole = [part.text] if isinstance(part, Scalar) and part.plain else []
+            if not whole or _open_parentheses(whole[0]) <= 0:
+                continue
+            for following in parts[i + 1 :]:
+                if not isinstance(following, Scalar):
+                    break
+                if not _is_null(following):
+                    whole.append(following.text)
+                if _open_parentheses("".join(whole)) <= 0:
+                    self.problems.add(
+                        "YAML split this expression at its comma",
+                        part.mark,
+                        hint=f'quote this expression: "{", ".join(whole)}"',
+                        rule="split",
+                    )
+                    return True
+        return False
+
+    def _mark(self, mark: Any, length: int = 1) -> Mark:
+        content = self.lines[mark.line] if mark.line < len(self.lines) else ""
+        return Mark(self.file, mark.line + 1, mark.column + 1, content, length)
+
+    def _syntax_error(self, error: yaml.MarkedYAMLError) -> InputError:
+        place = error.problem_mark or error.context_mark
+        mark = self._mark(place) if place else Mark(self.file, 1, 1, self.lines[0])
+        indent = mark.text[: len(mark.text) - len(mark.text.lstrip())]
+        if "\t" in indent:
+            mark = Mark(mark.file, mark.line, indent.index("\t") + 1, mark.text)
+            return _refusal("a tab cannot indent", mark, "indent with spaces", rule="tab")
+        context = f" ({error.context})" if error.context else ""
+        return _refusal(f"not valid YAML: {error.problem}{context}", mark)
+
+
+def _is_null(node: Scalar) -> bool:
+    return node.plain and node.text in _NULLS
+
+
+def _open_parentheses(text: str) -> int:
+    return text.count("(") - text.count(")")

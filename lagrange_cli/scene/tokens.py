@@ -1,0 +1,137 @@
+"""Tokens of the expression grammar."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+from lagrange_cli.scene.expression import Span
+
+__all__ = [
+    "IDENTIFIER",
+    "MAX_DIGITS",
+    "MAX_EXPONENT",
+    "ExpressionError",
+    "Token",
+    "number_value",
+    "tokenize",
+]
+
+#: Largest decimal exponent of a literal, and of any constant part of an expression.
+MAX_EXPONENT = 400
+#: Most digits of a literal.
+MAX_DIGITS = 1000
+
+IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+_TOKEN = re.compile(
+    r"""[ \t\r\n]*(?:
+        (?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)
+      | (?P<name>[A-Za-z_][A-Za-z0-9_]*)
+      | (?P<operator>\*\*|<=|>=|==|[-+*/^(),\[\]=<>])
+      | (?P<end>\Z)
+      | (?P<other>.)
+    )""",
+    re.VERBOSE | re.DOTALL,
+)
+
+_ALPHABET = (
+    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho"
+    " sigma sigma tau upsilon phi chi psi omega"
+).split()
+#: What to write for characters that come with pasted formulas.
+_INSTEAD = {
+    **{chr(0x3B1 + i): name for i, name in enumerate(_ALPHABET)},
+    **{chr(0x391 + i): name.capitalize() for i, name in enumerate(_ALPHABET)},
+    "\N{GREEK PHI SYMBOL}": "phi",
+    "\N{GREEK THETA SYMBOL}": "theta",
+    "\N{MINUS SIGN}": "-",
+    "\N{EN DASH}": "-",
+    "\N{MIDDLE DOT}": "*",
+    "\N{DOT OPERATOR}": "*",
+    "\N{MULTIPLICATION SIGN}": "*",
+    "\N{DIVISION SIGN}": "/",
+    "\N{SUPERSCRIPT TWO}": "^2",
+    "\N{SUPERSCRIPT THREE}": "^3",
+    "\N{VULGAR FRACTION ONE HALF}": "1/2",
+    "\N{SQUARE ROOT}": "sqrt",
+}
+
+
+class ExpressionError(Exception):
+    """Something wrong within an expression's text; the parser adds the place in the file."""
+
+    def __init__(self, message: str, span: Span, hint: str = "", rule: str = "syntax") -> None:
+        super().__init__(message)
+        self.message = message
+        self.span = span
+        self.hint = hint
+        self.rule = rule
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    """A lexical unit; the operator ``**`` has the text ``^``, the end of the text ``""``."""
+
+    kind: Literal["number", "name", "operator", "end"]
+    text: str
+    start: int
+    end: int
+
+    @property
+    def span(self) -> Span:
+        return (self.start, self.end)
+
+
+def tokenize(text: str) -> list[Token]:
+    """Split an expression or equation into tokens; the last one is the end.
+
+    Raises
+    ------
+    ExpressionError
+        At a character that the language does not have.
+    """
+    tokens: list[Token] = []
+    position = 0
+    while not tokens or tokens[-1].kind != "end":
+        match = _TOKEN.match(text, position)
+        assert match is not None and match.lastgroup is not None
+        kind, found = match.lastgroup, match.group(match.lastgroup)
+        start, position = match.span(kind)
+        if kind == "other":
+            instead = _INSTEAD.get(found, "")
+            raise ExpressionError(
+                f"unexpected character '{found}'",
+                (start, position),
+                f"write '{instead}' instead" if instead else "",
+            )
+        shown = "^" if found == "**" else found
+        tokens.append(Token(kind, shown, start, position))  # type: ignore[arg-type]
+    return tokens
+
+
+def number_value(token: Token) -> Fraction:
+    """The exact value of a number token.
+
+    Raises
+    ------
+    ExpressionError
+        If it has more than :data:`MAX_DIGITS` digits or a decimal exponent
+        beyond :data:`MAX_EXPONENT`.
+    """
+    mantissa, _, exponent = token.text.lower().partition("e")
+    whole, _, fraction = mantissa.partition(".")
+    if len(whole) + len(fraction) > MAX_DIGITS:
+        raise ExpressionError(
+            f"a number of more than {MAX_DIGITS} digits", token.span, rule="limit"
+        )
+    # A long exponent is compared by its length: int() is not asked to read it.
+    if len(exponent.lstrip("+-0")) > 3 or abs(int(exponent or "0")) > MAX_EXPONENT:
+        raise ExpressionError(
+            f"a decimal exponent beyond {MAX_EXPONENT}", token.span, rule="limit"
+        )
+    shift = int(exponent or "0") - len(fraction)
+    digits = int((whole + fraction) or "0")
+    return Fraction(digits * 10**shift) if shift >= 0 else Fraction(digits, 10**-shift)
