@@ -1,0 +1,89 @@
+"""Identifiers and comments of emitted code: scene text made harmless.
+
+Scene names are ASCII identifiers or family members (``x[1]``); whatever
+arrives here, what leaves is a valid identifier that clashes with no keyword,
+no macro and no other name.
+"""
+
+from __future__ import annotations
+
+import keyword
+from collections.abc import Iterable
+
+__all__ = ["C_RESERVED", "PYTHON_RESERVED", "comment_text", "identifier", "unique_identifiers"]
+
+#: Keywords of C (to C23) and C++ (to C++23), and names that common headers
+#: define as macros, which would break a structure field of that name.
+C_RESERVED = frozenset(
+    """
+    alignas alignof and and_eq asm atomic_cancel atomic_commit atomic_noexcept auto bitand bitor
+    bool break case catch char char8_t char16_t char32_t class co_await co_return co_yield compl
+    concept const const_cast consteval constexpr constinit continue decltype default delete do
+    double dynamic_cast else enum explicit export extern false float for friend goto if import
+    inline int long module mutable namespace new noexcept not not_eq nullptr operator or or_eq
+    private protected public reflexpr register reinterpret_cast requires restrict return short
+    signed sizeof static static_assert static_cast struct switch synchronized template this
+    thread_local throw true try typedef typeid typename typeof typeof_unqual union unsigned using
+    virtual void volatile wchar_t while xor xor_eq final override fortran
+    complex imaginary noreturn I NULL NAN INFINITY HUGE_VAL HUGE_VALF HUGE_VALL EOF BUFSIZ RAND_MAX
+    DOMAIN OVERFLOW UNDERFLOW SING PLOSS TLOSS MAXFLOAT X_TLOSS TMP_MAX FILENAME_MAX P_tmpdir
+    errno assert offsetof setjmp stdin stdout stderr signgam math_errhandling
+    isfinite isinf isnan isnormal signbit fpclassify isgreater isless isunordered
+    M_E M_LOG2E M_LOG10E M_LN2 M_LN10 M_PI M_PI_2 M_PI_4 M_1_PI M_2_PI M_2_SQRTPI M_SQRT2 M_SQRT1_2
+    linux unix i386 sun vax mips near far huge small hyper interface pascal cdecl min max
+    IN OUT OPTIONAL TRUE FALSE ERROR CONST VOID DELETE PI TWO_PI DEG_TO_RAD RAD_TO_DEG F
+    """.split()
+)
+
+#: Keywords of Python, and what a NamedTuple keeps for itself.
+PYTHON_RESERVED = frozenset(keyword.kwlist) | {"count", "index"}
+
+_SIGNS = {"[": "_", "]": "", ",": "_", " ": ""}
+
+
+def identifier(name: str) -> str:
+    """ASCII letters, digits and underscores for any name (``x[1]`` → ``x_1``)."""
+    text = "".join(
+        c if c.isascii() and (c.isalnum() or c == "_") else _SIGNS.get(c, f"_u{ord(c):04x}")
+        for c in name
+    )
+    return text if text and not text[0].isdigit() else f"x_{text}"
+
+
+def unique_identifiers(names: Iterable[str], reserved: frozenset[str]) -> list[str]:
+    """An identifier for each name, in order: reserved ones, ones that begin
+    with an underscore and repeated ones get a tail of underscores and digits."""
+    taken: set[str] = set()
+    result = []
+    for name in names:
+        base = identifier(name)
+        if base.startswith("_"):
+            base = f"x{base}"
+        if base in reserved:
+            base += "_"
+        choice, tail = base, 2
+        while choice in taken:
+            choice, tail = f"{base}_{tail}", tail + 1
+        taken.add(choice)
+        result.append(choice)
+    return result
+
+
+def comment_text(text: str) -> str:
+    """One line of plain text that ends no comment and no string in C or Python.
+
+    Control characters and line breaks become spaces; ``*/``, ``/*``, trigraphs
+    and backslashes are broken up or replaced, and so are quotation marks in
+    threes.
+    """
+    printable = "".join(c if c.isprintable() else " " for c in text)
+    for found, written in (
+        ("\\", "/"),
+        ("*/", "* /"),
+        ("/*", "/ *"),
+        ("??", "? ?"),
+        ('"""', "'''"),
+    ):
+        while found in printable:
+            printable = printable.replace(found, written)
+    return " ".join(printable.split())

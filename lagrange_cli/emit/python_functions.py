@@ -1,0 +1,226 @@
+"""Functions in Python that evaluate programs, for emitted modules and for simulation.
+
+Scalars run through the ``math`` module, which is several times faster than
+NumPy on single numbers; only results are arrays. Functions never raise for
+numeric trouble (a singular mass matrix, a domain error, overflow): they
+return NaN.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.numbers import double_literal
+from lagrange_cli.emit.printing import Dialect, expression
+from lagrange_cli.emit.program import Number, Operand, Program, Variable, build_program, input_names
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = ["PRELUDE", "function_source", "right_hand_side_source"]
+
+#: What the functions need at the top of their module.
+PRELUDE = '''\
+from math import (
+    acos, acosh, asin, asinh, atan, atan2, atanh, cos, cosh, exp, log, nan, pow, sin, sinh, sqrt,
+    tan, tanh,
+)
+
+import numpy as np
+
+
+def _sign(x):
+    """1, 0 or -1 with the sign of x (NaN for NaN)."""
+    return (x > 0.0) - (x < 0.0) if x == x else nan
+
+
+def _min(a, b):
+    """The smaller of two numbers (NaN if one is)."""
+    return a if a < b or a != a else b
+
+
+def _max(a, b):
+    """The larger of two numbers (NaN if one is)."""
+    return a if a > b or a != a else b
+'''
+
+_FUNCTIONS = {
+    **{
+        name: name
+        for name in (
+            "sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log sqrt abs atan2 pow"
+        ).split()
+    },
+    "sign": "_sign",
+    "min": "_min",
+    "max": "_max",
+}
+
+#: A pivot below this multiple of its diagonal entry is rounding error.
+_EPSILON = "1.1102230246251565e-16"
+
+_DOCS = {
+    "rhs": "State derivative [v, a] at time t; all NaN where it does not exist.",
+    "mass_matrix": "Mass matrix M(q, t), n by n, of M a = f.",
+    "forcing": "Forcing f(q, v, t) of M a = f.",
+    "energy": "Energy function: the sum of v dL/dv, less L (T + V in most systems).",
+    "positions": "Cartesian names, in the order of CARTESIAN.",
+    "velocities": "Time derivatives of the Cartesian names, in the order of CARTESIAN.",
+}
+
+
+def right_hand_side_source(equations: Equations) -> str:
+    """Source of a module with every evaluator, made of dummy names alone.
+
+    It defines ``rhs(t, y, p)``, ``mass_matrix``, ``forcing``, ``energy``,
+    ``positions`` and ``velocities`` of the same arguments: ``t`` a float, ``y`` an
+    array [q, v] of shape (2n,), ``p`` a sequence of floats, one for each
+    parameter in the order of the Equations. ``rhs`` returns an array of shape
+    (2n,), the others (n, n), (n,), a float, and arrays in the order of
+    ``cartesian_names``. No text of the scene is in it: it is safe to run.
+    """
+    parts = [PRELUDE]
+    for name in _DOCS:
+        parts.append(function_source(equations, name, {}, "p"))
+    return "\n\n".join(parts)
+
+
+def function_source(
+    equations: Equations, name: str, names: Mapping[str, str], parameter: str
+) -> str:
+    """The definition of one evaluator.
+
+    Parameters
+    ----------
+    name
+        ``rhs`` or the name of an output.
+    names
+        Dummy name → local name of the inputs.
+    parameter
+        The text of the last argument (``p``, or ``p=DEFAULTS``).
+    """
+    program = build_program(equations, ["acceleration" if name == "rhs" else name])
+    dialect = Dialect(double_literal, _FUNCTIONS, names)
+    body = _load_inputs(program, dialect)
+    for target, operand in program.assignments:
+        body.append(f"{target} = {expression(operand, dialect)}")
+    body.extend(_RESULTS.get(name, _vector_result)(program, dialect))
+    failure = "nan" if name == "energy" else f"np.full({_shape(equations, name)}, nan)"
+    lines = [f"def {name}(t, y, {parameter}):", f'    """{_DOCS[name]}"""', "    try:"]
+    lines.extend(f"        {line}" for line in body)
+    lines.append("    except (ArithmeticError, ValueError, np.linalg.LinAlgError):")
+    lines.append(f"        return {failure}")
+    return "\n".join(lines) + "\n"
+
+
+def _shape(equations: Equations, name: str) -> str:
+    n = len(equations.coordinates)
+    if name == "mass_matrix":
+        return f"({n}, {n})"
+    sizes = {"rhs": 2 * n, "forcing": n}
+    return str(sizes.get(name, len(equations.cartesian_names)))
+
+
+def _load_inputs(program: Program, dialect: Dialect) -> list[str]:
+    """Unpack parameters and state, whole or not at all."""
+    used = input_names(program)
+    used |= {f"v{i}" for i in range(program.coordinates)} if program.blocks else set()
+    lines = []
+    parameters = [f"p{i}" for i in range(program.parameters)]
+    state = [f"{kind}{i}" for kind in "qv" for i in range(program.coordinates)]
+    if used.intersection(parameters):
+        lines.append(_unpack(parameters, "p", dialect))
+    if used.intersection(state):
+        lines.append(_unpack(state, "np.asarray(y, dtype=float).tolist()", dialect))
+    return lines
+
+
+def _unpack(targets: Sequence[str], source: str, dialect: Dialect) -> str:
+    names = [dialect.names.get(name, name) for name in targets]
+    return f"{', '.join(names)}{',' if len(names) == 1 else ''} = {source}"
+
+
+def _vector_result(program: Program, dialect: Dialect) -> list[str]:
+    ((_, operands),) = program.outputs
+    return [f"return np.array([{_join(operands, dialect)}], dtype=float)"]
+
+
+def _scalar_result(program: Program, dialect: Dialect) -> list[str]:
+    ((_, (operand,)),) = program.outputs
+    return [f"return float({expression(operand, dialect)})"]
+
+
+def _matrix_result(program: Program, dialect: Dialect) -> list[str]:
+    ((_, operands),) = program.outputs
+    lines, matrix = _symmetric("m", operands, program.coordinates, dialect)
+    return [*lines, f"return {matrix}"]
+
+
+def _symmetric(
+    prefix: str, upper: Sequence[Operand], n: int, dialect: Dialect
+) -> tuple[list[str], str]:
+    """Lines that name compound entries, and the text of the full array."""
+    lines, texts = [], []
+    for k, operand in enumerate(upper):
+        text = expression(operand, dialect)
+        if not isinstance(operand, Variable | Number):
+            lines.append(f"{prefix}{k} = {text}")
+            text = f"{prefix}{k}"
+        texts.append(text)
+    start = [i * n - i * (i - 1) // 2 for i in range(n)]
+    rows = [[texts[start[min(i, j)] + abs(i - j)] for j in range(n)] for i in range(n)]
+    entries = ", ".join(text for row in rows for text in row)
+    return lines, f"np.array([{entries}], dtype=float).reshape({n}, {n})"
+
+
+def _accelerations(program: Program, dialect: Dialect) -> list[str]:
+    """Check pivots, solve the blocks that need a loop, and return [v, a]."""
+    lines = [
+        f"if {test}:\n            return np.full({2 * program.coordinates}, nan)"
+        for test in _pivot_tests(program, dialect)
+    ]
+    written = iter(program.output("acceleration"))
+    dense_matrix = list(program.output("dense_matrix"))
+    dense_forcing = list(program.output("dense_forcing"))
+    results = [""] * program.coordinates
+    for number, block in enumerate(program.blocks):
+        n = len(block.coordinates)
+        if block.unrolled:
+            for i in block.coordinates:
+                results[i] = expression(next(written), dialect)
+            continue
+        upper, dense_matrix = dense_matrix[: n * (n + 1) // 2], dense_matrix[n * (n + 1) // 2 :]
+        right, dense_forcing = dense_forcing[:n], dense_forcing[n:]
+        entries, matrix = _symmetric(f"m{number}_", upper, n, dialect)
+        lines.extend(entries)
+        vector = f"np.array([{_join(right, dialect)}], dtype=float)"
+        lines.append(f"a{number} = np.linalg.solve({matrix}, {vector}).tolist()")
+        for k, i in enumerate(block.coordinates):
+            results[i] = f"a{number}[{k}]"
+    velocities = [Variable(f"v{i}") for i in range(program.coordinates)]
+    lines.append(
+        f"return np.array([{_join(velocities, dialect)}, {', '.join(results)}], dtype=float)"
+    )
+    return lines
+
+
+def _pivot_tests(program: Program, dialect: Dialect) -> list[str]:
+    """Conditions under which the mass matrix is singular."""
+    tests = []
+    pivots = iter(zip(program.output("pivots"), program.output("scales"), strict=True))
+    for block in program.blocks:
+        for k in range(len(block.coordinates) if block.unrolled else 0):
+            pivot, scale = (expression(operand, dialect) for operand in next(pivots))
+            if block.definite and k:
+                tests.append(f"not {pivot} > {_EPSILON}*({scale})")
+            elif block.definite:
+                tests.append(f"not {pivot} > 0.0")
+    return tests
+
+
+def _join(operands: Sequence[Operand], dialect: Dialect) -> str:
+    return ", ".join(expression(operand, dialect) for operand in operands)
+
+
+_RESULTS = {"rhs": _accelerations, "energy": _scalar_result, "mass_matrix": _matrix_result}

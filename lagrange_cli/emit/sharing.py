@@ -1,0 +1,216 @@
+"""Shared parts of flat sums and products, pair by pair.
+
+Hash-consing finds equal expressions; parts that sums or products have in
+common (``m2*l1*l2`` in two products, ``m2 + m3`` in two sums) are found by
+repeatedly giving the pair that occurs most often a node of its own, as in
+Breuer, "Generation of optimal code for expressions via factorization",
+Comm. ACM 12 (1969) 333-340. Among equally frequent pairs the one of lower rank
+wins, so that parts made of parameters alone come together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from fractions import Fraction
+from heapq import heapify, heappop, heappush
+from typing import Generic, Protocol, TypeVar
+
+from lagrange_cli.emit.values import ONE, Product, Sum, Values
+
+__all__ = ["share"]
+
+#: Longer sums and products do not take part: the pairs of one grow with its square.
+LONGEST_GROUP = 256
+
+W = TypeVar("W", int, Fraction)
+Key = tuple[int, int, W]
+"""First node, second node, and their relation (ratio of coefficients or of exponents)."""
+
+
+class _Kind(Protocol[W]):
+    """How pairs are found in, and taken out of, a sum or a product."""
+
+    def between(self, a: tuple[int, W], b: tuple[int, W]) -> tuple[Key[W], int]: ...
+    def within(self, a: tuple[int, W]) -> int: ...
+    def take(self, group: dict[int, W], key: Key[W]) -> W: ...
+    def define(self, key: Key[W]) -> dict[int, W]: ...
+
+
+class _Sums:
+    """Pairs of terms, up to a common numeric factor."""
+
+    def between(
+        self, a: tuple[int, Fraction], b: tuple[int, Fraction]
+    ) -> tuple[Key[Fraction], int]:
+        (m, c), (n, d) = (a, b) if a[0] < b[0] else (b, a)
+        return (m, n, d / c), 1
+
+    def within(self, a: tuple[int, Fraction]) -> int:
+        return 0
+
+    def take(self, group: dict[int, Fraction], key: Key[Fraction]) -> Fraction:
+        coefficient = group.pop(key[0])
+        del group[key[1]]
+        return coefficient
+
+    def define(self, key: Key[Fraction]) -> dict[int, Fraction]:
+        return {key[0]: Fraction(1), key[1]: key[2]}
+
+
+class _Products:
+    """Pairs of factors: x·y (relation 1, also x·x) or x/y (relation −1)."""
+
+    def between(self, a: tuple[int, int], b: tuple[int, int]) -> tuple[Key[int], int]:
+        (m, d), (n, e) = (a, b) if a[0] < b[0] else (b, a)
+        times = min(abs(d), abs(e))
+        if (d > 0) == (e > 0):
+            return (m, n, 1), times
+        return ((m, n, -1) if d > 0 else (n, m, -1)), times
+
+    def within(self, a: tuple[int, int]) -> int:
+        return abs(a[1]) // 2
+
+    def take(self, group: dict[int, int], key: Key[int]) -> int:
+        first, second, relation = key
+        sign = 1 if group[first] > 0 else -1
+        if first == second:
+            times = abs(group[first]) // 2
+            group[first] -= sign * 2 * times
+        else:
+            times = min(abs(group[first]), abs(group[second]))
+            group[first] -= sign * times
+            group[second] -= sign * relation * times
+        for number in {first, second}:
+            if not group[number]:
+                del group[number]
+        return sign * times
+
+    def define(self, key: Key[int]) -> dict[int, int]:
+        first, second, relation = key
+        return {first: 2} if first == second else {first: 1, second: relation}
+
+
+class _Extraction(Generic[W]):
+    """The pairs of a set of groups (all sums, or all products), kept up to date."""
+
+    def __init__(self, values: Values, kind: _Kind[W], groups: dict[int, dict[int, W]]) -> None:
+        self.values = values
+        self.kind = kind
+        self.groups = groups
+        self.occurrences: dict[Key[W], dict[int, int]] = {}
+        self.definitions: dict[Key[W], int] = {}
+        for number, group in groups.items():
+            self._enter(number, self._pairs(group, list(group)))
+        for number, group in groups.items():
+            self._note_definition(number, group)
+        self.heap = [(*self._priority(k), k) for k in self.occurrences if self._count(k) > 1]
+        heapify(self.heap)
+
+    def run(self) -> None:
+        """Give every pair that occurs at least twice a node, most frequent first."""
+        while self.heap:
+            priority, rank, key = heappop(self.heap)
+            count = self._count(key)
+            if count < 2:
+                continue
+            if (priority, rank) != self._priority(key):
+                heappush(self.heap, (*self._priority(key), key))
+                continue
+            self._extract(key)
+
+    def _count(self, key: Key[W]) -> int:
+        return sum(self.occurrences[key].values())
+
+    def _priority(self, key: Key[W]) -> tuple[int, int]:
+        rank = self.values.rank
+        return -self._count(key), max(rank[key[0]], rank[key[1]])
+
+    def _pairs(self, group: dict[int, W], of: Iterable[int]) -> Iterator[tuple[Key[W], int]]:
+        """The pairs of a group in which at least one of the nodes ``of`` takes part."""
+        seen: set[int] = set()
+        for number in of:
+            seen.add(number)
+            term = (number, group[number])
+            times = self.kind.within(term)
+            if times:
+                yield (number, number, self._unit(group[number])), times
+            for other, weight in group.items():
+                if other not in seen:
+                    yield self.kind.between(term, (other, weight))
+
+    @staticmethod
+    def _unit(weight: W) -> W:
+        return type(weight)(1)
+
+    def _enter(self, number: int, pairs: Iterable[tuple[Key[W], int]]) -> None:
+        for key, times in pairs:
+            self.occurrences.setdefault(key, {})[number] = times
+
+    def _note_definition(self, number: int, group: dict[int, W]) -> None:
+        """A group that is just a pair is that pair's node."""
+        if len(group) > 2:
+            return
+        for key, _ in self._pairs(group, list(group)):
+            if self.kind.define(key) == group:
+                self.definitions.setdefault(key, number)
+
+    def _extract(self, key: Key[W]) -> None:
+        holders = self.occurrences[key]
+        target = self.definitions.get(key)
+        if target is None:
+            target = self._new_node(key)
+        for number in sorted(holders):
+            if number != target:
+                self._replace(number, key, target)
+        self.occurrences[key] = {target: 1}
+
+    def _new_node(self, key: Key[W]) -> int:
+        values, definition = self.values, self.kind.define(key)
+        rank = max(values.rank[n] for n in definition)
+        number = len(values.nodes)
+        # The node itself is written when all groups are (see share).
+        values.nodes.append(values.nodes[ONE])
+        values.rank.append(rank)
+        self.groups[number] = definition
+        self.definitions[key] = number
+        return number
+
+    def _replace(self, number: int, key: Key[W], target: int) -> None:
+        group = self.groups[number]
+        touched = [n for n in dict.fromkeys(key[:2]) if n in group]
+        if target in group:
+            touched.append(target)
+        for old, _ in list(self._pairs(group, touched)):
+            self.occurrences[old].pop(number, None)
+        weight = self.kind.take(group, key)
+        if target in group:
+            weight += group[target]
+        if weight:
+            group[target] = weight
+        else:
+            del group[target]
+        present = [n for n in dict.fromkeys((*key[:2], target)) if n in group]
+        for new, times in list(self._pairs(group, present)):
+            self.occurrences.setdefault(new, {})[number] = times
+            if self._count(new) > 1:
+                heappush(self.heap, (*self._priority(new), new))
+        self._note_definition(number, group)
+
+
+def share(values: Values, reachable: Iterable[int]) -> None:
+    """Rewrite the sums and products among ``reachable`` nodes so that what
+    they have in common is computed once. Numbers of nodes keep their meaning."""
+    products: dict[int, dict[int, int]] = {}
+    sums: dict[int, dict[int, Fraction]] = {}
+    for number in sorted(reachable):
+        node = values.nodes[number]
+        if isinstance(node, Product) and len(node.factors) <= LONGEST_GROUP:
+            products[number] = dict(node.factors)
+        elif isinstance(node, Sum) and 1 < len(node.terms) <= LONGEST_GROUP:
+            sums[number] = dict(node.terms)
+    _Extraction(values, _Products(), products).run()
+    _Extraction(values, _Sums(), sums).run()
+    for number, powers in products.items():
+        values.nodes[number] = Product(tuple(sorted(powers.items())))
+    for number, terms in sums.items():
+        values.nodes[number] = Sum(tuple(sorted(terms.items())))

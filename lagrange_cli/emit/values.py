@@ -1,0 +1,277 @@
+"""Value numbering: SymPy expressions as a graph in which equal values are one node.
+
+Every value is a rational multiple of a node, so that signs and numeric factors
+never hide a shared part: ``a - b`` and ``b - a`` are one node, and so are
+``2*x*y`` and ``x*y/3``. Sums and products are flat and keep their terms in a
+canonical order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, TypeAlias
+
+import sympy
+
+from lagrange_cli.errors import InternalError, Problem
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
+
+__all__ = ["ONE", "Call", "Input", "Node", "Product", "Scaled", "Sum", "Values"]
+
+Scaled: TypeAlias = tuple[Fraction, int]
+"""A value: rational coefficient times node."""
+
+#: The node of the number one.
+ONE = 0
+
+#: Integer powers up to this one become multiplications.
+LARGEST_MULTIPLIED_POWER = 64
+
+#: Decimal digits to which irrational constants are evaluated.
+CONSTANT_DIGITS = 50
+
+_ODD = frozenset("sin tan asin atan sinh tanh asinh atanh sign".split())
+_EVEN = frozenset("cos cosh abs".split())
+
+#: SymPy functions and the name each has in a program.
+_CALLS: dict[object, str] = {
+    **{
+        getattr(sympy, name): name
+        for name in "sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log atan2".split()
+    },
+    sympy.Abs: "abs",
+    sympy.sign: "sign",
+    sympy.Min: "min",
+    sympy.Max: "max",
+}
+
+_RECIPROCALS: dict[object, str] = {sympy.cot: "tan", sympy.sec: "cos", sympy.csc: "sin"}
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """An input of the program by its dummy name (``t``, ``q0``, ``v0``, ``p0``)."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Sum:
+    """Σ coefficient · node; the node :data:`ONE` stands for the constant term."""
+
+    terms: tuple[tuple[int, Fraction], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Product:
+    """Π node ** exponent, with nonzero integer exponents."""
+
+    factors: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """An elementary function of nodes."""
+
+    function: str
+    arguments: tuple[int, ...]
+
+
+Node: TypeAlias = Input | Sum | Product | Call
+
+
+class Values:
+    """A growing graph of values over named inputs.
+
+    ``rank`` of a node says what it depends on: 0 nothing, 1 parameters only,
+    2 also t, 3 also q, 4 also v (the largest rank of its parts).
+
+    Parameters
+    ----------
+    inputs
+        (symbol, dummy name, rank) of every input, in a deterministic order.
+    """
+
+    def __init__(self, inputs: Sequence[tuple[Symbol, str, int]]) -> None:
+        self.nodes: list[Node] = [Input("1")]
+        self.rank: list[int] = [0]
+        self._numbers: dict[Node, int] = {}
+        self._known: dict[Expr, Scaled] = {}
+        for symbol, name, rank in inputs:
+            self._known[symbol] = (Fraction(1), self.intern(Input(name), rank))
+
+    def intern(self, node: Node, rank: int) -> int:
+        """The number of a node, new or known."""
+        number = self._numbers.get(node)
+        if number is None:
+            number = self._numbers[node] = len(self.nodes)
+            self.nodes.append(node)
+            self.rank.append(rank)
+        return number
+
+    def parts(self, number: int) -> tuple[int, ...]:
+        """The nodes that a node is made of."""
+        node = self.nodes[number]
+        if isinstance(node, Sum):
+            return tuple(n for n, _ in node.terms)
+        if isinstance(node, Product):
+            return tuple(n for n, _ in node.factors)
+        return node.arguments if isinstance(node, Call) else ()
+
+    def add(self, values: Iterable[Scaled]) -> Scaled:
+        """The sum of values, normalised so that its first coefficient is
+        positive, and 1 where all have one magnitude."""
+        terms: dict[int, Fraction] = {}
+        for coefficient, number in values:
+            terms[number] = terms.get(number, Fraction(0)) + coefficient
+        ordered = sorted((n, c) for n, c in terms.items() if c)
+        if not ordered:
+            return Fraction(0), ONE
+        if len(ordered) == 1:
+            return ordered[0][1], ordered[0][0]
+        first = ordered[0][1]
+        if all(abs(c) == abs(first) for _, c in ordered):
+            scale = first
+        else:
+            scale = Fraction(1 if first > 0 else -1)
+        node = Sum(tuple((n, c / scale) for n, c in ordered))
+        return scale, self.intern(node, max(self.rank[n] for n, _ in ordered))
+
+    def multiply(self, factors: Iterable[tuple[Scaled, int]]) -> Scaled:
+        """The product of values to integer powers."""
+        scale, powers = Fraction(1), dict[int, int]()
+        for (coefficient, number), exponent in factors:
+            if coefficient == 0 and exponent < 0:
+                raise _unprintable("division by zero")
+            scale *= coefficient**exponent
+            if number != ONE:
+                powers[number] = powers.get(number, 0) + exponent
+        ordered = sorted((n, e) for n, e in powers.items() if e)
+        if scale == 0 or not ordered:
+            return scale, ONE
+        if len(ordered) == 1 and ordered[0][1] == 1:
+            return scale, ordered[0][0]
+        rank = max(self.rank[n] for n, _ in ordered)
+        return scale, self.intern(Product(tuple(ordered)), rank)
+
+    def node(self, value: Scaled) -> int:
+        """The node equal to a value, its coefficient included."""
+        coefficient, number = value
+        if coefficient == 1:
+            return number
+        return self.intern(Sum(((number, coefficient),)), self.rank[number])
+
+    def call(self, function: str, *arguments: Scaled) -> Scaled:
+        """A function of values; signs leave odd and even functions."""
+        sign = Fraction(1)
+        if function in _ODD or function in _EVEN:
+            coefficient, number = arguments[0]
+            if coefficient < 0 and function in _ODD:
+                sign = -sign
+            arguments = ((abs(coefficient), number),)
+        numbers = tuple(self.node(a) for a in arguments)
+        rank = max(self.rank[n] for n in numbers)
+        return sign, self.intern(Call(function, numbers), rank)
+
+    def convert(self, expression: Expr) -> Scaled:
+        """The value of a SymPy expression over the inputs.
+
+        Raises
+        ------
+        InternalError
+            It holds something that has no counterpart in emitted code.
+        """
+        stack = [expression]
+        while stack:
+            top = stack[-1]
+            if top in self._known:
+                stack.pop()
+                continue
+            missing = [a for a in _arguments(top) if a not in self._known]
+            if missing:
+                stack.extend(reversed(missing))
+            else:
+                self._known[top] = self._convert_known(top)
+                stack.pop()
+        return self._known[expression]
+
+    def _convert_known(self, e: Expr) -> Scaled:
+        """The value of an expression whose arguments are known."""
+        known = self._known
+        if e.is_Number or e.is_NumberSymbol:
+            return _constant(e), ONE
+        if e.is_Add:
+            return self.add(known[a] for a in e.args)
+        if e.is_Mul:
+            return self.multiply((known[a], 1) for a in e.args)
+        if e.args and all(known[a][1] == ONE for a in _arguments(e)):
+            return _constant(e), ONE
+        if e.is_Pow:
+            return self._power(e.base, e.exp)
+        return self._function(e)
+
+    def _power(self, base: Expr, exponent: Expr) -> Scaled:
+        if base is sympy.E:
+            return self.call("exp", self._known[exponent])
+        value = self._known[base]
+        twice = 2 * exponent
+        if not (twice.is_Integer and abs(exponent) <= LARGEST_MULTIPLIED_POWER):
+            if exponent.is_Rational:
+                return self.call("pow", value, (_constant(exponent), ONE))
+            return self.call("pow", value, self._known[exponent])
+        whole, half = divmod(abs(int(twice)), 2)
+        sign = 1 if exponent > 0 else -1
+        factors = [(value, sign * whole)]
+        if half:
+            factors.append((self.call("sqrt", value), sign))
+        return self.multiply(factors)
+
+    def _function(self, e: Expr) -> Scaled:
+        arguments = [self._known[a] for a in _arguments(e)]
+        if e.func in _RECIPROCALS:
+            return self.multiply([(self.call(_RECIPROCALS[e.func], *arguments), -1)])
+        if e.func is sympy.Heaviside:
+            # H(x) = (1 + sign x)/2, with the value 1/2 at zero.
+            sign, number = self.call("sign", arguments[0])
+            return self.add([(Fraction(1, 2), ONE), (sign / 2, number)])
+        name = _CALLS.get(e.func)
+        if name is None:
+            raise _unprintable(str(e.func))
+        if name in ("min", "max"):
+            return self._extremum(name, arguments)
+        return self.call(name, *arguments)
+
+    def _extremum(self, name: str, arguments: list[Scaled]) -> Scaled:
+        arguments.sort(key=lambda value: (value[1], value[0]))
+        result = arguments[0]
+        for argument in arguments[1:]:
+            result = self.call(name, result, argument)
+        return result
+
+
+def _arguments(e: Expr) -> tuple[Expr, ...]:
+    """The arguments that must be values first (exact exponents are none)."""
+    if e.is_Pow and e.exp.is_Rational:
+        return (e.base,)
+    if e.func is sympy.Heaviside:
+        return (e.args[0],)
+    return tuple(e.args)
+
+
+def _constant(e: Expr) -> Fraction:
+    """A constant expression as a fraction, exact if it is rational."""
+    if e.is_Rational:
+        return Fraction(int(e.p), int(e.q))
+    number = e if e.is_Float else e.evalf(CONSTANT_DIGITS)
+    if not (number.is_Float and number.is_finite):
+        raise _unprintable(f"the constant {e}")
+    numerator, denominator = number.as_integer_ratio()
+    return Fraction(int(numerator), int(denominator))
+
+
+def _unprintable(what: str) -> InternalError:
+    return InternalError(Problem(f"{what} has no counterpart in emitted code", rule="unprintable"))
