@@ -1,0 +1,8 @@
+"""``python -m lagrange_cli``, the same as the command ``lagrange``."""
+
+from lagrange_cli.cli.main import main
+
+__all__ = ["main"]
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,141 @@
+"""The Python interface: the pipeline's values with the steps between them as methods.
+
+``load("scene.yaml").derive().simulate(accuracy=1e-9)`` gives what the commands
+give. Every value is frozen; the modules behind a step are imported when it is
+taken.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from lagrange_cli.emit.registry import OptionValue
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.scene.model import Scene
+    from lagrange_cli.simulate import Trajectory
+
+__all__ = ["Derivation", "LoadedScene", "load", "loads"]
+
+Values = Mapping[str, "float | str"]
+
+
+def _texts(values: Values | None) -> dict[str, str]:
+    """Numbers as the shortest text that reads back the same; expressions as they are."""
+    return {
+        name: value if isinstance(value, str) else repr(float(value))
+        for name, value in (values or {}).items()
+    }
+
+
+def load(
+    path: str | os.PathLike[str], *, parameters: Values | None = None, initial: Values | None = None
+) -> LoadedScene:
+    """Read a scene file.
+
+    Parameters
+    ----------
+    path
+        The YAML file.
+    parameters, initial
+        Values that replace those of the scene; numbers or expressions.
+        Velocities are named ``dot(NAME)``.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read or is not a scene.
+    """
+    from lagrange_cli.scene import read_file
+
+    return LoadedScene(
+        read_file(os.fspath(path), parameters=_texts(parameters), initial=_texts(initial))
+    )
+
+
+def loads(
+    text: str | bytes, *, parameters: Values | None = None, initial: Values | None = None
+) -> LoadedScene:
+    """Read a scene from its text; see :func:`load`."""
+    from lagrange_cli.scene import read_text
+
+    return LoadedScene(
+        read_text(text, parameters=_texts(parameters), initial=_texts(initial))
+    )
+
+
+@dataclass(frozen=True)
+class LoadedScene:
+    """A scene that was read; ``scene`` is all that it says."""
+
+    scene: Scene
+
+    def derive(self, *, digits: int = 30) -> Derivation:
+        """Derive and certify the equations of motion.
+
+        Parameters
+        ----------
+        digits
+            Decimal digits of the arithmetic that certifies them.
+
+        Raises
+        ------
+        InputError
+            The scene's geometry or its coordinates are at fault.
+        """
+        from lagrange_cli.mechanics import derive
+
+        return Derivation(derive(self.scene, digits=digits))
+
+    def __repr__(self) -> str:
+        return f"<LoadedScene {self.scene.name}>"
+
+
+@dataclass(frozen=True)
+class Derivation:
+    """Certified equations of motion.
+
+    ``str`` gives the text of ``lagrange derive``; notebooks show the equations
+    typeset.
+    """
+
+    equations: Equations
+
+    def report(self, *, form: str = "lagrange") -> dict[str, Any]:
+        """What ``lagrange derive --format json`` writes."""
+        from lagrange_cli.emit.report import derivation_report
+
+        return derivation_report(self.equations, form)
+
+    def emit(self, to: str, **options: OptionValue) -> dict[str, str]:
+        """Return file name → text in a format of ``lagrange emit --list``.
+
+        Raises
+        ------
+        InputError
+            There is no such format or option.
+        """
+        from lagrange_cli.emit.registry import emitter
+
+        return emitter(to).emit(self.equations, options)
+
+    def simulate(self, **options: Any) -> Trajectory:
+        """Integrate; see :func:`lagrange_cli.simulate.simulate` for the options."""
+        from lagrange_cli.simulate import simulate
+
+        return simulate(self.equations, **options)
+
+    def _repr_latex_(self) -> str:
+        (snippet,) = self.emit("latex", style="snippet").values()
+        return snippet
+
+    def __str__(self) -> str:
+        from lagrange_cli.emit.text import derivation_text
+
+        return derivation_text(self.equations, ascii=False, form="lagrange")
+
+    def __repr__(self) -> str:
+        return f"<Derivation of {self.equations.name}>"

@@ -1,0 +1,149 @@
+"""Check scenes: validate, derive, certify, compare with what they expect."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from time import perf_counter
+
+from lagrange_cli.batch.expectations import CHECKS
+from lagrange_cli.batch.model import Outcome, Report, SceneReport
+from lagrange_cli.batch.walk import scenes_in
+from lagrange_cli.errors import AccuracyError, InputError, LagrangeError, Problem
+from lagrange_cli.mechanics import derive
+from lagrange_cli.scene import expected_error, read_file
+from lagrange_cli.scene.files import read_bytes
+from lagrange_cli.scene.model import ErrorExpectation
+
+__all__ = ["check_paths", "check_scene"]
+
+Found = tuple[Outcome, tuple[Problem, ...]]
+
+
+def check_paths(
+    paths: Sequence[str],
+    *,
+    parameters: Mapping[str, str] | None = None,
+    strict: bool = False,
+    progress: Callable[[SceneReport], None] | None = None,
+) -> Report:
+    """Check every scene that the paths name.
+
+    Parameters
+    ----------
+    paths
+        Scene files and folders.
+    parameters
+        Values that replace those of the scenes.
+    strict
+        Warnings make a scene invalid.
+    progress
+        Called with each scene's report as it is ready.
+
+    Raises
+    ------
+    InputError
+        A path does not exist. Nothing that is wrong with a scene raises.
+    """
+    reports = []
+    for path in scenes_in(paths):
+        reports.append(check_scene(path, parameters=parameters, strict=strict))
+        if progress is not None:
+            progress(reports[-1])
+    return Report(tuple(reports))
+
+
+def check_scene(
+    path: str, *, parameters: Mapping[str, str] | None = None, strict: bool = False
+) -> SceneReport:
+    """Check one scene; whatever goes wrong with it stays within its report."""
+    started = perf_counter()
+    trace = ""
+    try:
+        outcome, problems = _check(path, parameters, strict)
+    except Exception as error:
+        outcome, problems = "crash", (_crash(error),)
+        trace = "".join(traceback.format_exception(error))
+    return SceneReport(path, outcome, perf_counter() - started, problems, trace)
+
+
+def _check(path: str, parameters: Mapping[str, str] | None, strict: bool) -> Found:
+    """Read, derive and compare a scene."""
+    try:
+        scene = read_file(path, parameters=parameters)
+    except InputError as error:
+        return _refused(error, _expected(path))
+    try:
+        equations = derive(scene)
+    except InputError as error:
+        return _refused(error, scene.expect.error)
+    if strict and equations.warnings:
+        return _refused(InputError(*equations.warnings), scene.expect.error)
+    if scene.expect.error is not None:
+        return "fail", (_not_refused(scene.expect.error),)
+    problems: list[Problem] = []
+    for compare in CHECKS.values():
+        try:
+            problems.extend(compare(scene.expect, equations))
+        except (AccuracyError, InputError) as error:
+            problems.extend(error.problems)
+    return ("fail" if problems else "pass"), tuple(problems)
+
+
+def _expected(path: str) -> ErrorExpectation | None:
+    """The refusal that an unreadable scene expects of itself; standard input is read by now."""
+    if path == "-":
+        return None
+    try:
+        return expected_error(read_bytes(path), path)
+    except InputError:
+        return None
+
+
+def _refused(error: InputError, expected: ErrorExpectation | None) -> Found:
+    """A refusal is what an ``error`` expectation asks for, and else makes the scene invalid."""
+    if expected is None:
+        return "invalid", error.problems
+    if any(_is_expected(problem, expected) for problem in error.problems):
+        return "pass", ()
+    wrong = Problem(
+        f"the scene is refused otherwise than expected: {error.problems[0].message}",
+        expected.mark,
+        hint=f"expected {_wanted(expected)}; found kind '{error.problems[0].rule}'",
+        rule="error",
+    )
+    return "fail", (wrong, *error.problems)
+
+
+def _is_expected(problem: Problem, expected: ErrorExpectation) -> bool:
+    text = f"{problem.message}\n{problem.hint}"
+    return expected.kind in (None, problem.rule) and (expected.contains or "") in text
+
+
+def _wanted(expected: ErrorExpectation) -> str:
+    """An ``error`` expectation in words."""
+    parts = []
+    if expected.kind is not None:
+        parts.append(f"kind '{expected.kind}'")
+    if expected.contains is not None:
+        parts.append(f"a message that contains '{expected.contains}'")
+    return " and ".join(parts) or "any refusal"
+
+
+def _not_refused(expected: ErrorExpectation) -> Problem:
+    return Problem(
+        f"the scene is not refused; expected {_wanted(expected)}", expected.mark, rule="error"
+    )
+
+
+def _crash(error: Exception) -> Problem:
+    """Name what failed and where in the program."""
+    if isinstance(error, LagrangeError):
+        return error.problems[0]
+    frames = traceback.extract_tb(error.__traceback__)
+    place = f" ({frames[-1].filename.rpartition('/')[2]}:{frames[-1].lineno})" if frames else ""
+    return Problem(
+        f"internal error: {type(error).__name__}: {error}{place}",
+        hint="this is a defect of lagrange and not of the scene; please report it",
+        rule="crash",
+    )

@@ -1,0 +1,183 @@
+"""What a scene may expect, one check a key.
+
+To add a key, add its field to :class:`~lagrange_cli.scene.model.Expect` and a
+function to :data:`CHECKS`. A check is given what the scene expects and the
+equations, yields a located problem for everything that does not hold, and
+yields nothing for what the scene does not mention.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import TypeAlias
+
+from lagrange_cli.batch.compare import lagrangians_agree, proportional
+from lagrange_cli.emit.scene_language import to_scene_language
+from lagrange_cli.errors import InputError, Problem, nearest
+from lagrange_cli.mechanics import interpret
+from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.scene.expression import Equation, Expression
+from lagrange_cli.scene.model import Expect, StateExpectation
+from lagrange_cli.simulate import simulate
+
+__all__ = ["CHECKS", "Check"]
+
+Check: TypeAlias = Callable[[Expect, Equations], Iterator[Problem]]
+
+#: A state is computed ten times closer than it is compared, where doubles allow.
+STATE_MARGIN = 0.1
+FINEST_ACCURACY = 1e-12
+
+
+def _dof(expect: Expect, equations: Equations) -> Iterator[Problem]:
+    account = equations.account
+    if expect.dof is not None and expect.dof != account.dof:
+        extra = f", E = {account.extra}" if account.extra else ""
+        yield Problem(
+            f"expected dof {expect.dof}, found {account.dof}",
+            expect.dof_mark,
+            hint=f"3N = {account.cartesian}{extra}, K = {account.constraints}",
+            rule="dof",
+        )
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return ", ".join(names) or "none"
+
+
+def _cyclic(expect: Expect, equations: Equations) -> Iterator[Problem]:
+    if expect.cyclic is not None and set(expect.cyclic) != set(equations.cyclic):
+        yield Problem(
+            f"expected cyclic coordinates: {_listed(expect.cyclic)}; "
+            f"found: {_listed(equations.cyclic)}",
+            expect.cyclic_mark,
+            rule="cyclic",
+        )
+
+
+def _conserved(expect: Expect, equations: Equations) -> Iterator[Problem]:
+    """Every quantity listed is conserved; an empty list says that none is."""
+    if expect.conserved is None:
+        return
+    found = tuple(c.name for c in equations.conserved)
+    if not expect.conserved and found:
+        yield Problem(
+            f"expected no conserved quantity; found: {_listed(found)}",
+            expect.conserved_mark,
+            rule="conserved",
+        )
+    for name in expect.conserved:
+        if name not in found:
+            yield Problem(
+                f"'{name}' is not found to be conserved; found: {_listed(found)}",
+                expect.conserved_mark,
+                hint=nearest(name, found),
+                rule="conserved",
+            )
+
+
+def _equations(expect: Expect, equations: Equations) -> Iterator[Problem]:
+    """Each expected equation is a nonzero multiple of a derived one, each of another."""
+    left = list(equations.shown)
+    for expected in expect.equations or ():
+        residual = _residual(equations, expected)
+        for derived in left:
+            if proportional(residual, derived.residual, equations):
+                left.remove(derived)
+                break
+        else:
+            found = [
+                f"{derived.coordinate}: {to_scene_language(derived.residual, equations)} = 0"
+                for derived in equations.shown
+            ]
+            yield Problem(
+                "no derived equation is a multiple of this one",
+                expected.mark(),
+                hint="derived\n  " + "\n  ".join(found),
+                rule="equations",
+            )
+
+
+def _residual(equations: Equations, expected: Equation):  # type: ignore[no-untyped-def]
+    return interpret(equations, expected.left) - interpret(equations, expected.right)
+
+
+def _lagrangian(expect: Expect, equations: Equations) -> Iterator[Problem]:
+    if expect.lagrangian is None:
+        return
+    expected = interpret(equations, expect.lagrangian)
+    if not lagrangians_agree(expected, equations):
+        yield Problem(
+            "expected Lagrangian is not the derived one, nor differs by a total time derivative",
+            expect.lagrangian.mark(),
+            hint=f"derived: {to_scene_language(equations.lagrangian, equations)}",
+            rule="lagrangian",
+        )
+
+
+def _value(equations: Equations, expression: Expression) -> float:
+    """The number that an expression in parameters stands for."""
+    known = {p.symbol: p.value for p in equations.parameters if p.value is not None}
+    value = interpret(equations, expression).subs(known)
+    if value.free_symbols:
+        names = ", ".join(sorted(symbol.name for symbol in value.free_symbols))
+        raise InputError(
+            Problem(f"no value is known for {names}", expression.mark(), rule="no-value")
+        )
+    return float(value)
+
+
+def _state(expect: Expect, equations: Equations) -> Iterator[Problem]:
+    for state in expect.states:
+        yield from _one_state(state, equations)
+
+
+def _one_state(state: StateExpectation, equations: Equations) -> Iterator[Problem]:
+    time, within = _value(equations, state.time), _value(equations, state.within)
+    accuracy = max(STATE_MARGIN * within, FINEST_ACCURACY)
+    trajectory = simulate(equations, until=time, accuracy=accuracy)
+    for entry in state.values:
+        name = f"dot({entry.name})" if entry.order else entry.name
+        expected, found = _value(equations, entry.value), trajectory.state[name]
+        if not math.fabs(found - expected) <= within:
+            yield Problem(
+                f"at t = {time:g}: expected {name} = {expected!r} within {within:g}, "
+                f"found {found!r}",
+                entry.mark,
+                rule="state",
+            )
+
+
+def _drift(expect: Expect, equations: Equations) -> Iterator[Problem]:
+    if not expect.drift:
+        return
+    trajectory = simulate(equations)
+    for name, expression in expect.drift:
+        bound = _value(equations, expression)
+        if name != "energy":
+            yield Problem(
+                f"no drift of '{name}' is known; expected 'energy'", expression.mark(), rule="drift"
+            )
+        elif not trajectory.energy_drift <= bound:
+            yield Problem(
+                f"expected a drift of energy within {bound:g}, found {trajectory.energy_drift:.3g}",
+                expression.mark(),
+                rule="drift",
+            )
+
+
+CHECKS: dict[str, Check] = {
+    "dof": _dof,
+    "cyclic": _cyclic,
+    "conserved": _conserved,
+    "equations": _equations,
+    "lagrangian": _lagrangian,
+    "state": _state,
+    "drift": _drift,
+}
+"""Every key of ``expect`` by its name, in the order in which they are checked.
+
+``error`` is not among them: it is met by a refusal, and then there are no
+equations to check.
+"""

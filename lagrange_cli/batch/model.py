@@ -1,0 +1,48 @@
+"""What a check of scenes finds, as frozen values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from lagrange_cli.errors import Problem
+
+__all__ = ["OUTCOMES", "Outcome", "Report", "SceneReport"]
+
+Outcome: TypeAlias = Literal["pass", "fail", "invalid", "crash"]
+
+#: ``fail``: an expectation does not hold; ``invalid``: the scene is refused;
+#: ``crash``: the program failed on it.
+OUTCOMES: tuple[Outcome, ...] = ("pass", "fail", "invalid", "crash")
+
+
+@dataclass(frozen=True, slots=True)
+class SceneReport:
+    """The outcome for one scene; ``trace`` is the traceback of a crash."""
+
+    path: str
+    outcome: Outcome
+    seconds: float
+    problems: tuple[Problem, ...] = ()
+    trace: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """The outcomes for all scenes, in the order in which they were named."""
+
+    scenes: tuple[SceneReport, ...]
+
+    @property
+    def summary(self) -> dict[str, int]:
+        """How many scenes had each outcome; ``pass`` and ``fail`` are always there."""
+        counts = {o: sum(s.outcome == o for s in self.scenes) for o in OUTCOMES}
+        return {o: n for o, n in counts.items() if n or o in ("pass", "fail")}
+
+    @property
+    def exit_code(self) -> int:
+        """3 if a scene crashed, else 1 if one failed or is invalid, else 0."""
+        outcomes = {scene.outcome for scene in self.scenes}
+        if "crash" in outcomes:
+            return 3
+        return 1 if outcomes - {"pass"} else 0

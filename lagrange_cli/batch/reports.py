@@ -1,0 +1,112 @@
+"""A check's report as text, GitHub annotations, JSON and JUnit XML."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from xml.etree import ElementTree
+
+from lagrange_cli.batch.model import OUTCOMES, Report, SceneReport
+from lagrange_cli.errors import Problem, escape_controls, render
+
+__all__ = ["FORMATS", "github", "json_text", "junit", "scene_text", "text"]
+
+
+def scene_text(scene: SceneReport) -> str:
+    """The lines for one scene: its outcome, and each problem with its place."""
+    lines = [f"{scene.outcome:<7}  {escape_controls(scene.path)}  ({scene.seconds:.2f} s)"]
+    for problem in scene.problems:
+        lines.extend("  " + line for line in render(problem).splitlines())
+    return "\n".join(lines)
+
+
+def text(report: Report) -> str:
+    """The report for a person."""
+    counts = {outcome: 0 for outcome in OUTCOMES} | report.summary
+    total = ", ".join(f"{n} {outcome}" for outcome, n in counts.items() if n)
+    return "\n".join([*map(scene_text, report.scenes), f"{len(report.scenes)} scenes: {total}\n"])
+
+
+def _escape(value: str, *more: tuple[str, str]) -> str:
+    """Escape a value as GitHub's workflow commands ask, ``%`` first."""
+    for character, escaped in (("%", "%25"), ("\r", "%0D"), ("\n", "%0A"), *more):
+        value = value.replace(character, escaped)
+    return value
+
+
+def _annotation(scene: SceneReport, problem: Problem) -> str:
+    """One ``::error`` workflow command."""
+    mark = problem.mark
+    places = {"file": mark.file if mark else scene.path}
+    if mark:
+        places |= {"line": str(mark.line), "col": str(mark.column)}
+    places["title"] = f"{scene.outcome}: {problem.rule}"
+    properties = ",".join(
+        f"{key}={_escape(value, (':', '%3A'), (',', '%2C'))}" for key, value in places.items()
+    )
+    message = problem.message + (f"\n{problem.hint}" if problem.hint else "")
+    return f"::error {properties}::{_escape(message)}"
+
+
+def github(report: Report) -> str:
+    """Annotations for a GitHub workflow, one a problem, and a line that counts."""
+    annotations = [_annotation(scene, p) for scene in report.scenes for p in scene.problems]
+    return "\n".join([*annotations, text(Report(report.scenes)).splitlines()[-1] + "\n"])
+
+
+def _problem(problem: Problem) -> dict[str, object]:
+    return {
+        "line": problem.mark.line if problem.mark else None,
+        "column": problem.mark.column if problem.mark else None,
+        "rule": problem.rule,
+        "message": problem.message,
+    }
+
+
+def json_text(report: Report) -> str:
+    """The JSON contract of ``check --format json``."""
+    scenes = [
+        {
+            "path": scene.path,
+            "outcome": scene.outcome,
+            "seconds": round(scene.seconds, 3),
+            "problems": [_problem(p) for p in scene.problems],
+        }
+        for scene in report.scenes
+    ]
+    value = {"scenes": scenes, "summary": report.summary}
+    return json.dumps(value, indent=2, ensure_ascii=False) + "\n"
+
+
+def junit(report: Report) -> str:
+    """JUnit XML: a test case a scene; crashes and invalid scenes are errors."""
+    outcomes = [scene.outcome for scene in report.scenes]
+    suite = ElementTree.Element(
+        "testsuite",
+        name="lagrange check",
+        tests=str(len(outcomes)),
+        failures=str(outcomes.count("fail")),
+        errors=str(outcomes.count("invalid") + outcomes.count("crash")),
+        time=f"{sum(scene.seconds for scene in report.scenes):.3f}",
+    )
+    for scene in report.scenes:
+        case = ElementTree.SubElement(
+            suite,
+            "testcase",
+            classname="scenes",
+            name=escape_controls(scene.path),
+            time=f"{scene.seconds:.3f}",
+        )
+        for problem in scene.problems:
+            tag = "failure" if scene.outcome == "fail" else "error"
+            message = escape_controls(problem.message)
+            entry = ElementTree.SubElement(case, tag, type=problem.rule, message=message)
+            entry.text = render(problem)
+    suites = ElementTree.Element("testsuites")
+    suites.append(suite)
+    ElementTree.indent(suites)
+    return ElementTree.tostring(suites, encoding="unicode", xml_declaration=True) + "\n"
+
+
+FORMATS: dict[str, Callable[[Report], str]] = {"text": text, "github": github, "json": json_text}
+"""What ``check --format`` can write."""

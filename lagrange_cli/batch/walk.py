@@ -1,0 +1,46 @@
+"""From paths to scene files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+
+from lagrange_cli.errors import InputError, Problem
+
+__all__ = ["SUFFIXES", "scenes_in"]
+
+#: File names that count as scenes in a folder; a file named outright may have any.
+SUFFIXES = (".yaml", ".yml")
+
+
+def _in_folder(folder: str) -> Iterator[str]:
+    """Scene files below a folder in sorted order; hidden folders are passed over."""
+    for parent, folders, files in os.walk(folder):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        for name in sorted(files):
+            if name.endswith(SUFFIXES) and not name.startswith("."):
+                yield os.path.join(parent, name)
+
+
+def scenes_in(paths: Sequence[str]) -> list[str]:
+    """Return the scene files that paths name, each once, folders searched recursively.
+
+    Raises
+    ------
+    InputError
+        A path does not exist, or a folder holds no scene.
+    """
+    found: dict[str, None] = {}
+    problems = []
+    for path in paths:
+        scenes = list(_in_folder(path)) if os.path.isdir(path) else [path]
+        if path != "-" and not os.path.exists(path):
+            problems.append(Problem(f"no such file or folder: '{path}'", rule="path"))
+        elif not scenes:
+            problems.append(
+                Problem(f"no scene in folder '{path}'", hint="scenes end in .yaml", rule="path")
+            )
+        found.update(dict.fromkeys(scenes))
+    if problems:
+        raise InputError(*problems)
+    return list(found)

@@ -1,0 +1,86 @@
+"""``lagrange check``: scenes and folders of scenes against what they expect."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from lagrange_cli.cli import options
+from lagrange_cli.cli.output import print_text, write_file
+from lagrange_cli.cli.session import Session
+
+if TYPE_CHECKING:
+    from lagrange_cli.batch import Report
+
+__all__ = ["check"]
+
+
+def _checked(session: Session, paths: tuple[str, ...], parameters: dict[str, str]) -> Report:
+    """Check the scenes, with a progress bar where stderr is a terminal."""
+    from lagrange_cli.batch import check_paths, scenes_in
+
+    scenes = scenes_in(paths)
+    hidden = session.verbosity < 0
+    stderr = click.get_text_stream("stderr")
+    with click.progressbar(
+        length=len(scenes), label="checking", file=stderr, hidden=hidden or not stderr.isatty()
+    ) as bar:
+        return check_paths(
+            scenes,
+            parameters=parameters,
+            strict=session.strict,
+            progress=lambda scene: bar.update(1),
+        )
+
+
+@click.command(short_help="Scenes and folders against what they expect.")
+@click.argument("paths", nargs=-1, required=True, type=click.Path(allow_dash=True), metavar="PATH...")
+@click.option(
+    "--format",
+    "format_",
+    type=click.Choice(["text", "github", "json"]),
+    default="text",
+    show_default=True,
+    help="How to report: for a person, as GitHub annotations, as JSON.",
+)
+@options.json_flag("The same as --format json.")
+@click.option(
+    "--junit",
+    type=click.Path(),
+    metavar="FILE",
+    help="Write a JUnit XML report to this file as well.  [default: none]",
+)
+@options.parameters
+@options.output_path("Write the report to this file.  [default: standard output]")
+@options.common
+@click.pass_context
+def check(
+    ctx: click.Context,
+    paths: tuple[str, ...],
+    format_: str,
+    as_json: bool,
+    junit: str | None,
+    parameters: dict[str, str],
+    output: str | None,
+) -> None:
+    """Validate, derive and certify scenes, and compare them with their section expect.
+
+    PATH is a scene, a folder (searched for *.yaml and *.yml), or - for standard input.
+    """
+    session = ctx.ensure_object(Session)
+    report = _checked(session, paths, parameters)
+    from lagrange_cli.batch.reports import FORMATS
+    from lagrange_cli.batch.reports import junit as junit_xml
+
+    text = FORMATS["json" if as_json else format_](report)
+    if output is None:
+        print_text(text)
+    else:
+        write_file(output, text)
+    if junit is not None:
+        write_file(junit, junit_xml(report))
+    if session.traceback:
+        for scene in report.scenes:
+            click.echo(scene.trace, err=True, nl=False)
+    ctx.exit(report.exit_code)

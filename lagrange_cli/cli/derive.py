@@ -1,0 +1,125 @@
+"""``lagrange derive``: the derivation as text, LaTeX or JSON."""
+
+from __future__ import annotations
+
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import click
+
+from lagrange_cli.cli import options
+from lagrange_cli.cli.output import can_print, print_text, write_file
+from lagrange_cli.cli.session import Session
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = ["derive", "derived"]
+
+
+def derived(
+    session: Session,
+    scene: str,
+    *,
+    parameters: Mapping[str, str],
+    initial: Mapping[str, str] | None = None,
+    digits: int = 30,
+) -> Equations:
+    """Read and derive a scene for a command; its warnings and remarks go to stderr."""
+    from lagrange_cli.scene import read_file
+
+    started = perf_counter()
+    read = read_file(scene, parameters=parameters, initial=initial)
+    # After reading, so that a mistake in the scene is answered at once.
+    from lagrange_cli.mechanics import derive as derive_equations
+
+    equations = derive_equations(read, digits=digits)
+    session.warn(equations.warnings)
+    for remark in equations.remarks:
+        session.remark(remark)
+    session.detail(f"derived and certified in {perf_counter() - started:.2f} s")
+    return equations
+
+
+def _text(equations: Equations, form: str, ascii_only: bool, to_file: bool) -> str:
+    """The derivation as text, in ASCII where the terminal has no more."""
+    from lagrange_cli.emit.text import derivation_text
+
+    text = derivation_text(equations, ascii=ascii_only, form=form)
+    if ascii_only or to_file or can_print(text):
+        return text
+    return derivation_text(equations, ascii=True, form=form)
+
+
+def _json(equations: Equations, form: str) -> str:
+    import json
+
+    from lagrange_cli.emit.report import derivation_report
+
+    return json.dumps(derivation_report(equations, form), indent=2, ensure_ascii=False) + "\n"
+
+
+def _latex(equations: Equations, form: str) -> str:
+    from lagrange_cli.emit.registry import emitter
+
+    (text,) = emitter("latex").emit(equations, {"form": form}).values()
+    return text
+
+
+@click.command(short_help="Degrees of freedom, Lagrangian and equations of motion.")
+@options.scene
+@click.option(
+    "--format",
+    "format_",
+    type=click.Choice(["text", "latex", "json"]),
+    default="text",
+    show_default=True,
+    help="What to write.",
+)
+@options.json_flag("The same as --format json.")
+@click.option(
+    "--form",
+    type=click.Choice(["lagrange", "explicit"]),
+    default="lagrange",
+    show_default=True,
+    help="Lagrange's equations, or solved for the accelerations.",
+)
+@click.option(
+    "--digits",
+    type=click.IntRange(15, 1000),
+    default=30,
+    show_default=True,
+    help="Decimal digits of the arithmetic that certifies the derivation.",
+)
+@click.option(
+    "--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.  [default: off]"
+)
+@options.parameters
+@options.output_path("Write to this file.  [default: standard output]")
+@options.common
+@click.pass_obj
+def derive(
+    session: Session,
+    scene: str,
+    format_: str,
+    as_json: bool,
+    form: str,
+    digits: int,
+    ascii_only: bool,
+    parameters: dict[str, str],
+    output: str | None,
+) -> None:
+    """Derive the equations of motion of SCENE, a YAML file or - for standard input."""
+    equations = derived(session, scene, parameters=parameters, digits=digits)
+    if as_json or format_ == "json":
+        result = _json(equations, form)
+    elif format_ == "latex":
+        result = _latex(equations, form)
+    else:
+        result = _text(equations, form, ascii_only, output is not None)
+    if output is None:
+        print_text(result)
+    else:
+        write_file(output, result)

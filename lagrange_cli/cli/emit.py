@@ -1,0 +1,112 @@
+"""``lagrange emit``: code or a document in a format of the registry."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from lagrange_cli.cli import options
+from lagrange_cli.cli.derive import derived
+from lagrange_cli.cli.output import print_text, write_files
+from lagrange_cli.cli.session import Session
+from lagrange_cli.emit.registry import EMITTERS, Emitter, Option, emitter
+
+__all__ = ["emit"]
+
+
+def _declared() -> dict[str, list[tuple[str, Option]]]:
+    """Each option that formats declare, with the formats that have it."""
+    found: dict[str, list[tuple[str, Option]]] = {}
+    for name, format_ in EMITTERS.items():
+        for option in format_.options:
+            found.setdefault(option.name, []).append((name, option))
+    return found
+
+
+def _format_option(name: str, declared: list[tuple[str, Option]]) -> Callable[[Any], Any]:
+    """The Click option for an option of one or more formats."""
+    choices = list(dict.fromkeys(c for _, option in declared for c in option.choices))
+    help = "; ".join(
+        f"{format_}: {option.help}  [default: {option.default or 'off'}]"
+        for format_, option in declared
+    )
+    if not choices:
+        return click.option(f"--{name}", name, is_flag=True, default=None, help=help)
+    return click.option(f"--{name}", name, type=click.Choice(choices), help=help)
+
+
+def _format_options(function: Callable[..., None]) -> Callable[..., None]:
+    for name, declared in reversed(_declared().items()):
+        function = _format_option(name, declared)(function)
+    return function
+
+
+def _list(ctx: click.Context, option: click.Parameter, value: bool) -> None:
+    """Print the formats and stop."""
+    if not value or ctx.resilient_parsing:
+        return
+    width = max(map(len, EMITTERS))
+    lines = [
+        f"{name:<{width}}  {', '.join('NAME' + e for e in format_.extensions)}  {format_.title}"
+        for name, format_ in EMITTERS.items()
+    ]
+    print_text("\n".join(lines))
+    ctx.exit()
+
+
+def _refuse_several(chosen: Emitter, scene: str) -> None:
+    names = " and ".join("NAME" + extension for extension in chosen.extensions)
+    command = f"lagrange emit {shlex.quote(scene)} --to {chosen.name} -o out/"
+    raise click.UsageError(
+        f"format '{chosen.name}' writes {names}: name a folder for them, as in\n  {command}"
+    )
+
+
+@click.command(short_help="Code or a document: LaTeX, C, Python.")
+@options.scene
+@click.option(
+    "--to",
+    "to",
+    type=click.Choice(list(EMITTERS)),
+    required=True,
+    help="The format.  [required]",
+)
+@click.option(
+    "--list",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_list,
+    help="List the formats and stop.  [default: off]",
+)
+@_format_options
+@options.parameters
+@options.output_path(
+    "Write into this folder, made where it is missing.  "
+    "[default: standard output, for formats of one file]"
+)
+@options.common
+@click.pass_obj
+def emit(
+    session: Session,
+    scene: str,
+    to: str,
+    parameters: dict[str, str],
+    output: str | None,
+    **chosen: str | bool | None,
+) -> None:
+    """Write the equations of SCENE, a YAML file or - for standard input, as code or a document."""
+    format_ = emitter(to)
+    if output is None and not format_.single_file:
+        _refuse_several(format_, scene)
+    given = {name: value for name, value in chosen.items() if value is not None}
+    equations = derived(session, scene, parameters=parameters)
+    files = format_.emit(equations, given)
+    if output is None:
+        print_text("".join(files.values()))
+        return
+    for path in write_files(output, files):
+        session.remark(f"wrote {path}")

@@ -1,0 +1,108 @@
+"""The command group and the one place where every refusal becomes an exit code."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import traceback
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from types import FrameType
+
+import click
+
+from lagrange_cli.cli.check import check
+from lagrange_cli.cli.derive import derive
+from lagrange_cli.cli.emit import emit
+from lagrange_cli.cli.session import Session, report_error
+
+from lagrange_cli.errors import InternalError, LagrangeError, Problem
+from lagrange_cli.version import __version__
+
+__all__ = ["lagrange", "main", "run"]
+
+INTERRUPTED = 128 + signal.SIGINT
+TERMINATED = 128 + signal.SIGTERM
+
+REPORT = (
+    "this is a defect of lagrange and not of your scene; please report it with the\n"
+    "scene and the command; --traceback shows where it happened"
+)
+
+
+class Terminated(BaseException):
+    """SIGTERM arrived; unwinds the stack so that temporary files are removed."""
+
+
+@click.group(
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Results go to stdout, remarks to stderr. Exit codes: 0 all well, 1 a check did not "
+    "hold or an accuracy was not reached, 2 the input is wrong, 3 internal error.",
+)
+@click.version_option(__version__, prog_name="lagrange")
+def lagrange() -> None:
+    """Equations of motion from a scene file: derived, certified, emitted, simulated."""
+
+
+for _command in (derive, emit, check):
+    lagrange.add_command(_command)
+
+
+@contextmanager
+def _termination() -> Iterator[None]:
+    """Turn SIGTERM into :class:`Terminated` while a command runs."""
+
+    def stop(signum: int, frame: FrameType | None) -> None:
+        raise Terminated
+
+    previous = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+
+
+def _explain(error: Exception, session: Session) -> int:
+    """Report an exception on stderr and return the exit code it stands for."""
+    if session.traceback:
+        click.echo("".join(traceback.format_exception(error)), err=True, nl=False)
+    if isinstance(error, click.ClickException):
+        error.show()
+        return error.exit_code
+    if isinstance(error, LagrangeError):
+        for problem in error.problems:
+            report_error(problem)
+        if isinstance(error, InternalError):
+            report_error(Problem(f"internal error; {REPORT}"))
+        return error.exit_code
+    kind = type(error).__name__
+    report_error(Problem(f"internal error: {kind}: {error}", hint=REPORT))
+    return InternalError.exit_code
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code.
+
+    Parameters
+    ----------
+    arguments
+        The words after ``lagrange``; those of the process if None.
+    """
+    session = Session()
+    try:
+        with _termination():
+            code = lagrange.main(arguments, "lagrange", standalone_mode=False, obj=session)
+    except click.Abort:
+        report_error(Problem("interrupted"))
+        return INTERRUPTED
+    except Terminated:
+        report_error(Problem("terminated"))
+        return TERMINATED
+    except Exception as error:
+        return _explain(error, session)
+    return code if isinstance(code, int) else 0
+
+
+def main() -> None:
+    """Entry point of the command ``lagrange``."""
+    sys.exit(run())

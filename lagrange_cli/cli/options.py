@@ -1,0 +1,115 @@
+"""Options that several subcommands share."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+from lagrange_cli.cli.session import Session
+
+__all__ = ["common", "initial", "json_flag", "output_path", "parameters", "scene"]
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+def _assignments(
+    ctx: click.Context, option: click.Parameter, values: tuple[str, ...]
+) -> dict[str, str]:
+    """Split ``NAME=VALUE`` texts; the values stay texts for the scene reader."""
+    found: dict[str, str] = {}
+    for text in values:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise click.BadParameter(f"'{text}' is not of the form NAME=VALUE", ctx, option)
+        if name in found:
+            raise click.BadParameter(f"'{name}' is given twice", ctx, option)
+        found[name] = value
+    return found
+
+
+def scene(function: Command) -> Command:
+    """The argument SCENE, a path or ``-``."""
+    return click.argument("scene", type=click.Path(allow_dash=True))(function)
+
+
+def parameters(function: Command) -> Command:
+    """``-p NAME=VALUE``, as often as needed."""
+    return click.option(
+        "-p",
+        "--parameter",
+        "parameters",
+        multiple=True,
+        callback=_assignments,
+        metavar="NAME=VALUE",
+        help="Set a parameter; repeatable.  [default: the scene's values]",
+    )(function)
+
+
+def initial(function: Command) -> Command:
+    """``-i NAME=VALUE``, as often as needed."""
+    return click.option(
+        "-i",
+        "--initial",
+        "initial",
+        multiple=True,
+        callback=_assignments,
+        metavar="NAME=VALUE",
+        help="Set an initial value, of NAME or 'dot(NAME)'; repeatable.  "
+        "[default: the scene's values]",
+    )(function)
+
+
+def output_path(help: str) -> Callable[[Command], Command]:
+    """``-o PATH``."""
+    return click.option("-o", "--output", type=click.Path(), metavar="PATH", help=help)
+
+
+def json_flag(help: str) -> Callable[[Command], Command]:
+    """``--json``."""
+    return click.option("--json", "as_json", is_flag=True, help=f"{help}  [default: off]")
+
+
+def _quiet(ctx: click.Context, option: click.Parameter, value: bool) -> None:
+    if value:
+        ctx.ensure_object(Session).verbosity = -1
+
+
+def _verbose(ctx: click.Context, option: click.Parameter, value: bool) -> None:
+    if value:
+        ctx.ensure_object(Session).verbosity = 1
+
+
+def _strict(ctx: click.Context, option: click.Parameter, value: bool) -> None:
+    ctx.ensure_object(Session).strict = value
+
+
+def _traceback(ctx: click.Context, option: click.Parameter, value: bool) -> None:
+    ctx.ensure_object(Session).traceback = value
+
+
+#: Name, callback and help of the flags that every subcommand takes.
+_COMMON = (
+    (("--strict",), _strict, "Refuse what would be a warning."),
+    (("-q", "--quiet"), _quiet, "No warnings and remarks."),
+    (("-v", "--verbose"), _verbose, "More remarks: what was done and how long it took."),
+    (("--traceback",), _traceback, "Show the program's traceback with an error."),
+)
+
+
+def common(function: Command) -> Command:
+    """The flags of every subcommand; they are kept in the :class:`Session`."""
+    options = [
+        click.option(
+            *names,
+            is_flag=True,
+            expose_value=False,
+            is_eager=True,
+            callback=callback,
+            help=f"{help}  [default: off]",
+        )
+        for names, callback, help in _COMMON
+    ]
+    return functools.reduce(lambda decorated, option: option(decorated), options[::-1], function)

@@ -1,0 +1,104 @@
+"""Reports of a check in every format, from made-up outcomes."""
+
+from __future__ import annotations
+
+import json
+from xml.etree import ElementTree
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lagrange_cli.batch import Report, SceneReport
+from lagrange_cli.batch.reports import FORMATS, github, json_text, junit, text
+from lagrange_cli.errors import Mark, Problem
+
+MARK = Mark("dir/a.yaml", 3, 7, "  dof: 2", 1)
+FAILED = SceneReport(
+    "dir/a.yaml", "fail", 0.25, (Problem("expected dof 2, found 1", MARK, "K = 2", "dof"),)
+)
+PASSED = SceneReport("dir/b.yaml", "pass", 0.5)
+INVALID = SceneReport("c.yaml", "invalid", 0.1, (Problem("empty", None, "", "yaml"),))
+CRASHED = SceneReport("d.yaml", "crash", 0.1, (Problem("internal error: KeyError: 'x'"),), "trace")
+
+
+@pytest.mark.parametrize(
+    ("scenes", "code"),
+    [
+        ((), 0),
+        ((PASSED,), 0),
+        ((PASSED, FAILED), 1),
+        ((INVALID,), 1),
+        ((PASSED, FAILED, CRASHED, INVALID), 3),
+    ],
+)
+def test_exit_code(scenes, code):
+    assert Report(scenes).exit_code == code
+
+
+def test_text_shows_the_place_and_what_was_found():
+    assert text(Report((FAILED, PASSED))) == (
+        "fail     dir/a.yaml  (0.25 s)\n"
+        "  dir/a.yaml:3:7: expected dof 2, found 1\n"
+        "      3 |   dof: 2\n"
+        "        |       ^\n"
+        "     K = 2\n"
+        "pass     dir/b.yaml  (0.50 s)\n"
+        "2 scenes: 1 pass, 1 fail\n"
+    )
+
+
+def test_json_is_the_contract():
+    assert json.loads(json_text(Report((FAILED, INVALID)))) == {
+        "scenes": [
+            {
+                "path": "dir/a.yaml",
+                "outcome": "fail",
+                "seconds": 0.25,
+                "problems": [
+                    {"line": 3, "column": 7, "rule": "dof", "message": "expected dof 2, found 1"}
+                ],
+            },
+            {
+                "path": "c.yaml",
+                "outcome": "invalid",
+                "seconds": 0.1,
+                "problems": [{"line": None, "column": None, "rule": "yaml", "message": "empty"}],
+            },
+        ],
+        "summary": {"pass": 0, "fail": 1, "invalid": 1},
+    }
+
+
+def test_github_annotations():
+    lines = github(Report((FAILED, INVALID))).splitlines()
+    assert lines == [
+        "::error file=dir/a.yaml,line=3,col=7,title=fail%3A dof::expected dof 2, found 1%0AK = 2",
+        "::error file=c.yaml,title=invalid%3A yaml::empty",
+        "2 scenes: 1 fail, 1 invalid",
+    ]
+
+
+@given(st.text(), st.text(), st.text())
+def test_github_annotations_stay_on_one_line_each(path, message, hint):
+    scene = SceneReport(path, "fail", 0.0, (Problem(message, None, hint, "x"),))
+    lines = github(Report((scene,))).replace("\r", "\n").split("\n")
+    assert [line.startswith("::") for line in lines] == [True, False, False]
+    properties = lines[0].split("::")[1]
+    assert properties.count(",") == 1
+
+
+@given(st.text(), st.text(), st.text())
+def test_junit_is_xml_whatever_the_text(path, message, hint):
+    scene = SceneReport(path, "fail", 0.0, (Problem(message, None, hint, "x"),))
+    root = ElementTree.fromstring(junit(Report((scene, PASSED, CRASHED, INVALID))))
+    (suite,) = root
+    assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("4", "1", "2")
+    assert [len(case) for case in suite] == [1, 0, 1, 1]
+    assert suite[0][0].tag == "failure"
+    assert suite[2][0].tag == "error"
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_every_format_of_an_empty_report_is_text(name):
+    assert FORMATS[name](Report(())).endswith("\n")

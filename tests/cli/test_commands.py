@@ -1,0 +1,341 @@
+"""The commands as a user runs them: results, remarks, exit codes."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lagrange_cli.emit.registry import EMITTERS
+
+ROOT = Path(__file__).resolve().parents[2]
+BEAD = "systems/lecture/bead_on_parabola.yaml"
+HOLE = "systems/lecture/masses_through_hole.yaml"
+DOUBLE = "systems/pendulums/double_pendulum.yaml"
+
+SLOW = """\
+name: slow
+parameters: {m: 1, l: 1, g: 9.81}
+particles:
+  bob: {mass: m, position: [l*sin(theta), 0, -l*cos(theta)]}
+coordinates: [theta]
+potentials:
+  weight: {gravity: g}
+initial: {theta: 1}
+simulate: {until: 1e9, accuracy: 1e-9}
+"""
+
+
+def lagrange(*words: str, cwd: Path = ROOT, text: bool = True, **more):
+    return subprocess.run(
+        [sys.executable, "-m", "lagrange_cli", *words],
+        cwd=cwd,
+        capture_output=True,
+        text=text,
+        timeout=120,
+        **more,
+    )
+
+
+def succeed(*words: str, **more) -> str:
+    done = lagrange(*words, **more)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+class TestDerive:
+    def test_text_names_everything_a_person_asks_for(self):
+        text = succeed("derive", HOLE)
+        assert "3N = 6, K = 4, DOF = 2" in text
+        assert "θ is cyclic" in text
+        assert "Certified at 8 random states to 30 digits" in text
+        assert "\x1b" not in text
+
+    def test_json_is_the_contract(self):
+        found = json.loads(succeed("derive", HOLE, "--format", "json"))
+        assert (found["cartesian"], found["constraints"], found["dof"]) == (6, 4, 2)
+        assert found["cyclic"] == ["theta"]
+        assert {"name": "p_theta", "expression": "M*r^2*dot(theta)"}.items() <= next(
+            c for c in found["conserved"] if c["name"] == "p_theta"
+        ).items()
+        assert found["certificate"]["mismatch"] < 1e-25
+        assert found == json.loads(succeed("derive", HOLE, "--json"))
+
+    def test_latex_is_a_document(self):
+        assert r"\begin{document}" in succeed("derive", HOLE, "--format", "latex")
+
+    def test_explicit_form_is_solved_for_the_accelerations(self):
+        text = succeed("derive", HOLE, "--form", "explicit", "--ascii")
+        assert text.isascii()
+        assert text != succeed("derive", HOLE, "--ascii")
+
+    def test_digits_reach_the_certificate(self):
+        found = json.loads(succeed("derive", BEAD, "--digits", "50", "--json"))
+        assert found["certificate"]["digits"] == 50
+        assert found["certificate"]["mismatch"] < 1e-45
+
+    def test_ascii_where_the_terminal_has_no_more(self):
+        text = succeed("derive", HOLE, env=os.environ | {"PYTHONIOENCODING": "ascii"})
+        assert text == succeed("derive", HOLE, "--ascii")
+
+    def test_c_locale_does_not_crash(self):
+        environment = {k: v for k, v in os.environ.items() if not k.startswith(("LC_", "LANG"))}
+        assert "DOF = 2" in succeed("derive", HOLE, env=environment | {"LC_ALL": "C"})
+
+    def test_output_file_holds_what_the_terminal_shows(self, tmp_path):
+        assert succeed("derive", HOLE, "-o", str(tmp_path / "hole.txt")) == ""
+        assert (tmp_path / "hole.txt").read_text(encoding="utf-8") == succeed("derive", HOLE)
+
+    def test_standard_input(self):
+        scene = (ROOT / BEAD).read_text(encoding="utf-8")
+        assert "DOF = 1" in succeed("derive", "-", input=scene)
+
+    def test_parameter_by_an_expression(self):
+        found = lagrange("derive", BEAD, "-p", "a=1/2 + 1", "--json")
+        assert found.returncode == 0, found.stderr
+
+    @pytest.mark.parametrize(
+        ("words", "said"),
+        [
+            (("-p", "a"), "'a' is not of the form NAME=VALUE"),
+            (("-p", "a="), "'a=' is not of the form NAME=VALUE"),
+            (("-p", "a=1", "-p", "a=2"), "'a' is given twice"),
+            (("-p", "aa=1"), "did you mean 'a'?"),
+            (("-p", "a=b+"), "a=b+"),
+            (("--digits", "3"), "15<=x<=1000"),
+            (("--form", "hamiltonian"), "hamiltonian"),
+        ],
+    )
+    def test_wrong_usage_exits_2(self, words, said):
+        done = lagrange("derive", BEAD, *words)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert said in done.stderr
+        assert "Traceback" not in done.stderr
+
+
+class TestWarnings:
+    SCENE = "systems/lecture/rigid_tetrahedron_centre.yaml"
+
+    def test_a_warning_goes_to_stderr(self):
+        done = lagrange("derive", self.SCENE)
+        assert done.returncode == 0
+        assert "warning: " in done.stderr
+        assert "DOF = 6" in done.stdout
+
+    def test_quiet_says_nothing(self):
+        assert lagrange("derive", self.SCENE, "-q").stderr == ""
+
+    def test_strict_refuses(self):
+        done = lagrange("derive", self.SCENE, "--strict")
+        assert (done.returncode, done.stdout) == (2, "")
+        assert "--strict: warnings are refused" in done.stderr
+
+    def test_verbose_says_more(self):
+        assert "derived and certified in" in lagrange("derive", BEAD, "-v").stderr
+
+
+class TestEmit:
+    @pytest.mark.parametrize("name", EMITTERS)
+    def test_files_are_named_after_the_scene(self, name, tmp_path):
+        succeed("emit", HOLE, "--to", name, "-o", str(tmp_path / "out"))
+        expected = {"masses_through_hole" + e for e in EMITTERS[name].extensions}
+        assert set(os.listdir(tmp_path / "out")) == expected
+
+    @pytest.mark.parametrize("name", [n for n, f in EMITTERS.items() if f.single_file])
+    def test_one_file_prints(self, name, tmp_path):
+        printed = succeed("emit", HOLE, "--to", name)
+        succeed("emit", HOLE, "--to", name, "-o", str(tmp_path))
+        (path,) = tmp_path.iterdir()
+        assert path.read_text(encoding="utf-8") == printed
+
+    def test_several_files_need_a_folder_and_the_fix_can_be_pasted(self, tmp_path):
+        done = lagrange("emit", HOLE, "--to", "c")
+        assert done.returncode == 2
+        fix = re.search(r"^  lagrange (emit .* -o )out/$", done.stderr, re.MULTILINE)
+        succeed(*fix.group(1).split(), str(tmp_path))
+        assert len(os.listdir(tmp_path)) == 2
+
+    def test_list_names_every_format(self):
+        listed = succeed("emit", "--list").splitlines()
+        assert [line.split()[0] for line in listed] == list(EMITTERS)
+
+    def test_style_snippet(self):
+        assert r"\documentclass" not in succeed("emit", HOLE, "--to", "latex", "--style", "snippet")
+
+    def test_option_of_another_format_exits_2(self):
+        done = lagrange("emit", HOLE, "--to", "python", "--style", "snippet")
+        assert done.returncode == 2
+        assert "format 'python' has no option 'style'" in done.stderr
+
+    def test_file_in_the_way_exits_2(self, tmp_path):
+        (tmp_path / "out").write_text("kept")
+        done = lagrange("emit", HOLE, "--to", "c", "-o", "out", cwd=tmp_path)
+        assert done.returncode == 2
+
+
+class TestSimulate:
+    def test_json_is_the_contract(self):
+        found = json.loads(succeed("simulate", HOLE, "--accuracy", "1e-9", "--json"))
+        assert found["status"] == "ok"
+        assert found["t"] == found["holds_until"] == 10.0
+        assert found["accuracy"]["requested"] == 1e-9
+        assert 0 < found["accuracy"]["estimated"] <= 1e-9
+        assert found["energy_drift"] < 1e-8
+        assert found["constraint_drift"] is None
+        assert set(found["seconds"]) >= {"derive", "compile", "integrate", "estimate"}
+        assert {"r", "dot(r)", "theta", "x1", "dot(z2)"} <= set(found["state"])
+
+    def test_csv_ends_with_the_state_of_the_report(self, tmp_path):
+        path = tmp_path / "traj.csv"
+        report = json.loads(
+            succeed("simulate", HOLE, "--until", "2", "--samples", "11", "--json", "-o", str(path))
+        )
+        rows = list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
+        assert len(rows) == 11
+        last = {name: float(value) for name, value in rows[-1].items()}
+        assert last.pop("t") == 2.0
+        assert {name: last[name] for name in report["state"]} == report["state"]
+
+    def test_npz_holds_the_same_as_csv(self, tmp_path):
+        for name in ("traj.csv", "traj.npz"):
+            succeed("simulate", HOLE, "--until", "1", "-o", str(tmp_path / name))
+        rows = list(csv.DictReader(io.StringIO((tmp_path / "traj.csv").read_text())))
+        with np.load(tmp_path / "traj.npz", allow_pickle=False) as arrays:
+            for name in rows[0]:
+                assert arrays[name].tolist() == [float(row[name]) for row in rows]
+
+    def test_initial_values_replace_those_of_the_scene(self):
+        still = json.loads(
+            succeed(
+                "simulate", BEAD, "-i", "x=0", "-i", "dot(x)=0", "--until", "1", "--json"
+            )
+        )
+        assert still["state"]["x"] == 0.0
+
+    def test_summary_for_a_person(self):
+        text = succeed("simulate", HOLE, "--accuracy", "1e-9")
+        assert "t = 10" in text
+        assert "energy" in text
+        assert "theta" in text
+
+    def test_unknown_ending_exits_2_before_the_work(self, tmp_path):
+        done = lagrange("simulate", HOLE, "-o", str(tmp_path / "traj.txt"))
+        assert done.returncode == 2
+        assert ".csv" in done.stderr
+        assert ".npz" in done.stderr
+
+    def test_no_until_exits_2_with_a_fix(self, tmp_path):
+        (tmp_path / "s.yaml").write_text(re.sub("simulate.*\n", "", SLOW))
+        done = lagrange("simulate", "s.yaml", cwd=tmp_path)
+        assert done.returncode == 2
+        assert "--until" in done.stderr
+
+    def test_accuracy_that_doubles_cannot_hold_is_not_claimed(self):
+        done = lagrange("simulate", DOUBLE, "--accuracy", "1e-17", "--json")
+        assert done.returncode in (1, 2)
+        assert "Traceback" not in done.stderr
+
+    def test_unknown_method_exits_2(self):
+        done = lagrange("simulate", BEAD, "--method", "Euler")
+        assert done.returncode == 2
+        assert "DOP853" in done.stderr
+
+    def test_plot(self, tmp_path):
+        pytest.importorskip("matplotlib")
+        path = tmp_path / "plot.png"
+        succeed("simulate", BEAD, "--until", "1", "--plot", str(path))
+        assert path.read_bytes().startswith(b"\x89PNG")
+
+
+class TestHelp:
+    @pytest.mark.parametrize("name", ["derive", "emit", "simulate", "check"])
+    def test_every_option_states_its_default(self, name):
+        text = succeed(name, "--help")
+        options = re.split(r"\n  (?=-)", text.partition("Options:")[2])[1:]
+        assert len(options) >= 8
+        for option in options:
+            assert re.search(r"\[(default|required)|Show this message", option), option
+
+    def test_version(self):
+        assert re.fullmatch(r"lagrange, version \d+\.\d+\.\d+\n", succeed("--version"))
+
+    def test_unknown_command_exits_2(self):
+        assert lagrange("deriv", BEAD).returncode == 2
+
+
+class TestInterruption:
+    @pytest.fixture
+    def running(self, tmp_path):
+        """A simulation that would take long, writing into an empty folder."""
+        (tmp_path / "slow.yaml").write_text(SLOW)
+        (tmp_path / "out").mkdir()
+        process = subprocess.Popen(
+            [sys.executable, "-m", "lagrange_cli", "simulate", "slow.yaml", "-o", "out/t.csv"],
+            cwd=tmp_path,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+        time.sleep(3)
+        yield process
+        if process.poll() is None:
+            process.kill()
+        process.wait()
+
+    @pytest.mark.parametrize(
+        ("number", "code", "said"),
+        [(signal.SIGINT, 130, b"interrupted"), (signal.SIGTERM, 143, b"terminated")],
+    )
+    def test_leaves_no_half_written_file(self, running, tmp_path, number, code, said):
+        running.send_signal(number)
+        _, stderr = running.communicate(timeout=30)
+        assert running.returncode == code
+        assert said in stderr
+        assert b"Traceback" not in stderr
+        assert os.listdir(tmp_path / "out") == []
+
+    def test_a_reader_that_went_away(self):
+        command = f"{sys.executable} -m lagrange_cli derive {HOLE} | true; echo ${{PIPESTATUS[0]}}"
+        done = subprocess.run(
+            ["bash", "-c", command], cwd=ROOT, capture_output=True, text=True, timeout=60
+        )
+        assert done.stdout.strip() in ("0", "141")
+        assert "Traceback" not in done.stderr
+
+
+class TestInternalErrors:
+    def run(self, *words: str):
+        program = (
+            "import sys, lagrange_cli.scene as s\n"
+            "def broken(*a, **k): raise KeyError('no such thing\\x1b')\n"
+            "s.read_file = broken\n"
+            "from lagrange_cli.cli.main import main\n"
+            "main()"
+        )
+        return subprocess.run(
+            [sys.executable, "-c", program, "derive", BEAD, *words],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+
+    def test_unexpected_exception_exits_3_and_asks_for_a_report(self):
+        done = self.run()
+        assert done.returncode == 3
+        assert "internal error: KeyError" in done.stderr
+        assert "please report it" in done.stderr
+        assert "Traceback" not in done.stderr
+        assert "\x1b" not in done.stderr
+
+    def test_traceback_on_request(self):
+        assert "Traceback (most recent call last)" in self.run("--traceback").stderr

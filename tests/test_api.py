@@ -1,0 +1,83 @@
+"""The Python interface gives what the commands give."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import lagrange_cli
+from lagrange_cli import InputError, load, loads
+from lagrange_cli.cli.main import lagrange
+from lagrange_cli.cli.session import Session
+
+ROOT = Path(__file__).resolve().parents[1]
+HOLE = ROOT / "systems" / "lecture" / "masses_through_hole.yaml"
+
+
+@pytest.fixture(scope="module")
+def derivation():
+    return load(HOLE).derive()
+
+
+def output_of(*words: str) -> str:
+    done = CliRunner().invoke(lagrange, [str(word) for word in words], obj=Session())
+    assert done.exit_code == 0, done.output
+    return done.stdout
+
+
+def test_report_is_that_of_the_command(derivation):
+    assert derivation.report() == json.loads(output_of("derive", HOLE, "--json"))
+
+
+def test_str_is_that_of_the_command(derivation):
+    assert str(derivation) == output_of("derive", HOLE)
+
+
+def test_emission_is_that_of_the_command(derivation):
+    assert derivation.emit("latex") == {
+        "masses_through_hole.tex": output_of("emit", HOLE, "--to", "latex")
+    }
+
+
+def test_simulation_is_that_of_the_command(derivation):
+    ours = derivation.simulate(until=1.0, accuracy=1e-9)
+    theirs = json.loads(output_of("simulate", HOLE, "--until", "1", "--accuracy", "1e-9", "--json"))
+    assert ours.state == theirs["state"]
+    assert ours.status == theirs["status"] == "ok"
+
+
+def test_parameters_and_initial_values_replace_those_of_the_scene():
+    changed = load(HOLE, parameters={"M": 3}, initial={"dot(theta)": "2*pi"}).derive().equations
+    assert {p.name: p.value for p in changed.parameters}["M"] == 3.0
+    assert changed.initial.velocities[1] == pytest.approx(6.283185307179586, rel=1e-15)
+
+
+def test_notebook_shows_the_equations_typeset(derivation):
+    snippet = derivation._repr_latex_()
+    assert r"\ddot{r}" in snippet
+    assert r"\documentclass" not in snippet
+
+
+def test_text_of_a_scene():
+    text = HOLE.read_text(encoding="utf-8")
+    assert loads(text).derive().equations.account.dof == 2
+
+
+def test_values_are_frozen(derivation):
+    with pytest.raises(AttributeError):
+        derivation.equations = None
+    assert repr(derivation) == "<Derivation of masses_through_hole>"
+
+
+def test_errors_are_those_of_the_command():
+    with pytest.raises(InputError, match="no such file"):
+        load("nowhere.yaml")
+    with pytest.raises(InputError, match="unknown format 'fortram'"):
+        load(HOLE).derive().emit("fortram")
+
+
+def test_every_exported_name_is_there():
+    assert all(hasattr(lagrange_cli, name) for name in lagrange_cli.__all__)
