@@ -132,6 +132,12 @@ EMITTERS: dict[str, Emitter] = {
                     choices=("document", "snippet"),
                     default="document",
                 ),
+                Option(
+                    "form",
+                    "Lagrange's equations, or solved for the accelerations",
+                    choices=("lagrange", "explicit"),
+                    default="lagrange",
+                ),
             ),
         ),
     )

@@ -1,0 +1,126 @@
+"""Text from a scene as LaTeX text, and the letters that have a Greek name."""
+
+from __future__ import annotations
+
+import unicodedata
+
+__all__ = ["GREEK", "latex_text"]
+
+#: Greek letters by name. Capitals that look like Latin ones (``Alpha``) are left
+#: as words, because they would print as another name.
+GREEK = {
+    "alpha": "α",
+    "beta": "β",
+    "gamma": "γ",
+    "delta": "δ",
+    "epsilon": "ε",
+    "zeta": "ζ",
+    "eta": "η",
+    "theta": "θ",
+    "iota": "ι",
+    "kappa": "κ",
+    "lambda": "λ",
+    "mu": "μ",
+    "nu": "ν",
+    "xi": "ξ",
+    "rho": "ρ",
+    "sigma": "σ",
+    "tau": "τ",
+    "upsilon": "υ",
+    "phi": "φ",
+    "chi": "χ",
+    "psi": "ψ",
+    "omega": "ω",
+    "Gamma": "Γ",
+    "Delta": "Δ",
+    "Theta": "Θ",
+    "Lambda": "Λ",
+    "Xi": "Ξ",
+    "Pi": "Π",
+    "Sigma": "Σ",
+    "Upsilon": "Υ",
+    "Phi": "Φ",
+    "Psi": "Ψ",
+    "Omega": "Ω",
+    "vartheta": "ϑ",
+    "varphi": "ϕ",
+    "varepsilon": "ϵ",
+}
+_LATEX_SPECIAL = {
+    "\\": r"\textbackslash{}",
+    "{": r"\{",
+    "}": r"\}",
+    "$": r"\$",
+    "&": r"\&",
+    "#": r"\#",
+    "%": r"\%",
+    "_": r"\_",
+    "^": r"\textasciicircum{}",
+    "~": r"\textasciitilde{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+    '"': r"\textquotedbl{}",
+    "`": r"\textasciigrave{}",
+    "-": r"{-}",
+}
+
+#: Letters beyond ASCII that a pdfLaTeX document with T1 fonts sets by itself.
+_LATEX_LETTERS = frozenset(
+    "ÀÁÂÃÄÅÆÇÈÉÊËÌÍÎÏÐÑÒÓÔÕÖØÙÚÛÜÝÞßàáâãäåæçèéêëìíîïðñòóôõöøùúûüýþÿ"
+    "ĂăĄąĆćČčĎďĐđĘęĚěĞğĹĺĽľŁłŃńŇňŊŋŐőŒœŔŕŘřŚśŞşŠšŢţŤťŮůŰűŸŹźŻżŽž"
+)
+
+_LATEX_SIGNS = {
+    "–": "--",
+    "—": "---",
+    "‘": "`",
+    "’": "'",
+    "“": "``",
+    "”": "''",
+    "…": r"\ldots{}",
+    "×": r"\ensuremath{\times}",
+    "·": r"\ensuremath{\cdot}",
+    "°": r"\ensuremath{{}^{\circ}}",
+    "±": r"\ensuremath{\pm}",
+    "−": r"\ensuremath{-}",
+    "²": r"\ensuremath{{}^{2}}",
+    "³": r"\ensuremath{{}^{3}}",
+    "½": r"\ensuremath{\frac{1}{2}}",
+    "√": r"\ensuremath{\surd}",
+    "≤": r"\ensuremath{\le}",
+    "≥": r"\ensuremath{\ge}",
+    "→": r"\ensuremath{\to}",
+    "∞": r"\ensuremath{\infty}",
+}
+
+_GREEK_MACROS = {letter: name for name, letter in GREEK.items()} | {"π": "pi"}
+
+
+def _latex_character(character: str) -> str:
+    if character in _LATEX_SPECIAL:
+        return _LATEX_SPECIAL[character]
+    if character.isascii():
+        return character if character.isprintable() else " "
+    if character in _LATEX_LETTERS:
+        return character
+    if character in _LATEX_SIGNS:
+        return _LATEX_SIGNS[character]
+    if character in _GREEK_MACROS:
+        return rf"\ensuremath{{\{_GREEK_MACROS[character]}}}"
+    if unicodedata.category(character).startswith("Z"):
+        return " "
+    # Nothing that pdfLaTeX has no glyph for may stop the document.
+    return f"[U+{ord(character):04X}]"
+
+
+def latex_text(text: str) -> str:
+    """Escape text for LaTeX text mode: no character of it acts as a command.
+
+    Greek letters, common signs and Latin letters with accents print as they
+    are; whatever pdfLaTeX has no glyph for prints as its code point
+    (``[U+4E2D]``); line breaks and control characters become spaces, so that
+    no line can end a group or begin a paragraph.
+    """
+    composed = unicodedata.normalize("NFC", text)
+    return " ".join("".join(_latex_character(c) for c in composed).split())

@@ -1,0 +1,104 @@
+"""Formulas as pieces between which a line may be broken, and the breaking.
+
+A printer gives pieces; joined they are the formula on one line. Breaks prefer
+the outermost sum, then sums within parentheses, then products.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+__all__ = ["FACTOR_DEPTH", "Piece", "deeper", "fill", "joined", "prefixed", "suffixed", "width"]
+
+#: The depth of a break between two factors, below any sum that a person nests.
+FACTOR_DEPTH = 20
+
+#: A line is not broken before this part of it is filled, if it can be helped.
+_LEAST_FILLED = 0.35
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A part of a formula that is never broken.
+
+    ``separator`` stands before it on the same line, ``lead`` where it begins a
+    line. ``depth`` is that of the break before it (None: no break there).
+    ``width`` is that of separator and text, in the printer's units.
+    """
+
+    text: str
+    width: float
+    separator: str = ""
+    lead: str = ""
+    depth: int | None = None
+
+
+def joined(pieces: Sequence[Piece]) -> str:
+    """The formula on one line."""
+    return "".join(p.separator + p.text for p in pieces)
+
+
+def width(pieces: Sequence[Piece]) -> float:
+    return sum(p.width for p in pieces)
+
+
+def deeper(pieces: Sequence[Piece], by: int = 1) -> list[Piece]:
+    """The same pieces within a further pair of parentheses."""
+    return [p if p.depth is None else replace(p, depth=p.depth + by) for p in pieces]
+
+
+def prefixed(pieces: Sequence[Piece], text: str, width: float) -> list[Piece]:
+    """Put text before the first piece, without a break."""
+    first = pieces[0]
+    return [replace(first, text=text + first.text, width=first.width + width), *pieces[1:]]
+
+
+def suffixed(pieces: Sequence[Piece], text: str, width: float) -> list[Piece]:
+    """Put text after the last piece, without a break."""
+    last = pieces[-1]
+    return [*pieces[:-1], replace(last, text=last.text + text, width=last.width + width)]
+
+
+def fill(pieces: Sequence[Piece], first: float, rest: float) -> list[str]:
+    """Break a formula into lines.
+
+    Parameters
+    ----------
+    pieces
+        The formula.
+    first, rest
+        Width available in the first line and in the others. A piece wider than
+        a line stays whole.
+    """
+    lines: list[str] = []
+    start, available = 0, first
+    while start < len(pieces):
+        end = _line_end(pieces, start, available)
+        head = pieces[start]
+        opening = head.lead if start else head.separator
+        lines.append(opening + head.text + joined(pieces[start + 1 : end]))
+        start, available = end, rest
+    return lines
+
+
+def _line_end(pieces: Sequence[Piece], start: int, available: float) -> int:
+    """The index of the piece that begins the next line.
+
+    Of the breaks that fit, the outermost ones, of those the last; breaks that
+    leave the line too empty only where there is no other.
+    """
+    used = 0.0
+    breaks: list[tuple[int, int, float]] = []
+    for index in range(start, len(pieces)):
+        piece = pieces[index]
+        if index > start and piece.depth is not None:
+            breaks.append((index, piece.depth, used))
+        if breaks and used + piece.width > available:
+            break
+        used += piece.width
+    else:
+        return len(pieces)
+    filled = [b for b in breaks if b[2] >= _LEAST_FILLED * available] or breaks
+    outermost = min(depth for _, depth, _ in filled)
+    return max(index for index, depth, _ in filled if depth == outermost)
