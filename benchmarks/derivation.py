@@ -1,0 +1,297 @@
+"""Time to derive M(q) and f(q, v) of the n-link pendulum, side by side with peers.
+
+n point masses on massless rods, absolute angles, every mass and length a
+symbol of its own. Everything runs in one process with imports warm; SymPy's
+cache is cleared and garbage collected before each timing, the methods take
+turns, and medians are reported. What each method yields is compared with the
+closed form of M and f at a random state.
+
+    python benchmarks/derivation.py --json derivation.json
+
+Peers besides SymPy (casadi, symengine) take part where they are installed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import importlib.util
+import json
+import platform
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+from sympy.core.cache import clear_cache
+from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
+
+from lagrange_cli.mechanics import derive, derive_uncertified
+from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.scene import read_text
+from lagrange_cli.scene.model import Scene
+
+Array = NDArray[np.float64]
+Values = tuple[Array, Array]
+GRAVITY = 9.81
+
+
+@dataclass(frozen=True)
+class State:
+    """Angles, angular velocities, masses and lengths at which results are compared."""
+
+    q: Array
+    v: Array
+    m: Array
+    l: Array  # noqa: E741
+
+
+@dataclass(frozen=True)
+class Method:
+    """``prepare(n)`` makes the input, ``run`` is timed, ``evaluate`` turns the result to numbers."""
+
+    name: str
+    largest: int
+    prepare: Callable[[int], Any]
+    run: Callable[[Any], Any]
+    evaluate: Callable[[Any, State], Values]
+
+
+def pendulum_scene(n: int) -> str:
+    """The n-link pendulum in the scene language."""
+    bobs = range(1, n + 1)
+    lines = [f"name: pendulum_{n}", "parameters:", f"  g: {GRAVITY}"]
+    lines += [f"  m{i}: 1.0\n  l{i}: 1.0" for i in bobs]
+    lines += ["plane: xz", "particles:"]
+    lines += [f"  p{i}: {{mass: m{i}, position: [x{i}, y{i}, z{i}]}}" for i in bobs]
+    lines += ["coordinates: [" + ", ".join(f"theta{i}" for i in bobs) + "]", "definitions:"]
+    lines += ["  x1: l1*sin(theta1)\n  z1: -l1*cos(theta1)"]
+    lines += [
+        f"  x{i}: x{i - 1} + l{i}*sin(theta{i})\n  z{i}: z{i - 1} - l{i}*cos(theta{i})"
+        for i in bobs[1:]
+    ]
+    lines += ["potentials:", "  weight: {gravity: g}"]
+    return "\n".join(lines) + "\n"
+
+
+def closed_form(s: State) -> Values:
+    """M and f of the n-link pendulum, from the textbook sum over the masses below a joint."""
+    below = np.cumsum(s.m[::-1])[::-1]
+    index = np.arange(len(s.q))
+    shared = below[np.maximum.outer(index, index)] * np.outer(s.l, s.l)
+    difference = np.subtract.outer(s.q, s.q)
+    weight = GRAVITY * below * s.l * np.sin(s.q)
+    return shared * np.cos(difference), -(shared * np.sin(difference)) @ s.v**2 - weight
+
+
+def random_state(n: int) -> State:
+    random = np.random.default_rng(n)
+    return State(
+        random.uniform(-3, 3, n),
+        random.uniform(-2, 2, n),
+        random.uniform(0.5, 2, n),
+        random.uniform(0.5, 2, n),
+    )
+
+
+def evaluate_ours(equations: Equations, s: State) -> Values:
+    parameters = {p.name: p.symbol for p in equations.parameters}
+    n = len(s.q)
+    arguments = [
+        [c.q for c in equations.coordinates],
+        [c.v for c in equations.coordinates],
+        [parameters[f"m{i + 1}"] for i in range(n)],
+        [parameters[f"l{i + 1}"] for i in range(n)],
+        parameters["g"],
+    ]
+    forms = [[list(row) for row in equations.mass_matrix], list(equations.forcing)]
+    compute = sympy.lambdify(arguments, forms, "numpy")
+    matrix, forcing = compute(s.q, s.v, s.m, s.l, GRAVITY)
+    return np.array(matrix, dtype=float), np.array(forcing, dtype=float)
+
+
+def sympy_derivation(n: int) -> tuple[LagrangesMethod, list[Any]]:
+    """LagrangesMethod from positions, as its documentation shows it."""
+    q = dynamicsymbols(f"q:{n}")
+    m, rods = sympy.symbols(f"m:{n}"), sympy.symbols(f"l:{n}")
+    g = sympy.Symbol("g")
+    x = z = sympy.Integer(0)
+    lagrangian = sympy.Integer(0)
+    for i in range(n):
+        x, z = x + rods[i] * sympy.sin(q[i]), z - rods[i] * sympy.cos(q[i])
+        speed = x.diff(dynamicsymbols._t) ** 2 + z.diff(dynamicsymbols._t) ** 2
+        lagrangian += m[i] * speed / 2 - m[i] * g * z
+    method = LagrangesMethod(lagrangian, q)
+    method.form_lagranges_equations()
+    forms = [method.mass_matrix, method.forcing]
+    return method, [q, m, rods, g, forms]
+
+
+def evaluate_sympy(result: tuple[LagrangesMethod, list[Any]], s: State) -> Values:
+    _, (q, m, rods, g, forms) = result
+    velocities = [f.diff(dynamicsymbols._t) for f in q]
+    compute = sympy.lambdify([q, velocities, m, rods, g], forms, "numpy", cse=True)
+    matrix, forcing = compute(s.q, s.v, s.m, s.l, GRAVITY)
+    return np.array(matrix, dtype=float), np.array(forcing, dtype=float).ravel()
+
+
+def casadi_derivation(n: int) -> Any:
+    import casadi as ca
+
+    q, v, m, rods = (ca.SX.sym(name, n) for name in "qvml")
+    x = z = ca.SX(0)
+    lagrangian = ca.SX(0)
+    vx = vz = ca.SX(0)
+    for i in range(n):
+        x, z = x + rods[i] * ca.sin(q[i]), z - rods[i] * ca.cos(q[i])
+        vx, vz = vx + rods[i] * ca.cos(q[i]) * v[i], vz + rods[i] * ca.sin(q[i]) * v[i]
+        lagrangian += m[i] * (vx**2 + vz**2) / 2 - m[i] * GRAVITY * z
+    momenta = ca.gradient(lagrangian, v)
+    forcing = ca.gradient(lagrangian, q) - ca.jtimes(momenta, q, v)
+    return ca.Function("pendulum", [q, v, m, rods], [ca.jacobian(momenta, v), forcing])
+
+
+def evaluate_casadi(function: Any, s: State) -> Values:
+    matrix, forcing = function(s.q, s.v, s.m, s.l)
+    return np.array(matrix), np.array(forcing).ravel()
+
+
+def symengine_derivation(n: int) -> Any:
+    import symengine as se
+
+    q, v, m, rods = (se.symbols(f"{name}:{n}") for name in "qvml")
+    x = z = vx = vz = se.Integer(0)
+    lagrangian = se.Integer(0)
+    for i in range(n):
+        x, z = x + rods[i] * se.sin(q[i]), z - rods[i] * se.cos(q[i])
+        vx, vz = vx + rods[i] * se.cos(q[i]) * v[i], vz + rods[i] * se.sin(q[i]) * v[i]
+        lagrangian += m[i] * (vx**2 + vz**2) / 2 - m[i] * se.Symbol("g") * z
+    momenta = [lagrangian.diff(u) for u in v]
+    matrix = [[p.diff(u) for u in v] for p in momenta]
+    forcing = [
+        lagrangian.diff(q[j]) - sum(momenta[j].diff(q[i]) * v[i] for i in range(n))
+        for j in range(n)
+    ]
+    return [*q, *v, *m, *rods, se.Symbol("g")], matrix, forcing
+
+
+def evaluate_symengine(result: Any, s: State) -> Values:
+    import symengine as se
+
+    arguments, matrix, forcing = result
+    n = len(forcing)
+    flat = [e for row in matrix for e in row] + list(forcing)
+    compute = se.Lambdify(arguments, flat)
+    values = np.array(compute(np.concatenate([s.q, s.v, s.m, s.l, [GRAVITY]])))
+    return values[: n * n].reshape(n, n), values[n * n :]
+
+
+def _scene(n: int) -> Scene:
+    return read_text(pendulum_scene(n))
+
+
+def _size(n: int) -> int:
+    return n
+
+
+def methods(largest_sympy: int) -> list[Method]:
+    every = sys.maxsize
+    found = [
+        Method("lagrange, certified", every, _scene, derive, evaluate_ours),
+        Method("lagrange, not certified", every, _scene, derive_uncertified, evaluate_ours),
+        Method("SymPy LagrangesMethod", largest_sympy, _size, sympy_derivation, evaluate_sympy),
+    ]
+    if importlib.util.find_spec("symengine"):
+        found.append(
+            Method("SymEngine", largest_sympy, _size, symengine_derivation, evaluate_symengine)
+        )
+    if importlib.util.find_spec("casadi"):
+        found.append(Method("CasADi SX", every, _size, casadi_derivation, evaluate_casadi))
+    return found
+
+
+def timed(method: Method, n: int) -> tuple[float, Any]:
+    """Seconds of one derivation from a clean cache, and its result."""
+    given = method.prepare(n)
+    clear_cache()
+    gc.collect()
+    start = time.perf_counter()
+    result = method.run(given)
+    return time.perf_counter() - start, result
+
+
+def mismatch(method: Method, result: Any, n: int) -> float:
+    """Largest difference from the closed form, relative to its largest entry."""
+    state = random_state(n)
+    found, expected = method.evaluate(result, state), closed_form(state)
+    return max(
+        float(np.abs(f - e).max() / np.abs(e).max()) for f, e in zip(found, expected, strict=True)
+    )
+
+
+def measure(n: int, candidates: list[Method], repetitions: int) -> list[dict[str, Any]]:
+    """Median seconds and mismatch of every method at one size, the methods taking turns."""
+    taking_part = [m for m in candidates if n <= m.largest]
+    seconds: dict[str, list[float]] = {m.name: [] for m in taking_part}
+    results: dict[str, Any] = {}
+    for _ in range(repetitions):
+        for method in taking_part:
+            duration, results[method.name] = timed(method, n)
+            seconds[method.name].append(duration)
+    return [
+        {
+            "n": n,
+            "method": m.name,
+            "seconds": statistics.median(seconds[m.name]),
+            "all_seconds": seconds[m.name],
+            "mismatch": mismatch(m, results[m.name], n),
+        }
+        for m in taking_part
+    ]
+
+
+def table(rows: list[dict[str, Any]], names: list[str]) -> str:
+    """Markdown: a row a size, a column a method, and how much faster than SymPy ours is."""
+    of = {(r["n"], r["method"]): r["seconds"] for r in rows}
+    ours, bare, sympys = names[:3]
+    lines = ["| n | " + " | ".join(names) + " | ratio, certified | ratio, not certified |"]
+    lines.append("|---" * (len(names) + 3) + "|")
+    for n in sorted({r["n"] for r in rows}):
+        cells = [f"{of[n, name]:.3f}" if (n, name) in of else "–" for name in names]
+        reference = of.get((n, sympys))
+        ratios = [f"{reference / of[n, o]:.0f}" if reference else "–" for o in (ours, bare)]
+        lines.append(f"| {n} | " + " | ".join(cells + ratios) + " |")
+    return "\n".join(lines)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--sizes", type=int, nargs="+", default=[2, 4, 8, 16, 32, 64])
+    parser.add_argument("--largest-sympy", type=int, default=16)
+    parser.add_argument("--repetitions", type=int, default=3)
+    parser.add_argument("--json", metavar="FILE")
+    options = parser.parse_args()
+    candidates = methods(options.largest_sympy)
+    for method in candidates:  # imports and first-call costs
+        timed(method, 2)
+    rows: list[dict[str, Any]] = []
+    for n in options.sizes:
+        rows += measure(n, candidates, options.repetitions)
+        print(f"n = {n} done", file=sys.stderr)
+    print(table(rows, [m.name for m in candidates]))
+    worst = max(r["mismatch"] for r in rows)
+    print(f"\nlargest mismatch with the closed form: {worst:.1e}")
+    if options.json:
+        about = {"python": platform.python_version(), "sympy": sympy.__version__}
+        with open(options.json, "w", encoding="utf-8") as file:
+            json.dump({"about": about, "rows": rows}, file, indent=1)
+    return 0 if worst < 1e-10 else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
