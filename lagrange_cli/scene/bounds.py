@@ -9,14 +9,26 @@ multiply.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from lagrange_cli.scene.expression import Add, Mul, Name, Neg, Node, Number, Pow, walk
+from lagrange_cli.scene.expression import (
+    Add,
+    Call,
+    Mul,
+    Name,
+    Neg,
+    Node,
+    Number,
+    Pow,
+    children,
+    walk,
+)
 from lagrange_cli.scene.tokens import MAX_EXPONENT, ExpressionError
 
-__all__ = ["MAX_POWER", "Extent", "check_bounds", "extent_of"]
+__all__ = ["ANY_EXTENT", "MAX_POWER", "Extent", "check_depth", "extent_of"]
 
 MAX_POWER = 100
 #: Bits of numerator or denominator of a constant: 20,000 digits.
@@ -24,30 +36,47 @@ _MAX_BITS = 66_439
 #: Bits of 10^400.
 _MAGNITUDE_BITS = MAX_EXPONENT * 3322 // 1000 + 1
 
-_TOO_LARGE = f"a constant beyond 10^{MAX_EXPONENT} or of more than 20000 digits"
-
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """What an expression may grow to: its value if constant, else its largest power."""
+    """What an expression may grow to.
 
-    constant: Fraction | None = None
-    power: Fraction = Fraction(1)
+    ``value``: its value if it is constant, exact where it is rational.
+    ``power``: otherwise, the largest constant power in it.
+    """
+
+    value: Fraction | float | None = None
+    power: float = 1
 
 
-_ANY = Extent()
+ANY_EXTENT = Extent()
+
+_FUNCTIONS: dict[str, Callable[..., float]] = {
+    **{name: getattr(math, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan")},
+    **{name: getattr(math, name) for name in ("sinh", "cosh", "tanh", "asinh", "acosh", "atanh")},
+    **{name: getattr(math, name) for name in ("exp", "log", "sqrt", "atan2")},
+    "abs": abs,
+    "sign": lambda x: (x > 0) - (x < 0),
+    "min": min,
+    "max": max,
+    "norm": math.hypot,
+}
 
 
-def check_bounds(node: Node, depth: int) -> None:
-    """Refuse a tree deeper than ``depth``, or one that stands for too much.
+def check_depth(node: Node, depth: int) -> None:
+    """Refuse a tree of more than ``depth`` levels.
 
     Raises
     ------
     ExpressionError
-        At the part that exceeds a limit, or divides by zero.
+        At the first part below that depth.
     """
-    _check_depth(node, depth)
-    extent_of(node, {})
+    level = [node]
+    for _ in range(depth):
+        level = [below for above in level for below in children(above)]
+        if not level:
+            return
+    raise ExpressionError(f"nested more than {depth} deep", level[0].span, rule="limit")
 
 
 def extent_of(node: Node, names: Mapping[str, Extent]) -> Extent:
@@ -56,118 +85,147 @@ def extent_of(node: Node, names: Mapping[str, Extent]) -> Extent:
     Raises
     ------
     ExpressionError
-        At the part that exceeds a limit, or divides by zero.
+        At the part that exceeds a limit, or that is not a finite real number.
     """
     found: dict[int, Extent] = {}
     for part in reversed(list(walk(node))):
-        found[id(part)] = _extent(part, found, names)
+        try:
+            found[id(part)] = _extent(part, found, names)
+        except OverflowError:
+            raise _too_large(part) from None
+        except ZeroDivisionError:
+            raise ExpressionError("division by zero", part.span, rule="not-real") from None
+        except ValueError:
+            raise _not_real(part) from None
     return found[id(node)]
 
 
-def _check_depth(node: Node, depth: int) -> None:
-    level = [node]
-    for _ in range(depth):
-        level = [below for above in level for below in _below(above)]
-        if not level:
-            return
-    raise ExpressionError(f"nested more than {depth} deep", level[0].span, rule="limit")
-
-
-def _below(node: Node) -> list[Node]:
-    match node:
-        case Add(terms=parts) | Mul(factors=parts):
-            return [part for _, part in parts]
-        case Neg(operand=operand):
-            return [operand]
-        case Pow(base=base, exponent=exponent):
-            return [base, exponent]
-        case Number() | Name():
-            return []
-    return list(node.arguments)
-
-
-def _extent(node: Node, found: dict[int, Extent], names: Mapping[str, Extent]) -> Extent:
+def _extent(node: Node, found: Mapping[int, Extent], names: Mapping[str, Extent]) -> Extent:
     match node:
         case Number(value=value):
             return Extent(value)
+        case Name(name="pi"):
+            return Extent(math.pi)
         case Name(name=name):
-            return names.get(name, _ANY)
+            return names.get(name, ANY_EXTENT)
         case Neg(operand=operand):
             inner = found[id(operand)]
-            return inner if inner.constant is None else Extent(-inner.constant)
+            return inner if inner.value is None else Extent(-inner.value)
         case Add():
             return _sum(node, found)
         case Mul():
             return _product(node, found)
         case Pow():
             return _power(node, found)
-    return _ANY
+    return _application(node, found)
 
 
-def _sum(node: Add, found: dict[int, Extent]) -> Extent:
-    total: Fraction | None = Fraction(0)
-    power = Fraction(1)
+def _sum(node: Add, found: Mapping[int, Extent]) -> Extent:
+    total: Fraction | float | None = Fraction(0)
+    power: float = 1
     for sign, term in node.terms:
         part = found[id(term)]
         power = max(power, part.power)
-        if total is not None and part.constant is not None:
-            total = total + part.constant if sign == "+" else total - part.constant
+        if total is not None and part.value is not None:
+            total = total + part.value if sign == "+" else total - part.value
             _check_size(total, node)
         else:
             total = None
     return Extent(total, power)
 
 
-def _product(node: Mul, found: dict[int, Extent]) -> Extent:
-    coefficient = Fraction(1)
+def _product(node: Mul, found: Mapping[int, Extent]) -> Extent:
+    coefficient: Fraction | float = Fraction(1)
     constant = True
-    power = Fraction(1)
+    power: float = 1
     for operator, factor in node.factors:
         part = found[id(factor)]
         power = max(power, part.power)
-        if part.constant is None:
+        if part.value is None:
             constant = False
         elif operator == "*":
-            coefficient *= part.constant
-        elif part.constant == 0:
-            raise ExpressionError("division by zero", factor.span, rule="division")
+            coefficient = coefficient * part.value
+        elif part.value == 0:
+            raise ExpressionError("division by zero", factor.span, rule="not-real")
         else:
-            coefficient /= part.constant
+            coefficient = coefficient / part.value
         _check_size(coefficient, node)
     return Extent(coefficient if constant else None, power)
 
 
-def _power(node: Pow, found: dict[int, Extent]) -> Extent:
-    base, exponent = found[id(node.base)], found[id(node.exponent)].constant
+def _power(node: Pow, found: Mapping[int, Extent]) -> Extent:
+    base, exponent = found[id(node.base)], found[id(node.exponent)].value
     if exponent is None:
-        return _ANY
-    if base.constant is None:
-        power = base.power * abs(exponent)
-        if power > MAX_POWER:
-            raise ExpressionError(
-                f"a power beyond {MAX_POWER}", node.exponent.span, rule="limit"
-            )
-        return Extent(None, max(power, Fraction(1)))
-    return _constant_power(node, base.constant, exponent)
+        return ANY_EXTENT
+    if base.value is not None:
+        return Extent(_constant_power(node, base.value, exponent))
+    power = base.power * abs(float(exponent))
+    if power > MAX_POWER:
+        raise ExpressionError(f"a power beyond {MAX_POWER}", node.exponent.span, rule="limit")
+    return Extent(None, max(power, 1))
 
 
-def _constant_power(node: Pow, base: Fraction, exponent: Fraction) -> Extent:
-    if base == 0 and exponent < 0:
-        raise ExpressionError("division by zero", node.span, rule="division")
-    bits = max(base.numerator.bit_length(), base.denominator.bit_length())
-    if abs(base) != 1 and base != 0 and abs(exponent) * bits > _MAX_BITS:
-        raise ExpressionError(_TOO_LARGE, node.span, rule="limit")
-    if exponent.denominator != 1:
-        return _ANY
-    if abs(base) == 1:
-        # The exponent may be as large as any constant; only its parity matters.
-        return Extent(base if exponent.numerator % 2 else Fraction(1))
-    value = Fraction(base ** exponent.numerator)
+def _constant_power(
+    node: Pow, base: Fraction | float, exponent: Fraction | float
+) -> Fraction | float:
+    if isinstance(base, float) or isinstance(exponent, float) or exponent.denominator != 1:
+        if isinstance(base, Fraction):
+            _check_bits(node, base, exponent)
+        # math.pow refuses what is not real; ** would give a complex number.
+        return math.pow(float(base), float(exponent))
+    if base in (0, 1, -1):
+        # The exponent may be as large as any constant; only its parity and sign matter.
+        if base == 0 and exponent < 0:
+            raise ZeroDivisionError
+        odd = exponent.numerator % 2 == 1
+        return base if odd or (base == 0 and exponent) else Fraction(1)
+    _check_bits(node, base, exponent)
+    value: Fraction = Fraction(base) ** exponent.numerator
+    _check_size(value, node)
+    return value
+
+
+def _check_bits(node: Pow, base: Fraction, exponent: Fraction | float) -> None:
+    if abs(float(exponent)) * _bits(base) > _MAX_BITS:
+        raise _too_large(node)
+
+
+def _application(node: Call, found: Mapping[int, Extent]) -> Extent:
+    """The value of a function of constants; rates have none."""
+    values = [found[id(argument)].value for argument in node.arguments]
+    known = [value for value in values if value is not None]
+    function = _FUNCTIONS.get(node.function)
+    if function is None or len(known) < len(values):
+        return ANY_EXTENT
+    if node.function == "log" and known[0] == 0:
+        raise _not_real(node)
+    value = float(function(*known))
     _check_size(value, node)
     return Extent(value)
 
 
-def _check_size(value: Fraction, node: Node) -> None:
-    above, below = value.numerator.bit_length(), value.denominator.bit_length()
-    if max(above, below) > _MAX_BITS or (value and abs(above - below) > _MAGNITUDE_BITS):
-        raise ExpressionError(_TOO_LARGE, node.span, rule="limit")
+def _bits(value: Fraction) -> int:
+    return max(value.numerator.bit_length(), value.denominator.bit_length())
+
+
+def _check_size(value: Fraction | float, node: Node) -> None:
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise _too_large(node)
+        return
+    magnitude = abs(value.numerator.bit_length() - value.denominator.bit_length())
+    if _bits(value) > _MAX_BITS or (value and magnitude > _MAGNITUDE_BITS):
+        raise _too_large(node)
+
+
+def _too_large(node: Node) -> ExpressionError:
+    return ExpressionError(
+        "this constant is too large",
+        node.span,
+        f"constants stay within 10^-{MAX_EXPONENT} to 10^{MAX_EXPONENT} and 20000 digits",
+        rule="limit",
+    )
+
+
+def _not_real(node: Node) -> ExpressionError:
+    return ExpressionError("this constant is not a real number", node.span, rule="not-real")

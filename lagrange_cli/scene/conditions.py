@@ -14,11 +14,16 @@ from lagrange_cli.scene.model import (
     StateExpectation,
 )
 from lagrange_cli.scene.shapes import Reading
-from lagrange_cli.scene.source import Mapping, Scalar, Sequence, SourceNode
+from lagrange_cli.scene.source import Scalar, Sequence, SourceNode
 
 __all__ = [
     "initial_name",
-    "read_error_expectation","read_expect", "read_initial", "read_near", "read_simulate"]
+    "read_error_expectation",
+    "read_expect",
+    "read_initial",
+    "read_near",
+    "read_simulate",
+]
 
 _VELOCITY = re.compile(r"\s*dot\s*\(\s*([^()\s]+)\s*\)\s*")
 
@@ -89,11 +94,13 @@ def read_expect(node: SourceNode, reading: Reading) -> Expect:
     if mapping is None:
         return Expect()
     fields = reading.fields(mapping, "'expect'", _EXPECT, later=_EXPECT_LATER)
-    marks = {f"{key}_mark": fields[key].mark for key in ("dof", "cyclic", "conserved") if key in fields}
-    read = {key: _EXPECTATIONS[key](value, reading) for key, value in fields.items()}
+    read: dict[str, Any] = {key: _EXPECTATIONS[key](node, reading) for key, node in fields.items()}
+    for key in ("dof", "cyclic", "conserved"):
+        if key in fields:
+            read[f"{key}_mark"] = fields[key].mark
     if "state" in read:
         read["states"] = read.pop("state")
-    return Expect(mark=mapping.mark, **marks, **read)
+    return Expect(mark=mapping.mark, **read)
 
 
 def _dof(node: SourceNode, reading: Reading) -> int | None:

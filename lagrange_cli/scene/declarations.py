@@ -87,7 +87,9 @@ def read_particles(node: SourceNode, reading: Reading) -> tuple[Particle, ...]:
             position = _position(fields["position"], what, reading)
         else:
             position = _own_components(key.text, key.mark)
-        mass = reading.expression(fields["mass"], f"the mass of {what}") if "mass" in fields else None
+        mass = None
+        if "mass" in fields:
+            mass = reading.expression(fields["mass"], f"the mass of {what}")
         if mass and position:
             found.append(Particle(key.text, key.mark, mass, position))
     return tuple(found)

@@ -28,16 +28,16 @@ __all__ = [
     "Number",
     "Pow",
     "Span",
+    "children",
     "names_in",
     "walk",
 ]
 
 #: Functions of the language with the number of arguments each takes (None: one or more).
 FUNCTIONS: dict[str, int | None] = {
-    **dict.fromkeys(
-        "sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log sqrt abs sign".split(),
-        1,
-    ),
+    **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan"), 1),
+    **dict.fromkeys(("sinh", "cosh", "tanh", "asinh", "acosh", "atanh"), 1),
+    **dict.fromkeys(("exp", "log", "sqrt", "abs", "sign"), 1),
     "atan2": 2,
     "min": None,
     "max": None,
@@ -132,9 +132,7 @@ class Expression:
             length = len(self.text) if self.exact else self.origin.length
             return replace(self.origin, length=max(1, length))
         start, end = span
-        return replace(
-            self.origin, column=self.origin.column + start, length=max(1, end - start)
-        )
+        return replace(self.origin, column=self.origin.column + start, length=max(1, end - start))
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,24 +148,29 @@ class Equation:
         return replace(self.origin, length=max(1, len(self.text)))
 
 
+def children(node: Node) -> tuple[Node, ...]:
+    """The parts directly below a node, in reading order."""
+    match node:
+        case Add(terms=parts) | Mul(factors=parts):
+            return tuple(part for _, part in parts)
+        case Neg(operand=operand):
+            return (operand,)
+        case Pow(base=base, exponent=exponent):
+            return (base, exponent)
+        case Call(arguments=arguments):
+            return arguments
+        case Name(indices=indices):
+            return indices
+    return ()
+
+
 def walk(node: Node) -> Iterator[Node]:
     """Yield a node and all below it, parents first."""
     stack: list[Node] = [node]
     while stack:
         top = stack.pop()
         yield top
-        if isinstance(top, Add):
-            stack.extend(n for _, n in reversed(top.terms))
-        elif isinstance(top, Mul):
-            stack.extend(n for _, n in reversed(top.factors))
-        elif isinstance(top, Neg):
-            stack.append(top.operand)
-        elif isinstance(top, Pow):
-            stack.extend((top.exponent, top.base))
-        elif isinstance(top, Call):
-            stack.extend(reversed(top.arguments))
-        elif isinstance(top, Name):
-            stack.extend(reversed(top.indices))
+        stack.extend(reversed(children(top)))
 
 
 def names_in(node: Node) -> list[Name]:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
-from lagrange_cli.scene.bounds import check_bounds
+from lagrange_cli.scene.bounds import check_depth, extent_of
 from lagrange_cli.scene.expression import (
     FUNCTIONS,
     Add,
@@ -121,7 +121,8 @@ def _equals_sign(tokens: list[Token]) -> int:
 
 def _checked(tokens: list[Token]) -> Node:
     node = _Parser(tokens).parse()
-    check_bounds(node, MAX_NESTING)
+    check_depth(node, MAX_NESTING)
+    extent_of(node, {})
     return node
 
 
@@ -213,7 +214,9 @@ class _Parser:
         before = self.tokens[self.position - 2].text if self.position > 1 else ""
         if token.text == ")" and bracket.function and before == "(":
             name = bracket.function.text
-            raise ExpressionError(f"{name}() needs an argument", (bracket.function.start, token.end))
+            raise ExpressionError(
+                f"{name}() needs an argument", (bracket.function.start, token.end)
+            )
         if token.kind == "end" and not before:
             raise ExpressionError("expected an expression, found nothing", (0, 1))
         found = f"'{token.text}'" if token.text else "the end"

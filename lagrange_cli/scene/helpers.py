@@ -37,11 +37,11 @@ def read_constraint_helper(
     if "distance" not in keys:
         _unknown_helper(node, what, ("distance",), reading)
         return None
-    fields = reading.fields(
-        node, what, ("distance", "equals"), required=("distance", "equals")
-    )
+    fields = reading.fields(node, what, ("distance", "equals"), required=("distance", "equals"))
     pair = _pair(fields["distance"], "distance", reading)
-    length = reading.expression(fields["equals"], f"'equals' of {what}") if "equals" in fields else None
+    length = None
+    if "equals" in fields:
+        length = reading.expression(fields["equals"], f"'equals' of {what}")
     if pair is None or length is None:
         return None
     squares = " + ".join(f"({d})^2" for d in _differences(*pair))
@@ -88,7 +88,9 @@ def _gravity(node: Mapping, what: str, reading: Reading) -> str | None:
     """V = −m g·r for every particle; g points along −z, or along ``direction``."""
     fields = reading.fields(node, what, ("gravity", "direction"))
     strength = reading.expression(fields["gravity"], f"'gravity' of {what}")
-    down = _direction(fields["direction"], what, reading) if "direction" in fields else ("", "", "-1")
+    down: tuple[str, ...] | None = ("", "", "-1")
+    if "direction" in fields:
+        down = _direction(fields["direction"], what, reading)
     particles: tuple[Particle, ...] = reading.values.get("particles", ())
     if not particles:
         reading.problems.add(f"gravity in {what} acts on no particle", node.mark, rule="missing")
@@ -97,7 +99,8 @@ def _gravity(node: Mapping, what: str, reading: Reading) -> str | None:
     terms = []
     for particle in particles:
         weight = f"{_as_factor(particle.mass)}*{_as_factor(strength)}"
-        heights = [_scaled(d, component(a, particle.name)) for a, d in zip(AXES, down, strict=True) if d]
+        names = (component(axis, particle.name) for axis in AXES)
+        heights = [_scaled(part, name) for part, name in zip(down, names, strict=True) if part]
         height = heights[0] if len(heights) == 1 else f"({' + '.join(heights)})"
         if len(heights) == 1 and height.startswith("-"):
             terms.append(f"{weight}*{height[1:]}")
@@ -124,9 +127,10 @@ def _direction(node: SourceNode, what: str, reading: Reading) -> tuple[str, ...]
     known = [part for part in parts if part is not None]
     if len(known) != 3:
         return None
-    constants = [extent_of(part.node, {}).constant for part in known]
-    length = _norm([c for c in constants if c is not None])
-    if None in constants or length is None:
+    constants = [extent_of(part.node, {}).value for part in known]
+    exact = [c for c in constants if isinstance(c, Fraction)]
+    length = _norm(exact)
+    if len(exact) < 3 or length is None:
         norm = f"norm({', '.join(_flat(part) for part in known)})"
         return tuple(
             "" if c == 0 else f"{_as_factor(part)}/{norm}"
@@ -135,7 +139,7 @@ def _direction(node: SourceNode, what: str, reading: Reading) -> tuple[str, ...]
     if length == 0:
         reading.problems.add("this direction has no length", sequence.mark, rule="direction")
         return None
-    units = [c / length for c in constants if c is not None]
+    units = [c / length for c in exact]
     return tuple("" if u == 0 else f"{u}" if u.denominator == 1 else f"({u})" for u in units)
 
 
@@ -179,7 +183,8 @@ def _pair(node: SourceNode, helper: str, reading: Reading) -> tuple[str, str] | 
     if len(ends) != 2 or len(sequence.items) != 2:
         reading.expected(wanted, f"'{helper}'", sequence)
         return None
-    known = [body.name for section in ("particles", "points") for body in reading.values.get(section, ())]
+    bodies = (*reading.values.get("particles", ()), *reading.values.get("points", ()))
+    known = [body.name for body in bodies]
     for end in ends:
         if "[" in end.text:
             reading.unsupported("indexed families are", end.mark)
@@ -208,7 +213,9 @@ def _unknown_helper(node: Mapping, what: str, known: tuple[str, ...], reading: R
         return
     key = node.entries[0][0]
     hint = nearest(key.text, known) or f"known are {', '.join(known)}"
-    reading.problems.add(f"unknown helper '{key.text}' in {what}", key.mark, hint=hint, rule="unknown-key")
+    reading.problems.add(
+        f"unknown helper '{key.text}' in {what}", key.mark, hint=hint, rule="unknown-key"
+    )
 
 
 def _flat(expression: Expression) -> str:

@@ -8,21 +8,29 @@ __all__ = ["check_latex"]
 
 _LONGEST = 100
 
-_SYMBOLS = frozenset(
-    """alpha beta gamma delta epsilon varepsilon zeta eta theta vartheta iota kappa varkappa
+_SYMBOL_NAMES = """
+    alpha beta gamma delta epsilon varepsilon zeta eta theta vartheta iota kappa varkappa
     lambda mu nu xi pi varpi rho varrho sigma varsigma tau upsilon phi varphi chi psi omega
     Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega
     ell hbar imath jmath wp Re Im aleph partial nabla infty prime dagger ddagger ast star circ
     bullet parallel perp top bot cdot times pm mp odot oplus otimes
-    quad qquad""".split()
-)
+    quad qquad
+"""
 #: Macros of one argument in braces.
-_ACCENTS = frozenset(
-    """hat widehat tilde widetilde bar overline underline vec dot ddot check breve acute grave
+_ACCENT_NAMES = """
+    hat widehat tilde widetilde bar overline underline vec dot ddot check breve acute grave
     mathring mathrm mathbf mathit mathsf mathtt mathcal mathbb mathfrak mathscr boldsymbol
-    operatorname""".split()
+    operatorname
+"""
+_SYMBOLS = frozenset(_SYMBOL_NAMES.split())
+_ACCENTS = frozenset(_ACCENT_NAMES.split())
+_PART = re.compile(
+    r"""\\(?P<macro>[A-Za-z]+)
+      | (?P<space>\\[,;:!\ ]|\ +)
+      | [A-Za-z0-9'()+*/=.,|-]
+      | [{}_^]""",
+    re.VERBOSE,
 )
-_PART = re.compile(r"\\(?P<macro>[A-Za-z]+)|(?P<space>\\[,;:! ]| +)|(?P<char>[A-Za-z0-9'()+*/=.,|-])|(?P<mark>[{}_^])")
 
 
 def check_latex(text: str) -> str | None:

@@ -1,4 +1,282 @@
-from lagrange_cli.scene.model import Scene
+"""Checks of the names in a scene: known, in their place, and not in circles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from lagrange_cli.errors import Mark, nearest
+from lagrange_cli.scene.dependencies import (
+    NONSMOOTH,
+    Traits,
+    dependency_order,
+    rate_node,
+    traits_of,
+)
+from lagrange_cli.scene.expression import Call, Expression, Name, names_in, walk
+from lagrange_cli.scene.model import Force, InitialValue, Scene
 from lagrange_cli.scene.problems import Problems
+from lagrange_cli.scene.table import NameTable, check_clashes, name_table
+from lagrange_cli.scene.uses import Use, uses
+
+__all__ = ["check_names"]
+
+_CONSTANT = Traits(constant=True)
+_RATES = {1: "dot(...)", 2: "ddot(...)"}
+
+
 def check_names(scene: Scene, problems: Problems) -> None:
-    pass
+    """Record every problem with the names of a scene.
+
+    A scene without problems has only known names, none declared twice, no
+    circles among definitions or parameters, and in every expression only what
+    may stand in its place.
+    """
+    table = name_table(scene)
+    check_clashes(scene, table, problems)
+    found = list(uses(scene, table.cartesian))
+    before = len(problems.errors)
+    for use in found:
+        _check_known(use, table, problems)
+    _check_values(scene, table, problems)
+    for force in scene.forces:
+        _check_target(force, scene, table, problems)
+    _check_expected(scene, table, problems)
+    meanings = _meanings(scene, table)
+    order, circles = dependency_order(meanings)
+    for circle in circles:
+        _report_circle(circle, scene, table, problems)
+    if len(problems.errors) == before:
+        _check_places(found, scene, meanings, order, problems)
+    if scene.coordinates is None and not problems.errors:
+        _warn_of_lone_names(scene, table, found, problems)
+
+
+def _check_known(use: Use, table: NameTable, problems: Problems) -> None:
+    only_parameters = use.place.names == "parameters"
+    for node in _first_uses(use.expression):
+        mark = use.expression.mark(node.span)
+        if node.name not in table:
+            problems.add(
+                f"unknown name '{node.name}' in {use.what}",
+                mark,
+                hint=_suggestion(node.name, table),
+                rule="unknown-name",
+            )
+        elif only_parameters and node.name != "pi" and node.name not in table.parameters:
+            problems.add(
+                f"'{node.name}' in {use.what} is not a parameter",
+                mark,
+                hint="only parameters and pi can stand here",
+                rule="not-constant",
+            )
+
+
+def _first_uses(expression: Expression) -> Iterable[Name]:
+    """The first occurrence of every name of an expression."""
+    first: dict[str, Name] = {}
+    for node in names_in(expression.node):
+        first.setdefault(node.name, node)
+    return first.values()
+
+
+def _suggestion(name: str, table: NameTable) -> str:
+    known = table.known()
+    for other in known:
+        if other.lower() == name.lower():
+            return f"did you mean '{other}'?"
+    if name == "e":
+        return "for the exponential function write exp(...)"
+    return nearest(name, known) or "declare it in 'parameters', 'coordinates' or 'definitions'"
+
+
+def _check_values(scene: Scene, table: NameTable, problems: Problems) -> None:
+    """Check the names that ``initial``, ``near`` and ``state`` give values to."""
+    sections = [("'initial'", scene.initial), ("'near'", scene.near)]
+    sections += [("'state' of 'expect'", state.values) for state in scene.expect.states]
+    for what, values in sections:
+        given: set[tuple[str, int]] = set()
+        for value in values:
+            _check_value(value, what, table, problems)
+            if (value.name, value.order) in given:
+                problems.add(f"'{value.name}' is given twice", value.mark, rule="duplicate")
+            given.add((value.name, value.order))
+
+
+def _check_value(value: InitialValue, what: str, table: NameTable, problems: Problems) -> None:
+    if table.is_position(value.name):
+        return
+    positions = [*table.coordinates, *table.cartesian, *table.components]
+    if value.name in table:
+        message = f"'{value.name}' in {what} is not a coordinate"
+        problems.add(message, value.mark, rule="not-coordinate")
+    else:
+        problems.add(
+            f"unknown name '{value.name}' in {what}",
+            value.mark,
+            hint=nearest(value.name, positions) or "expected NAME or dot(NAME)",
+            rule="unknown-name",
+        )
+
+
+def _check_target(force: Force, scene: Scene, table: NameTable, problems: Problems) -> None:
+    """Check what a force acts on, and that it has as many components as that needs."""
+    coordinates = table.cartesian if scene.coordinates is None else table.coordinates
+    what = f"force '{force.name}'"
+    is_body, is_coordinate = force.on in table.bodies, force.on in coordinates
+    if is_body and is_coordinate:
+        problems.add(
+            f"'{force.on}' in {what} is both a body and a coordinate", force.on_mark, rule="clash"
+        )
+    elif not is_body and not is_coordinate:
+        problems.add(
+            f"unknown particle, point or coordinate '{force.on}' in {what}",
+            force.on_mark,
+            hint=nearest(force.on, [*table.bodies, *coordinates]),
+            rule="unknown-name",
+        )
+    elif len(force.components) != (3 if is_body else 1):
+        wanted = "a list of three components" if is_body else "one expression"
+        kind = "particle or point" if is_body else "coordinate"
+        problems.add(
+            f"expected {wanted} for {what} on a {kind}", force.components[0].mark(), rule="shape"
+        )
+
+
+def _check_expected(scene: Scene, table: NameTable, problems: Problems) -> None:
+    """Check the names that ``expect`` calls cyclic or conserved."""
+    expect = scene.expect
+    positions = [*table.coordinates, *table.cartesian]
+    for mark, names, known in (
+        (expect.cyclic_mark, expect.cyclic, positions),
+        (expect.conserved_mark, expect.conserved, _quantities(positions)),
+    ):
+        for name in names or ():
+            if mark and name not in known:
+                problems.add(
+                    f"unknown name '{name}' in 'expect'",
+                    mark,
+                    hint=nearest(name, known),
+                    rule="unknown-name",
+                )
+
+
+def _quantities(positions: Iterable[str]) -> list[str]:
+    return ["energy", "jacobi", *(f"p_{name}" for name in positions)]
+
+
+def _meanings(scene: Scene, table: NameTable) -> dict[str, Expression]:
+    """What names stand for: definitions, components, values of parameters."""
+    meanings = {d.name: d.expression for d in scene.definitions}
+    for name, entry in table.components.items():
+        own = isinstance(entry.node, Name) and entry.node.name == name
+        if not own:
+            meanings.setdefault(name, entry)
+    for parameter in scene.parameters:
+        if parameter.value:
+            meanings[parameter.name] = parameter.value
+    return meanings
+
+
+def _report_circle(circle: list[str], scene: Scene, table: NameTable, problems: Problems) -> None:
+    start = min(range(len(circle)), key=lambda i: _declared(circle[i], table).line)
+    names = [*circle[start:], *circle[:start]]
+    kind = "parameters" if names[0] in table.parameters else "definitions"
+    shown = " -> ".join([*names, names[0]])
+    problems.add(f"{kind} go in a circle: {shown}", _declared(names[0], table), rule="cycle")
+
+
+def _declared(name: str, table: NameTable) -> Mark:
+    for kind in (table.definitions, table.parameters):
+        if name in kind:
+            return kind[name]
+    return table.components[name].mark()
+
+
+def _check_places(
+    found: list[Use],
+    scene: Scene,
+    meanings: dict[str, Expression],
+    order: list[str],
+    problems: Problems,
+) -> None:
+    """Check that every expression holds only what may stand in its place."""
+    parameters = {p.name: _CONSTANT for p in scene.parameters}
+    # In dynamics parameters are symbols; in numbers their values count.
+    symbolic: dict[str, Traits] = {"pi": _CONSTANT, **parameters}
+    numeric: dict[str, Traits] = dict(symbolic)
+    for name in order:
+        names = numeric if name in parameters else symbolic
+        with problems.collect_at(meanings[name]):
+            names[name] = traits_of(meanings[name].node, names)
+    for use in found:
+        names = numeric if use.place.names == "parameters" else symbolic
+        with problems.collect_at(use.expression):
+            _check_place(use, names, problems)
+
+
+def _check_place(use: Use, names: dict[str, Traits], problems: Problems) -> None:
+    traits = traits_of(use.expression.node, names)
+    if traits.rate > use.place.rate:
+        _report_rate(use, names, problems)
+    if traits.rough and use.place.smooth:
+        node = next(n for n in walk(use.expression.node) if _is_rough(n, names))
+        problems.add(
+            f"{traits.rough}(...) cannot stand in {use.what}",
+            use.expression.mark(node.span),
+            hint="positions and constraints need functions with a derivative everywhere",
+            rule="not-smooth",
+        )
+    if use.place.names == "constants" and not traits.constant:
+        node = next(
+            n for n in names_in(use.expression.node) if not names.get(n.name, Traits()).constant
+        )
+        problems.add(
+            f"'{node.name}' in {use.what} is not constant",
+            use.expression.mark(node.span),
+            hint="only parameters, pi and definitions in terms of them can stand here",
+            rule="not-constant",
+        )
+
+
+def _is_rough(node: object, names: dict[str, Traits]) -> bool:
+    if isinstance(node, Call):
+        return node.function in NONSMOOTH
+    return isinstance(node, Name) and names.get(node.name, Traits()).rough is not None
+
+
+def _report_rate(use: Use, names: dict[str, Traits], problems: Problems) -> None:
+    node = rate_node(use.expression.node, names, use.place.rate)
+    assert node is not None
+    mark = use.expression.mark(node.span)
+    if use.kind == "constraint":
+        problems.add("velocity constraints are not supported yet", mark, rule="unsupported")
+    elif use.place.rate == 0:
+        kind = "a position" if use.kind else "a number"
+        problems.add(f"{use.what} is {kind} and cannot hold dot(...)", mark, rule="misplaced-rate")
+    else:
+        hint = "second derivatives stand in 'equations' of 'expect' only"
+        message = f"{_RATES[2]} cannot stand in {use.what}"
+        problems.add(message, mark, hint=hint, rule="misplaced-rate")
+
+
+def _warn_of_lone_names(
+    scene: Scene, table: NameTable, found: list[Use], problems: Problems
+) -> None:
+    """Warn of names that stand bare in one position and nowhere else."""
+    mentions: dict[str, int] = {}
+    for use in found:
+        for node in _first_uses(use.expression):
+            mentions[node.name] = mentions.get(node.name, 0) + 1
+    for name in (*table.definitions, *(v.name for v in (*scene.initial, *scene.near))):
+        mentions[name] = mentions.get(name, 0) + 1
+    for component, entry in table.components.items():
+        if not isinstance(entry.node, Name) or entry.node.name == component:
+            continue
+        name = entry.node.name
+        if name in table.cartesian and mentions[name] == 1 and component not in mentions:
+            problems.warn(
+                f"'{name}' stands in no other section; it is taken as a coordinate",
+                table.cartesian[name],
+                hint="list it in 'coordinates' if that is meant",
+                rule="lone-name",
+            )

@@ -39,9 +39,7 @@ def override_initial(scene: Scene, values: Mapping[str, str], problems: Problems
     return replace(scene, initial=tuple(found.values()))
 
 
-def _given(
-    option: str, name: str, text: str, problems: Problems
-) -> tuple[Expression | None, Mark]:
+def _given(option: str, name: str, text: str, problems: Problems) -> tuple[Expression | None, Mark]:
     """The expression of ``NAME=VALUE`` and the place of ``NAME``."""
     shown = f"{name}={text}"
     mark = Mark(f"{option} {name}", 1, 1, shown, max(1, len(name)))

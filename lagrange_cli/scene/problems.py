@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.scene.expression import Expression
+from lagrange_cli.scene.tokens import ExpressionError
 
 __all__ = ["MAX_REPORTED", "Problems"]
 
@@ -34,6 +36,15 @@ class Problems:
             yield
         except InputError as error:
             self._found.extend(error.problems)
+
+    @contextmanager
+    def collect_at(self, expression: Expression) -> Iterator[None]:
+        """Record an :class:`ExpressionError` raised inside, at its place in an expression."""
+        try:
+            yield
+        except ExpressionError as error:
+            mark = expression.mark(error.span)
+            self.add(error.message, mark, hint=error.hint, rule=error.rule)
 
     @property
     def errors(self) -> list[Problem]:

@@ -144,7 +144,9 @@ def expected_error(data: bytes | str, file: str = "<text>") -> ErrorExpectation 
     except LagrangeError:
         return None
     for path in ("expect", "error"):
-        entries = {key.text: value for key, value in root.entries} if isinstance(root, Mapping) else {}
+        entries = (
+            {key.text: value for key, value in root.entries} if isinstance(root, Mapping) else {}
+        )
         if path not in entries:
             return None
         root = entries[path]

@@ -22,7 +22,9 @@ from lagrange_cli.scene.tokens import IDENTIFIER
 
 __all__ = ["Reading"]
 
-_BOOLEANS = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
+_BOOLEANS = {
+    text: text.lower() == "true" for text in ("true", "True", "TRUE", "false", "False", "FALSE")
+}
 _BASED = re.compile(r"0o([0-7]+)|0x([0-9a-fA-F]+)")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,9}")
 _LONGEST_NAME = 100
@@ -134,7 +136,9 @@ class Reading:
 
     def unknown_key(self, key: Scalar, what: str, allowed: Collection[str]) -> None:
         hint = nearest(key.text, allowed) or f"known are {', '.join(allowed)}"
-        self.problems.add(f"unknown key '{key.text}' in {what}", key.mark, hint=hint, rule="unknown-key")
+        self.problems.add(
+            f"unknown key '{key.text}' in {what}", key.mark, hint=hint, rule="unknown-key"
+        )
 
     def named(
         self, node: SourceNode, section: str, *, symbols: bool

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Literal
 
 from lagrange_cli.scene.expression import Span
 
@@ -38,9 +37,10 @@ _TOKEN = re.compile(
 )
 
 _ALPHABET = (
-    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho"
-    " sigma sigma tau upsilon phi chi psi omega"
-).split()
+    *("alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa"),
+    *("lambda", "mu", "nu", "xi", "omicron", "pi", "rho", "sigma", "sigma", "tau", "upsilon"),
+    *("phi", "chi", "psi", "omega"),
+)
 #: What to write for characters that come with pasted formulas.
 _INSTEAD = {
     **{chr(0x3B1 + i): name for i, name in enumerate(_ALPHABET)},
@@ -73,9 +73,12 @@ class ExpressionError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Token:
-    """A lexical unit; the operator ``**`` has the text ``^``, the end of the text ``""``."""
+    """A lexical unit of kind number, name, operator or end.
 
-    kind: Literal["number", "name", "operator", "end"]
+    The operator ``**`` has the text ``^``, the end of the text ``""``.
+    """
+
+    kind: str
     text: str
     start: int
     end: int
@@ -97,7 +100,8 @@ def tokenize(text: str) -> list[Token]:
     position = 0
     while not tokens or tokens[-1].kind != "end":
         match = _TOKEN.match(text, position)
-        assert match is not None and match.lastgroup is not None
+        assert match is not None
+        assert match.lastgroup is not None
         kind, found = match.lastgroup, match.group(match.lastgroup)
         start, position = match.span(kind)
         if kind == "other":
@@ -107,8 +111,7 @@ def tokenize(text: str) -> list[Token]:
                 (start, position),
                 f"write '{instead}' instead" if instead else "",
             )
-        shown = "^" if found == "**" else found
-        tokens.append(Token(kind, shown, start, position))  # type: ignore[arg-type]
+        tokens.append(Token(kind, "^" if found == "**" else found, start, position))
     return tokens
 
 
@@ -129,9 +132,7 @@ def number_value(token: Token) -> Fraction:
         )
     # A long exponent is compared by its length: int() is not asked to read it.
     if len(exponent.lstrip("+-0")) > 3 or abs(int(exponent or "0")) > MAX_EXPONENT:
-        raise ExpressionError(
-            f"a decimal exponent beyond {MAX_EXPONENT}", token.span, rule="limit"
-        )
+        raise ExpressionError(f"a decimal exponent beyond {MAX_EXPONENT}", token.span, rule="limit")
     shift = int(exponent or "0") - len(fraction)
     digits = int((whole + fraction) or "0")
     return Fraction(digits * 10**shift) if shift >= 0 else Fraction(digits, 10**-shift)

@@ -1,0 +1,134 @@
+"""What names stand for through other names: order, circles, and what is inside.
+
+Definitions, position entries and parameter values refer to each other. Going
+through them once in dependency order answers what an expression holds when
+all its names are written out: rates, functions without a derivative, anything
+that is not constant, large powers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from lagrange_cli.scene.bounds import ANY_EXTENT, Extent, extent_of
+from lagrange_cli.scene.expression import Call, Expression, Name, Node, children, names_in, walk
+
+__all__ = ["NONSMOOTH", "Traits", "dependency_order", "rate_node", "traits_of"]
+
+#: Functions without a derivative everywhere.
+NONSMOOTH = ("abs", "sign", "min", "max")
+
+
+@dataclass(frozen=True, slots=True)
+class Traits:
+    """What an expression holds once its names are written out.
+
+    ``rate``: 0 for positions, 1 if it holds ``dot``, 2 if it holds ``ddot``.
+    ``rough``: the first of :data:`NONSMOOTH` in it. ``constant``: it rests on
+    parameters and numbers alone.
+    """
+
+    rate: int = 0
+    rough: str | None = None
+    constant: bool = False
+    extent: Extent = ANY_EXTENT
+
+
+def dependency_order(meanings: Mapping[str, Expression]) -> tuple[list[str], list[list[str]]]:
+    """Order names so that each comes after those that its meaning uses.
+
+    Returns
+    -------
+    order
+        Every name once; within a circle the order is that of discovery.
+    circles
+        Each circle found, as the names along it.
+    """
+    order: list[str] = []
+    found: list[list[str]] = []
+    done: set[str] = set()
+    for start in meanings:
+        # The path from the start to the current name, with what remains to be visited of each.
+        path: dict[str, Iterator[str]] = {}
+        if start not in done:
+            path[start] = _uses(start, meanings)
+        while path:
+            name = next(reversed(path))
+            following = next(path[name], None)
+            if following is None:
+                del path[name]
+                done.add(name)
+                order.append(name)
+            elif following in path:
+                names = list(path)
+                found.append(names[names.index(following) :])
+            elif following not in done:
+                path[following] = _uses(following, meanings)
+    return order, found
+
+
+def _uses(name: str, meanings: Mapping[str, Expression]) -> Iterator[str]:
+    names = dict.fromkeys(n.name for n in names_in(meanings[name].node))
+    return iter([n for n in names if n in meanings])
+
+
+def traits_of(node: Node, names: Mapping[str, Traits]) -> Traits:
+    """The traits of a tree, given those of its names (unknown ones are positions).
+
+    Raises
+    ------
+    ExpressionError
+        At the part that exceeds a limit of :mod:`lagrange_cli.scene.bounds`.
+    """
+    rough = None
+    constant = True
+    for part in walk(node):
+        if isinstance(part, Name):
+            traits = names.get(part.name, _POSITION)
+            constant &= traits.constant
+            rough = rough or traits.rough
+        elif isinstance(part, Call):
+            rough = rough or (part.function if part.function in NONSMOOTH else None)
+    extents = _Extents(names)
+    rates = _rates(node, names)
+    return Traits(rates[id(node)], rough, constant, extent_of(node, extents))
+
+
+_POSITION = Traits()
+
+
+class _Extents(Mapping[str, Extent]):
+    """The extents of names, seen through their traits."""
+
+    def __init__(self, names: Mapping[str, Traits]) -> None:
+        self.names = names
+
+    def __getitem__(self, name: str) -> Extent:
+        return self.names[name].extent
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
+def _rates(node: Node, names: Mapping[str, Traits]) -> dict[int, int]:
+    """The number of time derivatives in every part, by ``id``."""
+    found: dict[int, int] = {}
+    for part in reversed(list(walk(node))):
+        if isinstance(part, Name):
+            found[id(part)] = names.get(part.name, _POSITION).rate
+            continue
+        inside = max((found[id(n)] for n in children(part)), default=0)
+        rates = {"dot": 1, "ddot": 2}.get(part.function, 0) if isinstance(part, Call) else 0
+        found[id(part)] = inside + rates
+    return found
+
+
+def rate_node(node: Node, names: Mapping[str, Traits], allowed: int) -> Node | None:
+    """The first smallest part with more than ``allowed`` time derivatives."""
+    found = _rates(node, names)
+    offending = [part for part in walk(node) if found[id(part)] > allowed]
+    return min(offending, key=lambda part: part.span[1] - part.span[0], default=None)

@@ -1,0 +1,160 @@
+"""The names that a scene declares, and clashes between them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from lagrange_cli.errors import Mark
+from lagrange_cli.scene.declarations import AXES, component
+from lagrange_cli.scene.expression import Expression, Name
+from lagrange_cli.scene.model import Particle, Point, Scene
+from lagrange_cli.scene.problems import Problems
+
+__all__ = ["NameTable", "check_clashes", "name_table"]
+
+_PARTS = re.compile(r"[A-Za-z]+|[0-9]+|[^\s\\{}_A-Za-z0-9]")
+
+
+@dataclass(frozen=True, slots=True)
+class NameTable:
+    """Names by what they are, in the order of the file, with their places.
+
+    ``cartesian``: names that stand bare in a position and are no parameter.
+    ``components``: every ``x_NAME`` with the position entry that it stands for.
+    """
+
+    parameters: Mapping[str, Mark]
+    coordinates: Mapping[str, Mark]
+    definitions: Mapping[str, Mark]
+    cartesian: Mapping[str, Mark]
+    components: Mapping[str, Expression]
+    bodies: Mapping[str, Mark]
+
+    def __contains__(self, name: object) -> bool:
+        return any(
+            name in kind
+            for kind in (
+                ("t", "pi"),
+                self.parameters,
+                self.coordinates,
+                self.definitions,
+                self.cartesian,
+                self.components,
+            )
+        )
+
+    def known(self) -> list[str]:
+        """All names that an expression may use."""
+        kinds = (self.parameters, self.coordinates, self.definitions, self.cartesian)
+        return ["t", "pi", *(name for kind in (*kinds, self.components) for name in kind)]
+
+    def is_position(self, name: str) -> bool:
+        """Whether a name is a coordinate, a Cartesian name or a component."""
+        return any(name in kind for kind in (self.coordinates, self.cartesian, self.components))
+
+
+def name_table(scene: Scene) -> NameTable:
+    """Collect the names of a scene."""
+    bodies: tuple[Particle | Point, ...] = (*scene.particles, *scene.points)
+    parameters = {p.name: p.mark for p in scene.parameters}
+    components = {
+        component(axis, body.name): entry
+        for body in bodies
+        for axis, entry in zip(AXES, body.position, strict=True)
+    }
+    cartesian: dict[str, Mark] = {}
+    for own, entry in components.items():
+        node = entry.node
+        if not isinstance(node, Name) or node.name in parameters or node.name in ("t", "pi"):
+            continue
+        # The name of another component refers to that component.
+        if node.name == own or node.name not in components:
+            cartesian.setdefault(node.name, entry.mark(node.span))
+    return NameTable(
+        parameters,
+        {c.name: c.mark for c in scene.coordinates or ()},
+        {d.name: d.mark for d in scene.definitions},
+        cartesian,
+        components,
+        {body.name: body.mark for body in bodies},
+    )
+
+
+def check_clashes(scene: Scene, table: NameTable, problems: Problems) -> None:
+    """Report names declared twice, and names that print alike."""
+    _check_declared_twice(table, problems)
+    _check_components(table, problems)
+    particles = {p.name for p in scene.particles}
+    for point in scene.points:
+        if point.name in particles:
+            message = f"'{point.name}' is both a particle and a point"
+            problems.add(message, point.mark, rule="clash")
+    _check_alike([(name, name, mark) for name, mark in table.bodies.items()], problems)
+    _check_alike(list(_printed(scene, table)), problems)
+
+
+def _check_declared_twice(table: NameTable, problems: Problems) -> None:
+    first: dict[str, tuple[str, Mark]] = {}
+    kinds = (
+        ("a parameter", table.parameters),
+        ("a coordinate", table.coordinates),
+        ("a definition", table.definitions),
+    )
+    for kind, names in kinds:
+        for name, mark in names.items():
+            if name in first:
+                earlier, place = first[name]
+                problems.add(
+                    f"'{name}' is {kind} and also {earlier}",
+                    mark,
+                    hint=f"it is {earlier} on line {place.line}",
+                    rule="clash",
+                )
+            first.setdefault(name, (kind, mark))
+
+
+def _check_components(table: NameTable, problems: Problems) -> None:
+    """Refuse declaring ``x_bob`` where bob's position calls that component otherwise."""
+    for name, entry in table.components.items():
+        own = isinstance(entry.node, Name) and entry.node.name == name
+        for kind in (table.parameters, table.coordinates, table.definitions):
+            if name in kind and not (own and kind is not table.parameters):
+                axis, _, body = name.partition("_")
+                problems.add(
+                    f"'{name}' is already the {axis} position of '{body}'",
+                    kind[name],
+                    hint=f"'{body}' is declared on line {table.bodies[body].line}",
+                    rule="clash",
+                )
+
+
+def _printed(scene: Scene, table: NameTable) -> Iterator[tuple[str, str, Mark]]:
+    """Names with the text that they print as, and their places."""
+    latex = {p.name: p.latex for p in scene.parameters}
+    latex.update({c.name: c.latex for c in scene.coordinates or ()})
+    marks: dict[str, Mark] = {}
+    for kind in (table.parameters, table.coordinates, table.definitions, table.cartesian):
+        for name, mark in kind.items():
+            marks.setdefault(name, mark)
+    for name, mark in marks.items():
+        yield name, latex.get(name) or name, mark
+
+
+def _check_alike(printed: list[tuple[str, str, Mark]], problems: Problems) -> None:
+    """Refuse names that look alike in print, such as ``x1`` and ``x_1``."""
+    first: dict[tuple[str, ...], tuple[str, Mark]] = {}
+    for name, text, mark in printed:
+        key = tuple(_PARTS.findall(text))
+        if not any(part.isalpha() for part in key) and text == name:
+            problems.add(f"'{name}' holds no letter", mark, rule="name")
+        elif key in first:
+            earlier, place = first[key]
+            problems.add(
+                f"'{name}' prints like '{earlier}'",
+                mark,
+                hint=f"'{earlier}' is on line {place.line}",
+                rule="clash",
+            )
+        first.setdefault(key, (name, mark))

@@ -1,0 +1,117 @@
+"""Every expression of a scene, with what it is and what may stand in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from lagrange_cli.scene.declarations import AXES
+from lagrange_cli.scene.expression import Equation, Expression
+from lagrange_cli.scene.model import InitialValue, Particle, Point, Scene
+
+__all__ = ["Place", "Use", "uses"]
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """What an expression may hold.
+
+    ``rate``: how many time derivatives. ``smooth``: only functions with a
+    derivative. ``names``: all names, those of constants, or parameters alone.
+    """
+
+    rate: int = 0
+    smooth: bool = False
+    names: Literal["all", "constants", "parameters"] = "all"
+
+
+_POSITION = Place(smooth=True)
+_DYNAMICS = Place(rate=1)
+_NUMBER = Place(names="parameters")
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """An expression at its place; ``what`` completes ``unknown name 'a' in ...``."""
+
+    expression: Expression
+    what: str
+    place: Place
+    kind: str = ""
+
+
+def uses(scene: Scene, cartesian: Iterable[str]) -> Iterator[Use]:
+    """Every expression of a scene; ``cartesian`` are the names of positions."""
+    for parameter in scene.parameters:
+        if parameter.value:
+            yield Use(parameter.value, f"parameter '{parameter.name}'", _NUMBER)
+    for particle in scene.particles:
+        what = f"the mass of particle '{particle.name}'"
+        yield Use(particle.mass, what, Place(names="constants"))
+        yield from _positions(particle, "particle")
+    for point in scene.points:
+        yield from _positions(point, "point")
+    names = frozenset(cartesian)
+    for definition in scene.definitions:
+        place = _POSITION if definition.name in names else _DYNAMICS
+        yield Use(definition.expression, f"definition '{definition.name}'", place, "definition")
+    yield from _mechanics(scene)
+    yield from _numbers(scene)
+    yield from _expectations(scene)
+
+
+def _positions(body: Particle | Point, word: str) -> Iterator[Use]:
+    for axis, entry in zip(AXES, body.position, strict=True):
+        yield Use(entry, f"the {axis} position of {word} '{body.name}'", _POSITION, "position")
+
+
+def _mechanics(scene: Scene) -> Iterator[Use]:
+    for constraint in scene.constraints:
+        for equation in constraint.equations:
+            what = f"constraint '{constraint.name}'"
+            yield from _sides(equation, what, _POSITION, "constraint")
+    for term in scene.potentials:
+        yield Use(term.expression, f"potential '{term.name}'", _DYNAMICS)
+    for term in scene.kinetic:
+        yield Use(term.expression, f"kinetic energy '{term.name}'", _DYNAMICS)
+    for force in scene.forces:
+        for entry in force.components:
+            yield Use(entry, f"force '{force.name}'", _DYNAMICS)
+    for term in scene.dissipation:
+        yield Use(term.expression, f"dissipation '{term.name}'", _DYNAMICS)
+
+
+def _sides(equation: Equation, what: str, place: Place, kind: str = "") -> Iterator[Use]:
+    yield Use(equation.left, what, place, kind)
+    yield Use(equation.right, what, place, kind)
+
+
+def _numbers(scene: Scene) -> Iterator[Use]:
+    yield from _values(scene.initial, "'initial'")
+    yield from _values(scene.near, "'near'")
+    simulate = scene.simulate
+    for key in ("until", "start", "accuracy", "samples", "step", "rtol", "atol"):
+        expression = getattr(simulate, key)
+        if expression:
+            shown = "from" if key == "start" else key
+            yield Use(expression, f"'{shown}' of 'simulate'", _NUMBER)
+
+
+def _values(values: Iterable[InitialValue], section: str) -> Iterator[Use]:
+    for value in values:
+        yield Use(value.value, section, _NUMBER)
+
+
+def _expectations(scene: Scene) -> Iterator[Use]:
+    expect = scene.expect
+    for equation in expect.equations or ():
+        yield from _sides(equation, "'equations' of 'expect'", Place(rate=2))
+    if expect.lagrangian:
+        yield Use(expect.lagrangian, "'lagrangian' of 'expect'", _DYNAMICS)
+    for state in expect.states:
+        yield Use(state.time, "'state' of 'expect'", _NUMBER)
+        yield Use(state.within, "'state' of 'expect'", _NUMBER)
+        yield from _values(state.values, "'state' of 'expect'")
+    for _, bound in expect.drift:
+        yield Use(bound, "'drift' of 'expect'", _NUMBER)
