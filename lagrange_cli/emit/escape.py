@@ -46,6 +46,7 @@ GREEK = {
     "varphi": "ϕ",
     "varepsilon": "ϵ",
 }
+
 _LATEX_SPECIAL = {
     "\\": r"\textbackslash{}",
     "{": r"\{",

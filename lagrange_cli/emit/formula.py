@@ -72,8 +72,8 @@ class FormulaPrinter(LinearPrinter):
         plain = f"{node.numerator}/{node.denominator}"
         return _VULGAR.get((node.numerator, node.denominator), plain)
 
-    def atom(self, node: Atom) -> str:
-        return text_name(node.name, node.order)
+    def symbol(self, name: str, order: int = 0) -> str:
+        return text_name(name, order)
 
     def pi(self) -> str:
         return "π"

@@ -9,10 +9,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-__all__ = ["FACTOR_DEPTH", "Piece", "deeper", "fill", "joined", "prefixed", "suffixed", "width"]
+__all__ = [
+    "FACTOR_DEPTH",
+    "Line",
+    "Piece",
+    "deeper",
+    "fill",
+    "joined",
+    "prefixed",
+    "suffixed",
+    "width",
+]
 
 #: The depth of a break between two factors, below any sum that a person nests.
 FACTOR_DEPTH = 20
+
+#: Lines are not indented by more levels than this.
+_DEEPEST = 4
 
 #: A line is not broken before this part of it is filled, if it can be helped.
 _LEAST_FILLED = 0.35
@@ -32,6 +45,14 @@ class Piece:
     separator: str = ""
     lead: str = ""
     depth: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line of a formula; ``level`` counts the parentheses around its beginning."""
+
+    text: str
+    level: int
 
 
 def joined(pieces: Sequence[Piece]) -> str:
@@ -60,7 +81,7 @@ def suffixed(pieces: Sequence[Piece], text: str, width: float) -> list[Piece]:
     return [*pieces[:-1], replace(last, text=last.text + text, width=last.width + width)]
 
 
-def fill(pieces: Sequence[Piece], first: float, rest: float) -> list[str]:
+def fill(pieces: Sequence[Piece], first: float, rest: float, *, step: float = 0) -> list[Line]:
     """Break a formula into lines.
 
     Parameters
@@ -70,15 +91,18 @@ def fill(pieces: Sequence[Piece], first: float, rest: float) -> list[str]:
     first, rest
         Width available in the first line and in the others. A piece wider than
         a line stays whole.
+    step
+        Width that a line loses by each level of its break, for indentation.
     """
-    lines: list[str] = []
-    start, available = 0, first
+    lines: list[Line] = []
+    start = 0
     while start < len(pieces):
-        end = _line_end(pieces, start, available)
         head = pieces[start]
+        level = min(head.depth or 0, _DEEPEST)
+        end = _line_end(pieces, start, rest - step * level if start else first)
         opening = head.lead if start else head.separator
-        lines.append(opening + head.text + joined(pieces[start + 1 : end]))
-        start, available = end, rest
+        lines.append(Line(opening + head.text + joined(pieces[start + 1 : end]), level))
+        start = end
     return lines
 
 

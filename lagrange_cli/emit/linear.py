@@ -82,8 +82,8 @@ class LinearPrinter(ABC):
         """A number, as a factor."""
 
     @abstractmethod
-    def atom(self, node: Atom) -> str:
-        """A symbol with its dots."""
+    def symbol(self, name: str, order: int = 0) -> str:
+        """A name with its dots."""
 
     @abstractmethod
     def pi(self) -> str:
@@ -164,7 +164,7 @@ class LinearPrinter(ABC):
             return self.root(node)
         if isinstance(node, Number):
             return solid(self.number(node))
-        return solid(self.pi() if isinstance(node, Pi) else self.atom(node))
+        return solid(self.pi() if isinstance(node, Pi) else self.symbol(node.name, node.order))
 
     def fraction(self, node: Node) -> list[Piece]:
         assert isinstance(node, Fraction)

@@ -11,6 +11,7 @@ from lagrange_cli.emit.display import display, vocabulary
 from lagrange_cli.emit.layout import Piece, joined, prefixed
 from lagrange_cli.emit.linear import LinearPrinter, columns, group, listed
 from lagrange_cli.emit.nodes import Atom, Call, Node, Number, Root
+from lagrange_cli.emit.symbols import DOT_WORDS
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 __all__ = ["ScenePrinter", "to_scene_language"]
-
-_DOTS = {1: "dot", 2: "ddot"}
 
 
 class ScenePrinter(LinearPrinter):
@@ -32,8 +31,8 @@ class ScenePrinter(LinearPrinter):
             return str(node.numerator)
         return f"{node.numerator}/{node.denominator}"
 
-    def atom(self, node: Atom) -> str:
-        return f"{_DOTS[node.order]}({node.name})" if node.order else node.name
+    def symbol(self, name: str, order: int = 0) -> str:
+        return f"{DOT_WORDS[order]}({name})" if order else name
 
     def pi(self) -> str:
         return "pi"

@@ -13,12 +13,13 @@ from dataclasses import dataclass
 
 from lagrange_cli.emit.escape import GREEK, latex_text
 
-__all__ = ["NameParts", "latex_name", "latex_word", "split_name", "text_name"]
+__all__ = ["DOT_WORDS", "NameParts", "latex_name", "latex_word", "split_name", "text_name"]
 
 _GREEK_NAMES = {letter: name for name, letter in GREEK.items()}
 
-_DOTS = {0: "", 1: "\u0307", 2: "\u0308"}
-_DOT_WORDS = {1: "dot", 2: "ddot"}
+_DOTS = {1: "\u0307", 2: "\u0308"}
+#: The scene language's functions for first and second total time derivative.
+DOT_WORDS = {1: "dot", 2: "ddot"}
 _DOT_MACROS = {1: r"\dot", 2: r"\ddot"}
 
 
@@ -55,19 +56,20 @@ def split_name(name: str) -> NameParts:
 
 
 def text_name(name: str, order: int = 0) -> str:
-    """A name in Unicode text with ``order`` dots: ``θ̇1``, ``ẍ``, ``dot(angle)``.
+    """A name in Unicode text with ``order`` dots: ``θ̇1``, ``ẍ``, ``p_θ``, ``dot(angle)``.
 
     Words keep the scene's ``dot(...)``: a dot over one letter of a word reads
     as an accent.
     """
     parts = split_name(name)
     base = GREEK.get(parts.base, parts.base)
-    shown = base + name[len(parts.base) :]
+    head, *subscripts = name[len(parts.base) :].split("_")
+    rest = "_".join((head, *(text_name(s) if s else s for s in subscripts)))
     if order == 0:
-        return shown
+        return base + rest
     if not parts.is_letter:
-        return f"{_DOT_WORDS[order]}({shown})"
-    return unicodedata.normalize("NFC", base + _DOTS[order]) + name[len(parts.base) :]
+        return f"{DOT_WORDS[order]}({base}{rest})"
+    return unicodedata.normalize("NFC", base + _DOTS[order]) + rest
 
 
 def latex_word(word: str, *, upright: bool = False) -> str:
@@ -99,4 +101,10 @@ def latex_name(name: str, order: int = 0, override: str | None = None) -> str:
         base = f"{_DOT_MACROS[order]}{{{base}}}"
     if not parts.subscripts:
         return base
-    return f"{base}_{{{','.join(latex_word(part) for part in parts.subscripts)}}}"
+    return f"{base}_{{{','.join(_latex_subscript(part) for part in parts.subscripts)}}}"
+
+
+def _latex_subscript(part: str) -> str:
+    """A subscript may have one itself: that of ``p_theta1`` is θ₁."""
+    inner = split_name(part)
+    return latex_name(part) if inner.is_letter and not part[0].isdigit() else latex_word(part)

@@ -97,7 +97,7 @@ def build(name, given, chosen, kinetic, potential, *, divide=None, cartesian=6, 
     mass = tuple(tuple(sympy.diff(lagrangian, a.v, b.v) for b in chosen) for a in chosen)
     forcing = tuple(-r.subs({c.a: 0 for c in chosen}) for r in residuals)
     divide = divide or [1] * len(chosen)
-    energy = sum(c.v * sympy.diff(lagrangian, c.v) for c in chosen) - lagrangian
+    energy = kinetic + potential
     cyclic = tuple(c.name for c in chosen if sympy.diff(lagrangian, c.q) == 0)
     momenta = tuple(
         Conserved(

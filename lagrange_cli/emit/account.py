@@ -1,0 +1,105 @@
+"""Wording that the terminal, LaTeX and other reports share."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import (
+        Account,
+        CartesianName,
+        Certificate,
+        Conserved,
+        ConstraintLine,
+        Equations,
+        ShownEquation,
+    )
+
+__all__ = [
+    "certificate_line",
+    "counting",
+    "energy_is_sum",
+    "implied_line",
+    "is_generalized_potential",
+    "quantity_labels",
+    "remark_on",
+    "telling_definitions",
+    "was_divided",
+]
+
+#: Names of quantities, and what they become where the scene uses the letter.
+_LABELS = {"T": "T_kin", "V": "V_pot", "U": "U_pot", "L": "L_agr", "D": "D_diss", "E": "E_tot"}
+_LABELS |= {"h": "h_Jac"}
+
+
+def quantity_labels(equations: Equations) -> dict[str, str]:
+    """``T, V, U, L, D, E, h`` → the names they go by beside the scene's own names."""
+    taken = {p.name for p in equations.parameters}
+    taken |= {c.name for c in equations.coordinates}
+    taken |= {c.name for c in equations.cartesian_names}
+    return {short: long if short in taken else short for short, long in _LABELS.items()}
+
+
+def counting(account: Account) -> tuple[tuple[str, int], ...]:
+    """What is counted: 3N, E where there is one, K, DOF."""
+    extra = (("E", account.extra),) if account.extra else ()
+    return (
+        ("3N", account.cartesian),
+        *extra,
+        ("K", account.constraints),
+        ("DOF", account.dof),
+    )
+
+
+def remark_on(line: ConstraintLine) -> str:
+    """What is special about a constraint (``""``: nothing)."""
+    remarks = []
+    if line.status == "satisfied":
+        remarks.append("satisfied by the definitions")
+    elif line.status == "redundant":
+        others = " and ".join(line.implied_by)
+        remarks.append(f"redundant, implied by {others}" if others else "redundant")
+    if line.rheonomic:
+        remarks.append("depends on t")
+    return "; ".join(remarks)
+
+
+def implied_line(account: Account) -> str:
+    """The restrictions that no constraint states (``""``: there are none)."""
+    if not account.implied:
+        return ""
+    noun = "restriction" if account.implied == 1 else "restrictions"
+    return f"{account.implied} {noun} by definitions and position expressions"
+
+
+def telling_definitions(equations: Equations) -> list[CartesianName]:
+    """Cartesian names that are neither 0 nor a coordinate of that name."""
+    own = {c.name: c.q for c in equations.coordinates}
+    return [
+        c for c in equations.cartesian_names if c.position != 0 and own.get(c.name) != c.position
+    ]
+
+
+def is_generalized_potential(equations: Equations) -> bool:
+    """The potential depends on velocities."""
+    return not equations.potential.free_symbols.isdisjoint(c.v for c in equations.coordinates)
+
+
+def energy_is_sum(equations: Equations, quantity: Conserved) -> bool:
+    """A conserved quantity is T + V with the V that is shown."""
+    return quantity.kind == "energy" and not is_generalized_potential(equations)
+
+
+def was_divided(shown: ShownEquation) -> bool:
+    """A common factor other than a sign was divided out."""
+    return shown.divided_by not in (1, -1)
+
+
+def certificate_line(certificate: Certificate) -> str:
+    """``Certified at 8 random states to 30 digits, largest mismatch 3e-31``."""
+    noun = "state" if certificate.points == 1 else "states"
+    mismatch = f"{certificate.mismatch:.0e}" if certificate.mismatch else "0"
+    return (
+        f"Certified at {certificate.points} random {noun} to {certificate.digits} digits, "
+        f"largest mismatch {mismatch}"
+    )

@@ -1,0 +1,143 @@
+"""The derivation as JSON values: what ``lagrange derive --format json`` writes.
+
+Expressions are in the scene language, so that they can be read back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.emit.display import Vocabulary, display, display_row, vocabulary
+from lagrange_cli.emit.explicit import explicit_accelerations
+from lagrange_cli.emit.nodes import Node, Term, as_terms
+from lagrange_cli.emit.ordering import sum_of
+from lagrange_cli.emit.scene_language import ScenePrinter
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from sympy import Expr
+
+    from lagrange_cli.errors import Problem
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = ["derivation_report"]
+
+#: Matrices of more rows are given by their entries.
+LARGEST_DENSE = 64
+
+
+def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str, Any]:
+    """Return the derivation as values that JSON can hold.
+
+    Parameters
+    ----------
+    equations
+        What a derivation yields.
+    form
+        ``lagrange``: each residual is the shown form of Lagrange's equation.
+        ``explicit``: it is ``ddot(q) - (acceleration)``, or the row of
+        M q̈ − f where more than two accelerations are coupled.
+
+    Raises
+    ------
+    InternalError
+        An expression has no exact form in the scene language.
+    """
+    say = _Speaker(vocabulary(equations))
+    account = equations.account
+    return {
+        "name": equations.name,
+        "cartesian": account.cartesian,
+        "extra": account.extra,
+        "constraints": account.constraints,
+        "dof": account.dof,
+        "nonholonomic": 0,
+        "unilateral": 0,
+        "coordinates": [c.name for c in equations.coordinates],
+        "formulation": equations.formulation,
+        "kinetic": say(equations.kinetic),
+        "potential": say(equations.potential),
+        "lagrangian": say(equations.lagrangian),
+        "equations": _residuals(equations, form, say),
+        "mass_matrix": _matrix(equations.mass_matrix, say),
+        "forcing": [say(f) for f in equations.forcing],
+        "cyclic": list(equations.cyclic),
+        "conserved": [
+            {"name": c.name, "expression": say(c.expression)} for c in equations.conserved
+        ],
+        "multipliers": [],
+        "closure": [],
+        "facts": asdict(equations.facts),
+        "certificate": asdict(equations.certificate),
+        "warnings": [_warning(w) for w in equations.warnings],
+    }
+
+
+class _Speaker:
+    """Prints expressions and trees in the scene language."""
+
+    def __init__(self, words: Vocabulary) -> None:
+        self.words = words
+        self._printer = ScenePrinter()
+
+    def __call__(self, expression: Expr) -> str:
+        return self.tree(display(expression, self.words))
+
+    def tree(self, node: Node) -> str:
+        return self._printer.inline(node)
+
+
+def _residuals(equations: Equations, form: str, say: _Speaker) -> list[dict[str, str]]:
+    if form == "explicit":
+        rows = _explicit_rows(equations, say)
+    else:
+        rows = [display_row(shown, say.words) for shown in equations.shown]
+    return [
+        {"coordinate": c.name, "residual": say.tree(row)}
+        for c, row in zip(equations.coordinates, rows, strict=True)
+    ]
+
+
+def _explicit_rows(equations: Equations, say: _Speaker) -> list[Node]:
+    rows = []
+    for i, value in enumerate(explicit_accelerations(equations)):
+        if value is not None:
+            rows.append(_difference([(1, i)], value, equations, say))
+        else:
+            entries = [(m, j) for j, m in enumerate(equations.mass_matrix[i]) if m != 0]
+            rows.append(_difference(entries, equations.forcing[i], equations, say))
+    return rows
+
+
+def _difference(
+    entries: Sequence[tuple[Expr | int, int]], value: Expr, equations: Equations, say: _Speaker
+) -> Node:
+    """``Σ entry·a − value``, the accelerations first."""
+    left = [display(entry * equations.coordinates[j].a, say.words) for entry, j in entries]
+    terms = [term for node in left for term in as_terms(node)]
+    terms += [Term(not t.negative, t.node) for t in as_terms(display(value, say.words))]
+    return sum_of(terms, ordered=True)
+
+
+def _matrix(rows: Sequence[Sequence[Expr]], say: _Speaker) -> list[list[str]] | dict[str, Any]:
+    """All entries, or (row, column, entry) of those that are not 0, counted from 0."""
+    if len(rows) <= LARGEST_DENSE:
+        return [[say(entry) for entry in row] for row in rows]
+    entries = [
+        [i, j, say(entry)]
+        for i, row in enumerate(rows)
+        for j, entry in enumerate(row)
+        if entry != 0
+    ]
+    return {"shape": [len(rows), len(rows)], "entries": entries}
+
+
+def _warning(problem: Problem) -> dict[str, Any]:
+    return {
+        "line": problem.mark.line if problem.mark else None,
+        "column": problem.mark.column if problem.mark else None,
+        "rule": problem.rule,
+        "message": problem.message,
+    }

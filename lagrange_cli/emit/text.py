@@ -1,0 +1,274 @@
+"""The derivation as a person reads it in a terminal, in Unicode or plain ASCII."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.account import (
+    certificate_line,
+    counting,
+    energy_is_sum,
+    implied_line,
+    is_generalized_potential,
+    quantity_labels,
+    remark_on,
+    telling_definitions,
+    was_divided,
+)
+from lagrange_cli.emit.display import Vocabulary, display, display_row, vocabulary
+from lagrange_cli.emit.explicit import explicit_accelerations
+from lagrange_cli.emit.formula import FormulaPrinter
+from lagrange_cli.emit.layout import Piece, fill, joined, suffixed
+from lagrange_cli.emit.linear import LinearPrinter, columns, solid
+from lagrange_cli.emit.scene_language import ScenePrinter
+from lagrange_cli.errors import escape_controls
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Conserved, Equations
+
+__all__ = ["derivation_text"]
+
+#: Columns of a line, where a formula can be broken.
+WIDTH = 100
+
+
+def derivation_text(equations: Equations, *, ascii: bool = False, form: str = "lagrange") -> str:
+    """Write the derivation: degrees of freedom, energies, equations, what is conserved.
+
+    Parameters
+    ----------
+    equations
+        What a derivation yields.
+    ascii
+        Seven-bit text with formulas in the scene language; else Unicode.
+    form
+        ``lagrange`` for Lagrange's equations; ``explicit`` for accelerations
+        where at most two are coupled, and M q̈ = f where more are.
+
+    Returns
+    -------
+    str
+        Lines of at most 100 columns where formulas allow, with a final newline.
+
+    Raises
+    ------
+    InternalError
+        An expression has no exact form in print.
+    """
+    page = _Page(equations, vocabulary(equations), ScenePrinter() if ascii else FormulaPrinter())
+    blocks = [
+        page.heading(),
+        page.account(),
+        page.energies(),
+        page.forces(),
+        page.accelerations() if form == "explicit" else page.motion(),
+        page.conserved(),
+        [certificate_line(equations.certificate)],
+    ]
+    text = "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
+    return text.encode("ascii", "backslashreplace").decode("ascii") if ascii else text
+
+
+@dataclass(frozen=True)
+class _Page:
+    """The parts of the text, each a list of lines."""
+
+    equations: Equations
+    words: Vocabulary
+    printer: LinearPrinter
+
+    def heading(self) -> list[str]:
+        title = self.equations.title
+        return [escape_controls(self.equations.name + (f": {title}" if title else ""))]
+
+    # -- degrees of freedom -------------------------------------------------------
+
+    def account(self) -> list[str]:
+        account = self.equations.account
+        counts = ", ".join(f"{name} = {value}" for name, value in counting(account))
+        return [f"Degrees of freedom   {counts}", *self.constraints(), *self.coordinates()]
+
+    def constraints(self) -> list[str]:
+        account = self.equations.account
+        rows = []
+        for line in account.lines:
+            remark = remark_on(line)
+            items = [f"{e}," for e in line.equations[:-1]] + list(line.equations[-1:])
+            rows.append((line.name, [*items, *([f"  ({remark})"] if remark else [])]))
+        if account.implied:
+            rows.append(("(implied)", [implied_line(account)]))
+        names = max((len(name) for name, _ in rows), default=0)
+        return [
+            line
+            for name, items in rows
+            for line in self.listed(f"  {name:<{names}}   ", [escape_controls(i) for i in items])
+        ]
+
+    def coordinates(self) -> list[str]:
+        names = ", ".join(self.printer.symbol(c.name) for c in self.equations.coordinates)
+        head = f"Coordinates   {names or 'none'}"
+        if self.equations.account.chosen_automatically:
+            head += "   (chosen automatically)"
+        definitions = [
+            (self.printer.symbol(c.name), self.pieces(c.position))
+            for c in telling_definitions(self.equations)
+        ]
+        beside = "   ".join(f"{name} = {joined(pieces)}" for name, pieces in definitions)
+        if not definitions:
+            return [head]
+        if columns(head) + 8 + columns(beside) <= WIDTH:
+            return [f"{head}        {beside}"]
+        return [
+            *self.listed("Coordinates   ", head.removeprefix("Coordinates   ").split(" ")),
+            *(line for name, p in definitions for line in self.hung(f"  {name} = ", p)),
+        ]
+
+    # -- energies, forces, equations ------------------------------------------------
+
+    def energies(self) -> list[str]:
+        labels = quantity_labels(self.equations)
+        potential = "U" if is_generalized_potential(self.equations) else "V"
+        lines = self.formula(labels["T"], self.equations.kinetic)
+        lines += self.formula(labels[potential], self.equations.potential)
+        if self.equations.dissipation != 0:
+            lines += self.formula(labels["D"], self.equations.dissipation)
+        return lines
+
+    def forces(self) -> list[str]:
+        rows = [
+            (f"Q_{self.printer.symbol(c.name)}", q, f"{force.name} on {force.on}")
+            for force in self.equations.forces
+            for c, q in zip(self.equations.coordinates, force.generalized, strict=True)
+            if q != 0
+        ]
+        return self.with_reasons("Generalized forces", rows)
+
+    def motion(self) -> list[str]:
+        rows = []
+        for shown in self.equations.shown:
+            ending = " = 0"
+            if was_divided(shown):
+                ending += f"   (divided by {joined(self.pieces(shown.divided_by))})"
+            left = self.printer.pieces(display_row(shown, self.words))
+            rows.append((shown.coordinate, suffixed(left, ending, columns(ending))))
+        names = [self.printer.symbol(name) for name, _ in rows]
+        width = max(map(columns, names), default=0)
+        lines = [
+            line
+            for name, (_, pieces) in zip(names, rows, strict=True)
+            for line in self.hung(f"  {_padded(name, width)}   ", pieces)
+        ]
+        return ["Equations of motion", *(lines or ["  none: nothing can move"])]
+
+    def accelerations(self) -> list[str]:
+        lines = ["Accelerations"]
+        for c, value in zip(
+            self.equations.coordinates, explicit_accelerations(self.equations), strict=True
+        ):
+            if value is not None:
+                lines += self.formula(f"  {self.printer.symbol(c.name, 2)}", value)
+        return [*lines, *self.coupled()]
+
+    def coupled(self) -> list[str]:
+        """M and f of the accelerations that have no short closed form."""
+        solved = explicit_accelerations(self.equations)
+        names = [self.printer.symbol(c.name) for c in self.equations.coordinates]
+        open_rows = [i for i, value in enumerate(solved) if value is None]
+        if not open_rows:
+            return []
+        unknowns = ", ".join(
+            self.printer.symbol(self.equations.coordinates[i].name, 2) for i in open_rows
+        )
+        lines = self.listed("  from M a = f with a = ", unknowns.split(" "))
+        for i in open_rows:
+            for j in open_rows:
+                entry = self.equations.mass_matrix[i][j]
+                if j >= i and entry != 0:
+                    lines += self.formula(f"  M[{names[i]}, {names[j]}]", entry)
+        for i in open_rows:
+            lines += self.formula(f"  f[{names[i]}]", self.equations.forcing[i])
+        return lines
+
+    # -- what is conserved ------------------------------------------------------------
+
+    def conserved(self) -> list[str]:
+        rows = [
+            (
+                self.quantity(c),
+                None if energy_is_sum(self.equations, c) else c.expression,
+                self.reason(c),
+            )
+            for c in self.equations.conserved
+        ]
+        return self.with_reasons("Conserved", rows)
+
+    def quantity(self, quantity: Conserved) -> str:
+        labels = quantity_labels(self.equations)
+        if quantity.kind == "momentum":
+            return self.printer.symbol(quantity.name)
+        if energy_is_sum(self.equations, quantity):
+            return f"{labels['E']} = {labels['T']} + {labels['V']}"
+        return labels["E" if quantity.kind == "energy" else "h"]
+
+    def reason(self, quantity: Conserved) -> str:
+        if quantity.coordinate is None:
+            return quantity.reason
+        symbol = self.printer.symbol(quantity.coordinate)
+        return quantity.reason.replace(quantity.coordinate, symbol, 1)
+
+    # -- lines --------------------------------------------------------------------------
+
+    def pieces(self, expression: Expr) -> list[Piece]:
+        return self.printer.pieces(display(expression, self.words))
+
+    def formula(self, label: str, expression: Expr) -> list[str]:
+        """``label = expression``, broken where it is too long."""
+        return self.hung(f"{label} = ", self.pieces(expression))
+
+    def with_reasons(self, heading: str, rows: Iterable[tuple[str, Expr | None, str]]) -> list[str]:
+        """``label = expression     reason`` under a heading; reasons form a column."""
+        blocks = [
+            (
+                [f"  {label}"]
+                if expression is None
+                else self.hung(f"  {label} = ", self.pieces(expression)),
+                escape_controls(reason),
+            )
+            for label, expression, reason in rows
+        ]
+        if not blocks:
+            return []
+        short = [columns(b[0]) for b, _ in blocks if len(b) == 1 and columns(b[0]) <= WIDTH // 2]
+        column = max(short, default=0)
+        lines = [heading]
+        for block, reason in blocks:
+            *before, last = block
+            lines += [*before, f"{_padded(last, column)}     {reason}"]
+        return lines
+
+    def hung(self, opening: str, pieces: Sequence[Piece]) -> list[str]:
+        """Pieces after an opening; further lines stand two columns deeper."""
+        indent = columns(opening)
+        first, *others = fill(pieces, WIDTH - indent, WIDTH - indent - 2, step=2)
+        return [
+            opening + first.text,
+            *(" " * (indent + 2 + 2 * line.level) + line.text for line in others),
+        ]
+
+    def listed(self, opening: str, items: Sequence[str]) -> list[str]:
+        """Items with spaces between them; further lines stand under the first item."""
+        pieces = [
+            Piece(item, columns(item) + 1, " " if index else "", "", 0)
+            for index, item in enumerate(items)
+        ]
+        indent = columns(opening)
+        first, *others = fill(pieces or solid(""), WIDTH - indent, WIDTH - indent)
+        return [opening + first.text, *(" " * indent + line.text for line in others)]
+
+
+def _padded(text: str, width: int) -> str:
+    return text + " " * (width - columns(text))
