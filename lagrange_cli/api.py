@@ -62,9 +62,7 @@ def loads(
     """Read a scene from its text; see :func:`load`."""
     from lagrange_cli.scene import read_text
 
-    return LoadedScene(
-        read_text(text, parameters=_texts(parameters), initial=_texts(initial))
-    )
+    return LoadedScene(read_text(text, parameters=_texts(parameters), initial=_texts(initial)))
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from time import perf_counter
 
 from lagrange_cli.batch.expectations import CHECKS
 from lagrange_cli.batch.model import Outcome, Report, SceneReport
 from lagrange_cli.batch.walk import scenes_in
+from lagrange_cli.batch.workers import in_processes
 from lagrange_cli.errors import AccuracyError, InputError, LagrangeError, Problem
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import expected_error, read_file
@@ -25,6 +27,7 @@ def check_paths(
     *,
     parameters: Mapping[str, str] | None = None,
     strict: bool = False,
+    jobs: int = 1,
     progress: Callable[[SceneReport], None] | None = None,
 ) -> Report:
     """Check every scene that the paths name.
@@ -37,6 +40,9 @@ def check_paths(
         Values that replace those of the scenes.
     strict
         Warnings make a scene invalid.
+    jobs
+        How many scenes are checked at the same time, each in its own process
+        where it is more than 1 (not for standard input).
     progress
         Called with each scene's report as it is ready.
 
@@ -45,12 +51,15 @@ def check_paths(
     InputError
         A path does not exist. Nothing that is wrong with a scene raises.
     """
-    reports = []
-    for path in scenes_in(paths):
-        reports.append(check_scene(path, parameters=parameters, strict=strict))
+    scenes = scenes_in(paths)
+    job = partial(check_scene, parameters=parameters, strict=strict)
+    side_by_side = jobs > 1 and "-" not in scenes
+    found: dict[str, SceneReport] = {}
+    for report in in_processes(scenes, jobs, job) if side_by_side else map(job, scenes):
+        found[report.path] = report
         if progress is not None:
-            progress(reports[-1])
-    return Report(tuple(reports))
+            progress(report)
+    return Report(tuple(found[path] for path in scenes))
 
 
 def check_scene(

@@ -22,7 +22,7 @@ def scene_text(scene: SceneReport) -> str:
 
 def text(report: Report) -> str:
     """The report for a person."""
-    counts = {outcome: 0 for outcome in OUTCOMES} | report.summary
+    counts = dict.fromkeys(OUTCOMES, 0) | report.summary
     total = ", ".join(f"{n} {outcome}" for outcome, n in counts.items() if n)
     return "\n".join([*map(scene_text, report.scenes), f"{len(report.scenes)} scenes: {total}\n"])
 

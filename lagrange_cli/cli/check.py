@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 import click
@@ -11,31 +12,34 @@ from lagrange_cli.cli.output import print_text, write_file
 from lagrange_cli.cli.session import Session
 
 if TYPE_CHECKING:
-    from lagrange_cli.batch import Report
+    from lagrange_cli.batch import Report, SceneReport
 
 __all__ = ["check"]
 
 
-def _checked(session: Session, paths: tuple[str, ...], parameters: dict[str, str]) -> Report:
+def _checked(
+    session: Session, paths: tuple[str, ...], parameters: dict[str, str], jobs: int
+) -> Report:
     """Check the scenes, with a progress bar where stderr is a terminal."""
     from lagrange_cli.batch import check_paths, scenes_in
 
+    done = itertools.count(1)
+
+    def tell(scene: SceneReport) -> None:
+        session.detail(f"{scene.path}: {scene.outcome} after {scene.seconds:.2f} s")
+        move(next(done) / len(scenes))
+
     scenes = scenes_in(paths)
-    hidden = session.verbosity < 0
-    stderr = click.get_text_stream("stderr")
-    with click.progressbar(
-        length=len(scenes), label="checking", file=stderr, hidden=hidden or not stderr.isatty()
-    ) as bar:
+    with session.progress("checking") as move:
         return check_paths(
-            scenes,
-            parameters=parameters,
-            strict=session.strict,
-            progress=lambda scene: bar.update(1),
+            scenes, parameters=parameters, strict=session.strict, jobs=jobs, progress=tell
         )
 
 
 @click.command(short_help="Scenes and folders against what they expect.")
-@click.argument("paths", nargs=-1, required=True, type=click.Path(allow_dash=True), metavar="PATH...")
+@click.argument(
+    "paths", nargs=-1, required=True, type=click.Path(allow_dash=True), metavar="PATH..."
+)
 @click.option(
     "--format",
     "format_",
@@ -51,6 +55,14 @@ def _checked(session: Session, paths: tuple[str, ...], parameters: dict[str, str
     metavar="FILE",
     help="Write a JUnit XML report to this file as well.  [default: none]",
 )
+@click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    help="Check this many scenes at the same time.",
+)
 @options.parameters
 @options.output_path("Write the report to this file.  [default: standard output]")
 @options.common
@@ -61,6 +73,7 @@ def check(
     format_: str,
     as_json: bool,
     junit: str | None,
+    jobs: int,
     parameters: dict[str, str],
     output: str | None,
 ) -> None:
@@ -69,7 +82,7 @@ def check(
     PATH is a scene, a folder (searched for *.yaml and *.yml), or - for standard input.
     """
     session = ctx.ensure_object(Session)
-    report = _checked(session, paths, parameters)
+    report = _checked(session, paths, parameters, jobs)
     from lagrange_cli.batch.reports import FORMATS
     from lagrange_cli.batch.reports import junit as junit_xml
 

@@ -93,9 +93,7 @@ def _latex(equations: Equations, form: str) -> str:
     show_default=True,
     help="Decimal digits of the arithmetic that certifies the derivation.",
 )
-@click.option(
-    "--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.  [default: off]"
-)
+@click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.  [default: off]")
 @options.parameters
 @options.output_path("Write to this file.  [default: standard output]")
 @options.common

@@ -72,7 +72,8 @@ def _refuse_several(chosen: Emitter, scene: str) -> None:
     "to",
     type=click.Choice(list(EMITTERS)),
     required=True,
-    help="The format.  [required]",
+    show_default=True,
+    help="The format.",
 )
 @click.option(
     "--list",
@@ -92,6 +93,7 @@ def _refuse_several(chosen: Emitter, scene: str) -> None:
 @click.pass_obj
 def emit(
     session: Session,
+    /,
     scene: str,
     to: str,
     parameters: dict[str, str],

@@ -15,7 +15,6 @@ from lagrange_cli.cli.check import check
 from lagrange_cli.cli.derive import derive
 from lagrange_cli.cli.emit import emit
 from lagrange_cli.cli.session import Session, report_error
-
 from lagrange_cli.errors import InternalError, LagrangeError, Problem
 from lagrange_cli.version import __version__
 

@@ -61,9 +61,7 @@ def _abandon_stdout() -> None:
 
 
 def _refused(name: str, error: OSError) -> InputError:
-    return InputError(
-        Problem(f"cannot write {name}: {error.strerror or error}", rule="output")
-    )
+    return InputError(Problem(f"cannot write {name}: {error.strerror or error}", rule="output"))
 
 
 def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
@@ -129,7 +127,9 @@ def _stage(path: Path, data: bytes, waiting: list[tuple[str, Path]]) -> None:
         return
     if target.exists() and not os.access(target, os.W_OK):
         raise PermissionError(0, "the file is read-only")
-    handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".tmp", dir=target.parent)
+    handle, temporary = tempfile.mkstemp(
+        prefix=f".{target.name}.", suffix=".tmp", dir=target.parent
+    )
     waiting.append((temporary, target))
     with os.fdopen(handle, "wb") as stream:
         stream.write(data)

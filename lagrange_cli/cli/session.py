@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import click
@@ -60,3 +61,14 @@ class Session:
         """Write a detail to stderr if ``-v`` was given."""
         if self.verbosity > 0:
             click.echo(escape_controls(text), err=True)
+
+    @contextmanager
+    def progress(self, label: str) -> Iterator[Callable[[float], None]]:
+        """Yield what takes the fraction done and moves a progress bar on stderr.
+
+        The bar is hidden where stderr is no terminal, and with ``-q``.
+        """
+        stderr = click.get_text_stream("stderr")
+        hidden = self.verbosity < 0 or not stderr.isatty()
+        with click.progressbar(length=1000, label=label, file=stderr, hidden=hidden) as bar:
+            yield lambda fraction: bar.update(round(1000 * fraction) - bar.pos)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -14,23 +13,17 @@ from lagrange_cli.cli.derive import derived
 from lagrange_cli.cli.output import print_text, write_file
 from lagrange_cli.cli.session import Session
 
+if TYPE_CHECKING:
+    from lagrange_cli.simulate import Trajectory
+
 __all__ = ["simulate"]
 
 
-class _Method(click.ParamType):
-    """A name of the registry of integrators, which is imported when it is needed."""
+class _Method(click.Option):
+    """An option whose help names the registry of integrators, imported only for that."""
 
-    name = "method"
-
-    def _names(self) -> list[str]:
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         from lagrange_cli.simulate.integrators import INTEGRATORS
 
-        return ["auto", *INTEGRATORS]
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return f"[{'|'.join(self._names())}]"
-
-    def convert(
-        self, value: str, param: click.Parameter | None, ctx: click.Context | None
-    ) -> str:
-        return click.Choice(self._names()).convert(value, param, ctx)
+        self.help = f"Integration method: auto, {', '.join(INTEGRATORS)}.  [default: auto]"
+        return super().get_help_record(ctx)

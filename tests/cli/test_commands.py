@@ -216,9 +216,7 @@ class TestSimulate:
 
     def test_initial_values_replace_those_of_the_scene(self):
         still = json.loads(
-            succeed(
-                "simulate", BEAD, "-i", "x=0", "-i", "dot(x)=0", "--until", "1", "--json"
-            )
+            succeed("simulate", BEAD, "-i", "x=0", "-i", "dot(x)=0", "--until", "1", "--json")
         )
         assert still["state"]["x"] == 0.0
 

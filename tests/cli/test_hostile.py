@@ -28,7 +28,7 @@ HOSTILE = {
     "import": SCENE.format("""'__import__("os").system("touch owned")'"""),
     "attribute": SCENE.format("'().__class__.__bases__[0].__subclasses__()'"),
     "format string": SCENE.format("'{theta.__class__}'"),
-    "lambda": SCENE.format("'(lambda: open(\"owned\", \"w\"))()'"),
+    "lambda": SCENE.format('\'(lambda: open("owned", "w"))()\''),
     "tag": "!!python/object/apply:os.system ['touch owned']\n",
     "tag in a section": SCENE.format("!!python/object/apply:os.system ['touch owned']"),
     "parentheses": SCENE.format("(" * 10_000 + "theta" + ")" * 10_000),

@@ -48,7 +48,7 @@ def test_dangling_link_makes_its_target(tmp_path):
 
 
 def test_missing_folder_is_refused_for_a_file(tmp_path):
-    with pytest.raises(InputError, match="cannot write '.*nowhere/a.txt': No such file"):
+    with pytest.raises(InputError, match=r"cannot write '.*nowhere/a\.txt': No such file"):
         write_file(tmp_path / "nowhere" / "a.txt", "x")
     assert os.listdir(tmp_path) == []
 
