@@ -12,28 +12,28 @@ from collections.abc import Iterable
 
 __all__ = ["C_RESERVED", "PYTHON_RESERVED", "comment_text", "identifier", "unique_identifiers"]
 
+_C_WORDS = """
+alignas alignof and and_eq asm atomic_cancel atomic_commit atomic_noexcept auto bitand bitor
+bool break case catch char char8_t char16_t char32_t class co_await co_return co_yield compl
+concept const const_cast consteval constexpr constinit continue decltype default delete do
+double dynamic_cast else enum explicit export extern false float for friend goto if import
+inline int long module mutable namespace new noexcept not not_eq nullptr operator or or_eq
+private protected public reflexpr register reinterpret_cast requires restrict return short
+signed sizeof static static_assert static_cast struct switch synchronized template this
+thread_local throw true try typedef typeid typename typeof typeof_unqual union unsigned using
+virtual void volatile wchar_t while xor xor_eq final override fortran
+complex imaginary noreturn I NULL NAN INFINITY HUGE_VAL HUGE_VALF HUGE_VALL EOF BUFSIZ RAND_MAX
+DOMAIN OVERFLOW UNDERFLOW SING PLOSS TLOSS MAXFLOAT X_TLOSS TMP_MAX FILENAME_MAX P_tmpdir
+errno assert offsetof setjmp stdin stdout stderr signgam math_errhandling
+isfinite isinf isnan isnormal signbit fpclassify isgreater isless isunordered
+M_E M_LOG2E M_LOG10E M_LN2 M_LN10 M_PI M_PI_2 M_PI_4 M_1_PI M_2_PI M_2_SQRTPI M_SQRT2 M_SQRT1_2
+linux unix i386 sun vax mips near far huge small hyper interface pascal cdecl min max
+IN OUT OPTIONAL TRUE FALSE ERROR CONST VOID DELETE PI TWO_PI DEG_TO_RAD RAD_TO_DEG F
+"""
+
 #: Keywords of C (to C23) and C++ (to C++23), and names that common headers
 #: define as macros, which would break a structure field of that name.
-C_RESERVED = frozenset(
-    """
-    alignas alignof and and_eq asm atomic_cancel atomic_commit atomic_noexcept auto bitand bitor
-    bool break case catch char char8_t char16_t char32_t class co_await co_return co_yield compl
-    concept const const_cast consteval constexpr constinit continue decltype default delete do
-    double dynamic_cast else enum explicit export extern false float for friend goto if import
-    inline int long module mutable namespace new noexcept not not_eq nullptr operator or or_eq
-    private protected public reflexpr register reinterpret_cast requires restrict return short
-    signed sizeof static static_assert static_cast struct switch synchronized template this
-    thread_local throw true try typedef typeid typename typeof typeof_unqual union unsigned using
-    virtual void volatile wchar_t while xor xor_eq final override fortran
-    complex imaginary noreturn I NULL NAN INFINITY HUGE_VAL HUGE_VALF HUGE_VALL EOF BUFSIZ RAND_MAX
-    DOMAIN OVERFLOW UNDERFLOW SING PLOSS TLOSS MAXFLOAT X_TLOSS TMP_MAX FILENAME_MAX P_tmpdir
-    errno assert offsetof setjmp stdin stdout stderr signgam math_errhandling
-    isfinite isinf isnan isnormal signbit fpclassify isgreater isless isunordered
-    M_E M_LOG2E M_LOG10E M_LN2 M_LN10 M_PI M_PI_2 M_PI_4 M_1_PI M_2_PI M_2_SQRTPI M_SQRT2 M_SQRT1_2
-    linux unix i386 sun vax mips near far huge small hyper interface pascal cdecl min max
-    IN OUT OPTIONAL TRUE FALSE ERROR CONST VOID DELETE PI TWO_PI DEG_TO_RAD RAD_TO_DEG F
-    """.split()
-)
+C_RESERVED = frozenset(_C_WORDS.split())
 
 #: Keywords of Python, and what a NamedTuple keeps for itself.
 PYTHON_RESERVED = frozenset(keyword.kwlist) | {"count", "index"}

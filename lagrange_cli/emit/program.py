@@ -15,7 +15,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.emit import values as graph
-from lagrange_cli.emit.sharing import share
+from lagrange_cli.emit.factoring import factor_sums
+from lagrange_cli.emit.sharing import share_products, share_sums
 from lagrange_cli.emit.solve import Block, solve_blocks
 from lagrange_cli.emit.values import ONE, Scaled, Values
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 __all__ = [
+    "FUNCTIONS",
     "OUTPUTS",
     "Call",
     "Number",
@@ -75,12 +77,19 @@ class Product:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log sqrt abs
-    sign of one argument, or atan2 pow min max of two."""
+    """One of :data:`FUNCTIONS` of one argument, or of two."""
 
     function: str
     arguments: tuple[Operand, ...]
 
+
+#: Functions that a program may call, with the number of arguments each takes.
+FUNCTIONS: dict[str, int] = {
+    **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan"), 1),
+    **dict.fromkeys(("sinh", "cosh", "tanh", "asinh", "acosh", "atanh"), 1),
+    **dict.fromkeys(("exp", "log", "sqrt", "abs", "sign"), 1),
+    **dict.fromkeys(("atan2", "pow", "min", "max"), 2),
+}
 
 Operand: TypeAlias = Number | Variable | Sum | Product | Call
 
@@ -176,7 +185,10 @@ def _schedule(
 ) -> tuple[_Assignments, _Results]:
     """Order the nodes that ``wanted`` needs and write them as assignments."""
     roots = [number for _, of in wanted for _, number in of]
-    share(values, _order(values, roots))
+    share_products(values, _order(values, roots))
+    factor_sums(values, _order(values, roots))
+    share_products(values, _order(values, roots))
+    share_sums(values, _order(values, roots))
     _split_long_sums(values)
     order = _order(values, roots)
     uses = _count_uses(values, order, roots)

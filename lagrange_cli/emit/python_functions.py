@@ -13,7 +13,15 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.numbers import double_literal
 from lagrange_cli.emit.printing import Dialect, expression
-from lagrange_cli.emit.program import Number, Operand, Program, Variable, build_program, input_names
+from lagrange_cli.emit.program import (
+    FUNCTIONS,
+    Number,
+    Operand,
+    Program,
+    Variable,
+    build_program,
+    input_names,
+)
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -45,13 +53,9 @@ def _max(a, b):
     return a if a > b or a != a else b
 '''
 
-_FUNCTIONS = {
-    **{
-        name: name
-        for name in (
-            "sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log sqrt abs atan2 pow"
-        ).split()
-    },
+#: Every function of a program as the module calls it.
+PYTHON_FUNCTIONS = {
+    **{name: name for name in FUNCTIONS},
     "sign": "_sign",
     "min": "_min",
     "max": "_max",
@@ -101,7 +105,7 @@ def function_source(
         The text of the last argument (``p``, or ``p=DEFAULTS``).
     """
     program = build_program(equations, ["acceleration" if name == "rhs" else name])
-    dialect = Dialect(double_literal, _FUNCTIONS, names)
+    dialect = Dialect(double_literal, PYTHON_FUNCTIONS, names)
     body = _load_inputs(program, dialect)
     for target, operand in program.assignments:
         body.append(f"{target} = {expression(operand, dialect)}")

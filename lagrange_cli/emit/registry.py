@@ -116,6 +116,18 @@ def _latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str
     return emit(equations, options)
 
 
+def _c(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.c import emit
+
+    return emit(equations, options)
+
+
+def _python(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.python import emit
+
+    return emit(equations, options)
+
+
 EMITTERS: dict[str, Emitter] = {
     entry.name: entry
     for entry in (
@@ -139,6 +151,29 @@ EMITTERS: dict[str, Emitter] = {
                     default="lagrange",
                 ),
             ),
+        ),
+        Emitter(
+            name="c",
+            title="C99: a header and a source file that need only <math.h>",
+            extensions=(".h", ".c"),
+            single_file=False,
+            run=_c,
+            options=(
+                Option(
+                    "real",
+                    "the floating-point type",
+                    choices=("float", "double", "long-double"),
+                    default="double",
+                ),
+                Option("main", "a main that integrates and prints CSV"),
+            ),
+        ),
+        Emitter(
+            name="python",
+            title="Python: a module that needs only NumPy, runnable as a script",
+            extensions=(".py",),
+            single_file=True,
+            run=_python,
         ),
     )
 }

@@ -13,71 +13,74 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from heapq import heapify, heappop, heappush
-from typing import Generic, Protocol, TypeVar
+from typing import Protocol, TypeAlias
 
 from lagrange_cli.emit.values import ONE, Product, Sum, Values
 
-__all__ = ["share"]
+__all__ = ["LONGEST_GROUP", "share_products", "share_sums"]
 
 #: Longer sums and products do not take part: the pairs of one grow with its square.
 LONGEST_GROUP = 256
 
-W = TypeVar("W", int, Fraction)
-Key = tuple[int, int, W]
+Weight: TypeAlias = int | Fraction
+"""Coefficient of a term of a sum, or exponent of a factor of a product."""
+
+Group: TypeAlias = dict[int, Weight]
+"""A sum or a product: node → weight."""
+
+Key: TypeAlias = tuple[int, int, Weight]
 """First node, second node, and their relation (ratio of coefficients or of exponents)."""
 
 
-class _Kind(Protocol[W]):
+class _Kind(Protocol):
     """How pairs are found in, and taken out of, a sum or a product."""
 
-    def between(self, a: tuple[int, W], b: tuple[int, W]) -> tuple[Key[W], int]: ...
-    def within(self, a: tuple[int, W]) -> int: ...
-    def take(self, group: dict[int, W], key: Key[W]) -> W: ...
-    def define(self, key: Key[W]) -> dict[int, W]: ...
+    def between(self, a: tuple[int, Weight], b: tuple[int, Weight]) -> tuple[Key, int]: ...
+    def within(self, a: tuple[int, Weight]) -> int: ...
+    def take(self, group: Group, key: Key) -> Weight: ...
+    def define(self, key: Key) -> Group: ...
 
 
 class _Sums:
     """Pairs of terms, up to a common numeric factor."""
 
-    def between(
-        self, a: tuple[int, Fraction], b: tuple[int, Fraction]
-    ) -> tuple[Key[Fraction], int]:
+    def between(self, a: tuple[int, Weight], b: tuple[int, Weight]) -> tuple[Key, int]:
         (m, c), (n, d) = (a, b) if a[0] < b[0] else (b, a)
-        return (m, n, d / c), 1
+        return (m, n, Fraction(d) / c), 1
 
-    def within(self, a: tuple[int, Fraction]) -> int:
+    def within(self, a: tuple[int, Weight]) -> int:
         return 0
 
-    def take(self, group: dict[int, Fraction], key: Key[Fraction]) -> Fraction:
+    def take(self, group: Group, key: Key) -> Weight:
         coefficient = group.pop(key[0])
         del group[key[1]]
         return coefficient
 
-    def define(self, key: Key[Fraction]) -> dict[int, Fraction]:
+    def define(self, key: Key) -> Group:
         return {key[0]: Fraction(1), key[1]: key[2]}
 
 
 class _Products:
     """Pairs of factors: x·y (relation 1, also x·x) or x/y (relation −1)."""
 
-    def between(self, a: tuple[int, int], b: tuple[int, int]) -> tuple[Key[int], int]:
+    def between(self, a: tuple[int, Weight], b: tuple[int, Weight]) -> tuple[Key, int]:
         (m, d), (n, e) = (a, b) if a[0] < b[0] else (b, a)
-        times = min(abs(d), abs(e))
+        times = min(abs(int(d)), abs(int(e)))
         if (d > 0) == (e > 0):
             return (m, n, 1), times
         return ((m, n, -1) if d > 0 else (n, m, -1)), times
 
-    def within(self, a: tuple[int, int]) -> int:
-        return abs(a[1]) // 2
+    def within(self, a: tuple[int, Weight]) -> int:
+        return abs(int(a[1])) // 2
 
-    def take(self, group: dict[int, int], key: Key[int]) -> int:
+    def take(self, group: Group, key: Key) -> Weight:
         first, second, relation = key
         sign = 1 if group[first] > 0 else -1
         if first == second:
-            times = abs(group[first]) // 2
+            times = abs(int(group[first])) // 2
             group[first] -= sign * 2 * times
         else:
-            times = min(abs(group[first]), abs(group[second]))
+            times = min(abs(int(group[first])), abs(int(group[second])))
             group[first] -= sign * times
             group[second] -= sign * relation * times
         for number in {first, second}:
@@ -85,20 +88,20 @@ class _Products:
                 del group[number]
         return sign * times
 
-    def define(self, key: Key[int]) -> dict[int, int]:
+    def define(self, key: Key) -> Group:
         first, second, relation = key
         return {first: 2} if first == second else {first: 1, second: relation}
 
 
-class _Extraction(Generic[W]):
+class _Extraction:
     """The pairs of a set of groups (all sums, or all products), kept up to date."""
 
-    def __init__(self, values: Values, kind: _Kind[W], groups: dict[int, dict[int, W]]) -> None:
+    def __init__(self, values: Values, kind: _Kind, groups: dict[int, Group]) -> None:
         self.values = values
         self.kind = kind
         self.groups = groups
-        self.occurrences: dict[Key[W], dict[int, int]] = {}
-        self.definitions: dict[Key[W], int] = {}
+        self.occurrences: dict[Key, dict[int, int]] = {}
+        self.definitions: dict[Key, int] = {}
         for number, group in groups.items():
             self._enter(number, self._pairs(group, list(group)))
         for number, group in groups.items():
@@ -118,14 +121,14 @@ class _Extraction(Generic[W]):
                 continue
             self._extract(key)
 
-    def _count(self, key: Key[W]) -> int:
+    def _count(self, key: Key) -> int:
         return sum(self.occurrences[key].values())
 
-    def _priority(self, key: Key[W]) -> tuple[int, int]:
+    def _priority(self, key: Key) -> tuple[int, int]:
         rank = self.values.rank
         return -self._count(key), max(rank[key[0]], rank[key[1]])
 
-    def _pairs(self, group: dict[int, W], of: Iterable[int]) -> Iterator[tuple[Key[W], int]]:
+    def _pairs(self, group: Group, of: Iterable[int]) -> Iterator[tuple[Key, int]]:
         """The pairs of a group in which at least one of the nodes ``of`` takes part."""
         seen: set[int] = set()
         for number in of:
@@ -133,20 +136,16 @@ class _Extraction(Generic[W]):
             term = (number, group[number])
             times = self.kind.within(term)
             if times:
-                yield (number, number, self._unit(group[number])), times
+                yield (number, number, 1), times
             for other, weight in group.items():
                 if other not in seen:
                     yield self.kind.between(term, (other, weight))
 
-    @staticmethod
-    def _unit(weight: W) -> W:
-        return type(weight)(1)
-
-    def _enter(self, number: int, pairs: Iterable[tuple[Key[W], int]]) -> None:
+    def _enter(self, number: int, pairs: Iterable[tuple[Key, int]]) -> None:
         for key, times in pairs:
             self.occurrences.setdefault(key, {})[number] = times
 
-    def _note_definition(self, number: int, group: dict[int, W]) -> None:
+    def _note_definition(self, number: int, group: Group) -> None:
         """A group that is just a pair is that pair's node."""
         if len(group) > 2:
             return
@@ -154,7 +153,7 @@ class _Extraction(Generic[W]):
             if self.kind.define(key) == group:
                 self.definitions.setdefault(key, number)
 
-    def _extract(self, key: Key[W]) -> None:
+    def _extract(self, key: Key) -> None:
         holders = self.occurrences[key]
         target = self.definitions.get(key)
         if target is None:
@@ -164,18 +163,18 @@ class _Extraction(Generic[W]):
                 self._replace(number, key, target)
         self.occurrences[key] = {target: 1}
 
-    def _new_node(self, key: Key[W]) -> int:
+    def _new_node(self, key: Key) -> int:
         values, definition = self.values, self.kind.define(key)
         rank = max(values.rank[n] for n in definition)
         number = len(values.nodes)
-        # The node itself is written when all groups are (see share).
+        # The node itself is written when all groups are (see share_products).
         values.nodes.append(values.nodes[ONE])
         values.rank.append(rank)
         self.groups[number] = definition
         self.definitions[key] = number
         return number
 
-    def _replace(self, number: int, key: Key[W], target: int) -> None:
+    def _replace(self, number: int, key: Key, target: int) -> None:
         group = self.groups[number]
         touched = [n for n in dict.fromkeys(key[:2]) if n in group]
         if target in group:
@@ -197,20 +196,26 @@ class _Extraction(Generic[W]):
         self._note_definition(number, group)
 
 
-def share(values: Values, reachable: Iterable[int]) -> None:
-    """Rewrite the sums and products among ``reachable`` nodes so that what
-    they have in common is computed once. Numbers of nodes keep their meaning."""
-    products: dict[int, dict[int, int]] = {}
-    sums: dict[int, dict[int, Fraction]] = {}
+def share_products(values: Values, reachable: Iterable[int]) -> None:
+    """Rewrite the products among ``reachable`` nodes so that what they have in
+    common is computed once. Numbers of nodes keep their meaning."""
+    products: dict[int, Group] = {}
     for number in sorted(reachable):
         node = values.nodes[number]
         if isinstance(node, Product) and len(node.factors) <= LONGEST_GROUP:
             products[number] = dict(node.factors)
-        elif isinstance(node, Sum) and 1 < len(node.terms) <= LONGEST_GROUP:
-            sums[number] = dict(node.terms)
     _Extraction(values, _Products(), products).run()
-    _Extraction(values, _Sums(), sums).run()
     for number, powers in products.items():
-        values.nodes[number] = Product(tuple(sorted(powers.items())))
+        values.nodes[number] = Product(tuple(sorted((n, int(e)) for n, e in powers.items())))
+
+
+def share_sums(values: Values, reachable: Iterable[int]) -> None:
+    """Do for sums what :func:`share_products` does for products."""
+    sums: dict[int, Group] = {}
+    for number in sorted(reachable):
+        node = values.nodes[number]
+        if isinstance(node, Sum) and 1 < len(node.terms) <= LONGEST_GROUP:
+            sums[number] = dict(node.terms)
+    _Extraction(values, _Sums(), sums).run()
     for number, terms in sums.items():
-        values.nodes[number] = Sum(tuple(sorted(terms.items())))
+        values.nodes[number] = Sum(tuple(sorted((n, Fraction(c)) for n, c in terms.items())))

@@ -34,17 +34,18 @@ LARGEST_MULTIPLIED_POWER = 64
 #: Decimal digits to which irrational constants are evaluated.
 CONSTANT_DIGITS = 50
 
-_ODD = frozenset("sin tan asin atan sinh tanh asinh atanh sign".split())
-_EVEN = frozenset("cos cosh abs".split())
+_ODD = frozenset({"sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh", "sign"})
+_EVEN = frozenset({"cos", "cosh", "abs"})
 
 #: SymPy functions and the name each has in a program.
 _CALLS: dict[object, str] = {
-    **{
-        getattr(sympy, name): name
-        for name in "sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log atan2".split()
-    },
+    **{getattr(sympy, name): name for name in sorted({*_ODD, "cos", "cosh"})},
+    sympy.acos: "acos",
+    sympy.acosh: "acosh",
+    sympy.exp: "exp",
+    sympy.log: "log",
+    sympy.atan2: "atan2",
     sympy.Abs: "abs",
-    sympy.sign: "sign",
     sympy.Min: "min",
     sympy.Max: "max",
 }

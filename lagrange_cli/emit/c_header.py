@@ -1,0 +1,136 @@
+"""The header of emitted C: declarations, and the documentation of the interface."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import lagrange_cli
+from lagrange_cli.emit.c_names import CNames, Real
+from lagrange_cli.emit.naming import comment_text
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Coordinate, Equations, Parameter
+
+__all__ = ["header_text"]
+
+_INTERFACE = """\
+/* Values for all parameters that have one in the scene; the others become NaN. */
+void @NAME@_defaults(@NAME@_params *p);
+
+/* dydt[0..2n-1]: time derivative of the state. */
+int @NAME@_rhs(@RHS@);
+
+/* out[0..n*n-1]: mass matrix M(q, t) by rows. */
+int @NAME@_mass_matrix(@OUT@);
+
+/* out[0..n-1]: forcing f(q, v, t). */
+int @NAME@_forcing(@OUT@);
+
+/* out[0], out[1], out[2]: kinetic energy T, potential V, and the energy
+ * function (sum of v dL/dv, less L), which is T + V in most systems. */
+int @NAME@_energy(@OUT@);
+
+/* out[0..@NAME@_POSITIONS-1]: Cartesian names in the order above. */
+int @NAME@_positions(@OUT@);
+"""
+
+
+def header_text(equations: Equations, names: CNames, real: Real, work: int) -> str:
+    """The text of ``NAME.h``."""
+    prefix = names.prefix
+    guard = f"LAGRANGE_{prefix}_H"
+    return "\n".join(
+        [
+            *_comment(equations, names),
+            f"#ifndef {guard}",
+            f"#define {guard}",
+            "",
+            "#ifdef __cplusplus",
+            'extern "C" {',
+            "#endif",
+            "",
+            f"#define {prefix}_DOF {len(equations.coordinates)}",
+            f"#define {prefix}_POSITIONS {len(equations.cartesian_names)}",
+            f"#define {prefix}_WORK {work}",
+            "",
+            *_structure(equations, names, real),
+            "",
+            _declarations(names, real),
+            "#ifdef __cplusplus",
+            "}",
+            "#endif",
+            "",
+            "#endif",
+            "",
+        ]
+    )
+
+
+def _declarations(names: CNames, real: Real) -> str:
+    return (
+        _INTERFACE.replace("@RHS@", names.arguments(real, "dydt"))
+        .replace("@OUT@", names.arguments(real, "out"))
+        .replace("@NAME@", names.prefix)
+    )
+
+
+def _comment(equations: Equations, names: CNames) -> list[str]:
+    """The opening comment: what this is, the order of everything, return values."""
+    lines = [_titled(names.prefix, equations.title)]
+    if equations.description:
+        lines += ["", comment_text(equations.description)]
+    lines += [
+        "",
+        "Equations of motion M(q, t) a = f(q, v, t) with n degrees of freedom.",
+        f"Made by lagrange {lagrange_cli.__version__} from the scene with SHA-256",
+        comment_text(equations.digest),
+        "This output is yours: use it as you like, under any terms.",
+        "",
+        "State y: the coordinates q, then their velocities v = dq/dt",
+    ]
+    n = len(equations.coordinates)
+    for k, coordinate in enumerate(equations.coordinates):
+        lines.append(f"  y[{k}], y[{n + k}]  {_described(coordinate, coordinate.name)}")
+    lines += ["", "Positions:"]
+    for k, cartesian in enumerate(equations.cartesian_names):
+        lines.append(f"  out[{k}]  {comment_text(cartesian.name)}")
+    lines += ["", *_CONVENTIONS]
+    return ["/*", *(f" * {line}".rstrip() for line in lines), " */"]
+
+
+_CONVENTIONS = """\
+Every function returns 0, or 1 if the mass matrix is singular (or not
+positive definite where it must be), or 2 if a result is not finite; what it
+has written is then meaningless.
+t is the time; u are inputs, of which this system has none (may be null);
+work holds NAME_WORK numbers of scratch space, unrelated to any other call.
+y and the array of results must not overlap. Nothing is allocated and no
+state is kept, so that calls from several threads need only separate arrays.""".splitlines()
+
+
+def _titled(name: str, title: str | None) -> str:
+    return f"{name}: {comment_text(title)}" if title else name
+
+
+def _described(of: Coordinate | Parameter, name: str) -> str:
+    """Name, unit and description, as far as there are any."""
+    text = comment_text(name)
+    if of.unit:
+        text += f" [{comment_text(of.unit)}]"
+    if of.description:
+        text += f": {comment_text(of.description)}"
+    return text
+
+
+def _structure(equations: Equations, names: CNames, real: Real) -> list[str]:
+    """The structure of the parameters."""
+    lines = [f"typedef struct {names.prefix}_params {{"]
+    for parameter, field in zip(equations.parameters, names.fields, strict=True):
+        default = "must be given"
+        if parameter.value is not None:
+            default = f"default {parameter.value!r}"
+        described = _described(parameter, parameter.name)
+        lines.append(f"    {real.name} {field}; /* {described}; {default} */")
+    if not equations.parameters:
+        lines.append(f"    {real.name} {names.empty_field}; /* there are no parameters */")
+    return [*lines, f"}} {names.prefix}_params;"]

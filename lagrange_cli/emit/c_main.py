@@ -1,0 +1,183 @@
+"""The optional ``main`` of emitted C: fixed-step integration that prints CSV."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.c_names import CNames, Real, c_string
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = ["main_text"]
+
+#: Rows of output, and steps from one row to the next.
+ROWS = 500
+STEPS_PER_ROW = 20
+
+_MAIN = """
+/*
+ * A small program around the functions above: classical Runge-Kutta steps of
+ * fixed size, a CSV line for each of @ROWS@ intervals. Arguments: NAME=VALUE sets
+ * a parameter or an initial value; until=T and steps=N (steps in an interval).
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define @NAME@_STATE (2*@NAME@_DOF)
+
+/* One step of size h from time t; y is advanced. */
+static int @NAME@_step(@REAL@ t, @REAL@ h, const @NAME@_params *p, @REAL@ *y)
+{
+    static @REAL@ k[4][@NAME@_STATE], s[@NAME@_STATE], work[@NAME@_WORK];
+    static const @REAL@ at[4] = {@ZERO@, @HALF@, @HALF@, @ONE@};
+    int stage, i, status;
+    for (stage = 0; stage < 4; ++stage) {
+        for (i = 0; i < @NAME@_STATE; ++i) {
+            s[i] = y[i] + (stage > 0 ? at[stage]*h*k[stage - 1][i] : @ZERO@);
+        }
+        status = @NAME@_rhs(t + at[stage]*h, s, 0, p, work, k[stage]);
+        if (status != 0) {
+            return status;
+        }
+    }
+    for (i = 0; i < @NAME@_STATE; ++i) {
+        y[i] += h/@SIX@*(k[0][i] + @TWO@*(k[1][i] + k[2][i]) + k[3][i]);
+    }
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
+    static const char *const state[] = {@STATE_NAMES@};
+    static @REAL@ y[@NAME@_STATE] = {@INITIAL@};
+    static int given[@NAME@_STATE] = {@GIVEN@};
+    @NAME@_params p;
+    @REAL@ start = @START@, until = @UNTIL@;
+    long steps = @STEPS@, row, step;
+    int i, k, status;
+    @NAME@_defaults(&p);
+    for (i = 1; i < argc; ++i) {
+        char *value = strchr(argv[i], '=');
+        int known = 0;
+        if (value != 0) {
+            *value++ = '\\0';
+            for (k = 0; k < @NAME@_STATE; ++k) {
+                if (strcmp(argv[i], state[k]) == 0) {
+                    y[k] = @PARSE@(value, 0);
+                    given[k] = known = 1;
+                }
+            }
+@PARAMETERS@            if (!known && strcmp(argv[i], "until") == 0) {
+                until = @PARSE@(value, 0);
+                known = 1;
+            }
+            if (!known && strcmp(argv[i], "steps") == 0) {
+                steps = strtol(value, 0, 10);
+                known = steps > 0;
+            }
+        }
+        if (!known) {
+            fprintf(stderr, "%s: not NAME=VALUE with a known name\\n", argv[i]);
+            return 2;
+        }
+    }
+    for (k = 0; k < @NAME@_STATE; ++k) {
+        if (!given[k]) {
+            fprintf(stderr, "initial value needed: %s=VALUE\\n", state[k]);
+            return 2;
+        }
+    }
+@NEEDED@    printf("t");
+    for (k = 0; k < @NAME@_STATE; ++k) {
+        printf(",%s", state[k]);
+    }
+    for (row = 0; row <= @ROWS@; ++row) {
+        const @REAL@ h = (until - start)/((@REAL@)@ROWS@*(@REAL@)steps);
+        printf("\\n@FORMAT@", @CAST@(start + (@REAL@)(row*steps)*h));
+        for (k = 0; k < @NAME@_STATE; ++k) {
+            printf(",@FORMAT@", @CAST@y[k]);
+        }
+        for (step = 0; row < @ROWS@ && step < steps; ++step) {
+            status = @NAME@_step(start + (@REAL@)(row*steps + step)*h, h, &p, y);
+            if (status != 0) {
+                fprintf(stderr, "\\nstopped: %s\\n",
+                        status == 1 ? "singular mass matrix" : "result is not finite");
+                return 1;
+            }
+        }
+    }
+    printf("\\n");
+    return 0;
+}
+"""
+
+_PARAMETER = """\
+            if (!known && strcmp(argv[i], @TEXT@) == 0) {
+                p.@FIELD@ = @PARSE@(value, 0);
+                known = 1;
+            }
+"""
+
+_NEEDED = """\
+    if (isnan(p.@FIELD@)) {
+        fprintf(stderr, "parameter needed: %s=VALUE\\n", @TEXT@);
+        return 2;
+    }
+"""
+
+
+def main_text(equations: Equations, names: CNames, real: Real) -> str:
+    """The text of ``main`` and what it needs, to stand at the end of ``NAME.c``."""
+    fields = list(zip(equations.parameters, names.fields, strict=True))
+    given = [_named(_PARAMETER, p.name, field) for p, field in fields]
+    needed = [_named(_NEEDED, p.name, field) for p, field in fields if p.value is None]
+    replacements = {
+        "@PARAMETERS@": "".join(given),
+        "@NEEDED@": "".join(needed),
+        **_state_replacements(equations, real),
+        **_run_replacements(equations, real),
+        "@NAME@": names.prefix,
+        "@REAL@": real.name,
+        "@PARSE@": real.parse,
+        "@FORMAT@": real.print_format,
+        "@CAST@": "(double)" if real.name == "float" else "",
+        "@ROWS@": str(ROWS),
+    }
+    constants = {"ZERO": 0.0, "HALF": 0.5, "ONE": 1.0, "TWO": 2.0, "SIX": 6.0}
+    replacements |= {f"@{name}@": real.value(number) for name, number in constants.items()}
+    text = _MAIN
+    for token, replacement in replacements.items():
+        text = text.replace(token, replacement)
+    return text
+
+
+def _named(template: str, name: str, field: str) -> str:
+    return template.replace("@FIELD@", field).replace("@TEXT@", c_string(name))
+
+
+def _state_replacements(equations: Equations, real: Real) -> dict[str, str]:
+    n = len(equations.coordinates)
+    labels = [c.name for c in equations.coordinates]
+    labels += [f"dot({name})" for name in labels]
+    initial = equations.initial
+    values = (0.0,) * 2 * n if initial is None else (*initial.positions, *initial.velocities)
+    return {
+        "@STATE_NAMES@": ", ".join(map(c_string, labels)),
+        "@INITIAL@": ", ".join(map(real.value, values)),
+        "@GIVEN@": ", ".join(["0" if initial is None else "1"] * 2 * n),
+    }
+
+
+def _run_replacements(equations: Equations, real: Real) -> dict[str, str]:
+    defaults = equations.simulate
+    until = defaults.start + 10.0 if defaults.until is None else defaults.until
+    steps = STEPS_PER_ROW
+    if defaults.step:
+        steps = max(1, round((until - defaults.start) / ROWS / defaults.step))
+    return {
+        "@START@": real.value(defaults.start),
+        "@UNTIL@": real.value(until),
+        "@STEPS@": str(steps),
+    }

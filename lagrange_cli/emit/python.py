@@ -1,0 +1,178 @@
+"""Python: one module that needs NumPy alone and runs as a script.
+
+Scene names appear as mangled identifiers, scene text only in comments and
+string literals that ``ascii`` wrote.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import lagrange_cli
+from lagrange_cli.emit.c_names import file_stem
+from lagrange_cli.emit.naming import PYTHON_RESERVED, comment_text, unique_identifiers
+from lagrange_cli.emit.python_functions import PRELUDE, function_source
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Coordinate, Equations, Parameter
+
+__all__ = ["emit"]
+
+_FUNCTIONS = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
+
+_SCRIPT = '''\
+def integrate(y, t, until, steps, p=DEFAULTS):
+    """State after ``steps`` classical Runge-Kutta steps of fixed size from t to until."""
+    h = (until - t) / steps
+    for k in range(steps):
+        s = t + k * h
+        k1 = rhs(s, y, p)
+        k2 = rhs(s + h / 2, y + h / 2 * k1, p)
+        k3 = rhs(s + h / 2, y + h / 2 * k2, p)
+        k4 = rhs(s + h, y + h * k3, p)
+        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    return y
+
+
+def main(arguments):
+    """Integrate from INITIAL and print CSV; NAME=VALUE sets parameters and initial
+    values, until=T and steps=N (steps in an interval) the run."""
+    state = [*COORDINATES, *(f"dot({name})" for name in COORDINATES)]
+    parameters = dict(zip(PARAMETERS, DEFAULTS))
+    initial = dict(zip(state, INITIAL or [nan] * len(state)))
+    run = {"until": UNTIL, "steps": STEPS}
+    for argument in arguments:
+        name, _, value = argument.partition("=")
+        for table in (initial, parameters, run):
+            if name in table:
+                table[name] = type(table[name])(value)
+                break
+        else:
+            return f"{argument}: not NAME=VALUE with a known name"
+    given = {**initial, **parameters}
+    missing = [name for name, value in given.items() if value != value]
+    if missing:
+        return f"values needed: {', '.join(f'{name}=VALUE' for name in missing)}"
+    p, y = Parameters(*parameters.values()), np.array(list(initial.values()))
+    times = np.linspace(START, run["until"], ROWS + 1).tolist()
+    print(",".join(["t", *state]))
+    for t, following in zip(times, [*times[1:], None]):
+        print(",".join(map(repr, [t, *y.tolist()])))
+        if following is not None:
+            y = integrate(y, t, following, run["steps"], p)
+        if not np.isfinite(y).all():
+            return f"stopped after t = {t}: the mass matrix is singular or a result not finite"
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
+'''
+
+#: Rows that the script prints, and steps from one to the next.
+ROWS = 500
+STEPS_PER_ROW = 20
+
+
+def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
+    """``NAME.py``.
+
+    Raises
+    ------
+    InternalError
+        An expression holds something without counterpart in Python.
+    InputError
+        A constant is outside the range of a double.
+    """
+    fields = unique_identifiers((p.name for p in equations.parameters), PYTHON_RESERVED)
+    coordinates = unique_identifiers((c.name for c in equations.coordinates), frozenset())
+    names = {f"p{i}": f"p_{field}" for i, field in enumerate(fields)}
+    for kind in "qv":
+        names |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
+    prelude = PRELUDE.replace("\nimport numpy", "from typing import NamedTuple\n\nimport numpy", 1)
+    parts = [
+        _docstring(equations),
+        f"import sys\n{prelude}",
+        _constants(equations),
+        _parameters(equations, fields),
+        *(function_source(equations, name, names, "p=DEFAULTS") for name in _FUNCTIONS),
+        _SCRIPT,
+    ]
+    return {f"{file_stem(equations.name)}.py": "\n\n".join(parts)}
+
+
+def _docstring(equations: Equations) -> str:
+    name = comment_text(equations.name)
+    lines = [f"{name}: {comment_text(equations.title)}" if equations.title else name]
+    if equations.description:
+        lines += ["", comment_text(equations.description)]
+    lines += [
+        "",
+        "Equations of motion M(q, t) a = f(q, v, t). The state y holds the coordinates q in",
+        "the order of COORDINATES, then their velocities v. Every function takes (t, y, p) with",
+        "p a Parameters, and returns NaN where there is no result (a singular mass matrix, a",
+        "domain error, overflow). With SciPy:",
+        "",
+        "    solve_ivp(rhs, (0, 10), INITIAL, args=(DEFAULTS,))",
+        "",
+        f"Made by lagrange {lagrange_cli.__version__} from the scene with SHA-256",
+        comment_text(equations.digest),
+        "This output is yours: use it as you like, under any terms.",
+    ]
+    return '"""' + "\n".join(lines) + '\n"""'
+
+
+def _constants(equations: Equations) -> str:
+    initial = equations.initial
+    defaults = equations.simulate
+    until = defaults.start + 10.0 if defaults.until is None else defaults.until
+    steps = STEPS_PER_ROW
+    if defaults.step:
+        steps = max(1, round((until - defaults.start) / ROWS / defaults.step))
+    state = None if initial is None else [*initial.positions, *initial.velocities]
+    return "\n".join(
+        [
+            *(f"# {line}" for line in _described_coordinates(equations.coordinates)),
+            f"COORDINATES = {_strings([c.name for c in equations.coordinates])}",
+            f"CARTESIAN = {_strings([c.name for c in equations.cartesian_names])}",
+            f"PARAMETERS = {_strings([p.name for p in equations.parameters])}",
+            "",
+            f"INITIAL = {state!r}",
+            f"START, UNTIL, ROWS, STEPS = {defaults.start!r}, {float(until)!r}, {ROWS}, {steps}",
+            "",
+        ]
+    )
+
+
+def _described_coordinates(coordinates: Sequence[Coordinate]) -> list[str]:
+    return [_described(c) for c in coordinates if c.unit or c.description]
+
+
+def _parameters(equations: Equations, fields: Sequence[str]) -> str:
+    lines = [
+        "class Parameters(NamedTuple):",
+        '    """Parameters; NaN stands for one that must be given."""',
+    ]
+    for parameter, field in zip(equations.parameters, fields, strict=True):
+        value = "nan" if parameter.value is None else repr(float(parameter.value))
+        line = f"    {field}: float = {value}"
+        if parameter.unit or parameter.description or parameter.name != field:
+            line += f"  # {_described(parameter)}"
+        lines.append(line)
+    return "\n".join([*lines, "", "", "DEFAULTS = Parameters()", ""])
+
+
+def _described(of: Coordinate | Parameter) -> str:
+    """Name, unit and description, as far as there are any."""
+    text = comment_text(of.name)
+    if of.unit:
+        text += f" [{comment_text(of.unit)}]"
+    if of.description:
+        text += f": {comment_text(of.description)}"
+    return text
+
+
+def _strings(texts: Sequence[str]) -> str:
+    """A tuple of string literals in plain ASCII."""
+    return f"({''.join(f'{text!a}, ' for text in texts).rstrip()})" if texts else "()"
