@@ -13,7 +13,7 @@ from lagrange_cli.scene.model import (
     SimulateDefaults,
     StateExpectation,
 )
-from lagrange_cli.scene.shapes import Reading
+from lagrange_cli.scene.shapes import Reading, is_indexed
 from lagrange_cli.scene.source import Scalar, Sequence, SourceNode
 
 __all__ = [
@@ -55,7 +55,7 @@ def initial_value(
     key: Scalar, node: SourceNode, what: str, reading: Reading
 ) -> InitialValue | None:
     """Read ``x: value`` or ``dot(x): value``."""
-    if "[" in key.text:
+    if is_indexed(key.text):
         reading.unsupported("indexed families are", key.mark)
         return None
     expression = reading.expression(node, f"'{key.text}' in {what}")

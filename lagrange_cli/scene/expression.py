@@ -150,18 +150,17 @@ class Equation:
 
 def children(node: Node) -> tuple[Node, ...]:
     """The parts directly below a node, in reading order."""
-    match node:
-        case Add(terms=parts) | Mul(factors=parts):
-            return tuple(part for _, part in parts)
-        case Neg(operand=operand):
-            return (operand,)
-        case Pow(base=base, exponent=exponent):
-            return (base, exponent)
-        case Call(arguments=arguments):
-            return arguments
-        case Name(indices=indices):
-            return indices
-    return ()
+    if isinstance(node, Name):
+        return node.indices
+    if isinstance(node, Add):
+        return tuple(part for _, part in node.terms)
+    if isinstance(node, Mul):
+        return tuple(part for _, part in node.factors)
+    if isinstance(node, Pow):
+        return (node.base, node.exponent)
+    if isinstance(node, Neg):
+        return (node.operand,)
+    return node.arguments if isinstance(node, Call) else ()
 
 
 def walk(node: Node) -> Iterator[Node]:

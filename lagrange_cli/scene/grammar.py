@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from lagrange_cli.errors import InputError, Mark, Problem, nearest
+from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.scene.bounds import check_depth, extent_of
 from lagrange_cli.scene.expression import (
     FUNCTIONS,
@@ -29,6 +29,7 @@ from lagrange_cli.scene.expression import (
     Number,
     Pow,
 )
+from lagrange_cli.scene.problems import shown, suggestion
 from lagrange_cli.scene.tokens import ExpressionError, Token, number_value, tokenize
 
 __all__ = ["MAX_LENGTH", "MAX_NESTING", "parse_equation", "parse_expression"]
@@ -139,6 +140,7 @@ class _Bracket:
     arguments: list[Node] = field(default_factory=list)
     terms: list[tuple[Literal["+", "-"], Node]] = field(default_factory=list)
     sign: Token | None = None
+    start: int | None = None
     factors: list[tuple[Literal["*", "/"], Node]] = field(default_factory=list)
     operator: Literal["*", "/"] = "*"
     pending: list[Token | Node] = field(default_factory=list)
@@ -205,6 +207,7 @@ class _Parser:
         bracket = self.brackets[-1]
         if bracket.at_start:
             bracket.sign = token
+            bracket.start = token.start
         elif token.text == "-":
             self._deeper(token)
             bracket.pending.append(token)
@@ -219,8 +222,8 @@ class _Parser:
             )
         if token.kind == "end" and not before:
             raise ExpressionError("expected an expression, found nothing", (0, 1))
-        found = f"'{token.text}'" if token.text else "the end"
-        after = f" after '{before}'" if before else ""
+        found = shown(token.text) if token.text else "the end"
+        after = f" after {shown(before)}" if before else ""
         raise ExpressionError(f"expected an expression{after}, found {found}", _visible(token))
 
     def _operator(self, token: Token, value: Node) -> None:
@@ -262,11 +265,11 @@ class _Parser:
     def _refuse_juxtaposition(self, token: Token) -> None:
         before = self.tokens[self.position - 2]
         span = (before.start, token.end)
-        hint = f"for a product write {before.text}*{token.text}"
+        product = token.kind == "name" or token.text == "("
         raise ExpressionError(
-            f"expected an operator between '{before.text}' and '{token.text}'",
+            f"expected an operator between {shown(before.text)} and {shown(token.text)}",
             span,
-            hint if token.kind == "name" or token.text == "(" else "",
+            f"for a product write {before.text[-20:]}*{token.text[:20]}" if product else "",
         )
 
     def _open(self, opener: Token, function: Token | None) -> None:
@@ -309,9 +312,10 @@ class _Parser:
         terms = tuple(bracket.terms)
         bracket.terms = []
         sign, node = terms[0]
+        start = node.span[0] if bracket.start is None else bracket.start
         if len(terms) > 1:
-            return Add(terms, (node.span[0], terms[-1][1].span[1]))
-        return Neg(node, node.span) if sign == "-" else node
+            return Add(terms, (start, terms[-1][1].span[1]))
+        return Neg(node, (start, node.span[1])) if sign == "-" else node
 
     def _finish(self, token: Token) -> Node:
         assert self.value is not None
@@ -331,9 +335,9 @@ def _refuse_function(token: Token) -> None:
         raise ExpressionError("sum(...) is not supported yet", token.span, rule="unsupported")
     if token.text not in FUNCTIONS:
         raise ExpressionError(
-            f"unknown function '{token.text}'",
+            f"unknown function {shown(token.text)}",
             token.span,
-            nearest(token.text, FUNCTIONS) or f"for a product write {token.text}*(...)",
+            suggestion(token.text, FUNCTIONS, f"for a product write {token.text[:40]}*(...)"),
             rule="unknown-function",
         )
 

@@ -10,13 +10,14 @@ from __future__ import annotations
 from fractions import Fraction
 from math import isqrt
 
-from lagrange_cli.errors import Mark, nearest
+from lagrange_cli.errors import Mark
 from lagrange_cli.scene.bounds import extent_of
 from lagrange_cli.scene.declarations import AXES, component
 from lagrange_cli.scene.expression import Call, Equation, Expression, Name, Number
 from lagrange_cli.scene.grammar import parse_equation, parse_expression
 from lagrange_cli.scene.model import Constraint, Particle
-from lagrange_cli.scene.shapes import Reading
+from lagrange_cli.scene.problems import shown, suggestion
+from lagrange_cli.scene.shapes import Reading, is_indexed
 from lagrange_cli.scene.source import Mapping, Scalar, SourceNode
 
 __all__ = ["read_constraint_helper", "read_plane", "read_potential_helper"]
@@ -41,7 +42,7 @@ def read_constraint_helper(
     pair = _pair(fields["distance"], "distance", reading)
     length = None
     if "equals" in fields:
-        length = reading.expression(fields["equals"], f"'equals' of {what}")
+        length = reading.part(fields["equals"], "equals", what)
     if pair is None or length is None:
         return None
     squares = " + ".join(f"({d})^2" for d in _differences(*pair))
@@ -87,7 +88,7 @@ def read_plane(node: SourceNode, reading: Reading) -> Constraint | None:
 def _gravity(node: Mapping, what: str, reading: Reading) -> str | None:
     """V = −m g·r for every particle; g points along −z, or along ``direction``."""
     fields = reading.fields(node, what, ("gravity", "direction"))
-    strength = reading.expression(fields["gravity"], f"'gravity' of {what}")
+    strength = reading.part(fields["gravity"], "gravity", what)
     down: tuple[str, ...] | None = ("", "", "-1")
     if "direction" in fields:
         down = _direction(fields["direction"], what, reading)
@@ -120,7 +121,7 @@ def _direction(node: SourceNode, what: str, reading: Reading) -> tuple[str, ...]
     sequence = reading.items(node, f"'direction' of {what}", "a list of three components")
     if sequence is None:
         return None
-    parts = [reading.expression(item, f"'direction' of {what}") for item in sequence.items]
+    parts = [reading.part(item, "direction", what) for item in sequence.items]
     if len(parts) != 3:
         reading.expected("a list of three components", f"'direction' of {what}", sequence)
         return None
@@ -158,9 +159,9 @@ def _spring(node: Mapping, what: str, reading: Reading) -> str | None:
     pair = _pair(fields["spring"], "spring", reading)
     stiffness = length = None
     if "stiffness" in fields:
-        stiffness = reading.expression(fields["stiffness"], f"'stiffness' of {what}")
+        stiffness = reading.part(fields["stiffness"], "stiffness", what)
     if "length" in fields:
-        length = reading.expression(fields["length"], f"'length' of {what}")
+        length = reading.part(fields["length"], "length", what)
         if length is None:
             return None
     if pair is None or stiffness is None:
@@ -183,17 +184,15 @@ def _pair(node: SourceNode, helper: str, reading: Reading) -> tuple[str, str] | 
     if len(ends) != 2 or len(sequence.items) != 2:
         reading.expected(wanted, f"'{helper}'", sequence)
         return None
-    bodies = (*reading.values.get("particles", ()), *reading.values.get("points", ()))
-    known = [body.name for body in bodies]
     for end in ends:
-        if "[" in end.text:
+        if is_indexed(end.text):
             reading.unsupported("indexed families are", end.mark)
             return None
-        if end.text not in known:
+        if end.text not in reading.bodies:
             reading.problems.add(
-                f"unknown particle or point '{end.text}' in '{helper}'",
+                f"unknown particle or point {shown(end.text)} in '{helper}'",
                 end.mark,
-                hint=nearest(end.text, known),
+                hint=suggestion(end.text, reading.bodies),
                 rule="unknown-name",
             )
             return None
@@ -212,9 +211,9 @@ def _unknown_helper(node: Mapping, what: str, known: tuple[str, ...], reading: R
         reading.expected("an expression or a helper", what, node)
         return
     key = node.entries[0][0]
-    hint = nearest(key.text, known) or f"known are {', '.join(known)}"
+    hint = suggestion(key.text, known, f"known are {', '.join(known)}")
     reading.problems.add(
-        f"unknown helper '{key.text}' in {what}", key.mark, hint=hint, rule="unknown-key"
+        f"unknown helper {shown(key.text)} in {what}", key.mark, hint=hint, rule="unknown-key"
     )
 
 

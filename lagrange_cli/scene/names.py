@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from lagrange_cli.errors import Mark, nearest
+from lagrange_cli.errors import Mark
 from lagrange_cli.scene.dependencies import (
     NONSMOOTH,
     Traits,
@@ -14,9 +14,9 @@ from lagrange_cli.scene.dependencies import (
 )
 from lagrange_cli.scene.expression import Call, Expression, Name, names_in, walk
 from lagrange_cli.scene.model import Force, InitialValue, Scene
-from lagrange_cli.scene.problems import Problems
+from lagrange_cli.scene.problems import Problems, shown, suggestion
 from lagrange_cli.scene.table import NameTable, check_clashes, name_table
-from lagrange_cli.scene.uses import Use, uses
+from lagrange_cli.scene.uses import Place, Use, uses
 
 __all__ = ["check_names"]
 
@@ -24,8 +24,13 @@ _CONSTANT = Traits(constant=True)
 _RATES = {1: "dot(...)", 2: "ddot(...)"}
 
 
-def check_names(scene: Scene, problems: Problems) -> None:
+def check_names(
+    scene: Scene, problems: Problems, parts: Iterable[tuple[Expression, str]] = ()
+) -> None:
     """Record every problem with the names of a scene.
+
+    ``parts`` are the expressions that were given to helpers; unknown names are
+    reported there rather than in what the helper was written out to.
 
     A scene without problems has only known names, none declared twice, no
     circles among definitions or parameters, and in every expression only what
@@ -35,8 +40,11 @@ def check_names(scene: Scene, problems: Problems) -> None:
     check_clashes(scene, table, problems)
     found = list(uses(scene, table.cartesian))
     before = len(problems.errors)
+    reported: set[tuple[str, str]] = set()
+    for expression, what in parts:
+        _check_known(Use(expression, what, Place()), table, reported, problems)
     for use in found:
-        _check_known(use, table, problems)
+        _check_known(use, table, reported, problems)
     _check_values(scene, table, problems)
     for force in scene.forces:
         _check_target(force, scene, table, problems)
@@ -51,20 +59,25 @@ def check_names(scene: Scene, problems: Problems) -> None:
         _warn_of_lone_names(scene, table, found, problems)
 
 
-def _check_known(use: Use, table: NameTable, problems: Problems) -> None:
+def _check_known(
+    use: Use, table: NameTable, reported: set[tuple[str, str]], problems: Problems
+) -> None:
     only_parameters = use.place.names == "parameters"
     for node in _first_uses(use.expression):
         mark = use.expression.mark(node.span)
+        if (node.name, use.what) in reported:
+            continue
         if node.name not in table:
+            reported.add((node.name, use.what))
             problems.add(
-                f"unknown name '{node.name}' in {use.what}",
+                f"unknown name {shown(node.name)} in {use.what}",
                 mark,
                 hint=_suggestion(node.name, table),
                 rule="unknown-name",
             )
         elif only_parameters and node.name != "pi" and node.name not in table.parameters:
             problems.add(
-                f"'{node.name}' in {use.what} is not a parameter",
+                f"{shown(node.name)} in {use.what} is not a parameter",
                 mark,
                 hint="only parameters and pi can stand here",
                 rule="not-constant",
@@ -80,13 +93,10 @@ def _first_uses(expression: Expression) -> Iterable[Name]:
 
 
 def _suggestion(name: str, table: NameTable) -> str:
-    known = table.known()
-    for other in known:
-        if other.lower() == name.lower():
-            return f"did you mean '{other}'?"
+    otherwise = "declare it in 'parameters', 'coordinates' or 'definitions'"
     if name == "e":
-        return "for the exponential function write exp(...)"
-    return nearest(name, known) or "declare it in 'parameters', 'coordinates' or 'definitions'"
+        otherwise = "for the exponential function write exp(...)"
+    return suggestion(name, table.known(), otherwise)
 
 
 def _check_values(scene: Scene, table: NameTable, problems: Problems) -> None:
@@ -111,9 +121,9 @@ def _check_value(value: InitialValue, what: str, table: NameTable, problems: Pro
         problems.add(message, value.mark, rule="not-coordinate")
     else:
         problems.add(
-            f"unknown name '{value.name}' in {what}",
+            f"unknown name {shown(value.name)} in {what}",
             value.mark,
-            hint=nearest(value.name, positions) or "expected NAME or dot(NAME)",
+            hint=suggestion(value.name, positions, "expected NAME or dot(NAME)"),
             rule="unknown-name",
         )
 
@@ -129,9 +139,9 @@ def _check_target(force: Force, scene: Scene, table: NameTable, problems: Proble
         )
     elif not is_body and not is_coordinate:
         problems.add(
-            f"unknown particle, point or coordinate '{force.on}' in {what}",
+            f"unknown particle, point or coordinate {shown(force.on)} in {what}",
             force.on_mark,
-            hint=nearest(force.on, [*table.bodies, *coordinates]),
+            hint=suggestion(force.on, [*table.bodies, *coordinates]),
             rule="unknown-name",
         )
     elif len(force.components) != (3 if is_body else 1):
@@ -153,9 +163,9 @@ def _check_expected(scene: Scene, table: NameTable, problems: Problems) -> None:
         for name in names or ():
             if mark and name not in known:
                 problems.add(
-                    f"unknown name '{name}' in 'expect'",
+                    f"unknown name {shown(name)} in 'expect'",
                     mark,
-                    hint=nearest(name, known),
+                    hint=suggestion(name, known),
                     rule="unknown-name",
                 )
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from lagrange_cli.errors import Mark, nearest
+from lagrange_cli.errors import Mark
 from lagrange_cli.scene.conditions import initial_name
 from lagrange_cli.scene.expression import Expression
 from lagrange_cli.scene.grammar import parse_expression
 from lagrange_cli.scene.model import InitialValue, Scene
-from lagrange_cli.scene.problems import Problems
+from lagrange_cli.scene.problems import Problems, shown, suggestion
 
 __all__ = ["override_initial", "override_parameters"]
 
@@ -21,8 +21,8 @@ def override_parameters(scene: Scene, values: Mapping[str, str], problems: Probl
     for name, text in values.items():
         expression, mark = _given("-p", name, text, problems)
         if name not in known:
-            hint = nearest(name, known)
-            problems.add(f"unknown parameter '{name}'", mark, hint=hint, rule="unknown-name")
+            hint = suggestion(name, known)
+            problems.add(f"unknown parameter {shown(name)}", mark, hint=hint, rule="unknown-name")
         elif expression:
             known[name] = replace(known[name], value=expression)
     return replace(scene, parameters=tuple(known.values()))

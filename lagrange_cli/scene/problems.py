@@ -2,32 +2,61 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 
-from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.scene.expression import Expression
 from lagrange_cli.scene.tokens import ExpressionError
 
-__all__ = ["MAX_REPORTED", "Problems"]
+__all__ = ["MAX_COLLECTED", "MAX_REPORTED", "Problems", "shown", "suggestion"]
 
 #: More problems than this are not shown: the first ones usually cause the rest.
 MAX_REPORTED = 20
+#: Reading stops at this many problems.
+MAX_COLLECTED = 100
+
+_MAX_SHOWN = 40
+_MAX_CANDIDATES = 1000
+
+
+def shown(text: str) -> str:
+    """A text in quotes, cut where it is long."""
+    return f"'{text}'" if len(text) <= _MAX_SHOWN else f"'{text[: _MAX_SHOWN - 3]}...'"
+
+
+def suggestion(name: str, known: Collection[str], otherwise: str = "") -> str:
+    """A hint at the known name closest to ``name``, or ``otherwise``.
+
+    Among more than a thousand names none is searched for.
+    """
+    if len(name) > _MAX_SHOWN or len(known) > _MAX_CANDIDATES:
+        return otherwise
+    for other in known:
+        if other.lower() == name.lower():
+            return f"did you mean '{other}'?"
+    return nearest(name, known) or otherwise
 
 
 class Problems:
     """A growing list of problems of one scene."""
 
     def __init__(self) -> None:
-        self._found: list[Problem] = []
+        # Keys only: the same problem found twice is one problem.
+        self._found: dict[Problem, None] = {}
 
     def add(self, message: str, mark: Mark, *, hint: str = "", rule: str = "invalid") -> None:
         """Record an error."""
-        self._found.append(Problem(message, mark, hint, rule))
+        self._append(Problem(message, mark, hint, rule))
+
+    def _append(self, problem: Problem) -> None:
+        self._found[problem] = None
+        if len(self._found) >= MAX_COLLECTED:
+            self.raise_if_any()
 
     def warn(self, message: str, mark: Mark, *, hint: str = "", rule: str = "warning") -> None:
         """Record a warning."""
-        self._found.append(Problem(message, mark, hint, rule, "warning"))
+        self._found[Problem(message, mark, hint, rule, "warning")] = None
 
     @contextmanager
     def collect(self) -> Iterator[None]:
@@ -35,7 +64,8 @@ class Problems:
         try:
             yield
         except InputError as error:
-            self._found.extend(error.problems)
+            for problem in error.problems:
+                self._append(problem)
 
     @contextmanager
     def collect_at(self, expression: Expression) -> Iterator[None]:
@@ -48,13 +78,13 @@ class Problems:
 
     @property
     def errors(self) -> list[Problem]:
-        """The errors found so far, in the order they were found, each once."""
-        return list(dict.fromkeys(p for p in self._found if p.severity == "error"))
+        """The errors found so far, in the order they were found."""
+        return [p for p in self._found if p.severity == "error"]
 
     @property
     def warnings(self) -> tuple[Problem, ...]:
         """The warnings found so far."""
-        return tuple(dict.fromkeys(p for p in self._found if p.severity == "warning"))
+        return tuple(p for p in self._found if p.severity == "warning")
 
     def raise_if_any(self) -> None:
         """Raise :class:`InputError` with the errors found, in file order.
@@ -70,7 +100,8 @@ class Problems:
         if more:
             last = shown[-1]
             hint = f"{last.hint}\n" if last.hint else ""
-            note = f"{hint}and {more} more problem{'s' if more > 1 else ''}"
+            count = f"{more}" if len(self._found) < MAX_COLLECTED else f"at least {more}"
+            note = f"{hint}and {count} more problem{'s' if more > 1 else ''}"
             shown[-1] = Problem(last.message, last.mark, note, last.rule)
         raise InputError(*shown)
 

@@ -15,14 +15,15 @@ from dataclasses import dataclass, replace
 from pathlib import PurePath
 from typing import Any
 
-from lagrange_cli.errors import LagrangeError, nearest
+from lagrange_cli.errors import LagrangeError
 from lagrange_cli.scene import conditions, declarations, physics
 from lagrange_cli.scene.files import MAX_BYTES, read_bytes, too_large
 from lagrange_cli.scene.helpers import read_plane
 from lagrange_cli.scene.model import ErrorExpectation, Scene
 from lagrange_cli.scene.names import check_names
 from lagrange_cli.scene.overrides import override_initial, override_parameters
-from lagrange_cli.scene.shapes import Reading
+from lagrange_cli.scene.problems import shown, suggestion
+from lagrange_cli.scene.shapes import Reading, is_indexed
 from lagrange_cli.scene.source import Mapping, SourceNode, compose, decode
 from lagrange_cli.scene.tokens import IDENTIFIER
 
@@ -129,7 +130,7 @@ def read_text(
         # Names are looked up only where every declaration was understood.
         scene = override_parameters(scene, parameters or {}, reading.problems)
         scene = override_initial(scene, initial or {}, reading.problems)
-        check_names(scene, reading.problems)
+        check_names(scene, reading.problems, reading.parts)
     reading.problems.raise_if_any()
     return replace(scene, warnings=reading.problems.warnings)
 
@@ -168,14 +169,14 @@ def _sections(root: SourceNode, reading: Reading) -> dict[str, SourceNode]:
             nodes[key.text] = value
         elif key.text in LATER_SECTIONS:
             reading.unsupported(f"the section '{key.text}' is", key.mark)
-        elif "[" in key.text:
+        elif is_indexed(key.text):
             reading.unsupported("indexed families are", key.mark)
         else:
             known = ", ".join(SECTIONS)
             reading.problems.add(
-                f"unknown section '{key.text}'",
+                f"unknown section {shown(key.text)}",
                 key.mark,
-                hint=nearest(key.text, SECTIONS) or f"known are {known}",
+                hint=suggestion(key.text, SECTIONS, f"known are {known}"),
                 rule="unknown-key",
             )
     return nodes

@@ -13,20 +13,21 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from lagrange_cli.errors import Mark, nearest
+from lagrange_cli.errors import Mark
 from lagrange_cli.scene.expression import RESERVED, Equation, Expression, Number
 from lagrange_cli.scene.grammar import parse_equation, parse_expression
-from lagrange_cli.scene.problems import Problems
+from lagrange_cli.scene.problems import Problems, shown, suggestion
 from lagrange_cli.scene.source import Mapping, Scalar, Sequence, SourceNode
 from lagrange_cli.scene.tokens import IDENTIFIER
 
-__all__ = ["Reading"]
+__all__ = ["Reading", "is_indexed"]
 
 _BOOLEANS = {
     text: text.lower() == "true" for text in ("true", "True", "TRUE", "false", "False", "FALSE")
 }
 _BASED = re.compile(r"0o([0-7]+)|0x([0-9a-fA-F]+)")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,9}")
+_INDEXED = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\[")
 _LONGEST_NAME = 100
 
 
@@ -37,6 +38,17 @@ class Reading:
     file: str
     problems: Problems = field(default_factory=Problems)
     values: dict[str, Any] = field(default_factory=dict)
+    #: Expressions given to helpers, each with what it is part of.
+    parts: list[tuple[Expression, str]] = field(default_factory=list)
+    _bodies: frozenset[str] | None = None
+
+    @property
+    def bodies(self) -> frozenset[str]:
+        """The names of particles and points, once these sections have been read."""
+        if self._bodies is None:
+            sections = (self.values.get("particles", ()), self.values.get("points", ()))
+            self._bodies = frozenset(body.name for section in sections for body in section)
+        return self._bodies
 
     def expected(self, wanted: str, what: str, node: SourceNode, hint: str = "") -> None:
         """Record that a node is not what was wanted."""
@@ -95,6 +107,13 @@ class Reading:
             return parse_expression(scalar.text, scalar.mark, exact=scalar.exact)
         return None
 
+    def part(self, node: SourceNode, key: str, what: str) -> Expression | None:
+        """An expression that is given to the helper of ``what`` at ``key``."""
+        expression = self.expression(node, f"'{key}' of {what}")
+        if expression:
+            self.parts.append((expression, what))
+        return expression
+
     def equation(self, node: SourceNode, what: str) -> Equation | None:
         scalar = self._expression_text(node, "an equation", what)
         if scalar is None:
@@ -135,9 +154,9 @@ class Reading:
         return found
 
     def unknown_key(self, key: Scalar, what: str, allowed: Collection[str]) -> None:
-        hint = nearest(key.text, allowed) or f"known are {', '.join(allowed)}"
+        hint = suggestion(key.text, allowed, f"known are {', '.join(allowed)}")
         self.problems.add(
-            f"unknown key '{key.text}' in {what}", key.mark, hint=hint, rule="unknown-key"
+            f"unknown key {shown(key.text)} in {what}", key.mark, hint=hint, rule="unknown-key"
         )
 
     def named(
@@ -156,11 +175,11 @@ class Reading:
     def is_name(self, key: Scalar, section: str, *, symbols: bool) -> bool:
         """Whether a scalar is a name that may be declared; records why not."""
         text = key.text
-        if "[" in text:
+        if is_indexed(text):
             self.unsupported("indexed families are", key.mark)
         elif not IDENTIFIER.fullmatch(text) or len(text) > _LONGEST_NAME:
             self.problems.add(
-                f"expected a name in '{section}', found '{text[:_LONGEST_NAME]}'",
+                f"expected a name in '{section}', found {shown(text)}",
                 key.mark,
                 hint="a name is a letter or _ followed by letters, digits and _ (A-Z, a-z, 0-9)",
                 rule="name",
@@ -181,5 +200,9 @@ def _described(node: SourceNode) -> str:
         return "a mapping" if node.entries else "an empty mapping"
     if isinstance(node, Sequence):
         return f"a list of {len(node.items)}" if node.items else "an empty list"
-    text = node.text if len(node.text) <= 40 else node.text[:37] + "..."
-    return f"'{text}'"
+    return shown(node.text)
+
+
+def is_indexed(text: str) -> bool:
+    """Whether a key has the form of an indexed name, ``x[i]``."""
+    return _INDEXED.match(text) is not None

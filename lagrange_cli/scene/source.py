@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.scene.problems import Problems
+from lagrange_cli.scene.problems import Problems, shown
 
 __all__ = [
     "MAX_ALIASED",
@@ -209,7 +209,7 @@ class _Composer:
     def _alias(self, event: Any) -> None:
         mark = self._mark(event.start_mark, len(event.anchor) + 1)
         if event.anchor not in self.anchors:
-            raise _refusal(f"'*{event.anchor}' stands for nothing", mark, rule="alias")
+            raise _refusal(f"{shown('*' + event.anchor)} stands for nothing", mark, rule="alias")
         node, size = self.anchors[event.anchor]
         self.aliased += size
         if self.aliased > MAX_ALIASED:
@@ -220,8 +220,9 @@ class _Composer:
 
     def _refuse_tag(self, event: Any) -> None:
         if event.tag is not None:
+            tag = event.tag.replace("tag:yaml.org,2002:", "!!")
             self.problems.add(
-                f"tags such as '{event.tag}' are not part of a scene",
+                f"tags such as {shown(tag)} are not part of a scene",
                 self._mark(event.start_mark),
                 rule="tag",
             )
@@ -241,7 +242,7 @@ class _Composer:
             stop = end.column if same_line else len(mark.text)
             mark = Mark(mark.file, mark.line, mark.column, mark.text, max(1, stop - start.column))
         if plain and _NOT_FINITE.fullmatch(text):
-            self.problems.add(f"'{text}' is not a number of a scene", mark, rule="not-finite")
+            self.problems.add(f"'{text}' is not a finite number", mark, rule="not-finite")
         return Scalar(text, mark, exact, plain)
 
     def _collection(self, top: _Open) -> SourceNode:
@@ -268,7 +269,7 @@ class _Composer:
             elif key.text in entries:
                 first = entries[key.text][0].mark
                 self.problems.add(
-                    f"'{key.text}' is given twice",
+                    f"{shown(key.text)} is given twice",
                     key.mark,
                     hint=f"it is given first on line {first.line}",
                     rule="duplicate",
@@ -281,7 +282,7 @@ class _Composer:
 
     def _refuse_null(self, key: Scalar) -> None:
         self.problems.add(
-            f"'{key.text}' has no value" if key.text else "a name and its value are missing",
+            f"{shown(key.text)} has no value" if key.text else "a name and its value are missing",
             key.mark,
             hint="leave it out, or write {} where it may be empty",
             rule="null",
@@ -320,7 +321,8 @@ class _Composer:
             mark = Mark(mark.file, mark.line, indent.index("\t") + 1, mark.text)
             return _refusal("a tab cannot indent", mark, "indent with spaces", rule="tab")
         context = f" ({error.context})" if error.context else ""
-        return _refusal(f"not valid YAML: {error.problem}{context}", mark)
+        hint = "quote a text that holds ': ', ' #', or within brackets any of , [ ] { }"
+        return _refusal(f"not valid YAML: {error.problem}{context}", mark, hint)
 
 
 def _is_null(node: Scalar) -> bool:
