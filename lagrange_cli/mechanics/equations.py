@@ -223,6 +223,7 @@ class Equations:
     unscaled; ``shown`` is the textbook form. ``kinetic`` and ``potential`` are
     T and V in display form; ``potential`` may hold velocities (a generalized
     potential U). ``energy`` is Σ v ∂L/∂v − L, whether conserved or not.
+    ``abbreviations`` are the scene's definitions that name no Cartesian name.
     ``literals`` maps exact values to decimals as the scene wrote them.
     ``initial`` is None when the scene gives no initial state or a parameter
     lacks its value.
@@ -254,6 +255,7 @@ class Equations:
     certificate: Certificate
     initial: InitialState | None
     simulate: SimulationDefaults
+    abbreviations: tuple[tuple[str, Expr], ...] = ()
     literals: tuple[tuple[Fraction, str], ...] = ()
     warnings: tuple[Problem, ...] = ()
     remarks: tuple[str, ...] = ()

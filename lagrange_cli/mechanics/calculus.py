@@ -1,0 +1,121 @@
+"""Derivatives of positions, taken once for each distinct term.
+
+Positions are sums in which the same terms recur from particle to particle
+(the links of a chain). Every term is differentiated once; a component's
+Jacobian row and convective term are lists of the derivatives of its terms, so
+that what recurs stays recognizable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import sympy as sp
+
+from lagrange_cli.mechanics.terms import expand_terms
+
+__all__ = ["Kinematics", "derivative"]
+
+#: Terms that one position component may be multiplied out to.
+_TERM_BUDGET = 200
+
+
+def derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
+    """∂expr/∂symbol in functions that the scene language has.
+
+    The step of min and max is written with ``sign``; impulses, which live on a
+    set of measure zero, are left out.
+    """
+    found = expr.diff(symbol)
+    if found.has(sp.Heaviside):
+        found = found.replace(
+            lambda e: isinstance(e, sp.Heaviside), lambda e: (1 + sp.sign(e.args[0])) / 2
+        )
+    if found.has(sp.DiracDelta):
+        found = found.replace(lambda e: isinstance(e, sp.DiracDelta), lambda e: sp.Integer(0))
+    return found
+
+
+class Kinematics:
+    """Jacobian parts and convective terms of positions r(q, t).
+
+    Parameters
+    ----------
+    positions
+        Symbol of a component → r(q, t).
+    q, v, t
+        Symbols of coordinates, velocities and time.
+    """
+
+    def __init__(
+        self,
+        positions: Mapping[sp.Symbol, sp.Expr],
+        q: Sequence[sp.Symbol],
+        v: Sequence[sp.Symbol],
+        t: sp.Symbol,
+    ) -> None:
+        self._positions = positions
+        self._t = t
+        self._v = dict(zip(q, v, strict=True))
+        self._number = {symbol: j for j, symbol in enumerate(q)}
+        self._gradients: dict[sp.Expr, dict[sp.Symbol, list[sp.Expr]]] = {}
+        self._convective: dict[sp.Expr, list[sp.Expr]] = {}
+
+    def _terms(self, symbol: sp.Symbol) -> Sequence[sp.Expr]:
+        position = self._positions[symbol]
+        return expand_terms(position, _TERM_BUDGET) or sp.Add.make_args(position)
+
+    def _gradient(self, term: sp.Expr) -> dict[sp.Symbol, list[sp.Expr]]:
+        """Parts of ∂term/∂q and ∂term/∂t by symbol, zero ones absent."""
+        if term not in self._gradients:
+            self._gradients[term] = {
+                s: _parts(derivative(term, s)) for s in self._variables(term)
+            }
+        return self._gradients[term]
+
+    def _variables(self, term: sp.Expr) -> list[sp.Symbol]:
+        present = term.free_symbols
+        found = sorted((s for s in present if s in self._number), key=self._number.__getitem__)
+        return [*found, self._t] if self._t in present else found
+
+    def jacobian(self, symbol: sp.Symbol) -> dict[int, list[sp.Expr]]:
+        """Number of a coordinate → parts of ∂r/∂q, zero ones absent."""
+        rows: dict[int, list[sp.Expr]] = {}
+        for term in self._terms(symbol):
+            for s, parts in self._gradient(term).items():
+                if s != self._t:
+                    rows.setdefault(self._number[s], []).extend(parts)
+        return rows
+
+    def velocity(self, symbol: sp.Symbol) -> list[sp.Expr]:
+        """Terms of ṙ = Σ ∂r/∂q·v + ∂r/∂t."""
+        return [
+            part if s == self._t else part * self._v[s]
+            for term in self._terms(symbol)
+            for s, parts in self._gradient(term).items()
+            for part in parts
+        ]
+
+    def convective(self, symbol: sp.Symbol) -> list[sp.Expr]:
+        """Terms of γ, the part of r̈ without accelerations."""
+        return [g for term in self._terms(symbol) for g in self._convective_terms(term)]
+
+    def _convective_terms(self, term: sp.Expr) -> list[sp.Expr]:
+        if term not in self._convective:
+            found = []
+            for s, parts in self._gradient(term).items():
+                rate = self._rate(s)
+                for part in parts:
+                    for other, seconds in self._gradient(part).items():
+                        found.extend(p * rate * self._rate(other) for p in seconds)
+            self._convective[term] = found
+        return self._convective[term]
+
+    def _rate(self, symbol: sp.Symbol) -> sp.Expr:
+        return sp.Integer(1) if symbol == self._t else self._v[symbol]
+
+
+def _parts(expr: sp.Expr) -> list[sp.Expr]:
+    if expr == 0:
+        return []
+    return expand_terms(expr, _TERM_BUDGET) or list(sp.Add.make_args(expr))

@@ -1,0 +1,388 @@
+"""Mass matrix and forcing by d'Alembert's principle.
+
+For particle components r(q, t) with Jacobian J and convective term γ,
+
+    M = Σ m JᵀJ,   h = Σ m Jᵀγ,   M q̈ + h = Q(q, q̇, t),
+
+which equals Lagrange's equations and needs no expansion of the kinetic energy
+(Goldstein, Poole and Safko, Classical Mechanics, 3rd ed., section 1.4).
+Kinetic energy beyond the particles' and generalized potentials enter through
+the Euler–Lagrange expression of T_extra − U. Products that recur across
+particles are gathered with summed masses before anything is multiplied.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+
+import sympy as sp
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.calculus import Kinematics, derivative
+from lagrange_cli.mechanics.equations import BodyForce
+from lagrange_cli.mechanics.grouping import grouped_sum
+from lagrange_cli.mechanics.reduction import Reduced
+from lagrange_cli.mechanics.terms import TermSum, Weights, expand_terms, factored
+from lagrange_cli.scene.model import Force
+
+__all__ = ["Derivation", "derive_uncertified", "raw_terms"]
+
+#: Products that are multiplied out and collected; beyond it sums are left factored.
+PRODUCT_BUDGET = 8_000
+
+#: Terms that one factor of a force may be multiplied out to.
+_TERM_BUDGET = 200
+
+
+@dataclass(frozen=True)
+class Derivation:
+    """``mass[j][k]`` and ``forcing[j]`` as lists of collected terms, and what they came from.
+
+    Attributes
+    ----------
+    kinetic, potential
+        T and V over q, v, t in display form.
+    extra
+        T_extra − U: the part of L that enters by its Euler–Lagrange expression.
+    velocity
+        Raw symbol of a particle's component → ṙ(q, v, t).
+    collected
+        False where the product budget was exceeded and sums were left factored.
+    """
+
+    reduced: Reduced
+    mass: tuple[tuple[tuple[sp.Expr, ...], ...], ...]
+    forcing: tuple[tuple[sp.Expr, ...], ...]
+    kinetic: sp.Expr
+    potential: sp.Expr
+    extra: sp.Expr
+    dissipation: sp.Expr
+    forces: tuple[BodyForce, ...]
+    velocity: dict[sp.Symbol, sp.Expr]
+    collected: bool
+
+    @property
+    def lagrangian(self) -> sp.Expr:
+        return self.kinetic - self.potential
+
+
+@dataclass(frozen=True)
+class RawTerms:
+    """Potentials and kinetic terms before coordinates are put in.
+
+    ``positional`` are potentials without velocities, over raw symbols;
+    ``velocity_dependent`` are the others and ``kinetic`` the section
+    ``kinetic``, both over q, v, t.
+    """
+
+    positional: tuple[sp.Expr, ...]
+    velocity_dependent: tuple[sp.Expr, ...]
+    kinetic: tuple[sp.Expr, ...]
+
+
+def raw_terms(reduced: Reduced) -> RawTerms:
+    """Convert the potentials and kinetic terms of a scene."""
+    scene, names = reduced.scene, reduced.names
+    v = {c.v for c in reduced.coordinates}
+    positional, dependent = [], []
+    for potential in scene.potentials:
+        expr = names.convert(potential.expression, reduced.rate)
+        if expr.free_symbols & v:
+            dependent.append(reduced.resolve(expr))
+        else:
+            positional.append(expr)
+    kinetic = [reduced.resolve(names.convert(k.expression, reduced.rate)) for k in scene.kinetic]
+    return RawTerms(tuple(positional), tuple(dependent), tuple(kinetic))
+
+
+def derive_uncertified(reduced: Reduced) -> Derivation:
+    """Mass matrix, forcing and energies of a reduced scene, not yet checked."""
+    return _Builder(reduced).build()
+
+
+class _Builder:
+    def __init__(self, reduced: Reduced) -> None:
+        self.reduced = reduced
+        self.q = [c.q for c in reduced.coordinates]
+        self.v = [c.v for c in reduced.coordinates]
+        self.t = reduced.names.t
+        self.n = len(self.q)
+        self.kinematics = Kinematics(reduced.resolved, self.q, self.v, self.t)
+        self.masses = frozenset(f for m in reduced.masses for f in m.free_symbols)
+        self.mass = [[TermSum(self.masses) for _ in range(self.n)] for _ in range(self.n)]
+        self.forcing = [TermSum(self.masses) for _ in range(self.n)]
+        self.terms = raw_terms(reduced)
+        self.components = [
+            (symbol, mass)
+            for body, mass in zip(reduced.names.particle_symbols, reduced.masses, strict=True)
+            for symbol in body
+            if reduced.resolved[symbol].free_symbols
+        ]
+        self.jacobians = {s: self.kinematics.jacobian(s) for s, _ in self.components}
+
+    def build(self) -> Derivation:
+        collected = self._add_inertia()
+        for potential in self.terms.positional:
+            self._add_potential(potential)
+        extra = sp.Add(*self.terms.kinetic, *(-u for u in self.terms.velocity_dependent))
+        self._add_extra(extra)
+        forces = tuple(self._add_force(f) for f in self.reduced.scene.forces)
+        dissipation = self._add_dissipation()
+        velocity = {
+            s: sp.Add(*self.kinematics.velocity(s))
+            for body in self.reduced.names.particle_symbols
+            for s in body
+        }
+        return Derivation(
+            self.reduced,
+            self._mass_terms(),
+            tuple(tuple(f.collected()) for f in self.forcing),
+            self._kinetic(velocity),
+            self._potential(),
+            extra,
+            dissipation,
+            forces,
+            velocity,
+            collected,
+        )
+
+    def _mass_terms(self) -> tuple[tuple[tuple[sp.Expr, ...], ...], ...]:
+        upper = {
+            (j, k): tuple(self.mass[j][k].collected())
+            for j, k in combinations_with_replacement(range(self.n), 2)
+        }
+        return tuple(
+            tuple(upper[min(j, k), max(j, k)] for k in range(self.n)) for j in range(self.n)
+        )
+
+    # Inertia: M = Σ m JᵀJ and −h = −Σ m Jᵀγ.
+
+    def _add_inertia(self) -> bool:
+        products = list(self._inertia_products())
+        gathered = _gather(products)
+        fits = len(gathered) <= PRODUCT_BUDGET
+        if not fits:
+            gathered = _gather(self._factored_products())
+        for (row, column, a, b), weights in gathered.items():
+            target = self.forcing[row] if column < 0 else self.mass[row][column]
+            target.add(a * b, weights)
+        return fits
+
+    def _inertia_products(self) -> Iterator[tuple[int, int, sp.Expr, sp.Expr, sp.Expr]]:
+        """(row, column, factor, factor, signed mass); column −1 is the forcing."""
+        for symbol, mass in self.components:
+            rows = list(self.jacobians[symbol].items())
+            convective = self.kinematics.convective(symbol)
+            for i, (j, parts) in enumerate(rows):
+                for k, others in rows[i:]:
+                    first, second = (parts, others) if j <= k else (others, parts)
+                    for a in first:
+                        for b in second:
+                            yield min(j, k), max(j, k), a, b, mass
+                for a in parts:
+                    for g in convective:
+                        yield j, -1, a, g, -mass
+
+    def _factored_products(self) -> Iterator[tuple[int, int, sp.Expr, sp.Expr, sp.Expr]]:
+        """The same with each Jacobian entry and convective term as one factor."""
+        for symbol, mass in self.components:
+            rows = [(j, sp.Add(*parts)) for j, parts in self.jacobians[symbol].items()]
+            convective = sp.Add(*self.kinematics.convective(symbol))
+            for i, (j, a) in enumerate(rows):
+                for k, b in rows[i:]:
+                    yield min(j, k), max(j, k), a, b, mass
+                if convective != 0:
+                    yield j, -1, a, convective, -mass
+
+    # Forces.
+
+    def _add_work(self, symbol: sp.Symbol, force: sp.Expr, into: Sequence[TermSum]) -> None:
+        """Add the virtual work of a force along one Cartesian component, F ∂r/∂q."""
+        jacobian = self.jacobians.get(symbol)
+        if jacobian is None:
+            jacobian = self.jacobians[symbol] = self.kinematics.jacobian(symbol)
+        parts = _terms(force)
+        for j, row in jacobian.items():
+            for a in row:
+                into[j].add_all(p * a for p in parts)
+
+    def _add_potential(self, potential: sp.Expr) -> None:
+        """−∂V/∂q through the Cartesian names that V is written in."""
+        resolved = self.reduced.resolved
+        number = {q: j for j, q in enumerate(self.q)}
+        gradient: dict[sp.Symbol, list[sp.Expr]] = {}
+        for term in sp.Add.make_args(potential):
+            for s in sorted(term.free_symbols, key=str):
+                if s in resolved or s in number:
+                    gradient.setdefault(s, []).append(-derivative(term, s))
+        for s, parts in gradient.items():
+            force = self.reduced.resolve(sp.Add(*parts))
+            if s in resolved and resolved[s] != s:
+                self._add_work(s, force, self.forcing)
+            else:
+                self.forcing[number[s]].add_all(_terms(force))
+
+    def _add_extra(self, extra: sp.Expr) -> None:
+        """Euler–Lagrange expression of T_extra − U, term by term."""
+        for term in _terms(extra):
+            self._add_extra_term(term)
+
+    def _add_extra_term(self, term: sp.Expr) -> None:
+        present = term.free_symbols
+        for j in range(self.n):
+            if self.q[j] in present:
+                self.forcing[j].add_all(_terms(derivative(term, self.q[j])))
+            if self.v[j] not in present:
+                continue
+            momentum = derivative(term, self.v[j])
+            for k in range(self.n):
+                if k >= j and self.v[k] in present:
+                    self.mass[j][k].add_all(_terms(derivative(momentum, self.v[k])))
+                if self.q[k] in present:
+                    change = -derivative(momentum, self.q[k]) * self.v[k]
+                    self.forcing[j].add_all(_terms(change))
+            if self.t in present:
+                self.forcing[j].add_all(_terms(-derivative(momentum, self.t)))
+
+    def _add_force(self, force: Force) -> BodyForce:
+        reduced = self.reduced
+        components = tuple(
+            reduced.resolve(reduced.names.convert(c, reduced.rate)) for c in force.components
+        )
+        own = [TermSum(self.masses) for _ in range(self.n)]
+        for symbol, component in zip(self._targets(force), components, strict=True):
+            if symbol in self.q:
+                own[self.q.index(symbol)].add_all(_terms(component))
+            else:
+                self._add_work(symbol, component, own)
+        generalized = tuple(factored(s.collected()) for s in own)
+        for into, expr in zip(self.forcing, generalized, strict=True):
+            into.add_all(_terms(expr))
+        return BodyForce(force.name, force.on, components, generalized)
+
+    def _targets(self, force: Force) -> Sequence[sp.Symbol]:
+        scene, names = self.reduced.scene, self.reduced.names
+        bodies = dict(
+            zip(
+                [*(p.name for p in scene.particles), *(p.name for p in scene.points)],
+                [*names.particle_symbols, *names.point_symbols],
+                strict=True,
+            )
+        )
+        if len(force.components) == 1:
+            for c in self.reduced.coordinates:
+                if c.name == force.on:
+                    return [c.q]
+        elif force.on in bodies:
+            return bodies[force.on]
+        raise InputError(
+            Problem(
+                f"force '{force.name}' acts on '{force.on}', which is no coordinate of this scene",
+                force.on_mark,
+                hint="coordinates: " + ", ".join(c.name for c in self.reduced.coordinates),
+                rule="unknown-name",
+            )
+        )
+
+    def _add_dissipation(self) -> sp.Expr:
+        reduced = self.reduced
+        total = sp.Add(
+            *(
+                reduced.resolve(reduced.names.convert(d.expression, reduced.rate))
+                for d in reduced.scene.dissipation
+            )
+        )
+        for into, v in zip(self.forcing, self.v, strict=True):
+            into.add_all(_terms(-derivative(total, v)))
+        return total
+
+    # Energies in display form.
+
+    def _kinetic(self, velocity: dict[sp.Symbol, sp.Expr]) -> sp.Expr:
+        """T = Σ ½ m ṙ² with each particle's square collected, or ½ Σ M q̇ q̇ where that is shorter."""
+        names = self.reduced.names
+        scleronomic = not any(self.t in velocity[s].free_symbols for s in velocity)
+        particles = None
+        squares = [
+            sp.Add(*(velocity[s] ** 2 for s in body)) for body in names.particle_symbols
+        ]
+        expanded = [expand_terms(e, _TERM_BUDGET) for e in squares]
+        if sum(len(e or ()) for e in expanded) <= _TERM_BUDGET and None not in expanded:
+            collected = [_collected(e or ()) for e in expanded]
+            particles = [
+                m * grouped_sum(c, self.v) / 2
+                for m, c in zip(self.reduced.masses, collected, strict=True)
+            ]
+            size = sum(map(len, collected))
+        if scleronomic and not self.terms.kinetic:
+            whole = self._quadratic_form()
+            if particles is None or len(whole) * 2 < size:
+                particles = whole
+        if particles is None:
+            particles = [m * e / 2 for m, e in zip(self.reduced.masses, squares, strict=True)]
+        return sp.Add(*particles, *self.terms.kinetic)
+
+    def _quadratic_form(self) -> list[sp.Expr]:
+        return [
+            sp.Mul(factored(list(self.mass[j][k].collected())), self.v[j], self.v[k])
+            / (2 if j == k else 1)
+            for j, k in combinations_with_replacement(range(self.n), 2)
+        ]
+
+    def _potential(self) -> sp.Expr:
+        resolved = [_tidy(self.reduced.resolve(u), self.masses) for u in self.terms.positional]
+        return sp.Add(*resolved, *self.terms.velocity_dependent)
+
+
+def _collected(terms: Iterable[sp.Expr]) -> list[sp.Expr]:
+    total = TermSum()
+    total.add_all(e for e in terms if e != 0)
+    return total.collected()
+
+
+def _tidy(expr: sp.Expr, masses: frozenset[sp.Expr]) -> sp.Expr:
+    """Collect each factor's sum where that makes it shorter."""
+    if expr.is_Add:
+        terms = [_tidy(a, masses) for a in expr.args]
+        return _shorter(sp.Add(*terms), masses)
+    if expr.is_Mul or (expr.is_Pow and expr.exp.is_Rational):
+        return expr.func(*(_tidy(a, masses) for a in expr.args))
+    return expr
+
+
+def _shorter(expr: sp.Expr, masses: frozenset[sp.Expr]) -> sp.Expr:
+    expanded = expand_terms(expr, _TERM_BUDGET)
+    if expanded is None:
+        return expr
+    collected = TermSum(masses)
+    collected.add_all(e for e in expanded if e != 0)
+    terms = collected.collected()
+    if len(terms) < min(len(sp.Add.make_args(expr)), len(expanded)):
+        return factored(terms)
+    return expr
+
+
+def _terms(expr: sp.Expr) -> Sequence[sp.Expr]:
+    """Terms of a sum, multiplied out within the budget; none for zero."""
+    if expr == 0:
+        return ()
+    expanded = expand_terms(expr, _TERM_BUDGET)
+    return [e for e in expanded if e != 0] if expanded is not None else sp.Add.make_args(expr)
+
+
+def _gather(
+    products: Iterable[tuple[int, int, sp.Expr, sp.Expr, sp.Expr]],
+) -> dict[tuple[int, int, sp.Expr, sp.Expr], Weights]:
+    """Sum the masses of equal products, before any product is formed."""
+    gathered: dict[tuple[int, int, sp.Expr, sp.Expr], Weights] = {}
+    parts: dict[sp.Expr, tuple[sp.Expr, sp.Expr]] = {}
+    for row, column, a, b, mass in products:
+        weights = gathered.setdefault((row, column, a, b), {})
+        if mass not in parts:
+            number, rest = mass.as_coeff_Mul(rational=True)
+            parts[mass] = (rest, number)
+        rest, number = parts[mass]
+        weights[rest] = weights.get(rest, 0) + number
+    return gathered

@@ -1,0 +1,155 @@
+"""What the names of a scene stand for while it is being reduced.
+
+Every component of a particle's position is one *raw* symbol: the Cartesian
+name where the scene writes a bare name, ``x_NAME`` where it writes an
+expression. Constraints and potentials are converted over raw symbols first,
+so that the geometry of the constraints and the forces on particles are seen
+before the coordinates are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import sympy as sp
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.language import Rate, to_sympy
+from lagrange_cli.scene.expression import Expression, Name
+from lagrange_cli.scene.model import Particle, Point, Scene
+
+__all__ = ["Names"]
+
+_AXES = ("x", "y", "z")
+
+
+class Names:
+    """Symbols of a scene, and the meaning of each of its names over raw symbols.
+
+    Attributes
+    ----------
+    t
+        Time.
+    parameters, coordinates
+        Symbols by name, in declaration order; ``coordinates`` only the declared ones.
+    cartesian
+        Raw symbols by name, particles' first, in reading order.
+    particle_symbols
+        For each particle, in order, its three raw symbols.
+    given
+        Raw symbols that a definition or a position expression gives, with its expression.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.t = sp.Symbol("t", real=True)
+        masses = {
+            p.mass.node.name for p in scene.particles if isinstance(p.mass.node, Name)
+        }
+        self.parameters = {
+            p.name: sp.Symbol(p.name, positive=True)
+            if p.positive or p.name in masses
+            else sp.Symbol(p.name, real=True)
+            for p in scene.parameters
+        }
+        self.coordinates = {
+            c.name: sp.Symbol(c.name, real=True) for c in scene.coordinates or ()
+        }
+        self._definitions = {d.name: d.expression for d in scene.definitions}
+        self._meanings: dict[str, sp.Expr] = {}
+        self._open: list[str] = []
+        self._position_entries: dict[str, Expression] = {}
+        bodies = (*scene.particles, *scene.points)
+        named = [
+            (f"{axis}_{body.name}", entry.node)
+            for body in bodies
+            for axis, entry in zip(_AXES, body.position, strict=True)
+        ]
+        self._components = {name for name, _ in named}
+        # Components that stand bare in their own position are their own Cartesian names.
+        self._own_defaults = {
+            name for name, node in named if isinstance(node, Name) and node.name == name
+        }
+        self.cartesian: dict[str, sp.Symbol] = {}
+        self.particle_symbols = tuple(
+            tuple(self._raw(p, axis) for axis in range(3)) for p in scene.particles
+        )
+        self.point_symbols = tuple(
+            tuple(self._raw(p, axis) for axis in range(3)) for p in scene.points
+        )
+        self._aliases = dict(self._alias_pairs())
+        self.given = dict(self._given())
+
+    def _raw(self, body: Particle | Point, axis: int) -> sp.Symbol:
+        entry = body.position[axis]
+        if self._is_bare_name(entry):
+            assert isinstance(entry.node, Name)
+            name = entry.node.name
+        else:
+            name = f"{_AXES[axis]}_{body.name}"
+            self._position_entries[name] = entry
+        return self.cartesian.setdefault(name, sp.Symbol(name, real=True))
+
+    def _is_bare_name(self, entry: Expression) -> bool:
+        """A Cartesian name: fresh, a coordinate, or given by a definition."""
+        node = entry.node
+        if not isinstance(node, Name) or node.name in self.parameters or node.name in ("t", "pi"):
+            return False
+        return node.name not in self._components or node.name in self._own_defaults
+
+    def _alias_pairs(self) -> Iterator[tuple[str, sp.Symbol]]:
+        bodies = (*self.scene.particles, *self.scene.points)
+        symbols = (*self.particle_symbols, *self.point_symbols)
+        for body, components in zip(bodies, symbols, strict=True):
+            for axis, symbol in zip(_AXES, components, strict=True):
+                yield f"{axis}_{body.name}", symbol
+
+    def _given(self) -> Iterator[tuple[sp.Symbol, sp.Expr]]:
+        for name, symbol in self.cartesian.items():
+            entry = self._position_entries.get(name) or self._definitions.get(name)
+            if entry is not None and name not in self.coordinates:
+                yield symbol, self._converted(name, entry)
+
+    def _converted(self, name: str, expression: Expression) -> sp.Expr:
+        if name in self._open:
+            cycle = " -> ".join([*self._open[self._open.index(name) :], name])
+            raise InputError(
+                Problem(f"definitions go in a circle: {cycle}", expression.mark(), rule="cycle")
+            )
+        self._open.append(name)
+        try:
+            return to_sympy(expression, self.lookup)
+        finally:
+            self._open.pop()
+
+    def lookup(self, name: str) -> sp.Expr | None:
+        """Meaning of a name over raw symbols, coordinates, parameters and t."""
+        if name == "t":
+            return self.t
+        for table in (self.parameters, self.coordinates, self.cartesian, self._aliases):
+            if name in table:
+                return table[name]
+        if name in self._definitions:
+            if name not in self._meanings:
+                self._meanings[name] = self._converted(name, self._definitions[name])
+            return self._meanings[name]
+        return None
+
+    def convert(self, expression: Expression, rate: Rate | None = None) -> sp.Expr:
+        """An expression over raw symbols; abbreviations that hold rates need ``rate``."""
+        if rate is None:
+            return to_sympy(expression, self.lookup)
+        return to_sympy(expression, lambda name: self._lookup_with_rate(name, rate), rate)
+
+    def _lookup_with_rate(self, name: str, rate: Rate) -> sp.Expr | None:
+        if name in self._definitions and name not in self.cartesian:
+            return to_sympy(
+                self._definitions[name], lambda n: self._lookup_with_rate(n, rate), rate
+            )
+        return self.lookup(name)
+
+    def abbreviations(self) -> Iterator[tuple[str, Expression]]:
+        """Definitions that are not of Cartesian names."""
+        for name, expression in self._definitions.items():
+            if name not in self.cartesian:
+                yield name, expression

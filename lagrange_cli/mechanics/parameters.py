@@ -1,0 +1,104 @@
+"""Numerical values of parameters, initial values and other numbers of a scene."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.language import to_sympy
+from lagrange_cli.scene.expression import Expression
+from lagrange_cli.scene.model import Scene
+
+__all__ = ["Values"]
+
+
+class Values:
+    """Exact values of the parameters that have one.
+
+    Attributes
+    ----------
+    exact
+        Name → exact number (a SymPy expression without symbols).
+
+    Raises
+    ------
+    InputError
+        Located: values in a circle, a ``positive`` parameter or a mass that is not
+        positive, a value beyond double precision.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._written = {p.name: p for p in scene.parameters}
+        self.exact: dict[str, sp.Expr] = {}
+        self._open: list[str] = []
+        for name, parameter in self._written.items():
+            self._resolve(name)
+            value = self.exact.get(name)
+            if parameter.value is not None and parameter.positive and value is not None:
+                self._require_positive(parameter.value, value, f"parameter '{name}'")
+
+    @staticmethod
+    def _require_positive(written: Expression, value: sp.Expr, what: str) -> None:
+        if not value.is_positive:
+            raise InputError(
+                Problem(
+                    f"{what} must be positive, found {written.text}",
+                    written.mark(),
+                    rule="not-positive",
+                )
+            )
+
+    def _resolve(self, name: str) -> sp.Expr | None:
+        """Value of a parameter; None where it, or one it rests on, has none."""
+        parameter = self._written.get(name)
+        if name in self.exact or parameter is None or parameter.value is None:
+            return self.exact.get(name)
+        if name in self._open:
+            cycle = " -> ".join([*self._open[self._open.index(name) :], name])
+            raise InputError(
+                Problem(f"parameters go in a circle: {cycle}", parameter.mark, rule="cycle")
+            )
+        self._open.append(name)
+        value = self.number(parameter.value)
+        self._open.pop()
+        if value is not None:
+            self.exact[name] = value
+        return value
+
+    def number(self, expression: Expression) -> sp.Expr | None:
+        """Exact value of an expression in parameters; None if one of them has no value."""
+        missing: list[str] = []
+
+        def lookup(name: str) -> sp.Expr | None:
+            if name not in self._written:
+                return None
+            value = self._resolve(name)
+            if value is None:
+                missing.append(name)
+                return sp.Integer(1)
+            return value
+
+        value = to_sympy(expression, lookup)
+        if missing:
+            return None
+        if not abs(value.evalf(15)) < 1e308:
+            raise InputError(
+                Problem(
+                    f"'{expression.text}' is beyond double precision",
+                    expression.mark(),
+                    rule="too-large",
+                )
+            )
+        return value
+
+    def float(self, expression: Expression) -> float | None:
+        """The double nearest to an expression's value."""
+        value = self.number(expression)
+        return None if value is None else nearest_double(value)
+
+
+def nearest_double(value: sp.Expr) -> float:
+    """The double nearest to an exact number."""
+    if value.is_Rational:
+        return int(value.p) / int(value.q)
+    return float(value.evalf(40))

@@ -1,0 +1,275 @@
+"""Scene → Equations: reduce, derive, certify, and put into textbook form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import mpmath
+import sympy as sp
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.certificate import Evidence, certify
+from lagrange_cli.mechanics.derivation import Derivation, derive_uncertified
+from lagrange_cli.mechanics.equations import (
+    CartesianName,
+    Equations,
+    Parameter,
+    ParticleMotion,
+    ShownEquation,
+    SimulationDefaults,
+)
+from lagrange_cli.mechanics.initial import initial_state
+from lagrange_cli.mechanics.language import decimal_literals, to_sympy, total_derivative
+from lagrange_cli.mechanics.parameters import nearest_double
+from lagrange_cli.mechanics.reduction import Reduced, reduce
+from lagrange_cli.mechanics.sampling import working_digits
+from lagrange_cli.mechanics.shown import shown_equation
+from lagrange_cli.mechanics.structure import (
+    conserved_quantities,
+    cyclic_names,
+    facts,
+    require_inertia,
+    total_energy,
+)
+from lagrange_cli.mechanics.tape import DomainError, values
+from lagrange_cli.mechanics.terms import factored
+from lagrange_cli.scene.expression import Equation, Expression
+from lagrange_cli.scene.model import Scene
+
+__all__ = ["derive", "interpret"]
+
+#: Relative agreement of two residuals that are the same equation.
+_SAME = mpmath.mpf(10) ** -12
+
+
+def derive(scene: Scene, *, digits: int = 30, points: int = 8) -> Equations:
+    """Certified equations of motion of a scene.
+
+    Parameters
+    ----------
+    digits
+        Decimal digits of the certificate, at least 15.
+    points
+        Random states at which it is checked.
+
+    Raises
+    ------
+    InputError
+        Located: whatever is wrong with the scene.
+    InternalError
+        The derivation failed its certificate.
+    """
+    derivation = derive_uncertified(reduce(scene))
+    evidence = certify(derivation, digits, points)
+    require_inertia(derivation, evidence)
+    return _equations(derivation, evidence)
+
+
+def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
+    reduced = derivation.reduced
+    scene, names = reduced.scene, reduced.names
+    energy = total_energy(derivation, evidence)
+    structure = facts(derivation)
+    return Equations(
+        name=scene.name,
+        title=scene.title,
+        description=scene.description,
+        file=scene.file,
+        digest=scene.digest,
+        t=names.t,
+        parameters=tuple(_parameters(reduced)),
+        coordinates=reduced.coordinates,
+        account=reduced.account,
+        particles=tuple(_particles(derivation)),
+        cartesian_names=tuple(_cartesian_names(derivation)),
+        kinetic=derivation.kinetic,
+        potential=derivation.potential,
+        lagrangian=derivation.lagrangian,
+        dissipation=derivation.dissipation,
+        forces=derivation.forces,
+        mass_matrix=tuple(tuple(factored(list(e)) for e in row) for row in derivation.mass),
+        forcing=tuple(sp.Add(*terms) for terms in derivation.forcing),
+        shown=tuple(_shown(derivation, evidence)),
+        energy=energy,
+        cyclic=cyclic_names(derivation, evidence),
+        conserved=conserved_quantities(derivation, evidence, energy),
+        facts=structure,
+        certificate=evidence.certificate,
+        initial=initial_state(derivation),
+        simulate=_simulation_defaults(reduced),
+        abbreviations=tuple(_abbreviations(reduced)),
+        literals=decimal_literals(_expressions(scene)),
+        warnings=(*reduced.warnings, *_unused_warnings(scene, structure.unused_parameters)),
+        remarks=_remarks(derivation),
+    )
+
+
+def _remarks(derivation: Derivation) -> tuple[str, ...]:
+    remarks = list(derivation.reduced.remarks)
+    if not derivation.collected:
+        remarks.append("products of sums are left unexpanded: they exceed the budget of terms")
+    return tuple(remarks)
+
+
+def _unused_warnings(scene: Scene, unused: tuple[str, ...]) -> Iterator[Problem]:
+    for p in scene.parameters:
+        if p.name in unused:
+            yield Problem(
+                f"parameter '{p.name}' is never used",
+                p.mark,
+                rule="unused-parameter",
+                severity="warning",
+            )
+
+
+def _parameters(reduced: Reduced) -> Iterator[Parameter]:
+    for p in reduced.scene.parameters:
+        value = reduced.values.exact.get(p.name)
+        yield Parameter(
+            name=p.name,
+            symbol=reduced.names.parameters[p.name],
+            value=None if value is None else nearest_double(value),
+            positive=p.positive,
+            unit=p.unit,
+            description=p.description,
+            latex=p.latex,
+        )
+
+
+def _particles(derivation: Derivation) -> Iterator[ParticleMotion]:
+    reduced = derivation.reduced
+    bodies = zip(
+        reduced.scene.particles, reduced.names.particle_symbols, reduced.masses, strict=True
+    )
+    for particle, (x, y, z), mass in bodies:
+        yield ParticleMotion(
+            name=particle.name,
+            mass=mass,
+            components=(x.name, y.name, z.name),
+            position=(reduced.resolved[x], reduced.resolved[y], reduced.resolved[z]),
+            velocity=(derivation.velocity[x], derivation.velocity[y], derivation.velocity[z]),
+        )
+
+
+def _cartesian_names(derivation: Derivation) -> Iterator[CartesianName]:
+    """Every raw symbol that is not a coordinate, with its rate."""
+    reduced = derivation.reduced
+    motion = [(c.q, c.v) for c in reduced.coordinates]
+    coordinates = {c.q for c in reduced.coordinates}
+    for symbol, position in reduced.resolved.items():
+        if symbol in coordinates:
+            continue
+        velocity = derivation.velocity.get(symbol)
+        if velocity is None:
+            velocity = total_derivative(position, reduced.names.t, motion)
+        yield CartesianName(symbol.name, position, velocity)
+
+
+def _abbreviations(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
+    for name, expression in reduced.names.abbreviations():
+        yield name, reduced.resolve(reduced.names.convert(expression, reduced.rate))
+
+
+def _expressions(scene: Scene) -> Iterator[Expression]:
+    for p in (*scene.particles, *scene.points):
+        yield from p.position
+    yield from (p.mass for p in scene.particles)
+    yield from (s for c in scene.constraints for e in c.equations for s in (e.left, e.right))
+    yield from (d.expression for d in scene.definitions)
+    for term in (*scene.potentials, *scene.kinetic, *scene.dissipation):
+        yield term.expression
+    yield from (c for f in scene.forces for c in f.components)
+
+
+def _simulation_defaults(reduced: Reduced) -> SimulationDefaults:
+    section, value = reduced.scene.simulate, reduced.values
+
+    def number(expression: Expression | None) -> float | None:
+        return None if expression is None else value.float(expression)
+
+    samples = section.samples and value.number(section.samples)
+    if section.samples is not None and samples is not None and not samples.is_Integer:
+        raise InputError(
+            Problem(
+                f"samples must be a whole number, found {section.samples.text}",
+                section.samples.mark(),
+                rule="simulate",
+            )
+        )
+    return SimulationDefaults(
+        until=number(section.until),
+        start=number(section.start) or 0.0,
+        accuracy=number(section.accuracy),
+        samples=None if samples is None else int(samples),
+        step=number(section.step),
+        method=section.method,
+        rtol=number(section.rtol),
+        atol=number(section.atol),
+    )
+
+
+# The textbook form.
+
+
+def _shown(derivation: Derivation, evidence: Evidence) -> Iterator[ShownEquation]:
+    expected = derivation.reduced.scene.expect.equations or ()
+    for row in range(len(derivation.reduced.coordinates)):
+        shown = shown_equation(
+            derivation,
+            row,
+            cyclic=evidence.cyclic[row] and not evidence.forced[row],
+            asked=lambda residual: any(
+                _same(derivation.reduced, evidence, residual, e) for e in expected
+            ),
+        )
+        yield shown
+
+
+def _same(reduced: Reduced, evidence: Evidence, residual: sp.Expr, equation: Equation) -> bool:
+    """Whether an equation of ``expect`` is this residual up to a number."""
+    try:
+        sides = [
+            reduced.resolve(reduced.names.convert(side, reduced.rate))
+            for side in (equation.left, equation.right)
+        ]
+    except InputError:
+        return False  # reported by ``check``, where it belongs
+    asked = sides[0] - sides[1]
+    ratios = []
+    with mpmath.workdps(working_digits(evidence.certificate.digits)):
+        for state in evidence.states[:3]:
+            try:
+                ours, theirs = values([residual, asked], state)
+            except (DomainError, KeyError):
+                return False
+            if not theirs:
+                return False
+            ratios.append(ours / theirs)
+        return all(abs(r - ratios[0]) <= _SAME * abs(ratios[0]) for r in ratios)
+
+
+def interpret(equations: Equations, expression: Expression) -> sp.Expr:
+    """An expression of the scene language over the symbols of ``equations``.
+
+    Names are coordinates, parameters, Cartesian names and abbreviations;
+    ``dot`` and ``ddot`` are total time derivatives.
+
+    Raises
+    ------
+    InputError
+        Located: an unknown name, or a value that is not a finite real number.
+    """
+    meanings: dict[str, sp.Expr] = {"t": equations.t}
+    meanings.update((name, expr) for name, expr in equations.abbreviations)
+    for particle in equations.particles:
+        for axis, position in zip("xyz", particle.position, strict=True):
+            meanings[f"{axis}_{particle.name}"] = position
+    meanings.update((c.name, c.position) for c in equations.cartesian_names)
+    meanings.update((p.name, p.symbol) for p in equations.parameters)
+    meanings.update((c.name, c.q) for c in equations.coordinates)
+    chain = [(c.q, c.v) for c in equations.coordinates]
+    chain += [(c.v, c.a) for c in equations.coordinates]
+    return to_sympy(
+        expression, meanings.get, lambda expr: total_derivative(expr, equations.t, chain)
+    )
+

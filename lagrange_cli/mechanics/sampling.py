@@ -1,0 +1,127 @@
+"""Random feasible configurations, the same ones in every run.
+
+Points are drawn around the initial configuration where the scene gives one,
+so that they lie in its component of configuration space, and moved closer to
+it while the scene's expressions are not real there.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping, Sequence
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.mechanics.tape import DomainError, Tape
+
+__all__ = ["Sampler", "typical_length"]
+
+_ONE = mpf(1)
+
+#: Draws before a scene is said to have no configuration.
+STARTS = 200
+
+
+def typical_length(lengths: Sequence[mpf]) -> mpf:
+    """Largest given magnitude, 1 where none is given: the scale on which points are drawn."""
+    largest = max((abs(x) for x in lengths), default=mpf(0))
+    return largest if largest > 0 else mpf(1)
+
+
+class Sampler:
+    """Draws values for t, q and parameters.
+
+    Parameters
+    ----------
+    t, coordinates
+        Symbols that are drawn.
+    values
+        Symbol → value of the parameters that have one.
+    free
+        Parameters without a value: drawn from (1/2, 3/2).
+    center, spread
+        Value and half-width for each coordinate.
+    domain
+        Expressions that must be real and finite at a feasible point.
+    seed
+        Text that fixes the sequence.
+    """
+
+    def __init__(
+        self,
+        t: sp.Symbol,
+        coordinates: Sequence[sp.Symbol],
+        values: Mapping[sp.Symbol, mpf],
+        free: Sequence[sp.Symbol],
+        center: Mapping[sp.Symbol, mpf],
+        spread: Mapping[sp.Symbol, mpf],
+        domain: Sequence[sp.Expr],
+        seed: str,
+    ) -> None:
+        self._t = t
+        self._coordinates = list(coordinates)
+        self._values = dict(values)
+        self._free = list(free)
+        self._center = center
+        self._spread = spread
+        self._random = random.Random(seed)
+        self._symbols = [t, *self._coordinates, *self._values, *self._free]
+        self._tape = Tape(domain, self._symbols)
+
+    def draw(
+        self, *, vary_parameters: bool = False, width: mpf = _ONE
+    ) -> dict[sp.Symbol, mpf] | None:
+        """One feasible point, or None after :data:`STARTS` draws.
+
+        ``vary_parameters`` multiplies values of parameters by factors in (1/2, 3/2)
+        as long as that leaves the point feasible; ``width`` scales the spread.
+        """
+        for attempt in range(STARTS):
+            varied = vary_parameters and attempt < STARTS // 4
+            point = self._candidate(width, varied)
+            try:
+                self._tape.run([(point[s], mpf(0), mpf(0)) for s in self._symbols], order=0)
+                return point
+            except (DomainError, ZeroDivisionError, OverflowError):
+                # Around a given configuration shrink towards it; else keep looking.
+                width = width * 3 / 4 if attempt % 4 == 3 and width > mpf(2) ** -20 else width
+        return None
+
+    def _uniform(self, low: float, high: float) -> mpf:
+        # 53 random bits and more, so that points are not special in any digit.
+        return low + (high - low) * mpf(self._random.getrandbits(120)) / mpf(2) ** 120
+
+    def _candidate(self, width: mpf, varied: bool) -> dict[sp.Symbol, mpf]:
+        point = {self._t: self._uniform(0, 1)}
+        for q in self._coordinates:
+            point[q] = self._center[q] + width * self._spread[q] * self._uniform(-1, 1)
+        for p, value in self._values.items():
+            point[p] = value * self._uniform(0.5, 1.5) if varied else value
+            if varied and value == 0:
+                point[p] = self._uniform(0.5, 1.5)
+        for p in self._free:
+            point[p] = self._uniform(0.5, 1.5)
+        return point
+
+    def spread(self, q: sp.Symbol) -> mpf:
+        """The half-width of a coordinate: the scale of its motion."""
+        return self._spread[q]
+
+    def noise(self, scale: mpf) -> mpf:
+        """A random number in ``(-scale, scale)``: velocities and accelerations."""
+        return scale * self._uniform(-1, 1)
+
+
+def working_digits(digits: int) -> int:
+    """Digits to calculate with so that ``digits`` remain after cancellation."""
+    return digits + 20
+
+
+def double(x: mpf) -> float:
+    """The nearest double, ±inf beyond range."""
+    try:
+        return float(x)
+    except OverflowError:
+        return float(mpmath.sign(x)) * float("inf")

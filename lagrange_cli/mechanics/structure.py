@@ -1,0 +1,194 @@
+"""Structure facts and conserved quantities of a derivation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.mechanics.calculus import derivative
+from lagrange_cli.mechanics.certificate import Evidence
+from lagrange_cli.mechanics.derivation import Derivation
+from lagrange_cli.mechanics.equations import Conserved, Facts
+from lagrange_cli.mechanics.grouping import grouped_sum
+from lagrange_cli.mechanics.terms import TermSum, expand_terms, factored
+from lagrange_cli.scene.expression import names_in
+from lagrange_cli.scene.model import Scene
+
+__all__ = ["conserved_quantities", "cyclic_names", "facts", "require_inertia", "total_energy"]
+
+#: Smallest eigenvalue of a scaled mass matrix that counts as inertia.
+_INERTIA = 1e-12
+
+#: Terms that an energy function may be multiplied out to for collection.
+_TERM_BUDGET = 400
+
+
+def facts(derivation: Derivation) -> Facts:
+    """Structure facts; a fact that is not proven is False."""
+    reduced = derivation.reduced
+    mass = [[sp.Add(*e) for e in row] for row in derivation.mass]
+    n = len(mass)
+    forcing = {s for row in derivation.forcing for term in row for s in term.free_symbols}
+    moving = {c.q for c in reduced.coordinates} | {c.v for c in reduced.coordinates}
+    moving.add(reduced.names.t)
+    constant = not any(e.free_symbols & moving for row in mass for e in row)
+    diagonal = all(mass[j][k] == 0 for j in range(n) for k in range(n) if j != k)
+    held = {s for row in mass for e in row for s in e.free_symbols} | forcing
+    velocities = {c.v for c in reduced.coordinates}
+    return Facts(
+        constant_mass_matrix=constant,
+        diagonal_mass_matrix=diagonal,
+        separable=constant and not forcing & velocities,
+        autonomous=reduced.names.t not in held,
+        rheonomic=any(reduced.names.t in e.free_symbols for e in reduced.resolved.values()),
+        planar=_planar(derivation),
+        positive_definite_mass_matrix=_positive_definite(derivation),
+        unused_parameters=_unused(reduced.scene),
+    )
+
+
+def _planar(derivation: Derivation) -> bool:
+    """Every particle moves in one and the same coordinate plane (or a parallel one)."""
+    reduced = derivation.reduced
+    bodies = reduced.names.particle_symbols
+    moving = {c.q for c in reduced.coordinates} | {reduced.names.t}
+    return bool(bodies) and any(
+        not any(reduced.resolved[body[axis]].free_symbols & moving for body in bodies)
+        for axis in range(3)
+    )
+
+
+def _positive_definite(derivation: Derivation) -> bool:
+    """M = Σ m JᵀJ with positive masses and full rank (which is checked), and nothing subtracted.
+
+    Extra kinetic energy is admitted where it is a sum of squares with positive
+    coefficients.
+    """
+    return all(_is_square(term) for term in sp.Add.make_args(derivation.extra)) or not (
+        derivation.extra.free_symbols & {c.v for c in derivation.reduced.coordinates}
+    )
+
+
+def _is_square(term: sp.Expr) -> bool:
+    return bool(term.is_nonnegative)
+
+
+def _unused(scene: Scene) -> tuple[str, ...]:
+    """Parameters that nothing in the scene mentions."""
+    expressions = [
+        *(p.value for p in scene.parameters),
+        *(p.mass for p in scene.particles),
+        *(e for p in scene.particles for e in p.position),
+        *(e for p in scene.points for e in p.position),
+        *(s for c in scene.constraints for e in c.equations for s in (e.left, e.right)),
+        *(d.expression for d in scene.definitions),
+        *(t.expression for t in (*scene.potentials, *scene.kinetic, *scene.dissipation)),
+        *(c for f in scene.forces for c in f.components),
+        *(i.value for i in (*scene.initial, *scene.near)),
+        scene.simulate.until,
+        scene.simulate.start,
+        scene.simulate.step,
+        scene.simulate.accuracy,
+        scene.simulate.samples,
+    ]
+    used = {n.name for e in expressions if e is not None for n in names_in(e.node)}
+    return tuple(p.name for p in scene.parameters if p.name not in used)
+
+
+def require_inertia(derivation: Derivation, evidence: Evidence) -> None:
+    """Refuse a mass matrix that is singular at every state, naming the coordinate.
+
+    Raises
+    ------
+    InputError
+        Located at the coordinate without inertia of its own.
+    """
+    import numpy as np
+
+    coordinates = derivation.reduced.coordinates
+    best = None
+    for matrix in evidence.mass_matrices:
+        m = np.array(matrix)
+        scale = np.sqrt(np.abs(np.diag(m)))
+        scale[scale == 0] = np.sqrt(np.abs(m).max(initial=0.0)) or 1.0
+        sizes, vectors = np.linalg.eigh(m / np.outer(scale, scale))
+        if not len(sizes) or np.abs(sizes).min() > _INERTIA:
+            return
+        best = vectors[:, int(np.abs(sizes).argmin())]
+    if best is None:
+        return
+    weakest = coordinates[int(np.abs(best).argmax())]
+    scene = derivation.reduced.scene
+    raise InputError(
+        Problem(
+            f"coordinate '{weakest.name}' has no inertia of its own:"
+            " the mass matrix is singular at every configuration",
+            weakest.mark or scene.coordinates_mark or Mark(scene.file, 1, 1),
+            hint="the kinetic energy must depend on the velocity of every coordinate",
+            rule="no-inertia",
+        )
+    )
+
+
+def cyclic_names(derivation: Derivation, evidence: Evidence) -> tuple[str, ...]:
+    return tuple(
+        c.name
+        for c, cyclic in zip(derivation.reduced.coordinates, evidence.cyclic, strict=True)
+        if cyclic
+    )
+
+
+def conserved_quantities(
+    derivation: Derivation, evidence: Evidence, energy: sp.Expr
+) -> tuple[Conserved, ...]:
+    """Momenta of unforced cyclic coordinates, then the energy or Jacobi integral."""
+    found = [
+        Conserved(
+            name=f"p_{c.name}",
+            kind="momentum",
+            expression=_momentum(derivation, row),
+            reason=f"{c.name} is cyclic",
+            coordinate=c.name,
+        )
+        for row, c in enumerate(derivation.reduced.coordinates)
+        if evidence.cyclic[row] and not evidence.forced[row]
+    ]
+    if evidence.energy_conserved:
+        kind = "energy" if evidence.energy_is_sum else "jacobi"
+        found.append(Conserved(kind, kind, energy, "L does not depend on t"))
+    return tuple(found)
+
+
+def _momentum(derivation: Derivation, row: int) -> sp.Expr:
+    """∂L/∂q̇: M q̇ plus what is linear in or beyond quadratic in velocities."""
+    coordinates = derivation.reduced.coordinates
+    velocities = [c.v for c in coordinates]
+    lagrangian = derivation.lagrangian
+    terms = [derivative(t, velocities[row]) for t in sp.Add.make_args(lagrangian)]
+    return _collect(sp.Add(*terms), velocities)
+
+
+def total_energy(derivation: Derivation, evidence: Evidence) -> sp.Expr:
+    """T + V where that is Σ q̇ ∂L/∂q̇ − L, else that sum collected."""
+    coordinates = derivation.reduced.coordinates
+    velocities = [c.v for c in coordinates]
+    if evidence.energy_is_sum:
+        at_rest = dict.fromkeys(velocities, sp.Integer(0))
+        return derivation.kinetic + derivation.potential.xreplace(at_rest)
+    lagrangian = derivation.lagrangian
+    parts = [v * derivative(lagrangian, v) for v in velocities]
+    return _collect(sp.Add(*parts, -lagrangian), velocities)
+
+
+def _collect(expr: sp.Expr, velocities: Sequence[sp.Symbol]) -> sp.Expr:
+    expanded = expand_terms(expr, _TERM_BUDGET)
+    if expanded is None:
+        return expr
+    total = TermSum()
+    total.add_all(e for e in expanded if e != 0)
+    terms = total.collected()
+    if any(v in t.free_symbols for v in velocities for t in terms):
+        return grouped_sum(terms, velocities)
+    return factored(terms)
