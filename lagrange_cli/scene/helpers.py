@@ -7,18 +7,19 @@ reported at the helper.
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
-from math import isqrt
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.scene.bounds import extent_of
+from lagrange_cli.scene.bounds import Extent, extent_of
 from lagrange_cli.scene.declarations import AXES, component
-from lagrange_cli.scene.expression import Call, Equation, Expression, Name, Number
+from lagrange_cli.scene.expression import Call, Equation, Expression, Name, Node, Number, names_in
 from lagrange_cli.scene.grammar import parse_equation, parse_expression
 from lagrange_cli.scene.model import Constraint, Particle
 from lagrange_cli.scene.problems import shown, suggestion
 from lagrange_cli.scene.shapes import Reading, is_indexed
 from lagrange_cli.scene.source import Mapping, Scalar, SourceNode
+from lagrange_cli.scene.tokens import ExpressionError
 
 __all__ = ["read_constraint_helper", "read_plane", "read_potential_helper"]
 
@@ -97,57 +98,80 @@ def _gravity(node: Mapping, what: str, reading: Reading) -> str | None:
         reading.problems.add(f"gravity in {what} acts on no particle", node.mark, rule="missing")
     if strength is None or down is None or not particles:
         return None
-    terms = []
-    for particle in particles:
-        weight = f"{_as_factor(particle.mass)}*{_as_factor(strength)}"
-        names = (component(axis, particle.name) for axis in AXES)
-        heights = [_scaled(part, name) for part, name in zip(down, names, strict=True) if part]
-        height = heights[0] if len(heights) == 1 else f"({' + '.join(heights)})"
-        if len(heights) == 1 and height.startswith("-"):
-            terms.append(f"{weight}*{height[1:]}")
-        else:
-            terms.append(f"-{weight}*{height}")
-    return " + ".join(terms).replace("+ -", "- ")
+    # Against an axis, V = + m g z is what a person writes.
+    against = [part for part in down if part] == ["-1"]
+    along = tuple(part.removeprefix("-") for part in down) if against else down
+    terms = [
+        f"{_as_factor(p.mass)}*{_as_factor(strength)}*{_projection(along, p.name)}"
+        for p in particles
+    ]
+    return " + ".join(terms) if against else "-" + " - ".join(terms)
 
 
-def _scaled(factor: str, name: str) -> str:
-    if factor in ("1", "-1"):
-        return f"{factor[:-1]}{name}"
-    return f"{factor}*{name}"
+def _projection(direction: tuple[str, ...], name: str) -> str:
+    """The component of a particle's position along a direction, as a factor."""
+    parts = []
+    for axis, factor in zip(AXES, direction, strict=True):
+        if factor:
+            own = component(axis, name)
+            parts.append({"1": own, "-1": f"-{own}"}.get(factor, f"{factor}*{own}"))
+    return parts[0] if len(parts) == 1 else f"({' + '.join(parts)})"
 
 
 def _direction(node: SourceNode, what: str, reading: Reading) -> tuple[str, ...] | None:
     """The unit vector of a direction, as texts; an empty text is a component 0."""
-    sequence = reading.items(node, f"'direction' of {what}", "a list of three components")
+    wanted = "a list of three components"
+    sequence = reading.items(node, f"'direction' of {what}", wanted)
     if sequence is None:
         return None
     parts = [reading.part(item, "direction", what) for item in sequence.items]
-    if len(parts) != 3:
-        reading.expected("a list of three components", f"'direction' of {what}", sequence)
-        return None
     known = [part for part in parts if part is not None]
-    if len(known) != 3:
+    if len(parts) != 3:
+        reading.expected(wanted, f"'direction' of {what}", sequence)
+    if len(parts) != 3 or len(known) != 3:
         return None
     constants = [extent_of(part.node, {}).value for part in known]
     exact = [c for c in constants if isinstance(c, Fraction)]
     length = _norm(exact)
-    if len(exact) < 3 or length is None:
-        norm = f"norm({', '.join(_flat(part) for part in known)})"
-        return tuple(
-            "" if c == 0 else f"{_as_factor(part)}/{norm}"
-            for c, part in zip(constants, known, strict=True)
-        )
-    if length == 0:
+    if len(exact) == 3 and length == 0:
         reading.problems.add("this direction has no length", sequence.mark, rule="direction")
         return None
-    units = [c / length for c in exact]
-    return tuple("" if u == 0 else f"{u}" if u.denominator == 1 else f"({u})" for u in units)
+    if len(exact) == 3 and length is not None:
+        units = [c / length for c in exact]
+        return tuple("" if u == 0 else f"{u}" if u.denominator == 1 else f"({u})" for u in units)
+    unit = _is_unit([part.node for part in known])
+    norm = "" if unit else f"/norm({', '.join(_flat(part) for part in known)})"
+    return tuple(
+        "" if c == 0 else f"{_as_factor(part)}{norm}"
+        for c, part in zip(constants, known, strict=True)
+    )
+
+
+def _is_unit(components: list[Node]) -> bool:
+    """Whether a vector has length 1 whatever its names stand for, such as (sin a, 0, cos a).
+
+    It is tried at several points. Lengths are analytic in the names, so that
+    one that is 1 at all of them is 1.
+    """
+    names = sorted({name.name for part in components for name in names_in(part)})
+    for trial in range(5):
+        values = {
+            name: Extent(0.61803 + 0.31831 * trial + 0.43429 * i * (trial + 1))
+            for i, name in enumerate(names)
+        }
+        try:
+            lengths = [extent_of(part, values).value for part in components]
+        except ExpressionError:
+            return False
+        if None in lengths or abs(math.hypot(*(float(v or 0) for v in lengths)) - 1) > 1e-13:
+            return False
+    return True
 
 
 def _norm(components: list[Fraction]) -> Fraction | None:
     """The length of a vector if it is rational."""
     square = sum((c * c for c in components), Fraction(0))
-    root = Fraction(isqrt(square.numerator), isqrt(square.denominator))
+    root = Fraction(math.isqrt(square.numerator), math.isqrt(square.denominator))
     return root if root * root == square else None
 
 
