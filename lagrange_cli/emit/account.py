@@ -28,7 +28,7 @@ __all__ = [
 ]
 
 #: Names of quantities, and what they become where the scene uses the letter.
-_LABELS = {"T": "T_kin", "V": "V_pot", "U": "U_pot", "L": "L_agr", "D": "D_diss", "E": "E_tot"}
+_LABELS = {"T": "T_kin", "V": "V_pot", "U": "U_pot", "L": "Lagrangian", "D": "D_diss", "E": "E_tot"}
 _LABELS |= {"h": "h_Jac"}
 
 

@@ -78,8 +78,8 @@ class FormulaPrinter(LinearPrinter):
     def pi(self) -> str:
         return "π"
 
-    def separator(self, following: str) -> str:
-        return " · " if following[0].isdigit() else self.times
+    def separator(self, before: Node, after: str) -> str:
+        return " · " if after[0].isdigit() else self.times
 
     def product(self, node: Node) -> list[Piece]:
         """A number that has no sign of its own divides at the end: ``5 m l² / 12``."""

@@ -36,8 +36,7 @@ def solid(text: str) -> list[Piece]:
 
 def group(pieces: list[Piece], opening: str = "(", closing: str = ")") -> list[Piece]:
     """The pieces within parentheses."""
-    inner = prefixed(deeper(pieces), opening, columns(opening))
-    return suffixed(inner, closing, columns(closing))
+    return suffixed(prefixed(deeper(pieces), opening, 1), closing, 1)
 
 
 def listed(arguments: list[list[Piece]]) -> list[Piece]:
@@ -53,10 +52,13 @@ class LinearPrinter(ABC):
     """Walks a tree; formats say how their parts look.
 
     ``times`` and ``over`` stand between factors and at a division; ``lead``
-    begins a line that continues a product.
+    begins a line that continues a product. ``times_width`` and ``sign_width``
+    are those of what stands between factors and terms.
     """
 
     times = "*"
+    times_width = 1.0
+    sign_width = 3.0
     lead = "*"
     over = "/"
 
@@ -108,6 +110,10 @@ class LinearPrinter(ABC):
     def exponent(self, node: Node) -> str:
         """An exponent, with its sign of exponentiation."""
 
+    def group(self, pieces: list[Piece]) -> list[Piece]:
+        """The pieces within parentheses."""
+        return group(pieces)
+
     # -- structure --------------------------------------------------------------
 
     def sum(self, node: Node) -> list[Piece]:
@@ -123,7 +129,7 @@ class LinearPrinter(ABC):
                 body[0],
                 separator=f" {sign} ",
                 lead=f"{sign} ",
-                width=body[0].width + 3,
+                width=body[0].width + self.sign_width,
                 depth=0,
             )
             result.extend((head, *body[1:]))
@@ -138,24 +144,25 @@ class LinearPrinter(ABC):
             following = factors[index + 1] if index + 1 < len(factors) else None
             body = self.factor(factor, closed=_opens(following))
             if result:
-                separator = self.separator(body[0].text)
+                separator = self.separator(factors[index - 1], body[0].text)
                 body[0] = replace(
                     body[0],
                     separator=separator,
                     lead=self.lead,
-                    width=body[0].width + columns(separator),
+                    width=body[0].width + self.times_width,
                     depth=FACTOR_DEPTH,
                 )
             result.extend(body)
         return result
 
-    def separator(self, following: str) -> str:
+    def separator(self, before: Node, after: str) -> str:
+        """What stands between a factor and the text of the next."""
         return self.times
 
     def factor(self, node: Node, *, closed: bool) -> list[Piece]:
         """A part of a product, in parentheses where it needs them."""
         if isinstance(node, (Sum, Fraction, Product)):
-            return group(self.pieces(node))
+            return self.group(self.pieces(node))
         if isinstance(node, Power):
             return self.power(node, closed=closed)
         if isinstance(node, Call):
@@ -163,16 +170,24 @@ class LinearPrinter(ABC):
         if isinstance(node, Root):
             return self.root(node)
         if isinstance(node, Number):
-            return solid(self.number(node))
-        return solid(self.pi() if isinstance(node, Pi) else self.symbol(node.name, node.order))
+            return self.digits(node)
+        return solid(self.pi()) if isinstance(node, Pi) else self.atom(node)
+
+    def digits(self, node: Number) -> list[Piece]:
+        return solid(self.number(node))
+
+    def atom(self, node: Atom) -> list[Piece]:
+        return solid(self.symbol(node.name, node.order))
 
     def fraction(self, node: Node) -> list[Piece]:
         assert isinstance(node, Fraction)
         above = node.numerator
-        numerator = group(self.pieces(above)) if isinstance(above, Sum) else self.pieces(above)
+        numerator = self.group(self.pieces(above)) if isinstance(above, Sum) else self.pieces(above)
         below = node.denominator
         compound = isinstance(below, (Sum, Product))
-        denominator = group(self.pieces(below)) if compound else self.factor(below, closed=False)
+        denominator = (
+            self.group(self.pieces(below)) if compound else self.factor(below, closed=False)
+        )
         return [*numerator, *self.divided(denominator)]
 
     def divided(self, denominator: list[Piece]) -> list[Piece]:
@@ -197,12 +212,15 @@ class LinearPrinter(ABC):
         elif isinstance(base, Call):
             body = self.enclosed_call(base)
         else:
-            body = group(self.pieces(base))
-        return suffixed(body, exponent, columns(exponent))
+            body = self.group(self.pieces(base))
+        return suffixed(body, exponent, self.exponent_width(exponent))
+
+    def exponent_width(self, exponent: str) -> float:
+        return columns(exponent)
 
     def enclosed_call(self, node: Call) -> list[Piece]:
         """A function that a power follows."""
-        return group(self.call(node, "", closed=False))
+        return self.group(self.call(node, "", closed=False))
 
 
 def _opens(node: Node | None) -> bool:

@@ -1,0 +1,207 @@
+"""LaTeX: a complete document, a snippet of equations, single equations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.account import (
+    is_generalized_potential,
+    quantity_labels,
+)
+from lagrange_cli.emit.display import Vocabulary, display, display_row, vocabulary
+from lagrange_cli.emit.escape import latex_text
+from lagrange_cli.emit.explicit import explicit_accelerations
+from lagrange_cli.emit.latex_formula import LatexPrinter
+from lagrange_cli.emit.layout import Piece, fill, joined, prefixed, suffixed
+from lagrange_cli.emit.nodes import Node
+from lagrange_cli.emit.symbols import latex_name
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.emit.registry import OptionValue
+    from lagrange_cli.mechanics.equations import Coordinate, Equations
+
+__all__ = ["Typesetter", "emit", "equation_latex", "equations_latex"]
+
+#: Columns of half an em that a line of the document holds beside its label and number.
+LINE = 70
+
+
+def emit(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    """Return ``NAME.tex``.
+
+    Parameters
+    ----------
+    equations
+        What a derivation yields.
+    options
+        ``style``: ``document`` for a complete document that pdfLaTeX compiles
+        with amsmath, booktabs and longtable; ``snippet`` for the equations of
+        motion alone (amsmath). ``form``: ``lagrange`` or ``explicit``.
+
+    Raises
+    ------
+    InternalError
+        An expression has no exact form in print.
+    """
+    from lagrange_cli.emit.latex_document import document
+
+    form = str(options["form"])
+    write = document if options["style"] == "document" else snippet
+    return {f"{equations.name}.tex": write(equations, form)}
+
+
+def snippet(equations: Equations, form: str = "lagrange") -> str:
+    """The equations of motion in an ``align`` environment, for pasting (amsmath)."""
+    setter = Typesetter.of(equations)
+    title = equations.title or equations.name
+    lines = [
+        f"% {latex_text(title)}: equations of motion (needs amsmath)",
+        *setter.align(setter.motion(form)),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def equation_latex(equations: Equations, index: int) -> str:
+    """One shown equation of motion on a line, without math delimiters."""
+    setter = Typesetter.of(equations)
+    return joined(setter.row(index))
+
+
+def equations_latex(equations: Equations) -> str:
+    """All equations of motion in an ``aligned`` environment, without math delimiters."""
+    setter = Typesetter.of(equations)
+    rows = [f"& {joined(setter.row(i))}" for i in range(len(equations.shown))]
+    return "\n".join([r"\begin{aligned}", " \\\\\n".join(rows), r"\end{aligned}"])
+
+
+@dataclass(frozen=True)
+class Row:
+    """A numbered formula: what stands before the alignment, and the pieces after it."""
+
+    label: str
+    pieces: Sequence[Piece]
+
+
+@dataclass(frozen=True)
+class Typesetter:
+    """Formulas of some equations in LaTeX."""
+
+    equations: Equations
+    words: Vocabulary
+    printer: LatexPrinter
+
+    @classmethod
+    def of(cls, equations: Equations) -> Typesetter:
+        return cls(equations, vocabulary(equations), LatexPrinter())
+
+    # -- parts --------------------------------------------------------------------
+
+    def coordinate(self, coordinate: Coordinate, order: int = 0) -> str:
+        return latex_name(coordinate.name, order, coordinate.latex)
+
+    def inline(self, expression: Expr) -> str:
+        return joined(self.pieces(expression))
+
+    def pieces(self, expression: Expr) -> list[Piece]:
+        return self.tree(display(expression, self.words))
+
+    def tree(self, node: Node) -> list[Piece]:
+        return self.printer.pieces(node)
+
+    def row(self, index: int) -> list[Piece]:
+        """Equation of motion ``index``: its left side and ``= 0``."""
+        left = self.tree(display_row(self.equations.shown[index], self.words))
+        return suffixed(left, " = 0", 3)
+
+    def definition(self, label: str, expression: Expr) -> Row:
+        """``label = expression``, aligned at the equality sign."""
+        return Row(label, prefixed(self.pieces(expression), "= ", 3))
+
+    # -- groups of formulas ---------------------------------------------------------
+
+    def energies(self) -> list[Row]:
+        """T, V, the dissipation where there is one, and L."""
+        labels = quantity_labels(self.equations)
+        kinetic, lagrangian = latex_name(labels["T"]), latex_name(labels["L"])
+        potential = latex_name(labels["U" if is_generalized_potential(self.equations) else "V"])
+        rows = [
+            self.definition(kinetic, self.equations.kinetic),
+            self.definition(potential, self.equations.potential),
+            self._lagrangian(lagrangian, f"{kinetic} - {potential}"),
+        ]
+        if self.equations.dissipation != 0:
+            rows.append(self.definition(latex_name(labels["D"]), self.equations.dissipation))
+        return rows
+
+    def _lagrangian(self, label: str, difference: str) -> Row:
+        """L written out where it is short, else as the difference alone."""
+        head = Piece(f"= {difference}", 8)
+        whole = self.pieces(self.equations.lagrangian)
+        if sum(p.width for p in whole) > 3 * LINE:
+            return Row(label, [head])
+        body = prefixed(whole, "= ", 3)
+        first = Piece(body[0].text, body[0].width, " ", "", 0)
+        return Row(label, [head, first, *body[1:]])
+
+    def motion(self, form: str) -> list[Row]:
+        """Lagrange's equations, or accelerations with M and f where they stay coupled."""
+        coordinates = self.equations.coordinates
+        if form != "explicit":
+            return [
+                Row(rf"{self.coordinate(c)}\colon\quad ", self.row(i))
+                for i, c in enumerate(coordinates)
+            ]
+        solved = explicit_accelerations(self.equations)
+        rows = [
+            self.definition(self.coordinate(c, 2), value)
+            for c, value in zip(coordinates, solved, strict=True)
+            if value is not None
+        ]
+        return rows + self._coupled([i for i, value in enumerate(solved) if value is None])
+
+    def _coupled(self, indices: list[int]) -> list[Row]:
+        """``Σ M a = f`` for coordinates that are coupled by more than two."""
+        rows = []
+        for i in indices:
+            terms: list[Piece] = []
+            for j in indices:
+                entry = self.equations.mass_matrix[i][j]
+                if entry != 0:
+                    product = self.tree(
+                        display(entry * self.equations.coordinates[j].a, self.words)
+                    )
+                    terms += product if not terms else _added(product)
+            right = self.pieces(self.equations.forcing[i])
+            equal = Piece(right[0].text, right[0].width + 3, " = ", "= ", 0)
+            rows.append(Row("", [*terms, equal, *right[1:]]))
+        return rows
+
+    # -- layout ---------------------------------------------------------------------
+
+    def align(self, rows: Iterable[Row], *, numbered: bool = True) -> list[str]:
+        """Lines of an ``align`` environment; one number for each formula, or none."""
+        shown = [_lines(row, numbered) for row in rows]
+        if not shown:
+            return []
+        name = "align" if numbered else "align*"
+        return [rf"\begin{{{name}}}", " \\\\\n".join(shown), rf"\end{{{name}}}"]
+
+
+def _added(pieces: list[Piece]) -> list[Piece]:
+    head = pieces[0]
+    text = head.text
+    sign, text = ("-", text[1:]) if text.startswith("-") else ("+", text)
+    return [Piece(text, head.width + 3, f" {sign} ", f"{sign} ", 0), *pieces[1:]]
+
+
+def _lines(row: Row, numbered: bool) -> str:
+    """A formula broken into lines of an ``align``, the number at the last one."""
+    first, *others = fill(row.pieces, LINE, LINE - 4, step=2)
+    lines = [f"  {row.label}& {first.text}"]
+    lines += [rf"  &\hspace{{{1.5 + 0.8 * line.level:g}em}} {{}} {line.text}" for line in others]
+    end = " \\nonumber \\\\\n" if numbered else " \\\\\n"
+    return end.join(lines)
