@@ -10,16 +10,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
+
+from sympy import Expr
 
 from lagrange_cli.batch.compare import lagrangians_agree, proportional
 from lagrange_cli.emit.scene_language import to_scene_language
-from lagrange_cli.errors import InputError, Problem, nearest
+from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.scene.expression import Equation, Expression
 from lagrange_cli.scene.model import Expect, StateExpectation
-from lagrange_cli.simulate import simulate
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate import Trajectory
 
 __all__ = ["CHECKS", "Check"]
 
@@ -99,7 +103,7 @@ def _equations(expect: Expect, equations: Equations) -> Iterator[Problem]:
             )
 
 
-def _residual(equations: Equations, expected: Equation):  # type: ignore[no-untyped-def]
+def _residual(equations: Equations, expected: Equation) -> Expr:
     return interpret(equations, expected.left) - interpret(equations, expected.right)
 
 
@@ -128,6 +132,26 @@ def _value(equations: Equations, expression: Expression) -> float:
     return float(value)
 
 
+def _incomplete(trajectory: Trajectory, mark: Mark | None) -> Iterator[Problem]:
+    """What to say of a simulation that did not reach its end."""
+    if trajectory.status == "stopped":
+        raise KeyboardInterrupt
+    if trajectory.status != "ok":
+        yield Problem(
+            f"the simulation ended with {trajectory.status.replace('_', ' ')}; "
+            f"it holds until t = {trajectory.holds_until:g}",
+            mark,
+            rule="simulation",
+        )
+
+
+def _simulated(equations: Equations, **options: float) -> Trajectory:
+    """Integrate; SciPy is imported only for scenes that ask for this."""
+    from lagrange_cli.simulate import simulate
+
+    return simulate(equations, **options)
+
+
 def _state(expect: Expect, equations: Equations) -> Iterator[Problem]:
     for state in expect.states:
         yield from _one_state(state, equations)
@@ -136,7 +160,10 @@ def _state(expect: Expect, equations: Equations) -> Iterator[Problem]:
 def _one_state(state: StateExpectation, equations: Equations) -> Iterator[Problem]:
     time, within = _value(equations, state.time), _value(equations, state.within)
     accuracy = max(STATE_MARGIN * within, FINEST_ACCURACY)
-    trajectory = simulate(equations, until=time, accuracy=accuracy)
+    trajectory = _simulated(equations, until=time, accuracy=accuracy)
+    yield from _incomplete(trajectory, state.mark)
+    if trajectory.status != "ok":
+        return
     for entry in state.values:
         name = f"dot({entry.name})" if entry.order else entry.name
         expected, found = _value(equations, entry.value), trajectory.state[name]
@@ -152,7 +179,8 @@ def _one_state(state: StateExpectation, equations: Equations) -> Iterator[Proble
 def _drift(expect: Expect, equations: Equations) -> Iterator[Problem]:
     if not expect.drift:
         return
-    trajectory = simulate(equations)
+    trajectory = _simulated(equations)
+    yield from _incomplete(trajectory, expect.mark)
     for name, expression in expect.drift:
         bound = _value(equations, expression)
         if name != "energy":

@@ -1,0 +1,91 @@
+"""Scenes checked side by side, each in a process of its own.
+
+A process that dies (out of memory, a crash of a compiled library) takes only
+its scene with it.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import BaseContext
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+from lagrange_cli.batch.model import SceneReport
+from lagrange_cli.errors import Problem
+
+__all__ = ["in_processes"]
+
+Job = Callable[[str], SceneReport]
+
+
+def _context() -> BaseContext:
+    """Processes that are forked from a server with everything imported, where there is one."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["lagrange_cli.batch.check"])
+    return context
+
+
+def _work(answer: Connection, job: Job, path: str) -> None:
+    """Do a job in a worker; the parent decides what an interruption means."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    answer.send(job(path))
+
+
+def _died(path: str, process: BaseProcess) -> SceneReport:
+    process.join()
+    code = process.exitcode or 0
+    how = f"by signal {-code}" if code < 0 else f"with exit code {code}"
+    problem = Problem(f"the process that checked this scene ended {how}", rule="crash")
+    return SceneReport(path, "crash", 0.0, (problem,))
+
+
+def in_processes(paths: Sequence[str], jobs: int, job: Job) -> Iterator[SceneReport]:
+    """Yield the report of each scene as it is ready, at most ``jobs`` at a time.
+
+    Parameters
+    ----------
+    paths
+        The scenes, each once.
+    jobs
+        How many processes run at the same time.
+    job
+        Checks one scene; must be picklable.
+    """
+    context: Any = _context()
+    waiting = deque(paths)
+    running: dict[Connection, tuple[str, BaseProcess]] = {}
+    try:
+        while waiting or running:
+            while waiting and len(running) < jobs:
+                answer, theirs = context.Pipe(duplex=False)
+                path = waiting.popleft()
+                process = context.Process(target=_work, args=(theirs, job, path))
+                running[answer] = (path, process)
+                process.start()
+                theirs.close()
+            for ready in wait(list(running)):
+                assert isinstance(ready, Connection)
+                path, process = running.pop(ready)
+                yield _received(ready, path, process)
+    finally:
+        for _, process in running.values():
+            if process.is_alive():
+                process.terminate()
+
+
+def _received(answer: Connection, path: str, process: BaseProcess) -> SceneReport:
+    """The report that a worker sent, or that of its death."""
+    with answer:
+        try:
+            report: SceneReport = answer.recv()
+        except EOFError:
+            return _died(path, process)
+    process.join()
+    return report

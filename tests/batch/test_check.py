@@ -1,0 +1,299 @@
+"""``check`` finds what does not hold, says where, and survives every scene."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from lagrange_cli.batch import check, check_paths, check_scene, scenes_in
+from lagrange_cli.batch.expectations import CHECKS
+from lagrange_cli.errors import InputError, InternalError, Problem
+
+BEAD = """\
+name: bead
+parameters: {m: 1.0, a: 0.5, g: 9.81}
+particles:
+  bead: {mass: m, position: [x, y, z]}
+constraints:
+  plane: y = 0
+  wire: z = a*x^2
+coordinates: [x]
+potentials:
+  weight: m*g*z
+initial: {x: 1.0, dot(x): 0.0}
+simulate: {until: 2.0, accuracy: 1e-9}
+"""
+
+EQUATION = "(1 + 4*a^2*x^2)*ddot(x) + 4*a^2*x*dot(x)^2 + 2*a*g*x = 0"
+
+HOLE = """\
+name: hole
+parameters: {M: 2.0, m: 1.0, g: 9.81, l: 2.0}
+particles:
+  puck: {mass: M, position: [r*cos(theta), r*sin(theta), 0]}
+  weight: {mass: m, position: [0, 0, r - l]}
+coordinates: [r, theta]
+potentials:
+  weight: {gravity: g}
+initial: {r: 1.0, theta: 0.0, dot(theta): 3.0}
+simulate: {until: 1.0, accuracy: 1e-9}
+"""
+
+
+def written(folder: Path, base: str, expect: str, name: str = "scene.yaml") -> str:
+    path = folder / name
+    path.write_text(base + "expect:\n" + expect, encoding="utf-8")
+    return str(path)
+
+
+def outcome(folder: Path, expect: str, base: str = BEAD):
+    return check_scene(written(folder, base, expect))
+
+
+FALL = """\
+name: fall
+parameters: {m: 1.0, g: 9.81}
+particles:
+  stone: {mass: m, position: [x, 0, z]}
+coordinates: [x, z]
+potentials:
+  weight: {gravity: g}
+initial: {x: 0, z: 0, dot(x): 3, dot(z): 1}
+"""
+
+HOLDS = [
+    "  dof: 1\n",
+    "  cyclic: []\n",
+    "  conserved: [energy]\n",
+    f"  equations: ['{EQUATION}']\n",
+    # Multiples: by -1, by a parameter, by a coordinate, by a velocity, by t.
+    f"  equations: ['0 = {EQUATION.removesuffix(' = 0')}']\n",
+    f"  equations: ['m*({EQUATION.removesuffix(' = 0')}) = 0']\n",
+    f"  equations: ['x*sin(x)*({EQUATION.removesuffix(' = 0')}) = 0']\n",
+    f"  equations: ['dot(x)*exp(t)*({EQUATION.removesuffix(' = 0')}) = 0']\n",
+    # Solved for the acceleration.
+    "  equations: ['ddot(x) = -(4*a^2*x*dot(x)^2 + 2*a*g*x)/(1 + 4*a^2*x^2)']\n",
+    # The same through the Cartesian names and their total derivatives.
+    "  equations: ['m*ddot(x) + 2*a*x*m*(ddot(z) + g) = 0']\n",
+    "  equations: []\n",
+    "  lagrangian: m/2*dot(x)^2*(1 + 4*a^2*x^2) - m*g*a*x^2\n",
+    # A total time derivative does not count, nor does a constant.
+    "  lagrangian: m/2*(dot(x)^2 + dot(z)^2) - m*g*z + x^2*cos(t)*dot(x) - x^3*sin(t)/3 + g\n",
+    "  drift: {energy: 1e-7}\n",
+]
+
+FAILS = {
+    "  dof: 2\n": ("dof", "expected dof 2, found 1"),
+    "  cyclic: [x]\n": ("cyclic", "expected cyclic coordinates: x; found: none"),
+    "  conserved: [p_x]\n": ("conserved", "'p_x' is not found to be conserved; found: energy"),
+    "  conserved: []\n": ("conserved", "expected no conserved quantity; found: energy"),
+    "  equations: ['(1 + 4*a*x^2)*ddot(x) + 4*a^2*x*dot(x)^2 + 2*a*g*x = 0']\n": (
+        "equations",
+        "no derived equation is a multiple of this one",
+    ),
+    "  equations: ['(1 + 4*a^2*x^2)*ddot(x) + 4*a^2*x*dot(x)^2 - 2*a*g*x = 0']\n": (
+        "equations",
+        "no derived equation",
+    ),
+    "  equations: ['0 = 0']\n": ("equations", "no derived equation"),
+    "  equations: ['ddot(x)^2 = 0']\n": ("equations", "no derived equation"),
+    f"  equations: ['{EQUATION}', '{EQUATION}']\n": ("equations", "no derived equation"),
+    "  lagrangian: m/2*dot(x)^2*(1 + 4*a^2*x^2) + m*g*a*x^2\n": ("lagrangian", "Lagrangian"),
+    "  lagrangian: 2*(m/2*dot(x)^2*(1 + 4*a^2*x^2) - m*g*a*x^2)\n": ("lagrangian", "Lagrangian"),
+    "  state: {t: 1, x: 1, within: 1e-6}\n": ("state", "at t = 1: expected x = 1.0"),
+    "  drift: {energy: 1e-30}\n": ("drift", "expected a drift of energy within 1e-30"),
+    "  drift: {phase: 1}\n": ("drift", "no drift of 'phase' is known"),
+    "  error: {contains: wire}\n": ("error", "the scene is not refused"),
+}
+
+
+@pytest.mark.parametrize("expect", HOLDS)
+def test_what_holds_passes(expect, tmp_path):
+    report = outcome(tmp_path, expect)
+    assert (report.outcome, report.problems) == ("pass", ())
+
+
+@pytest.mark.parametrize("expect", FAILS)
+def test_what_does_not_hold_is_located(expect, tmp_path):
+    report = outcome(tmp_path, expect)
+    rule, message = FAILS[expect]
+    assert report.outcome == "fail"
+    (problem,) = report.problems
+    assert (problem.rule, message in problem.message) == (rule, True), problem
+    assert problem.mark.file == str(tmp_path / "scene.yaml")
+    assert problem.mark.text.strip() == expect.splitlines()[0].strip()
+
+
+def test_every_check_is_exercised():
+    assert {rule for rule, _ in FAILS.values()} == {*CHECKS, "error"}
+
+
+@pytest.mark.parametrize(
+    ("state", "found"),
+    [
+        ("{t: 2, x: 6, z: 2 - 2*g, dot(z): 1 - 2*g, dot(x): 3, within: 1e-10}", "pass"),
+        ("[{t: 1, x: 3, within: 1e-10}, {t: sqrt(4), z: 2 - 2*g, within: 1e-10}]", "pass"),
+        ("{t: 2, x: 6, z: 2 - 2*g + 1e-9, within: 1e-10}", "fail"),
+        ("{t: 2, x: 6 - 2e-10, within: 1e-10}", "fail"),
+    ],
+)
+def test_state_is_compared_within_its_bound(state, found, tmp_path):
+    assert outcome(tmp_path, f"  state: {state}\n", FALL).outcome == found
+
+
+def test_order_of_equations_does_not_matter(tmp_path):
+    expect = (
+        "  equations:\n"
+        "    - r*ddot(theta) + 2*dot(r)*dot(theta) = 0\n"
+        "    - (M + m)*ddot(r) - M*r*dot(theta)^2 + m*g = 0\n"
+        "  cyclic: [theta]\n"
+        "  conserved: [energy, p_theta]\n"
+    )
+    report = outcome(tmp_path, expect, HOLE)
+    assert (report.outcome, report.problems) == ("pass", ())
+
+
+def test_one_derived_equation_does_not_serve_twice(tmp_path):
+    expect = (
+        "  equations:\n"
+        "    - r*ddot(theta) + 2*dot(r)*dot(theta) = 0\n"
+        "    - r^2*ddot(theta) + 2*r*dot(r)*dot(theta) = 0\n"
+    )
+    (problem,) = outcome(tmp_path, expect, HOLE).problems
+    assert problem.mark.line == len(HOLE.splitlines()) + 4
+    assert "theta:" in problem.hint
+
+
+def test_all_problems_of_a_scene_are_reported(tmp_path):
+    report = outcome(tmp_path, "  dof: 3\n  cyclic: [x]\n  conserved: [p_x]\n")
+    assert [p.rule for p in report.problems] == ["dof", "cyclic", "conserved"]
+
+
+@pytest.mark.parametrize(
+    ("base", "expect", "found"),
+    [
+        (BEAD.replace("a*x^2", "a*u^2"), "  error: {contains: \"unknown name 'u'\"}\n", "pass"),
+        (BEAD.replace("a*x^2", "a*u^2"), "  error: {kind: unknown-name}\n", "pass"),
+        (BEAD.replace("a*x^2", "a*u^2"), "  error: {kind: redundant}\n", "fail"),
+        (BEAD.replace("a*x^2", "a*u^2"), "  error: {contains: nonsense}\n", "fail"),
+        (BEAD.replace("a*x^2", "a*u^2"), "  dof: 1\n", "invalid"),
+        (BEAD.replace("plane: y = 0", "plane: [y = 0, y = 1]"), "  error: {contains: y}\n", "pass"),
+        (BEAD.replace("plane: y = 0", "plane: [y = 0, y = 1]"), "  dof: 1\n", "invalid"),
+        (BEAD + "\tx", "  dof: 1\n", "invalid"),
+        ("", "", "invalid"),
+    ],
+)
+def test_refusals(base, expect, found, tmp_path):
+    report = outcome(tmp_path, expect, base)
+    assert report.outcome == found, report.problems
+    assert bool(report.problems) == (found != "pass")
+
+
+def test_strict_refuses_warnings(tmp_path):
+    base = BEAD.replace("plane: y = 0", "plane: y = 0\n  again: 2*y = 0")
+    path = written(tmp_path, base, "  dof: 1\n")
+    assert check_scene(path).outcome == "pass"
+    assert check_scene(path, strict=True).outcome == "invalid"
+
+
+def test_parameters_replace_those_of_the_scenes(tmp_path):
+    path = written(tmp_path, BEAD, "  state: {t: 1, x: cos(sqrt(g)), within: 0.1}\n")
+    assert check_scene(path).outcome == "fail"
+    # A flat enough wire leaves nearly a bead at rest, x = 1.
+    path = written(tmp_path, BEAD, "  state: {t: 1, x: 1, within: 1e-3}\n")
+    assert check_scene(path, parameters={"a": "1e-6"}).outcome == "pass"
+
+
+def test_a_crash_stays_within_its_scene(tmp_path, monkeypatch):
+    first, second = (written(tmp_path, BEAD, "  dof: 1\n", n) for n in ("a.yaml", "b.yaml"))
+    derive = check.derive
+
+    def broken(scene):
+        if scene.file == first:
+            raise ZeroDivisionError("no such luck")
+        return derive(scene)
+
+    monkeypatch.setattr(check, "derive", broken)
+    report = check_paths([first, second])
+    assert [scene.outcome for scene in report.scenes] == ["crash", "pass"]
+    assert "ZeroDivisionError: no such luck (test_check.py:" in report.scenes[0].problems[0].message
+    assert "Traceback" in report.scenes[0].trace
+    assert report.exit_code == 3
+
+
+def test_an_internal_error_is_a_crash(tmp_path, monkeypatch):
+    def broken(scene):
+        raise InternalError(Problem("the certificate does not hold"))
+
+    monkeypatch.setattr(check, "derive", broken)
+    report = check_scene(written(tmp_path, BEAD, "  dof: 1\n"))
+    assert (report.outcome, report.problems[0].message) == (
+        "crash",
+        "the certificate does not hold",
+    )
+
+
+class TestWalk:
+    def test_folders_are_searched_in_order(self, tmp_path):
+        for name in ("b/z.yaml", "b/a.yml", "a.yaml", "b/.hidden.yaml", ".git/c.yaml", "b/t.txt"):
+            (tmp_path / name).parent.mkdir(exist_ok=True)
+            (tmp_path / name).write_text("")
+        found = [Path(p).relative_to(tmp_path).as_posix() for p in scenes_in([str(tmp_path)])]
+        assert found == ["a.yaml", "b/a.yml", "b/z.yaml"]
+
+    def test_a_scene_named_twice_is_checked_once(self, tmp_path):
+        path = tmp_path / "a.yaml"
+        path.write_text("")
+        assert scenes_in([str(path), str(tmp_path), str(path)]) == [str(path)]
+
+    def test_a_file_named_outright_may_have_any_name(self, tmp_path):
+        (tmp_path / "a.scene").write_text("")
+        assert scenes_in([str(tmp_path / "a.scene")]) == [str(tmp_path / "a.scene")]
+
+    def test_missing_paths_and_empty_folders_are_refused(self, tmp_path):
+        with pytest.raises(InputError) as refusal:
+            scenes_in([str(tmp_path / "nowhere"), str(tmp_path)])
+        assert ["no such" in p.message or "no scene" in p.message for p in refusal.value.problems]
+        assert len(refusal.value.problems) == 2
+
+
+class TestCommand:
+    def run(self, *words: str, **more):
+        return subprocess.run(
+            [sys.executable, "-m", "lagrange_cli", "check", *words],
+            capture_output=True,
+            text=True,
+            timeout=120,
+            **more,
+        )
+
+    def test_exit_codes_and_reports(self, tmp_path):
+        good = written(tmp_path, BEAD, "  dof: 1\n", "good.yaml")
+        bad = written(tmp_path, BEAD, "  dof: 2\n", "bad.yaml")
+        assert self.run(good).returncode == 0
+        done = self.run(str(tmp_path), "--json", "--junit", str(tmp_path / "report.xml"))
+        assert done.returncode == 1
+        found = json.loads(done.stdout)
+        assert [(s["path"], s["outcome"]) for s in found["scenes"]] == [
+            (bad, "fail"),
+            (good, "pass"),
+        ]
+        assert found["summary"] == {"pass": 1, "fail": 1}
+        suite = ElementTree.parse(tmp_path / "report.xml").getroot()[0]
+        assert (suite.get("tests"), suite.get("failures")) == ("2", "1")
+        assert "::error file=" in self.run(bad, "--format", "github").stdout
+
+    def test_missing_path_exits_2(self):
+        done = self.run("nowhere.yaml")
+        assert (done.returncode, done.stdout) == (2, "")
+        assert "no such file or folder: 'nowhere.yaml'" in done.stderr
+        assert self.run().returncode == 2
+
+    def test_standard_input(self):
+        done = self.run("-", input=BEAD + "expect: {dof: 1}\n")
+        assert done.returncode == 0, done.stderr

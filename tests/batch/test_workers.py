@@ -1,0 +1,91 @@
+"""Scenes checked side by side: all are reported, and a dying process takes only its own."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from lagrange_cli.batch.model import SceneReport
+from lagrange_cli.batch.workers import in_processes
+
+
+def job(path: str) -> SceneReport:
+    """Do what the name of the path says."""
+    if path.startswith("exit"):
+        os._exit(7)
+    if path.startswith("kill"):
+        os.kill(os.getpid(), signal.SIGKILL)
+    if path.startswith("sleep"):
+        time.sleep(60)
+    return SceneReport(path, "pass", float(os.getpid()))
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 5])
+def test_every_scene_is_reported_once(jobs):
+    paths = [f"scene{k}" for k in range(7)]
+    reports = list(in_processes(paths, jobs, job))
+    assert sorted(report.path for report in reports) == paths
+    assert {report.outcome for report in reports} == {"pass"}
+
+
+def test_a_dying_process_takes_only_its_scene():
+    found = {r.path: r for r in in_processes(["a", "exit", "b", "kill", "c"], 2, job)}
+    assert [found[p].outcome for p in ("a", "exit", "b", "kill", "c")] == [
+        "pass",
+        "crash",
+        "pass",
+        "crash",
+        "pass",
+    ]
+    assert "ended with exit code 7" in found["exit"].problems[0].message
+    assert "ended by signal 9" in found["kill"].problems[0].message
+
+
+def test_workers_end_with_their_reader():
+    reports = in_processes(["a", "sleep"], 2, job)
+    assert next(reports).path == "a"
+    started = time.monotonic()
+    reports.close()
+    assert time.monotonic() - started < 30
+
+
+SCENE = """\
+name: slow{}
+parameters: {{m: 1, l: 1, g: 9.81}}
+particles:
+  bob: {{mass: m, position: [l*sin(theta), 0, -l*cos(theta)]}}
+coordinates: [theta]
+potentials:
+  weight: {{gravity: g}}
+initial: {{theta: 1}}
+expect:
+  state: {{t: 1e8, theta: 1, within: 1e-6}}
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interruption_ends_all_processes(number, tmp_path):
+    for k in range(3):
+        (tmp_path / f"slow{k}.yaml").write_text(SCENE.format(k))
+    process = subprocess.Popen(
+        [sys.executable, "-m", "lagrange_cli", "check", "-j", "2", ".", "--junit", "r.xml"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    try:
+        time.sleep(4)
+        assert process.poll() is None
+        process.send_signal(number)
+        # Reading to the end waits for every process that holds the pipes.
+        _, stderr = process.communicate(timeout=30)
+    finally:
+        process.kill()
+    assert process.returncode == 128 + number, stderr
+    assert b"Traceback" not in stderr
+    assert not (tmp_path / "r.xml").exists()
