@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from math import isfinite
+from math import floor, isfinite, log10
 
 from lagrange_cli.errors import InputError, Problem
 
@@ -49,7 +49,8 @@ def decimal_literal(value: Fraction) -> str:
 
 def _decimal_exponent(value: Fraction) -> int:
     """The e with 10^e <= value < 10^(e+1)."""
-    exponent = len(str(value.numerator)) - len(str(value.denominator))
+    bits = value.numerator.bit_length() - value.denominator.bit_length()
+    exponent = floor(bits * log10(2))
     while Fraction(10) ** exponent > value:
         exponent -= 1
     while Fraction(10) ** (exponent + 1) <= value:

@@ -270,8 +270,8 @@ def _constant(e: Expr) -> Fraction:
     number = e if e.is_Float else e.evalf(CONSTANT_DIGITS)
     if not (number.is_Float and number.is_finite):
         raise _unprintable(f"the constant {e}")
-    numerator, denominator = number.as_integer_ratio()
-    return Fraction(int(numerator), int(denominator))
+    exact = sympy.Rational(number)
+    return Fraction(int(exact.p), int(exact.q))
 
 
 def _unprintable(what: str) -> InternalError:

@@ -1,0 +1,185 @@
+"""Emitted Python: the module, and the evaluators that simulation runs."""
+
+from __future__ import annotations
+
+import ast
+import math
+import subprocess
+import sys
+from dataclasses import replace
+
+import emit_systems as systems
+import numpy as np
+import pytest
+import sympy as sp
+from emit_reference import Reference, difference, exact, states
+from scipy.integrate import solve_ivp
+from test_c import HOSTILE, ROWS, hostile
+from test_program import one_coordinate, x
+
+from lagrange_cli.emit.python_functions import right_hand_side_source
+from lagrange_cli.emit.registry import EMITTERS
+
+
+def load(source):
+    """The names that a module's source defines."""
+    namespace = {"__name__": "emitted"}
+    exec(compile(source, "<emitted>", "exec"), namespace)
+    return namespace
+
+
+def module(equations):
+    ((_, source),) = EMITTERS["python"].emit(equations).items()
+    return load(source)
+
+
+@pytest.mark.parametrize("make", systems.ALL)
+def test_both_sources_agree_with_the_equations(make):
+    equations = make()
+    n = len(equations.coordinates)
+    reference = Reference(equations)
+    for source in (right_hand_side_source(equations), *EMITTERS["python"].emit(equations).values()):
+        functions = load(source)
+        for t, y, p in states(equations):
+            p = tuple(p)
+            bound = 1e-13 * max(10, reference.condition(t, y, p))
+            assert difference(functions["rhs"](t, y, p), reference.rhs(t, y, p)) < bound
+            matrix = functions["mass_matrix"](t, y, p)
+            assert matrix.shape == (n, n)
+            assert difference(matrix.ravel(), reference.mass_matrix(t, y, p)) < 1e-13
+            for name in ("forcing", "positions", "velocities"):
+                expected = getattr(reference, name)(t, y, p)
+                assert difference(functions[name](t, y, p), expected) < 1e-12
+            energies = reference.energy(t, y, p)
+            error = abs(functions["energy"](t, y, p) - float(energies[2]))
+            assert error < 1e-13 * (1 + float(max(map(abs, energies))))
+
+
+@pytest.mark.parametrize("row", list(ROWS))
+def test_every_function_of_the_language(row):
+    equations = one_coordinate(ROWS[row])
+    functions, reference = module(equations), Reference(equations)
+    for at in (-2.0, -0.5, 0.3, 1.0, 2.5):
+        (got,) = functions["positions"](0.0, [at, 0.0])
+        (expected,) = reference.positions(0.0, [at, 0.0], [1.0, 1.0, 1.0])
+        assert abs(exact(got) - expected) < 1e-14 * (1 + abs(expected))
+
+
+def test_source_for_simulation_holds_nothing_of_the_scene():
+    equations = hostile()
+    source = right_hand_side_source(equations)
+    names = {node.id for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Name)}
+    allowed = {"t", "y", "p", "np", "nan", "float", "abs", "a", "b", "x"}
+    made_up = {n for n in names if n[0] in "pqvwm" and n[1:].isdigit()}
+    assert names - made_up <= allowed | {"ArithmeticError", "ValueError"}
+    strings = [n.value for n in ast.walk(ast.parse(source)) if isinstance(n, ast.Constant)]
+    assert not any("int main" in s for s in strings if isinstance(s, str))
+
+
+def test_hostile_names_and_texts(tmp_path):
+    ((name, source),) = EMITTERS["python"].emit(hostile()).items()
+    tree = ast.parse(source)
+    imported = {a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names}
+    imported |= {n.module for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
+    assert imported == {"math", "numpy", "sys", "typing"}
+    assert HOSTILE.split()[0] not in source
+    functions = load(source)
+    assert list(functions["DEFAULTS"]) == [p.value for p in hostile().parameters]
+    reference = Reference(hostile())
+    state = np.linspace(-1, 1, 14)
+    got = functions["rhs"](0.0, state)
+    assert difference(got, reference.rhs(0.0, state, functions["DEFAULTS"])) < 1e-13
+    path = tmp_path / name
+    path.write_text(source)
+    done = subprocess.run(
+        [sys.executable, path, "until=0.01", "steps=1", "lambda=3"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 0
+    assert len(done.stdout.splitlines()) == 502
+
+
+def test_trouble_is_nan_and_never_raised():
+    functions = module(systems.simplified(systems.masses_through_hole()))
+    for state in ([0.0, 0.0, 0.0, 3.0], [1.0, 0.0, math.nan, 0.0], [math.inf, 0.0, 0.0, 1.0]):
+        assert not np.isfinite(functions["rhs"](0.0, state)).all()
+    for expression, at in [
+        (sp.log(x), 0.0), (sp.sqrt(x), -1.0), (1 / x, 0.0), (sp.exp(1000 * x), 1.0),
+        (sp.sin(x), math.inf), ((x - 2) ** sp.Rational(1, 3), 1.0), (sp.cosh(x), 1e3),
+        (sp.atanh(x), 1.0), (x**sp.pi, 1e300), (sp.acos(x), 2.0), (x, math.nan),
+    ]:  # fmt: skip
+        functions = module(one_coordinate(expression))
+        assert np.isnan(functions["positions"](0.0, [at, 0.0])).all(), expression
+    functions = module(systems.bead_on_parabola())
+    assert math.isnan(functions["energy"](0.0, [math.nan, 0.0]))
+
+
+@pytest.mark.parametrize("n", [2, 6])
+def test_a_singular_mass_matrix_gives_nan(n):
+    equations = systems.pendulum_chain(n)
+    functions = module(equations)
+    values = [0.0 if p.name in ("m2", "m6") else p.value for p in equations.parameters]
+    state = np.r_[np.linspace(0.1, 0.9, n), np.zeros(n)]
+    assert np.isnan(functions["rhs"](0.0, state, functions["Parameters"](*values))).all()
+
+
+def test_minimum_and_maximum_pass_nan_on():
+    functions = module(one_coordinate(sp.Min(x, 1), sp.Max(x, 1), sp.sign(x)))
+    assert np.isnan(functions["positions"](0.0, [math.nan, 0.0])).all()
+
+
+def test_with_scipy():
+    functions = module(systems.masses_through_hole())
+    start = functions["INITIAL"]
+    run = solve_ivp(
+        functions["rhs"], (0, 2), start, args=(functions["DEFAULTS"],), rtol=1e-10, atol=1e-12
+    )
+    assert run.success
+    end = run.y[:, -1]
+    assert end[0] ** 2 * end[3] == pytest.approx(3.0, abs=1e-8)
+    before, after = functions["energy"](0.0, start), functions["energy"](2.0, end)
+    assert after == pytest.approx(before, abs=1e-8)
+    by_steps = functions["integrate"](np.array(start), 0.0, 2.0, 4000)
+    assert by_steps == pytest.approx(end, abs=1e-8)
+
+
+def script(equations, tmp_path, *arguments):
+    ((name, source),) = EMITTERS["python"].emit(equations).items()
+    path = tmp_path / name
+    path.write_text(source)
+    done = subprocess.run(
+        [sys.executable, "-W", "error", path, *arguments],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    return done.returncode, done.stdout, done.stderr.strip()
+
+
+def test_as_a_script(tmp_path):
+    status, out, _ = script(systems.bead_on_parabola(), tmp_path, "until=1", "x=0.5", "g=0")
+    assert status == 0
+    lines = out.splitlines()
+    assert lines[0] == "t,x,dot(x)"
+    assert lines[1] == "0.0,0.5,0.0"
+    assert lines[-1] == "1.0,0.5,0.0"
+
+
+def test_a_script_asks_for_what_is_missing(tmp_path):
+    base = systems.bead_on_parabola()
+    m, a, g = base.parameters
+    equations = replace(base, parameters=(m, replace(a, value=None), g), initial=None)
+    status, _, error = script(equations, tmp_path)
+    assert (status, error) == (1, "values needed: x=VALUE, dot(x)=VALUE, a=VALUE")
+    status, _, error = script(equations, tmp_path, "nope=1")
+    assert (status, error) == (1, "nope=1: not NAME=VALUE with a known name")
+    assert script(equations, tmp_path, "x=1", "dot(x)=0", "a=0.5", "until=0.1")[0] == 0
+
+
+def test_a_script_stops_at_a_singular_matrix(tmp_path):
+    status, out, error = script(systems.bead_on_parabola(), tmp_path, "m=0")
+    assert status == 1
+    assert error.startswith("stopped after t = 0.0")
+    assert len(out.splitlines()) == 2
