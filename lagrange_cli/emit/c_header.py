@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import lagrange_cli
 from lagrange_cli.emit.c_names import CNames, Real
 from lagrange_cli.emit.naming import comment_text
+from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Coordinate, Equations, Parameter
@@ -82,7 +82,7 @@ def _comment(equations: Equations, names: CNames) -> list[str]:
     lines += [
         "",
         "Equations of motion M(q, t) a = f(q, v, t) with n degrees of freedom.",
-        f"Made by lagrange {lagrange_cli.__version__} from the scene with SHA-256",
+        f"Made by lagrange {__version__} from the scene with SHA-256",
         comment_text(equations.digest),
         "This output is yours: use it as you like, under any terms.",
         "",

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-import lagrange_cli
 from lagrange_cli.emit.c_names import file_stem
 from lagrange_cli.emit.naming import PYTHON_RESERVED, comment_text, unique_identifiers
 from lagrange_cli.emit.python_functions import PRELUDE, function_source
+from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Coordinate, Equations, Parameter
@@ -116,7 +116,7 @@ def _docstring(equations: Equations) -> str:
         "",
         "    solve_ivp(rhs, (0, 10), INITIAL, args=(DEFAULTS,))",
         "",
-        f"Made by lagrange {lagrange_cli.__version__} from the scene with SHA-256",
+        f"Made by lagrange {__version__} from the scene with SHA-256",
         comment_text(equations.digest),
         "This output is yours: use it as you like, under any terms.",
     ]
