@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from xml.etree import ElementTree
 
-from lagrange_cli.batch.model import OUTCOMES, Report, SceneReport
+from lagrange_cli.batch.model import Report, SceneReport
 from lagrange_cli.errors import Problem, escape_controls, render
 
 __all__ = ["FORMATS", "github", "json_text", "junit", "scene_text", "text"]
@@ -20,11 +20,16 @@ def scene_text(scene: SceneReport) -> str:
     return "\n".join(lines)
 
 
+def _total(report: Report) -> str:
+    """How many scenes there are, and how many of each outcome."""
+    number = len(report.scenes)
+    counts = ", ".join(f"{n} {outcome}" for outcome, n in report.summary.items() if n)
+    return f"{number} {'scene' if number == 1 else 'scenes'}: {counts or 'nothing to check'}\n"
+
+
 def text(report: Report) -> str:
     """The report for a person."""
-    counts = dict.fromkeys(OUTCOMES, 0) | report.summary
-    total = ", ".join(f"{n} {outcome}" for outcome, n in counts.items() if n)
-    return "\n".join([*map(scene_text, report.scenes), f"{len(report.scenes)} scenes: {total}\n"])
+    return "\n".join([*map(scene_text, report.scenes), _total(report)])
 
 
 def _escape(value: str, *more: tuple[str, str]) -> str:
@@ -51,7 +56,7 @@ def _annotation(scene: SceneReport, problem: Problem) -> str:
 def github(report: Report) -> str:
     """Annotations for a GitHub workflow, one a problem, and a line that counts."""
     annotations = [_annotation(scene, p) for scene in report.scenes for p in scene.problems]
-    return "\n".join([*annotations, text(Report(report.scenes)).splitlines()[-1] + "\n"])
+    return "\n".join([*annotations, _total(report)])
 
 
 def _problem(problem: Problem) -> dict[str, object]:
@@ -78,6 +83,11 @@ def json_text(report: Report) -> str:
     return json.dumps(value, indent=2, ensure_ascii=False) + "\n"
 
 
+def _xml(text: str) -> str:
+    """A text without the two characters that no escaping brings into XML."""
+    return text.replace("\ufffe", "\\ufffe").replace("\uffff", "\\uffff")
+
+
 def junit(report: Report) -> str:
     """JUnit XML: a test case a scene; crashes and invalid scenes are errors."""
     outcomes = [scene.outcome for scene in report.scenes]
@@ -94,14 +104,14 @@ def junit(report: Report) -> str:
             suite,
             "testcase",
             classname="scenes",
-            name=escape_controls(scene.path),
+            name=_xml(escape_controls(scene.path)),
             time=f"{scene.seconds:.3f}",
         )
         for problem in scene.problems:
             tag = "failure" if scene.outcome == "fail" else "error"
-            message = escape_controls(problem.message)
+            message = _xml(escape_controls(problem.message))
             entry = ElementTree.SubElement(case, tag, type=problem.rule, message=message)
-            entry.text = render(problem)
+            entry.text = _xml(render(problem))
     suites = ElementTree.Element("testsuites")
     suites.append(suite)
     ElementTree.indent(suites)

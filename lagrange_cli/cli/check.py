@@ -52,6 +52,7 @@ def _checked(
 @click.option(
     "--junit",
     type=click.Path(),
+    callback=options.not_empty,
     metavar="FILE",
     help="Write a JUnit XML report to this file as well.  [default: none]",
 )

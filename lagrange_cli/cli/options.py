@@ -10,7 +10,7 @@ import click
 
 from lagrange_cli.cli.session import Session
 
-__all__ = ["common", "initial", "json_flag", "output_path", "parameters", "scene"]
+__all__ = ["common", "initial", "json_flag", "not_empty", "output_path", "parameters", "scene"]
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -62,9 +62,18 @@ def initial(function: Command) -> Command:
     )(function)
 
 
+def not_empty(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
+    """Refuse an empty path, as an unset shell variable leaves it."""
+    if value == "":
+        raise click.BadParameter("the path is empty", ctx, option)
+    return value
+
+
 def output_path(help: str) -> Callable[[Command], Command]:
     """``-o PATH``."""
-    return click.option("-o", "--output", type=click.Path(), metavar="PATH", help=help)
+    return click.option(
+        "-o", "--output", type=click.Path(), callback=not_empty, metavar="PATH", help=help
+    )
 
 
 def json_flag(help: str) -> Callable[[Command], Command]:

@@ -20,6 +20,8 @@ CLOSED_PIPE = 141
 
 def can_print(text: str) -> bool:
     """Say whether standard output's encoding has every character of a text."""
+    if sys.stdout is None:
+        return True
     try:
         text.encode(sys.stdout.encoding or "ascii")
     except UnicodeEncodeError:

@@ -6,7 +6,7 @@ import json
 from xml.etree import ElementTree
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from lagrange_cli.batch import Report, SceneReport
@@ -89,6 +89,7 @@ def test_github_annotations_stay_on_one_line_each(path, message, hint):
 
 
 @given(st.text(), st.text(), st.text())
+@example("\ufffe", "\uffff", "\x00]]>")
 def test_junit_is_xml_whatever_the_text(path, message, hint):
     scene = SceneReport(path, "fail", 0.0, (Problem(message, None, hint, "x"),))
     root = ElementTree.fromstring(junit(Report((scene, PASSED, CRASHED, INVALID))))
