@@ -2,34 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import sympy as sp
 
-__all__ = ["is_angle"]
+__all__ = ["periodic_symbols"]
 
 
-def is_angle(q: sp.Symbol, positions: Sequence[sp.Expr]) -> bool:
-    """Whether ``q`` enters the positions, and only through 2π-periodic functions.
+def periodic_symbols(positions: Iterable[sp.Expr]) -> set[sp.Symbol]:
+    """Symbols that enter the positions, and only through 2π-periodic functions.
 
     That is shown where every occurrence stands under sin, cos or tan in an
     argument ``k·q + rest`` with an integer k.
     """
-    holding = [r for r in positions if q in r.free_symbols]
-    return bool(holding) and all(_periodic(r, q) for r in holding)
-
-
-def _periodic(expr: sp.Expr, q: sp.Symbol) -> bool:
-    stack = [expr]
+    present: set[sp.Symbol] = set()
+    aperiodic: set[sp.Symbol] = set()
+    seen: set[sp.Expr] = set()
+    stack = list(positions)
     while stack:
         top = stack.pop()
-        if q not in top.free_symbols:
+        if top in seen:
             continue
-        if top == q:
-            return False
-        if top.func in (sp.sin, sp.cos, sp.tan):
-            slope = top.args[0].diff(q)
-            if slope.is_Integer:
-                continue
-        stack.extend(top.args)
-    return True
+        seen.add(top)
+        if top.is_Symbol:
+            present.add(top)
+            aperiodic.add(top)
+        elif top.func in (sp.sin, sp.cos, sp.tan):
+            inside = top.args[0].free_symbols
+            present |= inside
+            aperiodic |= {s for s in inside if not _integer_slope(top.args[0], s)}
+        else:
+            stack.extend(top.args)
+    return present - aperiodic
+
+
+def _integer_slope(argument: sp.Expr, q: sp.Symbol) -> bool:
+    return bool(argument == q or argument.diff(q).is_Integer)

@@ -109,6 +109,7 @@ class _Checker:
         self.extra = Tape([derivation.extra], self.moving)
         self.dissipation = Tape([derivation.dissipation], self.moving)
         self.forces = derivation.forces
+        self.dissipates = derivation.dissipation != 0
         self.force_values = Tape([c for f in self.forces for c in f.components], self.moving)
         bodies = {
             body.name: [number[s] for s in symbols]
@@ -136,7 +137,7 @@ class _Checker:
             mass[j][k] = mass[k][j] = value
         return mass, values[len(self.upper) :]
 
-    def _series(self, point: Point) -> dict[sp.Symbol, Series]:
+    def series(self, point: Point) -> dict[sp.Symbol, Series]:
         """t, q, v and parameters along the motion with the state's accelerations."""
         series: dict[sp.Symbol, Series] = {self.t: (point[self.t], mpf(1), _ZERO)}
         for q, v, a in zip(self.q, self.v, self.a, strict=True):
@@ -148,6 +149,8 @@ class _Checker:
 
     def generalized_forces(self, point: Point, series: Mapping[sp.Symbol, Series]) -> list[mpf]:
         """Q from forces and dissipation by virtual work."""
+        if not self.forces and not self.dissipates:
+            return [_ZERO] * self.n
         values = self.force_values.run([series[s] for s in self.moving], 0).values
         pending = iter(values)
         seeds: dict[int, mpf] = {}
@@ -171,11 +174,12 @@ class _Checker:
     ) -> list[mpf]:
         """Σ (m r̈ − F)·∂r/∂q for each coordinate, T_extra − U by its Euler–Lagrange expression."""
         run = self.positions.run([series[s] for s in self.still], 2)
+        outputs = run.outputs
         masses = self.masses.run([series[s] for s in self.parameters], 0).values
         seeds: dict[int, mpf] = {}
         for mass, k in zip(masses, self.components, strict=True):
-            seeds[k] = seeds.get(k, _ZERO) + mass * run.outputs[k][2]
-        place = dict(zip(self.symbols, run.outputs, strict=True))
+            seeds[k] = seeds.get(k, _ZERO) + mass * outputs[k][2]
+        place = dict(zip(self.symbols, outputs, strict=True))
         inputs = [place.get(s, series.get(s, _ONE)) for s in self.raw]
         slope = self.potential.run(
             [*inputs, series[self.t], *(series[p] for p in self.parameters)], 0
@@ -193,6 +197,7 @@ class _Checker:
         ]
 
     def _euler_lagrange(self, tape: Tape, series: Mapping[sp.Symbol, Series]) -> list[mpf]:
+        """d/dt ∂L/∂q̇ − ∂L/∂q of the tape's first output."""
         gradient = tape.run([series[s] for s in self.moving], 1).gradient({0: _ONE})
         return [gradient[1 + self.n + j][1] - gradient[1 + j][0] for j in range(self.n)]
 
@@ -294,7 +299,7 @@ def _points(derivation: Derivation, points: int) -> Iterable[dict[sp.Symbol, mpf
 
 
 def _look(checker: _Checker, point: Point, digits: int) -> _State:
-    series = checker._series(point)
+    series = checker.series(point)
     mass, forcing = checker.derived_parts(point)
     forces = checker.generalized_forces(point, series)
     newton = checker.newton(series, forces)

@@ -24,7 +24,7 @@ from lagrange_cli.mechanics.calculus import Kinematics, derivative
 from lagrange_cli.mechanics.equations import BodyForce
 from lagrange_cli.mechanics.grouping import grouped_sum
 from lagrange_cli.mechanics.reduction import Reduced
-from lagrange_cli.mechanics.terms import TermSum, Weights, expand_terms, factored
+from lagrange_cli.mechanics.terms import Splitter, TermSum, Weights, expand_terms, factored
 from lagrange_cli.scene.model import Force
 
 __all__ = ["Derivation", "derive_uncertified", "raw_terms"]
@@ -111,8 +111,12 @@ class _Builder:
         self.n = len(self.q)
         self.kinematics = Kinematics(reduced.resolved, self.q, self.v, self.t)
         self.masses = frozenset(f for m in reduced.masses for f in m.free_symbols)
-        self.mass = [[TermSum(self.masses) for _ in range(self.n)] for _ in range(self.n)]
-        self.forcing = [TermSum(self.masses) for _ in range(self.n)]
+        self.splitter = Splitter(self.masses)
+        self.mass = {
+            (j, k): TermSum(self.splitter)
+            for j, k in combinations_with_replacement(range(self.n), 2)
+        }
+        self.forcing = [TermSum(self.splitter) for _ in range(self.n)]
         self.terms = raw_terms(reduced)
         self.components = [
             (symbol, mass)
@@ -130,6 +134,7 @@ class _Builder:
         self._add_extra(extra)
         forces = tuple(self._add_force(f) for f in self.reduced.scene.forces)
         dissipation = self._add_dissipation()
+        upper = {place: tuple(entry.collected()) for place, entry in self.mass.items()}
         velocity = {
             s: sp.Add(*self.kinematics.velocity(s))
             for body in self.reduced.names.particle_symbols
@@ -137,24 +142,17 @@ class _Builder:
         }
         return Derivation(
             self.reduced,
-            self._mass_terms(),
+            tuple(
+                tuple(upper[min(j, k), max(j, k)] for k in range(self.n)) for j in range(self.n)
+            ),
             tuple(tuple(f.collected()) for f in self.forcing),
-            self._kinetic(velocity),
+            self._kinetic(velocity, upper),
             self._potential(),
             extra,
             dissipation,
             forces,
             velocity,
             collected,
-        )
-
-    def _mass_terms(self) -> tuple[tuple[tuple[sp.Expr, ...], ...], ...]:
-        upper = {
-            (j, k): tuple(self.mass[j][k].collected())
-            for j, k in combinations_with_replacement(range(self.n), 2)
-        }
-        return tuple(
-            tuple(upper[min(j, k), max(j, k)] for k in range(self.n)) for j in range(self.n)
         )
 
     # Inertia: M = Σ m JᵀJ and −h = −Σ m Jᵀγ.
@@ -166,8 +164,11 @@ class _Builder:
         if not fits:
             gathered = _gather(self._factored_products())
         for (row, column, a, b), weights in gathered.items():
-            target = self.forcing[row] if column < 0 else self.mass[row][column]
-            target.add(a * b, weights)
+            target = self.forcing[row] if column < 0 else self.mass[row, column]
+            if fits:
+                target.add_product(a, b, weights)
+            else:
+                target.add(a * b, weights)
         return fits
 
     def _inertia_products(self) -> Iterator[tuple[int, int, sp.Expr, sp.Expr, sp.Expr]]:
@@ -206,7 +207,8 @@ class _Builder:
         parts = _terms(force)
         for j, row in jacobian.items():
             for a in row:
-                into[j].add_all(p * a for p in parts)
+                for p in parts:
+                    into[j].add_product(p, a)
 
     def _add_potential(self, potential: sp.Expr) -> None:
         """−∂V/∂q through the Cartesian names that V is written in."""
@@ -239,7 +241,7 @@ class _Builder:
             momentum = derivative(term, self.v[j])
             for k in range(self.n):
                 if k >= j and self.v[k] in present:
-                    self.mass[j][k].add_all(_terms(derivative(momentum, self.v[k])))
+                    self.mass[j, k].add_all(_terms(derivative(momentum, self.v[k])))
                 if self.q[k] in present:
                     change = -derivative(momentum, self.q[k]) * self.v[k]
                     self.forcing[j].add_all(_terms(change))
@@ -251,7 +253,7 @@ class _Builder:
         components = tuple(
             reduced.resolve(reduced.names.convert(c, reduced.rate)) for c in force.components
         )
-        own = [TermSum(self.masses) for _ in range(self.n)]
+        own = [TermSum(self.splitter) for _ in range(self.n)]
         for symbol, component in zip(self._targets(force), components, strict=True):
             if symbol in self.q:
                 own[self.q.index(symbol)].add_all(_terms(component))
@@ -300,7 +302,11 @@ class _Builder:
 
     # Energies in display form.
 
-    def _kinetic(self, velocity: dict[sp.Symbol, sp.Expr]) -> sp.Expr:
+    def _kinetic(
+        self,
+        velocity: dict[sp.Symbol, sp.Expr],
+        mass: dict[tuple[int, int], tuple[sp.Expr, ...]],
+    ) -> sp.Expr:
         """T = Σ ½ m ṙ² with each particle's square collected, or ½ Σ M q̇ q̇ where that is shorter."""
         names = self.reduced.names
         scleronomic = not any(self.t in velocity[s].free_symbols for s in velocity)
@@ -317,18 +323,20 @@ class _Builder:
             ]
             size = sum(map(len, collected))
         if scleronomic and not self.terms.kinetic:
-            whole = self._quadratic_form()
+            whole = self._quadratic_form(mass)
             if particles is None or len(whole) * 2 < size:
                 particles = whole
         if particles is None:
             particles = [m * e / 2 for m, e in zip(self.reduced.masses, squares, strict=True)]
         return sp.Add(*particles, *self.terms.kinetic)
 
-    def _quadratic_form(self) -> list[sp.Expr]:
+    def _quadratic_form(
+        self, mass: dict[tuple[int, int], tuple[sp.Expr, ...]]
+    ) -> list[sp.Expr]:
+        """Terms of ½ Σ M q̇ q̇."""
         return [
-            sp.Mul(factored(list(self.mass[j][k].collected())), self.v[j], self.v[k])
-            / (2 if j == k else 1)
-            for j, k in combinations_with_replacement(range(self.n), 2)
+            sp.Mul(sp.Rational(1, 2 if j == k else 1), factored(list(m)), self.v[j], self.v[k])
+            for (j, k), m in mass.items()
         ]
 
     def _potential(self) -> sp.Expr:
@@ -356,7 +364,7 @@ def _shorter(expr: sp.Expr, masses: frozenset[sp.Expr]) -> sp.Expr:
     expanded = expand_terms(expr, _TERM_BUDGET)
     if expanded is None:
         return expr
-    collected = TermSum(masses)
+    collected = TermSum(Splitter(masses))
     collected.add_all(e for e in expanded if e != 0)
     terms = collected.collected()
     if len(terms) < min(len(sp.Add.make_args(expr)), len(expanded)):

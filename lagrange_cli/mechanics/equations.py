@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
@@ -140,13 +141,18 @@ class ShownEquation:
     ``terms`` in display order: those in ddot (factor an acceleration symbol),
     then those in dot (factor a monomial in velocities), then the rest (factor
     1). ``divided_by`` is the common factor that was divided out (1 if none).
-    ``residual`` is the sum of the terms.
     """
 
     coordinate: str
     terms: tuple[tuple[Expr, Expr], ...]
-    residual: Expr
     divided_by: Expr
+
+    @cached_property
+    def residual(self) -> Expr:
+        """The sum of the terms: zero along a motion."""
+        import sympy
+
+        return sympy.Add(*(coefficient * factor for coefficient, factor in self.terms))
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics import account as accounting
-from lagrange_cli.mechanics.angles import is_angle
+from lagrange_cli.mechanics.angles import periodic_symbols
 from lagrange_cli.mechanics.elimination import Elimination, Stated, eliminate
 from lagrange_cli.mechanics.equations import Account, Coordinate
 from lagrange_cli.mechanics.language import Rate, total_derivative
@@ -221,6 +221,7 @@ def _coordinates(
 ) -> Iterator[Coordinate]:
     declared = {c.name: c for c in scene.coordinates or ()}
     positions = [resolved[s] for body in names.particle_symbols for s in body]
+    periodic = periodic_symbols(positions)
     for q in symbols:
         written = declared.get(q.name)
         unit = written.unit if written else None
@@ -229,7 +230,7 @@ def _coordinates(
             q=q,
             v=sp.Symbol(f"dot({q.name})", real=True),
             a=sp.Symbol(f"ddot({q.name})", real=True),
-            is_angle=unit == "rad" or is_angle(q, positions),
+            is_angle=unit == "rad" or q in periodic,
             unit=unit,
             description=written.description if written else None,
             latex=written.latex if written else None,

@@ -39,24 +39,15 @@ def shown_equation(
     """
     coordinates = derivation.reduced.coordinates
     parameters = frozenset(derivation.reduced.names.parameters.values())
+    name = coordinates[row].name
     groups = _groups(derivation, row, parameters)
-    whole = common_factor([c * f for c, f in groups])
+    whole = common_factor([c for c, _ in groups])
     divisor = _harmless(whole, parameters, cyclic)
-    shared = whole / divisor
-    moves = {c.v for c in coordinates} | {c.a for c in coordinates}
-    if shared.free_symbols and not shared.free_symbols & moves:
-        candidate = _divided(groups, whole)
-        if asked(sp.Add(*(c * f for c, f in candidate))):
-            divisor, groups = whole, candidate
-            return _equation(coordinates[row].name, groups, divisor)
-    return _equation(coordinates[row].name, _divided(groups, divisor), divisor)
-
-
-def _equation(
-    name: str, groups: Sequence[tuple[sp.Expr, sp.Expr]], divisor: sp.Expr
-) -> ShownEquation:
-    residual = sp.Add(*(c * f for c, f in groups))
-    return ShownEquation(name, tuple(groups), residual, divisor)
+    if not cyclic and (whole / divisor).free_symbols:
+        candidate = ShownEquation(name, _divided(groups, whole), whole)
+        if asked(candidate.residual):
+            return candidate
+    return ShownEquation(name, _divided(groups, divisor), divisor)
 
 
 def _groups(
@@ -95,10 +86,10 @@ def _harmless(whole: sp.Expr, parameters: frozenset[sp.Symbol], cyclic: bool) ->
 
 def _divided(
     groups: Sequence[tuple[sp.Expr, sp.Expr]], divisor: sp.Expr
-) -> list[tuple[sp.Expr, sp.Expr]]:
+) -> tuple[tuple[sp.Expr, sp.Expr], ...]:
     if divisor == 1:
-        return list(groups)
-    return [_quotient(c, f, divisor) for c, f in groups]
+        return tuple(groups)
+    return tuple(_quotient(c, f, divisor) for c, f in groups)
 
 
 def _quotient(coefficient: sp.Expr, factor: sp.Expr, divisor: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
@@ -107,5 +98,5 @@ def _quotient(coefficient: sp.Expr, factor: sp.Expr, divisor: sp.Expr) -> tuple[
     value = rest / by_rest
     scale = number / by_number
     if value.is_Add and scale != 1:
-        return sp.Mul(scale, value, evaluate=False), factor
+        return sp.Add(*(scale * term for term in value.args)), factor
     return scale * value, factor

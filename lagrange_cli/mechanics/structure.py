@@ -63,16 +63,19 @@ def _planar(derivation: Derivation) -> bool:
 def _positive_definite(derivation: Derivation) -> bool:
     """M = Σ m JᵀJ with positive masses and full rank (which is checked), and nothing subtracted.
 
-    Extra kinetic energy is admitted where it is a sum of squares with positive
-    coefficients.
+    Extra kinetic energy is admitted where each term is linear in velocities, or
+    quadratic and never negative.
     """
-    return all(_is_square(term) for term in sp.Add.make_args(derivation.extra)) or not (
-        derivation.extra.free_symbols & {c.v for c in derivation.reduced.coordinates}
-    )
+    velocities = [c.v for c in derivation.reduced.coordinates]
+    return all(_adds_no_deficit(t, velocities) for t in sp.Add.make_args(derivation.extra))
 
 
-def _is_square(term: sp.Expr) -> bool:
-    return bool(term.is_nonnegative)
+def _adds_no_deficit(term: sp.Expr, velocities: Sequence[sp.Symbol]) -> bool:
+    present = [v for v in velocities if v in term.free_symbols]
+    if not term.is_polynomial(*present):
+        return False
+    degree = sp.Poly(term, *present).total_degree() if present else 0
+    return degree < 2 or bool(degree == 2 and term.is_nonnegative)
 
 
 def _unused(scene: Scene) -> tuple[str, ...]:

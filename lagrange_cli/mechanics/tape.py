@@ -7,12 +7,18 @@ first and second derivatives along a curve come out together) and backwards
 textbook automatic differentiation: Griewank and Walther, Evaluating
 Derivatives (2008), chapters 3, 5 and 13. Nothing here uses SymPy's own
 differentiation: the certificate relies on that.
+
+Sums and products are done in :mod:`decimal`, whose arithmetic is compiled;
+functions in mpmath, which has them all. Numbers go in and come out as mpf.
 """
 
 from __future__ import annotations
 
+import decimal
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from decimal import Decimal
+from functools import cache, lru_cache
+from typing import Any, cast
 
 import mpmath
 import sympy as sp
@@ -20,17 +26,69 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
 
-__all__ = ["DomainError", "Tape"]
+__all__ = ["DomainError", "Series", "Tape", "values"]
 
 Number = Any  # mpmath.mpf, which carries no types
 Series = tuple[Number, Number, Number]
 """Value, first and second derivative with respect to s."""
 
+Triple = tuple[Decimal, Decimal, Decimal]
+"""A series inside the tape."""
+
 _ZERO = mpf(0)
+_NONE = Decimal(0)
+_CONSTANT: Triple = (_NONE, _NONE, _NONE)
 
 
 class DomainError(ArithmeticError):
     """A value is not a finite real number at this point."""
+
+
+@cache
+def _context(digits: int) -> decimal.Context:
+    """Decimal arithmetic of so many digits that never runs out of exponents."""
+    return decimal.Context(
+        prec=digits,
+        Emin=decimal.MIN_EMIN,
+        Emax=decimal.MAX_EMAX,
+        rounding=decimal.ROUND_HALF_EVEN,
+        traps=[decimal.InvalidOperation, decimal.DivisionByZero, decimal.Overflow],
+    )
+
+
+@cache
+def _power_of_two(exponent: int, digits: int) -> Decimal:
+    with decimal.localcontext(_context(digits + 5)):
+        return Decimal(2) ** exponent
+
+
+@cache
+def _power_of_ten(exponent: int, digits: int) -> Number:
+    with mpmath.workdps(digits + 5):
+        return mpf(10) ** exponent
+
+
+def _inward(x: Number) -> Decimal:
+    """An mpf as a decimal of the current context's precision."""
+    if not isinstance(x, mpf):
+        raise DomainError
+    sign, mantissa, exponent, _ = x._mpf_
+    if not mantissa:
+        if exponent:
+            raise DomainError  # infinite or not a number
+        return _NONE
+    value = Decimal(int(mantissa)) * _power_of_two(exponent, decimal.getcontext().prec)
+    return -value if sign else value
+
+
+def _outward(x: Decimal) -> Number:
+    """A decimal as an mpf."""
+    if not x:
+        return _ZERO
+    digits = mpmath.mp.dps + 5
+    exponent = x.adjusted() - digits
+    mantissa = int(x.scaleb(-exponent, context=_context(digits + 5)))
+    return mpf(mantissa) * _power_of_ten(exponent, digits)
 
 
 def _real(x: Number) -> Number:
@@ -45,13 +103,20 @@ def _reciprocal(x: Number) -> Number:
     return 1 / x
 
 
-def _sin(x: Number) -> Series:
-    c, s = mpmath.cos_sin(x)
+@lru_cache(maxsize=4096)
+def _cos_sin(x: Decimal, digits: int) -> tuple[Decimal, Decimal]:
+    """Both at once: an angle's sine and cosine are asked for again and again."""
+    c, s = mpmath.cos_sin(_outward(x))
+    return _inward(c), _inward(s)
+
+
+def _sin(x: Decimal) -> Triple:
+    c, s = _cos_sin(x, mpmath.mp.dps)
     return s, c, -s
 
 
-def _cos(x: Number) -> Series:
-    c, s = mpmath.cos_sin(x)
+def _cos(x: Decimal) -> Triple:
+    c, s = _cos_sin(x, mpmath.mp.dps)
     return c, -s, -c
 
 
@@ -125,8 +190,6 @@ def _sign(x: Number) -> Series:
 
 #: Each function with its first and second derivative.
 _UNARY: dict[Any, Callable[[Number], Series]] = {
-    sp.sin: _sin,
-    sp.cos: _cos,
     sp.tan: _tan,
     sp.asin: _asin,
     sp.acos: _acos,
@@ -144,16 +207,38 @@ _UNARY: dict[Any, Callable[[Number], Series]] = {
 }
 
 
-def _power(x: Number, n: Any) -> Series:
-    """x**n for a constant exponent, with both derivatives."""
+def _power(x: Decimal, n: int) -> Triple:
+    """x**n for an integer exponent, with both derivatives."""
     if n == 2:
-        return x * x, 2 * x, mpf(2)
-    if x == 0 and (n < 0 or n != int(n)):
+        return x * x, 2 * x, Decimal(2)
+    if not x:
+        if n < 0:
+            raise DomainError
+        return Decimal(n == 0), Decimal(n == 1), Decimal(2 * (n == 2))
+    y = x**n
+    first = n * y / x
+    return y, first, (n - 1) * first / x
+
+
+def _root(x: Decimal, exponent: sp.Rational) -> Triple:
+    """x**(p/q), with both derivatives; x must be positive, or zero where that is smooth."""
+    if x < 0:
         raise DomainError
-    y = _real(mpmath.sqrt(x) if 2 * n == 1 else x**n)
-    if x == 0:
-        return y, mpf(1 if n == 1 else 0), mpf(2 if n == 2 else 0)
-    return y, n * y / x, n * (n - 1) * y / (x * x)
+    n = Decimal(int(exponent.p)) / Decimal(int(exponent.q))
+    if not x:
+        if n < 2:
+            raise DomainError
+        return _CONSTANT
+    if exponent.q == 2:
+        y = x.sqrt() ** int(exponent.p)
+    else:
+        y = _inward(_outward(x) ** (mpf(int(exponent.p)) / int(exponent.q)))
+    first = n * y / x
+    return y, first, (n - 1) * first / x
+
+
+#: The same, on decimals directly.
+_DECIMAL: dict[Any, Callable[[Decimal], Triple]] = {sp.sin: _sin, sp.cos: _cos}
 
 
 class Tape:
@@ -197,9 +282,10 @@ class Tape:
     def _node(self, expr: sp.Basic) -> int:
         args = [self._index[a] for a in expr.args]
         if expr.is_number and not expr.free_symbols:
-            value = expr.evalf(mpmath.mp.dps + 5)
-            if not (value.is_real and value.is_finite):
-                raise DomainError
+            if not expr.is_Rational:
+                value = expr.evalf(mpmath.mp.dps + 5)
+                if not (value.is_real and value.is_finite):
+                    raise DomainError
             return self._append("constant", expr, None)
         if expr.is_Add:
             return self._append("add", tuple(args), None)
@@ -210,6 +296,8 @@ class Tape:
             return product
         if expr.is_Pow:
             return self._pow(expr, args)
+        if expr.func in _DECIMAL:
+            return self._append("decimal", args[0], _DECIMAL[expr.func])
         if expr.func in _UNARY:
             return self._append("unary", args[0], _UNARY[expr.func])
         if expr.func in (sp.atan2, sp.Min, sp.Max):
@@ -227,15 +315,25 @@ class Tape:
         if exponent.is_Integer:
             return self._append("power", args[0], int(exponent))
         if exponent.is_Rational:
-            return self._append("rational", args[0], exponent)
+            return self._append("root", args[0], exponent)
         if base is sp.E:
             return self._append("unary", args[1], _exp)
         logarithm = self._append("unary", args[0], _log)
         return self._append("unary", self._product(args[1], logarithm), _exp)
 
     def run(self, inputs: Sequence[Series], order: int = 2) -> Run:
-        """Evaluate on series in s, truncated after ``order`` (0, 1 or 2)."""
-        return Run(self, inputs, order)
+        """Evaluate on series in s, truncated after ``order`` (0, 1 or 2).
+
+        Raises
+        ------
+        DomainError
+            A value or a derivative is not a finite real number.
+        """
+        with decimal.localcontext(_context(mpmath.mp.dps + 5)):
+            try:
+                return Run(self, inputs, order)
+            except decimal.DecimalException as error:
+                raise DomainError from error
 
 
 class Run:
@@ -244,36 +342,45 @@ class Run:
     def __init__(self, tape: Tape, inputs: Sequence[Series], order: int) -> None:
         self.tape = tape
         self.order = order
-        self.nodes: list[Series] = []
+        self.nodes: list[Triple] = []
         self.local: list[Any] = [None] * len(tape.operations)
         self._pending = iter(inputs)
+        forward, nodes = self._forward, self.nodes
         for i, (operation, a, b) in enumerate(tape.operations):
-            self.nodes.append(self._forward(i, operation, a, b))
+            nodes.append(forward(i, operation, a, b))
 
     @property
     def outputs(self) -> list[Series]:
-        return [self.nodes[i] for i in self.tape.outputs]
+        """Series of each output."""
+        return [
+            (_outward(x[0]), _outward(x[1]), _outward(x[2]))
+            for x in (self.nodes[i] for i in self.tape.outputs)
+        ]
 
     @property
     def values(self) -> list[Number]:
-        return [self.nodes[i][0] for i in self.tape.outputs]
+        """Value of each output."""
+        return [_outward(self.nodes[i][0]) for i in self.tape.outputs]
 
-    def _forward(self, i: int, operation: str, a: Any, b: Any) -> Series:
+    def _forward(self, i: int, operation: str, a: Any, b: Any) -> Triple:
         nodes, order = self.nodes, self.order
         if operation == "mul":
             return self._multiply(nodes[a], nodes[b])
         if operation == "add":
             terms = [nodes[k] for k in a]
+            if not order:
+                return sum([x[0] for x in terms], _NONE), _NONE, _NONE
             return (
-                sum((x[0] for x in terms), _ZERO),
-                sum((x[1] for x in terms), _ZERO) if order else _ZERO,
-                sum((x[2] for x in terms), _ZERO) if order > 1 else _ZERO,
+                sum([x[0] for x in terms], _NONE),
+                sum([x[1] for x in terms], _NONE),
+                sum([x[2] for x in terms], _NONE) if order > 1 else _NONE,
             )
         if operation == "input":
-            return next(self._pending)
+            x = next(self._pending)
+            return _inward(x[0]), _inward(x[1]), _inward(x[2])
         if operation == "constant":
-            return mpf(a.evalf(mpmath.mp.dps + 5)), _ZERO, _ZERO
-        if operation in ("unary", "power", "rational"):
+            return _constant(a, mpmath.mp.dps), _NONE, _NONE
+        if operation in ("unary", "decimal", "power", "root"):
             self.local[i] = self._derivatives(operation, nodes[a][0], b)
             return self._compose(self.local[i], nodes[a])
         if operation in ("Min", "Max"):
@@ -282,41 +389,43 @@ class Run:
             return nodes[self.local[i]]
         return self._atan2(i, nodes[a[0]], nodes[a[1]])
 
-    def _multiply(self, x: Series, y: Series) -> Series:
+    def _multiply(self, x: Triple, y: Triple) -> Triple:
         if not self.order:
-            return x[0] * y[0], _ZERO, _ZERO
+            return x[0] * y[0], _NONE, _NONE
         first = x[0] * y[1] + x[1] * y[0]
         if self.order == 1:
-            return x[0] * y[0], first, _ZERO
+            return x[0] * y[0], first, _NONE
         return x[0] * y[0], first, x[0] * y[2] + 2 * x[1] * y[1] + x[2] * y[0]
 
     @staticmethod
-    def _derivatives(operation: str, x: Number, how: Any) -> Series:
-        if operation == "unary":
-            values: Series = how(x)
-        elif operation == "power":
-            values = _power(x, how)
-        else:
-            values = _power(x, mpf(how.p) / mpf(how.q))
-        return _real(values[0]), values[1], values[2]
+    def _derivatives(operation: str, x: Decimal, how: Any) -> Triple:
+        if operation == "decimal":
+            return cast(Triple, how(x))
+        if operation == "power":
+            return _power(x, how)
+        if operation == "root":
+            return _root(x, how)
+        value, first, second = how(_outward(x))
+        return _inward(value), _inward(first), _inward(second)
 
-    def _compose(self, f: Series, x: Series) -> Series:
+    def _compose(self, f: Triple, x: Triple) -> Triple:
         if not self.order:
-            return f[0], _ZERO, _ZERO
+            return f[0], _NONE, _NONE
         if self.order == 1:
-            return f[0], f[1] * x[1], _ZERO
+            return f[0], f[1] * x[1], _NONE
         return f[0], f[1] * x[1], f[1] * x[2] + f[2] * x[1] * x[1]
 
-    def _atan2(self, i: int, y: Series, x: Series) -> Series:
+    def _atan2(self, i: int, y: Triple, x: Triple) -> Triple:
         r2 = x[0] * x[0] + y[0] * y[0]
-        if r2 == 0:
+        if not r2:
             raise DomainError
         # Angle's rate w = (x y' − y x')/r²; its derivative by the quotient rule.
         area, area_rate = x[0] * y[1] - y[0] * x[1], x[0] * y[2] - y[0] * x[2]
         rate = area / r2
         r2_rate = 2 * (x[0] * x[1] + y[0] * y[1])
         self.local[i] = (y, x, r2, r2_rate)
-        return mpmath.atan2(y[0], x[0]), rate, area_rate / r2 - rate * r2_rate / r2
+        value = _inward(mpmath.atan2(_outward(y[0]), _outward(x[0])))
+        return value, rate, area_rate / r2 - rate * r2_rate / r2
 
     def gradient(self, seeds: Mapping[int, Series]) -> list[Series]:
         """Gradient of Σ seed·output over all inputs, as series up to first order.
@@ -324,28 +433,27 @@ class Run:
         ``seeds`` maps output numbers to the weights' series; the second entry of
         each result is its derivative along s (zero when the run has order 0).
         """
-        adjoint: list[tuple[Number, Number] | None] = [None] * len(self.nodes)
-        for output, weight in seeds.items():
-            _accumulate(adjoint, self.tape.outputs[output], weight[0], weight[1])
-        for i in range(len(self.nodes) - 1, self.tape.inputs - 1, -1):
-            bar = adjoint[i]
-            if bar is not None:
-                operation, a, _ = self.tape.operations[i]
-                self._backward(adjoint, i, operation, a, bar)
-        found = adjoint[: self.tape.inputs]
-        return [(x[0], x[1], _ZERO) if x is not None else (_ZERO,) * 3 for x in found]
+        with decimal.localcontext(_context(mpmath.mp.dps + 5)):
+            adjoint: list[tuple[Decimal, Decimal] | None] = [None] * len(self.nodes)
+            for output, weight in seeds.items():
+                seed = _inward(weight[0]), _inward(weight[1])
+                _accumulate(adjoint, self.tape.outputs[output], *seed)
+            for i in range(len(self.nodes) - 1, self.tape.inputs - 1, -1):
+                bar = adjoint[i]
+                if bar is not None:
+                    self._backward(adjoint, i, bar)
+            found = adjoint[: self.tape.inputs]
+            return [
+                (_ZERO,) * 3 if x is None else (_outward(x[0]), _outward(x[1]), _ZERO)
+                for x in found
+            ]
 
     def _backward(
-        self,
-        adjoint: list[tuple[Number, Number] | None],
-        i: int,
-        operation: str,
-        a: Any,
-        bar: tuple[Number, Number],
+        self, adjoint: list[tuple[Decimal, Decimal] | None], i: int, bar: tuple[Decimal, Decimal]
     ) -> None:
         nodes = self.nodes
+        operation, a, b = self.tape.operations[i]
         if operation == "mul":
-            b = self.tape.operations[i][2]
             for target, other in ((a, nodes[b]), (b, nodes[a])):
                 _accumulate(
                     adjoint, target, bar[0] * other[0], bar[0] * other[1] + bar[1] * other[0]
@@ -353,7 +461,7 @@ class Run:
         elif operation == "add":
             for target in a:
                 _accumulate(adjoint, target, bar[0], bar[1])
-        elif operation in ("unary", "power", "rational"):
+        elif operation in ("unary", "decimal", "power", "root"):
             _, first, second = self.local[i]
             _accumulate(
                 adjoint, a, bar[0] * first, bar[1] * first + bar[0] * second * nodes[a][1]
@@ -368,8 +476,16 @@ class Run:
                 _accumulate(adjoint, target, bar[0] * share, bar[0] * rate + bar[1] * share)
 
 
+@cache
+def _constant(expr: sp.Expr, digits: int) -> Decimal:
+    """A number to the current precision."""
+    if expr.is_Rational:
+        return Decimal(int(expr.p)) / Decimal(int(expr.q))
+    return _inward(mpf(expr.evalf(digits + 5)))
+
+
 def _accumulate(
-    adjoint: list[tuple[Number, Number] | None], target: int, value: Number, rate: Number
+    adjoint: list[tuple[Decimal, Decimal] | None], target: int, value: Decimal, rate: Decimal
 ) -> None:
     before = adjoint[target]
     adjoint[target] = (value, rate) if before is None else (before[0] + value, before[1] + rate)

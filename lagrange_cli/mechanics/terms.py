@@ -10,19 +10,28 @@ one; nothing searches, nothing depends on the machine's speed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import sympy as sp
 
-__all__ = ["TermSum", "common_factor", "expand_terms", "factored"]
+__all__ = ["Splitter", "TermSum", "common_factor", "expand_terms", "factored", "rational_content"]
 
-#: (function, argument) → power, in canonical order of arguments.
-TrigMonomial: TypeAlias = tuple[tuple[tuple[str, sp.Expr], int], ...]
+#: ``("sin" or "cos", argument)``
+TrigFactor: TypeAlias = tuple[str, sp.Expr]
+#: factor → power, in order of first appearance of the factors.
+TrigMonomial: TypeAlias = tuple[tuple[TrigFactor, int], ...]
 #: mass → rational coefficient
 Weights: TypeAlias = dict[sp.Expr, sp.Rational]
 
 _ONE = sp.Integer(1)
+#: sin, cos and tan as powers of sin and cos.
+_TRIGONOMETRIC = {
+    sp.sin: (("sin", 1),),
+    sp.cos: (("cos", 1),),
+    sp.tan: (("sin", 1), ("cos", -1)),
+}
 _ZERO = sp.Integer(0)
 _UNIT: Weights = {_ONE: _ONE}
 
@@ -68,8 +77,17 @@ def _product(factors: list[list[sp.Expr]]) -> list[sp.Expr]:
     return terms
 
 
-class TermSum:
-    """A sum of terms ``number · mass · rest · trigonometric monomial``.
+class Split(NamedTuple):
+    """A term taken apart: ``number · mass · Π base^exponent · trigonometric monomial``."""
+
+    number: sp.Rational
+    mass: sp.Expr
+    rest: dict[sp.Expr, sp.Expr]
+    trig: dict[TrigFactor, int]
+
+
+class Splitter:
+    """Takes terms apart, each distinct one once.
 
     Parameters
     ----------
@@ -79,35 +97,101 @@ class TermSum:
 
     def __init__(self, masses: frozenset[sp.Expr] = frozenset()) -> None:
         self.masses = masses
-        self._groups: dict[sp.Expr, dict[TrigMonomial, Weights]] = {}
+        self._known: dict[sp.Expr, Split] = {}
+        #: Order of first appearance: the canonical order within a monomial.
+        self.rank: dict[TrigFactor, int] = {}
+
+    def split(self, term: sp.Expr) -> Split:
+        """The parts of a term that is not a sum."""
+        if term not in self._known:
+            self._known[term] = self._split(term)
+        return self._known[term]
+
+    def _split(self, term: sp.Expr) -> Split:
+        number, mass = _ONE, _ONE
+        rest: dict[sp.Expr, sp.Expr] = {}
+        trig: dict[TrigFactor, int] = {}
+        for factor in sp.Mul.make_args(term):
+            if factor.is_Rational:
+                number = factor
+                continue
+            if mass is _ONE and factor in self.masses:
+                mass = factor
+                continue
+            base, power = factor.as_base_exp()
+            if base.func in _TRIGONOMETRIC and power.is_Integer and power.is_positive:
+                for name, sign in _TRIGONOMETRIC[base.func]:
+                    key = (name, base.args[0])
+                    trig[key] = trig.get(key, 0) + sign * int(power)
+            else:
+                rest[base] = rest.get(base, _ZERO) + power
+        return Split(number, mass, rest, {k: p for k, p in trig.items() if p})
+
+    def product(self, a: sp.Expr, b: sp.Expr) -> Split:
+        """The parts of ``a·b``, without forming the product."""
+        first, second = self.split(a), self.split(b)
+        number, mass = first.number * second.number, first.mass
+        rest = dict(first.rest)
+        if mass is _ONE:
+            mass = second.mass
+        elif second.mass is not _ONE:
+            rest[second.mass] = rest.get(second.mass, _ZERO) + 1
+        for base, power in second.rest.items():
+            total = rest.get(base, _ZERO) + power
+            if base.is_Rational and total.is_Integer:
+                number *= base**total
+                total = _ZERO
+            if total == 0:
+                rest.pop(base, None)
+            else:
+                rest[base] = total
+        trig = dict(first.trig)
+        for key, exponent in second.trig.items():
+            trig[key] = trig.get(key, 0) + exponent
+        return Split(number, mass, rest, {k: p for k, p in trig.items() if p})
+
+    def canonical(self, trig: dict[TrigFactor, int]) -> TrigMonomial:
+        """The monomial as a sorted tuple."""
+        if len(trig) < 2:
+            return tuple(trig.items())
+        rank = self.rank
+        for key in trig:
+            rank.setdefault(key, len(rank))
+        return tuple(sorted(trig.items(), key=lambda item: rank[item[0]]))
+
+
+class TermSum:
+    """A sum of terms, collected as the module says.
+
+    Parameters
+    ----------
+    splitter
+        Shared between sums whose terms recur.
+    """
+
+    def __init__(self, splitter: Splitter | None = None) -> None:
+        self._splitter = splitter or Splitter()
+        self._groups: dict[frozenset[tuple[sp.Expr, sp.Expr]], dict[TrigMonomial, Weights]] = {}
 
     def add(self, term: sp.Expr, weights: Weights | None = None) -> None:
         """Add ``term``, which must not be a sum, times Σ number·mass of ``weights`` (default 1)."""
-        number, weight, rest, trig = self._split(term)
-        into = self._groups.setdefault(rest, {}).setdefault(trig, {})
-        for mass, count in (weights or _UNIT).items():
-            key = weight if mass is _ONE else weight * mass
-            into[key] = into.get(key, _ZERO) + number * count
+        self._add(self._splitter.split(term), weights)
 
-    def add_all(self, terms: Iterable[sp.Expr], weights: Weights | None = None) -> None:
+    def add_product(self, a: sp.Expr, b: sp.Expr, weights: Weights | None = None) -> None:
+        """Add ``a·b``, neither of them a sum, times ``weights``."""
+        self._add(self._splitter.product(a, b), weights)
+
+    def add_all(self, terms: Iterable[sp.Expr]) -> None:
         for term in terms:
-            self.add(term, weights)
+            self.add(term)
 
-    def _split(self, term: sp.Expr) -> tuple[sp.Rational, sp.Expr, sp.Expr, TrigMonomial]:
-        number, weight = _ONE, _ONE
-        rest: list[sp.Expr] = []
-        trig: dict[tuple[str, sp.Expr], int] = {}
-        for factor in sp.Mul.make_args(term):
-            base, power = factor.as_base_exp()
-            if factor.is_Rational:
-                number = factor
-            elif base.func in (sp.sin, sp.cos) and power.is_Integer and power.is_positive:
-                trig[(base.func.__name__, base.args[0])] = int(power)
-            elif weight is _ONE and factor in self.masses:
-                weight = factor
-            else:
-                rest.append(factor)
-        return number, weight, sp.Mul(*rest), _canonical(trig)
+    def _add(self, split: Split, weights: Weights | None) -> None:
+        trig = self._splitter.canonical(split.trig)
+        group = self._groups.setdefault(frozenset(split.rest.items()), {})
+        into = group.setdefault(trig, {})
+        for mass, count in (weights or _UNIT).items():
+            key = split.mass if mass is _ONE else split.mass * mass
+            into[key] = into.get(key, _ZERO) + split.number * count
 
     def collected(self) -> list[sp.Expr]:
         """Terms after collection; masses that share a monomial appear as one sum."""
@@ -115,22 +199,27 @@ class TermSum:
 
     def _collect(self) -> Iterator[sp.Expr]:
         for rest, group in self._groups.items():
-            _shorten(group)
+            _shorten(group, self._splitter)
+            powers = [base**exponent for base, exponent in rest]
             for trig, weights in group.items():
                 number, mass = _weight_sum(weights)
                 if number != 0:
-                    yield sp.Mul(number, mass, rest, _monomial(trig))
+                    yield sp.Mul(number, mass, *powers, *_monomial(trig))
 
 
-def _canonical(trig: dict[tuple[str, sp.Expr], int]) -> TrigMonomial:
-    if len(trig) < 2:
-        return tuple(trig.items())
-    return tuple(sorted(trig.items(), key=lambda item: (item[0][1].sort_key(), item[0][0])))
-
-
-def _monomial(trig: TrigMonomial) -> sp.Expr:
+def _monomial(trig: TrigMonomial) -> list[sp.Expr]:
+    """Its factors, with sin/cos of one argument written as tan where it came from there."""
     functions = {"sin": sp.sin, "cos": sp.cos}
-    return sp.Mul(*(functions[name](argument) ** power for (name, argument), power in trig))
+    powers = dict(trig)
+    factors = []
+    for (name, argument), power in trig:
+        tangents = min(powers.get(("sin", argument), 0), -powers.get(("cos", argument), 0))
+        if tangents > 0:
+            power += tangents if name == "cos" else -tangents
+            if name == "sin":
+                factors.append(sp.tan(argument) ** tangents)
+        factors.append(functions[name](argument) ** power)
+    return factors
 
 
 def _weight_sum(weights: Weights) -> tuple[sp.Rational, sp.Expr]:
@@ -140,37 +229,43 @@ def _weight_sum(weights: Weights) -> tuple[sp.Rational, sp.Expr]:
         for mass, count in present.items():
             return count, mass
         return _ZERO, _ONE
-    content = sp.gcd_list([abs(c) for c in present.values()])
+    content = rational_content(present.values())
     if all(c < 0 for c in present.values()):
         content = -content
     return content, sp.Add(*(m * (c / content) for m, c in present.items()))
 
 
-def _shorten(group: dict[TrigMonomial, Weights]) -> None:
+def _shorten(group: dict[TrigMonomial, Weights], splitter: Splitter) -> None:
     """Apply sin² + cos² = 1 and the addition theorems until none shortens the sum."""
-    pending = list(group)
+    pending = list(group) if len(group) > 1 else []
     while pending:
         trig = pending.pop()
         if trig in group and len(group) > 1:
-            pending.extend(_shorten_one(group, trig))
+            pending.extend(_shorten_one(group, trig, splitter))
 
 
-def _shorten_one(group: dict[TrigMonomial, Weights], trig: TrigMonomial) -> list[TrigMonomial]:
+def _shorten_one(
+    group: dict[TrigMonomial, Weights], trig: TrigMonomial, splitter: Splitter
+) -> list[TrigMonomial]:
     """Merge ``trig`` with a partner if there is one; return the monomials to look at again."""
     powers = dict(trig)
+
+    def times(change: dict[TrigFactor, int]) -> TrigMonomial:
+        return splitter.canonical(_changed(powers, change))
+
     for (name, argument), power in trig:
         if power >= 2:
-            other = (_partner(name), argument)
-            base = _times(powers, {(name, argument): -2})
-            made = _merge(group, trig, _times(base, {other: 2}), base, 1)
+            this, other = (name, argument), (_partner(name), argument)
+            base, swapped = times({this: -2}), times({this: -2, other: 2})
+            made = _merge(group, trig, swapped, base, 1)
             if made is None:
                 # X − X cos² = X sin²
-                made = _merge(group, base, trig, _times(base, {other: 2}), -1)
+                made = _merge(group, base, trig, swapped, -1)
             if made is not None:
                 return made
     for i, (first, _) in enumerate(trig):
         for second, _ in trig[i + 1 :]:
-            made = _addition_theorem(group, trig, powers, first, second)
+            made = _addition_theorem(group, trig, splitter, first, second)
             if made is not None:
                 return made
     return []
@@ -179,19 +274,21 @@ def _shorten_one(group: dict[TrigMonomial, Weights], trig: TrigMonomial) -> list
 def _addition_theorem(
     group: dict[TrigMonomial, Weights],
     trig: TrigMonomial,
-    powers: dict[tuple[str, sp.Expr], int],
-    first: tuple[str, sp.Expr],
-    second: tuple[str, sp.Expr],
+    splitter: Splitter,
+    first: TrigFactor,
+    second: TrigFactor,
 ) -> list[TrigMonomial] | None:
     """cos a cos b ± sin a sin b = cos(a ∓ b); sin a cos b ± cos a sin b = sin(a ± b)."""
     (f, a), (g, b) = first, second
     if a == b:
         return None
-    base = dict(_times(powers, {first: -1, second: -1}))
-    partner = _times(base, {(_partner(f), a): 1, (_partner(g), b): 1})
+    base = _changed(dict(trig), {first: -1, second: -1})
+    partner = splitter.canonical(_changed(base, {(_partner(f), a): 1, (_partner(g), b): 1}))
     if partner not in group:
         return None
     for sign in (1, -1):
+        if not _paired(group[trig], group[partner], sign):
+            continue
         if f == g:
             # (cos cos) + sign (sin sin) = cos(a − sign b)
             name, argument = "cos", a - sign * b
@@ -206,9 +303,8 @@ def _addition_theorem(
             continue
         if argument.could_extract_minus_sign():
             argument, scale = -argument, scale * (1 if name == "cos" else -1)
-        made = _merge(group, trig, partner, _times(base, {(name, argument): 1}), sign, scale)
-        if made is not None:
-            return made
+        target = splitter.canonical(_changed(base, {(name, argument): 1}))
+        return _merge(group, trig, partner, target, sign, scale)
     return None
 
 
@@ -216,13 +312,18 @@ def _partner(name: str) -> str:
     return "cos" if name == "sin" else "sin"
 
 
-def _times(
-    powers: dict[tuple[str, sp.Expr], int] | TrigMonomial, change: dict[tuple[str, sp.Expr], int]
-) -> TrigMonomial:
+def _changed(
+    powers: dict[TrigFactor, int], change: dict[TrigFactor, int]
+) -> dict[TrigFactor, int]:
     result = dict(powers)
     for key, power in change.items():
         result[key] = result.get(key, 0) + power
-    return _canonical({k: p for k, p in result.items() if p})
+    return {k: p for k, p in result.items() if p}
+
+
+def _paired(ours: Weights, theirs: Weights, sign: int) -> Weights:
+    """Masses whose weights are c in one and sign·c in the other."""
+    return {m: c for m, c in ours.items() if c != 0 and theirs.get(m, _ZERO) == sign * c}
 
 
 def _merge(
@@ -240,9 +341,7 @@ def _merge(
     if first not in group or second not in group:
         return None
     ours, theirs = group[first], group[second]
-    common = {
-        m: c for m, c in ours.items() if c != 0 and theirs.get(m, _ZERO) == sign * c
-    }
+    common = _paired(ours, theirs, sign)
     if not common:
         return None
     for source, weights in ((first, ours), (second, theirs)):
@@ -261,39 +360,51 @@ def _merge(
     return [k for k in (target, first, second) if k in group]
 
 
+def rational_content(numbers: Iterable[sp.Rational]) -> sp.Rational:
+    """Largest positive rational of which every number is an integer multiple."""
+    found = [n for n in numbers if n != 0]
+    if not found:
+        return _ONE
+    return sp.Rational(
+        math.gcd(*(int(abs(n.p)) for n in found)), math.lcm(*(int(n.q) for n in found))
+    )
+
+
 def common_factor(terms: list[sp.Expr]) -> sp.Expr:
     """Greatest common monomial of the terms, with the positive content of their numbers."""
     if not terms:
         return _ONE
-    common: dict[sp.Expr, sp.Expr] | None = None
     numbers = []
+    common: dict[sp.Expr, sp.Expr] | None = None
     for term in terms:
         number, rest = term.as_coeff_Mul(rational=True)
-        numbers.append(abs(number))
+        numbers.append(number)
         powers = _powers(rest)
-        if common is None:
-            common = powers
-        else:
-            common = {
-                b: min(e, powers[b]) for b, e in common.items() if b in powers
-            }
-        if not common:
-            common = {}
-    factors = [b**e for b, e in (common or {}).items()]
-    return sp.Mul(sp.gcd_list(numbers), *factors)
+        common = powers if common is None else _shared(common, powers)
+    return sp.Mul(rational_content(numbers), *(b**e for b, e in (common or {}).items()))
+
+
+def _shared(
+    first: dict[sp.Expr, sp.Expr], second: dict[sp.Expr, sp.Expr]
+) -> dict[sp.Expr, sp.Expr]:
+    """Powers common to two products: of exponents with the same sign the one nearer to zero."""
+    shared = {}
+    for base, exponent in first.items():
+        other = second.get(base)
+        if other is not None and (other > 0) == (exponent > 0):
+            shared[base] = min(exponent, other, key=abs)
+    return shared
 
 
 def _powers(product: sp.Expr) -> dict[sp.Expr, sp.Expr]:
-    """Base → positive rational exponent of each factor."""
+    """Base → nonzero rational exponent of each factor."""
     powers: dict[sp.Expr, sp.Expr] = {}
     for factor in sp.Mul.make_args(product):
         base, exponent = factor.as_base_exp()
-        if factor.is_number and not factor.is_Symbol:
-            base, exponent = factor, _ONE
-        if exponent.is_Rational and exponent > 0:
-            powers[base] = exponent
-        elif not exponent.is_Rational:
+        if factor.is_number or not exponent.is_Rational:
             powers[factor] = _ONE
+        else:
+            powers[base] = exponent
     powers.pop(_ONE, None)
     return powers
 
@@ -307,6 +418,8 @@ def factored(terms: list[sp.Expr]) -> sp.Expr:
     if len(terms) < 2:
         return sp.Add(*terms)
     common = common_factor(terms)
+    if all(t.could_extract_minus_sign() for t in terms):
+        common = -common
     inner = _polynomial_factors(sp.Add(*(t / common for t in terms)))
     number, rest = common.as_coeff_Mul(rational=True)
     if rest == 1 and inner.is_Add:

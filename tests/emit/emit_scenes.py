@@ -85,10 +85,12 @@ def _shown(residual, coordinate, chosen, divide):
     still = sympy.expand(rest - sum(c * m for c, m in moving))
     terms.extend(moving)
     terms.extend((part, sympy.Integer(1)) for part in sympy.Add.make_args(still) if part != 0)
-    return ShownEquation(coordinate.name, tuple(terms), residual, sympy.sympify(divide))
+    return ShownEquation(coordinate.name, tuple(terms), sympy.sympify(divide))
 
 
-def build(name, given, chosen, kinetic, potential, *, divide=None, cartesian=6, lines=(), **changes):
+def build(
+    name, given, chosen, kinetic, potential, *, divide=None, cartesian=6, lines=(), **changes
+):
     """Equations for T and V over ``chosen`` coordinates."""
     lagrangian = kinetic - potential
     residuals = [
