@@ -57,7 +57,7 @@ def remark_on(line: ConstraintLine) -> str:
     if line.status == "satisfied":
         remarks.append("satisfied by the definitions")
     elif line.status == "redundant":
-        others = " and ".join(line.implied_by)
+        others = ", ".join(line.implied_by)
         remarks.append(f"redundant, implied by {others}" if others else "redundant")
     if line.rheonomic:
         remarks.append("depends on t")

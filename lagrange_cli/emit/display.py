@@ -119,16 +119,12 @@ def display_sum(expressions: Iterable[sympy.Expr], words: Vocabulary) -> Node:
 def display_row(shown: ShownEquation, words: Vocabulary) -> Node:
     """The left side of an equation of motion: its terms in their order.
 
-    Each coefficient and its factor print as one product; a coefficient without
-    a factor (factor 1) that is a sum gives several terms.
+    Each coefficient and its factor print as one product. Terms without a
+    factor (factor 1), which may be sums, come last in the order of a sum.
     """
-    terms: list[Term] = []
-    for coefficient, factor in shown.terms:
-        if factor == 1:
-            part = display(coefficient, words)
-            terms.extend(as_terms(part))
-        else:
-            terms.append(_product((coefficient, factor), words))
+    terms = [_product(term, words) for term in shown.terms if term[1] != 1]
+    rest = [_term(coefficient, words) for coefficient, factor in shown.terms if factor == 1]
+    terms.extend(as_terms(ordering.sum_of(rest)))
     return ordering.sum_of(terms, ordered=True)
 
 

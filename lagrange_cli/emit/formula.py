@@ -109,6 +109,8 @@ class FormulaPrinter(LinearPrinter):
     def exponent(self, node: Node) -> str:
         if _is_natural(node):
             return joined(self.pieces(node)).translate(_SUPERSCRIPTS)
+        if isinstance(node, Number) and node.literal is None:
+            return f"^({node.numerator}/{node.denominator})"
         inner = joined(self.pieces(node))
         return f"^{inner}" if isinstance(node, Atom) else f"^({inner})"
 

@@ -229,14 +229,14 @@ class _Document:
     def _divided(self) -> str:
         """Which common factors were divided out of which equations."""
         told = [
-            f"${self.setter.inline(shown.divided_by)}$ from that of ${self.setter.coordinate(c)}$"
+            f"${self.setter.inline(shown.divided_by)}$ in that for ${self.setter.coordinate(c)}$"
             for c, shown in zip(self.equations.coordinates, self.equations.shown, strict=True)
             if was_divided(shown)
         ]
         if not told:
             return ""
-        subject = "A common factor was" if len(told) == 1 else "Common factors were"
-        return f"{subject} divided out: {', '.join(told)}."
+        told[0] = told[0].replace("in that for", "in the equation for")
+        return f"{_noun(len(told), 'Common factor')} divided out: {', '.join(told)}."
 
     # -- conservation, certificate ----------------------------------------------------------
 
@@ -291,8 +291,8 @@ _COUNTED = {"DOF": r"\text{DOF}"}
 _BULLETS = r"Constraints: \begin{itemize}\setlength{\itemsep}{0pt}\setlength{\parskip}{0pt}"
 
 
-def _noun(count: int, singular: str, plural: str | None = None) -> str:
-    return singular if count == 1 else (plural or singular + "s")
+def _noun(count: int, singular: str) -> str:
+    return singular if count == 1 else singular + "s"
 
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

@@ -28,7 +28,7 @@ FACTOR_DEPTH = 20
 _DEEPEST = 4
 
 #: A line is not broken before this part of it is filled, if it can be helped.
-_LEAST_FILLED = 0.35
+_LEAST_FILLED = 0.2
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,12 +40,13 @@ def group(pieces: list[Piece], opening: str = "(", closing: str = ")") -> list[P
 
 
 def listed(arguments: list[list[Piece]]) -> list[Piece]:
-    """Arguments with commas between them."""
-    return [
+    """Arguments with commas between them, to be broken only after all else."""
+    pieces = [
         piece
         for index, argument in enumerate(arguments)
         for piece in (suffixed(argument, ", ", 2) if index + 1 < len(arguments) else argument)
     ]
+    return deeper(pieces, 3)
 
 
 class LinearPrinter(ABC):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -98,7 +98,7 @@ class _Page:
         for line in account.lines:
             remark = remark_on(line)
             items = [f"{e}," for e in line.equations[:-1]] + list(line.equations[-1:])
-            rows.append((line.name, [*items, *([f"  ({remark})"] if remark else [])]))
+            rows.append((line.name, items + _remark_items(remark)))
         if account.implied:
             rows.append(("(implied)", [implied_line(account)]))
         names = max((len(name) for name, _ in rows), default=0)
@@ -113,19 +113,29 @@ class _Page:
         head = f"Coordinates   {names or 'none'}"
         if self.equations.account.chosen_automatically:
             head += "   (chosen automatically)"
-        definitions = [
-            (self.printer.symbol(c.name), self.pieces(c.position))
+        formulas = {
+            self.printer.symbol(c.name): self.pieces(c.position)
             for c in telling_definitions(self.equations)
-        ]
-        beside = "   ".join(f"{name} = {joined(pieces)}" for name, pieces in definitions)
-        if not definitions:
-            return [head]
-        if columns(head) + 8 + columns(beside) <= WIDTH:
+        }
+        beside = "   ".join(f"{name} = {joined(body)}" for name, body in formulas.items())
+        if beside and columns(head) + 8 + columns(beside) <= WIDTH:
             return [f"{head}        {beside}"]
-        return [
-            *self.listed("Coordinates   ", head.removeprefix("Coordinates   ").split(" ")),
-            *(line for name, p in definitions for line in self.hung(f"  {name} = ", p)),
-        ]
+        opening, *items = head.split("   ", 1)
+        return [*self.listed(f"{opening}   ", items[0].split(" ")), *self.packed(formulas)]
+
+    def packed(self, formulas: Mapping[str, Sequence[Piece]]) -> list[str]:
+        """Short formulas side by side, long ones on lines of their own."""
+        lines: list[str] = []
+        room = 0
+        for name, body in formulas.items():
+            shown = f"{name} = {joined(body)}"
+            if columns(shown) + 3 <= room:
+                lines[-1] += f"   {shown}"
+                room -= columns(shown) + 3
+            else:
+                lines += self.hung(f"  {name} = ", body)
+                room = WIDTH - columns(lines[-1])
+        return lines
 
     # -- energies, forces, equations ------------------------------------------------
 
@@ -267,7 +277,15 @@ class _Page:
         ]
         indent = columns(opening)
         first, *others = fill(pieces or solid(""), WIDTH - indent, WIDTH - indent)
-        return [opening + first.text, *(" " * indent + line.text for line in others)]
+        lines = [opening + first.text, *(" " * indent + line.text for line in others)]
+        return [line.rstrip() for line in lines]
+
+
+def _remark_items(remark: str) -> list[str]:
+    """A remark in parentheses, whole where it fits on a line, else word by word."""
+    if not remark:
+        return []
+    return [f"  ({remark})"] if len(remark) <= WIDTH // 2 else ["", "", *f"({remark})".split()]
 
 
 def _padded(text: str, width: int) -> str:
