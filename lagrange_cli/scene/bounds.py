@@ -57,8 +57,8 @@ _FUNCTIONS: dict[str, Callable[..., float]] = {
     **{name: getattr(math, name) for name in ("exp", "log", "sqrt", "atan2")},
     "abs": abs,
     "sign": lambda x: (x > 0) - (x < 0),
-    "min": min,
-    "max": max,
+    "min": lambda *values: min(values),
+    "max": lambda *values: max(values),
     "norm": math.hypot,
 }
 

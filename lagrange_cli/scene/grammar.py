@@ -265,11 +265,12 @@ class _Parser:
     def _refuse_juxtaposition(self, token: Token) -> None:
         before = self.tokens[self.position - 2]
         span = (before.start, token.end)
-        product = token.kind == "name" or token.text == "("
+        hint = ""
+        if token.kind == "name" or token.text == "(":
+            second = "(...)" if token.text == "(" else token.text[:20]
+            hint = f"for a product write {before.text[-20:]}*{second}"
         raise ExpressionError(
-            f"expected an operator between {shown(before.text)} and {shown(token.text)}",
-            span,
-            f"for a product write {before.text[-20:]}*{token.text[:20]}" if product else "",
+            f"expected an operator between {shown(before.text)} and {shown(token.text)}", span, hint
         )
 
     def _open(self, opener: Token, function: Token | None) -> None:

@@ -78,7 +78,7 @@ class _Structure:
         if part == "{":
             self.wants = None
             self.scripts.append(set())
-        elif self.wants and (part in "}_^" or self.wants[1:] in _ACCENTS or _is_accent(part)):
+        elif self.wants and (part in "}_^'" or _is_accent(part)):
             return f"lacks the argument of '{self.wants}'"
         elif part == "}":
             if len(self.scripts) == 1:

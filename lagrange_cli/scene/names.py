@@ -21,7 +21,12 @@ from lagrange_cli.scene.uses import Place, Use, uses
 __all__ = ["check_names"]
 
 _CONSTANT = Traits(constant=True)
-_RATES = {1: "dot(...)", 2: "ddot(...)"}
+#: What exceeds the allowed number of time derivatives, and what to say about it.
+_RATES = {
+    0: ("dot(...)", "positions and numbers do not depend on velocities"),
+    1: ("ddot(...)", "second derivatives stand in 'equations' of 'expect' only"),
+    2: ("a third derivative", ""),
+}
 
 
 def check_names(
@@ -260,13 +265,11 @@ def _report_rate(use: Use, names: dict[str, Traits], problems: Problems) -> None
     mark = use.expression.mark(node.span)
     if use.kind == "constraint":
         problems.add("velocity constraints are not supported yet", mark, rule="unsupported")
-    elif use.place.rate == 0:
-        kind = "a position" if use.kind else "a number"
-        problems.add(f"{use.what} is {kind} and cannot hold dot(...)", mark, rule="misplaced-rate")
     else:
-        hint = "second derivatives stand in 'equations' of 'expect' only"
-        message = f"{_RATES[2]} cannot stand in {use.what}"
-        problems.add(message, mark, hint=hint, rule="misplaced-rate")
+        function, hint = _RATES[use.place.rate]
+        problems.add(
+            f"{function} cannot stand in {use.what}", mark, hint=hint, rule="misplaced-rate"
+        )
 
 
 def _warn_of_lone_names(

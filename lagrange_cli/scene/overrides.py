@@ -30,6 +30,8 @@ def override_parameters(scene: Scene, values: Mapping[str, str], problems: Probl
 
 def override_initial(scene: Scene, values: Mapping[str, str], problems: Problems) -> Scene:
     """Replace or add initial values; a name may be ``dot(x)``."""
+    if not values:
+        return scene
     found = {(value.name, value.order): value for value in scene.initial}
     for key, text in values.items():
         expression, mark = _given("-i", key, text, problems)

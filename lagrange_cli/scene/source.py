@@ -262,7 +262,7 @@ class _Composer:
     ) -> tuple[tuple[Scalar, SourceNode], ...]:
         entries: dict[str, tuple[Scalar, SourceNode]] = {}
         for key, value in pairs:
-            if not isinstance(key, Scalar):
+            if not isinstance(key, Scalar) or _is_null(key):
                 self.problems.add("expected a name before ':'", key.mark, rule="key")
             elif key.plain and key.text == "<<":
                 self.problems.add("merge keys '<<' are not part of a scene", key.mark, rule="merge")
@@ -282,7 +282,7 @@ class _Composer:
 
     def _refuse_null(self, key: Scalar) -> None:
         self.problems.add(
-            f"{shown(key.text)} has no value" if key.text else "a name and its value are missing",
+            f"{shown(key.text)} has no value",
             key.mark,
             hint="leave it out, or write {} where it may be empty",
             rule="null",
@@ -321,7 +321,10 @@ class _Composer:
             mark = Mark(mark.file, mark.line, indent.index("\t") + 1, mark.text)
             return _refusal("a tab cannot indent", mark, "indent with spaces", rule="tab")
         context = f" ({error.context})" if error.context else ""
-        hint = "quote a text that holds ': ', ' #', or within brackets any of , [ ] { }"
+        hint = (
+            "quote a text that begins with one of * & ! | > % @ ` or holds ': ' or ' #',\n"
+            "or within brackets one of , [ ] { }"
+        )
         return _refusal(f"not valid YAML: {error.problem}{context}", mark, hint)
 
 
