@@ -135,9 +135,7 @@ def balance(
     return account, _redundancy_warnings(scene, stated, dependent)
 
 
-def _feasible(
-    scene: Scene, found: Elimination, sampler: Sampler
-) -> list[dict[sp.Symbol, mpf]]:
+def _feasible(scene: Scene, found: Elimination, sampler: Sampler) -> list[dict[sp.Symbol, mpf]]:
     points = [p for p in (sampler.draw() for _ in range(POINTS)) if p is not None]
     if len(points) == POINTS:
         return points
@@ -256,9 +254,7 @@ def _contradicts(
     names: Names, stated: Sequence[Stated], reference: Mapping[sp.Symbol, mpf]
 ) -> bool:
     declared = set(names.coordinates.values())
-    unknowns = [
-        s for s in names.cartesian.values() if s not in names.given and s not in declared
-    ]
+    unknowns = [s for s in names.cartesian.values() if s not in names.given and s not in declared]
     constants = frozenset(names.parameters.values())
     try:
         found = eliminate(stated, names.given, unknowns, reference, constants)
@@ -405,9 +401,7 @@ def _lines(
     lines = []
     for constraint in scene.constraints:
         numbers = [k for k, s in enumerate(stated) if s.constraint == constraint.name]
-        implied_by = [
-            stated[j].constraint for k in numbers for j in dependent.get(k, ())
-        ]
+        implied_by = [stated[j].constraint for k in numbers for j in dependent.get(k, ())]
         status = "independent"
         if numbers and all(k in dependent for k in numbers):
             status = "redundant"

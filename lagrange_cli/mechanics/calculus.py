@@ -68,9 +68,7 @@ class Kinematics:
     def _gradient(self, term: sp.Expr) -> dict[sp.Symbol, list[sp.Expr]]:
         """Parts of ∂term/∂q and ∂term/∂t by symbol, zero ones absent."""
         if term not in self._gradients:
-            self._gradients[term] = {
-                s: _parts(derivative(term, s)) for s in self._variables(term)
-            }
+            self._gradients[term] = {s: _parts(derivative(term, s)) for s in self._variables(term)}
         return self._gradients[term]
 
     def _variables(self, term: sp.Expr) -> list[sp.Symbol]:
@@ -102,7 +100,7 @@ class Kinematics:
 
     def _convective_terms(self, term: sp.Expr) -> list[sp.Expr]:
         if term not in self._convective:
-            found = []
+            found: list[sp.Expr] = []
             for s, parts in self._gradient(term).items():
                 rate = self._rate(s)
                 for part in parts:

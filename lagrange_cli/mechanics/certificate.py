@@ -23,13 +23,14 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
 from lagrange_cli.mechanics.derivation import Derivation, raw_terms
-from lagrange_cli.mechanics.equations import Certificate
+from lagrange_cli.mechanics.equations import Certificate, ShownEquation
 from lagrange_cli.mechanics.sampling import double, working_digits
 from lagrange_cli.mechanics.tape import DomainError, Series, Tape
 
-__all__ = ["Evidence", "certify"]
+__all__ = ["Evidence", "certify", "certify_shown"]
 
 _ZERO = mpf(0)
+_UNIT = sp.Integer(1)
 _ONE: Series = (mpf(1), _ZERO, _ZERO)
 
 #: Draws, each closer to the initial configuration, before the scene is called singular there.
@@ -113,15 +114,10 @@ class _Checker:
         self.force_values = Tape([c for f in self.forces for c in f.components], self.moving)
         bodies = {
             body.name: [number[s] for s in symbols]
-            for body, symbols in zip(
-                (*reduced.scene.particles, *reduced.scene.points),
-                (*reduced.names.particle_symbols, *reduced.names.point_symbols),
-                strict=True,
-            )
+            for body, symbols in zip(reduced.names.bodies, reduced.names.body_symbols, strict=True)
         }
         self.targets = [
-            bodies[f.on] if len(f.components) == 3 else [-1 - self._row(f.on)]
-            for f in self.forces
+            bodies[f.on] if len(f.components) == 3 else [-1 - self._row(f.on)] for f in self.forces
         ]
 
     def _row(self, name: str) -> int:
@@ -169,9 +165,7 @@ class _Checker:
             q_force[j] += work[1 + j][0] - drag[1 + self.n + j][0]
         return q_force
 
-    def newton(
-        self, series: Mapping[sp.Symbol, Series], forces: Sequence[mpf]
-    ) -> list[mpf]:
+    def newton(self, series: Mapping[sp.Symbol, Series], forces: Sequence[mpf]) -> list[mpf]:
         """Σ (m r̈ − F)·∂r/∂q for each coordinate, T_extra − U by its Euler–Lagrange expression."""
         run = self.positions.run([series[s] for s in self.still], 2)
         outputs = run.outputs
@@ -192,9 +186,7 @@ class _Checker:
                 direct[self.q.index(s)] += slope[k][0]
         work = run.gradient({k: (x, _ZERO, _ZERO) for k, x in seeds.items()})
         extra = self._euler_lagrange(self.extra, series)
-        return [
-            work[1 + j][0] + direct[j] + extra[j] - forces[j] for j in range(self.n)
-        ]
+        return [work[1 + j][0] + direct[j] + extra[j] - forces[j] for j in range(self.n)]
 
     def _euler_lagrange(self, tape: Tape, series: Mapping[sp.Symbol, Series]) -> list[mpf]:
         """d/dt ∂L/∂q̇ − ∂L/∂q of the tape's first output."""
@@ -269,6 +261,37 @@ def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
     )
 
 
+def certify_shown(
+    derivation: Derivation, evidence: Evidence, shown: Sequence[ShownEquation]
+) -> None:
+    """Check that the textbook form, times what was divided out, is M q̈ − f.
+
+    Raises
+    ------
+    InternalError
+        It is not, at one of the states of the certificate.
+    """
+    digits = evidence.certificate.digits
+    parts = [e for s in shown for pair in (*s.terms, (s.divided_by, _UNIT)) for e in pair]
+    with mpmath.workdps(working_digits(digits)):
+        checker = _Checker(derivation)
+        state = evidence.states[0]
+        symbols = [*checker.moving, *checker.a]
+        run = Tape(parts, symbols).run([(state[s], _ZERO, _ZERO) for s in symbols], 0)
+        mass, forcing = checker.derived_parts(state)
+        pending = iter(run.values)
+        for j, equation in enumerate(shown):
+            products = [next(pending) * next(pending) for _ in equation.terms]
+            divisor = next(pending) * next(pending)
+            inertia = [m * state[a] for m, a in zip(mass[j], checker.a, strict=True)]
+            difference = abs(sum(products) * divisor - sum(inertia, -forcing[j]))
+            scale = sum((abs(x) for x in inertia), abs(forcing[j]))
+            if difference > mpf(10) ** (5 - digits) * scale:
+                raise InternalError(
+                    Problem(f"the equation shown for '{equation.coordinate}' is not that derived")
+                )
+
+
 def _nowhere(derivation: Derivation) -> InputError:
     scene = derivation.reduced.scene
     mark = scene.initial[0].mark if scene.initial else Mark(scene.file, 1, 1)
@@ -322,9 +345,7 @@ def _look(checker: _Checker, point: Point, digits: int) -> _State:
     power = [f * point[v] for f, v in zip(forces, checker.v, strict=True)]
     loss = sum(power, -gradient[0][0])
     flow = sum((abs(p) for p in power), abs(gradient[0][0]))
-    energy = sum(
-        (m[0] * point[v] for m, v in zip(momenta, checker.v, strict=True)), -values[0]
-    )
+    energy = sum((m[0] * point[v] for m, v in zip(momenta, checker.v, strict=True)), -values[0])
     return _State(
         mismatch,
         [[double(x) for x in row] for row in mass],

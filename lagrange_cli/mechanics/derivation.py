@@ -24,7 +24,8 @@ from lagrange_cli.mechanics.calculus import Kinematics, derivative
 from lagrange_cli.mechanics.equations import BodyForce
 from lagrange_cli.mechanics.grouping import grouped_sum
 from lagrange_cli.mechanics.reduction import Reduced
-from lagrange_cli.mechanics.terms import Splitter, TermSum, Weights, expand_terms, factored
+from lagrange_cli.mechanics.terms import Splitter, TermSum, expand_terms, factored
+from lagrange_cli.mechanics.trigonometry import Weights
 from lagrange_cli.scene.model import Force
 
 __all__ = ["Derivation", "derive_uncertified", "raw_terms"]
@@ -142,9 +143,7 @@ class _Builder:
         }
         return Derivation(
             self.reduced,
-            tuple(
-                tuple(upper[min(j, k), max(j, k)] for k in range(self.n)) for j in range(self.n)
-            ),
+            tuple(tuple(upper[min(j, k), max(j, k)] for k in range(self.n)) for j in range(self.n)),
             tuple(tuple(f.collected()) for f in self.forcing),
             self._kinetic(velocity, upper),
             self._potential(),
@@ -265,14 +264,8 @@ class _Builder:
         return BodyForce(force.name, force.on, components, generalized)
 
     def _targets(self, force: Force) -> Sequence[sp.Symbol]:
-        scene, names = self.reduced.scene, self.reduced.names
-        bodies = dict(
-            zip(
-                [*(p.name for p in scene.particles), *(p.name for p in scene.points)],
-                [*names.particle_symbols, *names.point_symbols],
-                strict=True,
-            )
-        )
+        names = self.reduced.names
+        bodies = dict(zip((b.name for b in names.bodies), names.body_symbols, strict=True))
         if len(force.components) == 1:
             for c in self.reduced.coordinates:
                 if c.name == force.on:
@@ -307,13 +300,11 @@ class _Builder:
         velocity: dict[sp.Symbol, sp.Expr],
         mass: dict[tuple[int, int], tuple[sp.Expr, ...]],
     ) -> sp.Expr:
-        """T = Σ ½ m ṙ² with each particle's square collected, or ½ Σ M q̇ q̇ where that is shorter."""
+        """T = Σ ½ m ṙ², each particle's square collected, or ½ Σ M q̇ q̇ where that is shorter."""
         names = self.reduced.names
         scleronomic = not any(self.t in velocity[s].free_symbols for s in velocity)
         particles = None
-        squares = [
-            sp.Add(*(velocity[s] ** 2 for s in body)) for body in names.particle_symbols
-        ]
+        squares = [sp.Add(*(velocity[s] ** 2 for s in body)) for body in names.particle_symbols]
         expanded = [expand_terms(e, _TERM_BUDGET) for e in squares]
         if sum(len(e or ()) for e in expanded) <= _TERM_BUDGET and None not in expanded:
             collected = [_collected(e or ()) for e in expanded]
@@ -330,9 +321,7 @@ class _Builder:
             particles = [m * e / 2 for m, e in zip(self.reduced.masses, squares, strict=True)]
         return sp.Add(*particles, *self.terms.kinetic)
 
-    def _quadratic_form(
-        self, mass: dict[tuple[int, int], tuple[sp.Expr, ...]]
-    ) -> list[sp.Expr]:
+    def _quadratic_form(self, mass: dict[tuple[int, int], tuple[sp.Expr, ...]]) -> list[sp.Expr]:
         """Terms of ½ Σ M q̇ q̇."""
         return [
             sp.Mul(sp.Rational(1, 2 if j == k else 1), factored(list(m)), self.v[j], self.v[k])

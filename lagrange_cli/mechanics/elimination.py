@@ -91,9 +91,7 @@ class Elimination:
             if number in self.pending:
                 left, right = self.pending[number]
                 self.touched[number] |= sources
-                self._await(
-                    number, left.xreplace({symbol: expr}), right.xreplace({symbol: expr})
-                )
+                self._await(number, left.xreplace({symbol: expr}), right.xreplace({symbol: expr}))
 
     def _index(self, holder: sp.Symbol, expr: sp.Expr) -> None:
         for s in expr.free_symbols:
@@ -236,21 +234,22 @@ class Elimination:
                 contradict = f"constraint {listed} cannot hold"
             message = f"{contradict}: they ask for {unknown}^2 = {square}"
         else:
-            message = f"the given configuration does not satisfy {listed}: {unknown} would not be real"
+            message = (
+                f"the given configuration does not satisfy {listed}: {unknown} would not be real"
+            )
         return InputError(
             Problem(message, self.stated[number].equation.mark(), rule="inconsistent")
         )
 
-    def _ambiguous(
-        self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]
-    ) -> InputError:
+    def _ambiguous(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> InputError:
         stated = self.stated[number]
         listed = ", ".join(f"{unknown} = {_written(b)}" for b in branches)
         return InputError(
             Problem(
                 f"constraint '{stated.constraint}' leaves several branches: {listed}",
                 stated.equation.mark(),
-                hint=f"choose one by giving '{unknown}' (and what it depends on) in 'initial' or 'near'",
+                hint=f"choose one by giving '{unknown}', and what it depends on,"
+                " in 'initial' or 'near'",
                 rule="ambiguous-branch",
             )
         )

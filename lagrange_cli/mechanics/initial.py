@@ -7,7 +7,7 @@ the smallest in the kinetic-energy metric that the given ones allow.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import mpmath
 import numpy as np
@@ -55,8 +55,7 @@ class _Initial:
         names = self.reduced.names
         self.q = [c.q for c in self.reduced.coordinates]
         self.constants: dict[sp.Symbol, mpf] = {
-            names.parameters[n]: mpf(x.evalf(_DIGITS))
-            for n, x in self.reduced.values.exact.items()
+            names.parameters[n]: mpf(x.evalf(_DIGITS)) for n, x in self.reduced.values.exact.items()
         }
         self.constants[names.t] = self.reduced.reference[names.t]
         self.given: dict[int, dict[sp.Symbol, tuple[mpf, InitialValue]]] = {0: {}, 1: {}}
@@ -192,9 +191,7 @@ class _Initial:
         inputs = [(x, _ZERO, _ZERO) for x in [*start, *self.constants.values()]]
         run = tape.run(inputs, 0)
         clock = len(self.q) + list(self.constants).index(self.reduced.names.t)
-        gradients = [
-            run.gradient({k: (mpf(1), _ZERO, _ZERO)}) for k in range(len(tape.outputs))
-        ]
+        gradients = [run.gradient({k: (mpf(1), _ZERO, _ZERO)}) for k in range(len(tape.outputs))]
         rows = [[g[j][0] for j in range(len(self.q))] for g in gradients]
         return rows, [g[clock][0] for g in gradients]
 

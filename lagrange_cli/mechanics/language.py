@@ -149,9 +149,7 @@ class _Conversion:
         arguments = [self.convert(a) for a in node.arguments]
         if node.function in ("dot", "ddot"):
             if self.rate is None:
-                raise self.refuse(
-                    node, f"'{node.function}' is not allowed here", "misplaced-rate"
-                )
+                raise self.refuse(node, f"'{node.function}' is not allowed here", "misplaced-rate")
             value = self.rate(arguments[0])
             return self.rate(value) if node.function == "ddot" else value
         if node.function == "norm":

@@ -36,6 +36,8 @@ class Names:
         Raw symbols by name, particles' first, in reading order.
     particle_symbols
         For each particle, in order, its three raw symbols.
+    bodies, body_symbols
+        Particles, then points, and the three raw symbols of each.
     given
         Raw symbols that a definition or a position expression gives, with its expression.
     """
@@ -43,26 +45,22 @@ class Names:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self.t = sp.Symbol("t", real=True)
-        masses = {
-            p.mass.node.name for p in scene.particles if isinstance(p.mass.node, Name)
-        }
+        masses = {p.mass.node.name for p in scene.particles if isinstance(p.mass.node, Name)}
         self.parameters = {
             p.name: sp.Symbol(p.name, positive=True)
             if p.positive or p.name in masses
             else sp.Symbol(p.name, real=True)
             for p in scene.parameters
         }
-        self.coordinates = {
-            c.name: sp.Symbol(c.name, real=True) for c in scene.coordinates or ()
-        }
+        self.coordinates = {c.name: sp.Symbol(c.name, real=True) for c in scene.coordinates or ()}
         self._definitions = {d.name: d.expression for d in scene.definitions}
         self._meanings: dict[str, sp.Expr] = {}
         self._open: list[str] = []
         self._position_entries: dict[str, Expression] = {}
-        bodies = (*scene.particles, *scene.points)
+        self.bodies: tuple[Particle | Point, ...] = (*scene.particles, *scene.points)
         named = [
             (f"{axis}_{body.name}", entry.node)
-            for body in bodies
+            for body in self.bodies
             for axis, entry in zip(_AXES, body.position, strict=True)
         ]
         self._components = {name for name, _ in named}
@@ -77,6 +75,7 @@ class Names:
         self.point_symbols = tuple(
             tuple(self._raw(p, axis) for axis in range(3)) for p in scene.points
         )
+        self.body_symbols = (*self.particle_symbols, *self.point_symbols)
         self._aliases = dict(self._alias_pairs())
         self.given = dict(self._given())
 
@@ -98,9 +97,7 @@ class Names:
         return node.name not in self._components or node.name in self._own_defaults
 
     def _alias_pairs(self) -> Iterator[tuple[str, sp.Symbol]]:
-        bodies = (*self.scene.particles, *self.scene.points)
-        symbols = (*self.particle_symbols, *self.point_symbols)
-        for body, components in zip(bodies, symbols, strict=True):
+        for body, components in zip(self.bodies, self.body_symbols, strict=True):
             for axis, symbol in zip(_AXES, components, strict=True):
                 yield f"{axis}_{body.name}", symbol
 

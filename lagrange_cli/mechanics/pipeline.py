@@ -8,7 +8,7 @@ import mpmath
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.certificate import Evidence, certify
+from lagrange_cli.mechanics.certificate import Evidence, certify, certify_shown
 from lagrange_cli.mechanics.derivation import Derivation, derive_uncertified
 from lagrange_cli.mechanics.equations import (
     CartesianName,
@@ -70,6 +70,8 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
     scene, names = reduced.scene, reduced.names
     energy = total_energy(derivation, evidence)
     structure = facts(derivation)
+    shown = tuple(_shown(derivation, evidence))
+    certify_shown(derivation, evidence, shown)
     return Equations(
         name=scene.name,
         title=scene.title,
@@ -89,7 +91,7 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
         forces=derivation.forces,
         mass_matrix=tuple(tuple(factored(list(e)) for e in row) for row in derivation.mass),
         forcing=tuple(sp.Add(*terms) for terms in derivation.forcing),
-        shown=tuple(_shown(derivation, evidence)),
+        shown=shown,
         energy=energy,
         cyclic=cyclic_names(derivation, evidence),
         conserved=conserved_quantities(derivation, evidence, energy),
@@ -171,8 +173,8 @@ def _abbreviations(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
 
 
 def _expressions(scene: Scene) -> Iterator[Expression]:
-    for p in (*scene.particles, *scene.points):
-        yield from p.position
+    for position in (*(p.position for p in scene.particles), *(p.position for p in scene.points)):
+        yield from position
     yield from (p.mass for p in scene.particles)
     yield from (s for c in scene.constraints for e in c.equations for s in (e.left, e.right))
     yield from (d.expression for d in scene.definitions)
@@ -187,7 +189,7 @@ def _simulation_defaults(reduced: Reduced) -> SimulationDefaults:
     def number(expression: Expression | None) -> float | None:
         return None if expression is None else value.float(expression)
 
-    samples = section.samples and value.number(section.samples)
+    samples = value.number(section.samples) if section.samples is not None else None
     if section.samples is not None and samples is not None and not samples.is_Integer:
         raise InputError(
             Problem(
@@ -272,4 +274,3 @@ def interpret(equations: Equations, expression: Expression) -> sp.Expr:
     return to_sympy(
         expression, meanings.get, lambda expr: total_derivative(expr, equations.t, chain)
     )
-

@@ -192,9 +192,7 @@ def _eliminate(
     names: Names, scene: Scene, stated: list[Stated], reference: dict[sp.Symbol, mpf]
 ) -> Elimination:
     declared = set(names.coordinates.values())
-    unknowns = [
-        s for s in names.cartesian.values() if s not in names.given and s not in declared
-    ]
+    unknowns = [s for s in names.cartesian.values() if s not in names.given and s not in declared]
     constants = frozenset(names.parameters.values())
     return eliminate(
         stated,

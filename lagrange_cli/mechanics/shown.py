@@ -25,9 +25,7 @@ __all__ = ["shown_equation"]
 Asked = Callable[[sp.Expr], bool]
 
 
-def shown_equation(
-    derivation: Derivation, row: int, cyclic: bool, asked: Asked
-) -> ShownEquation:
+def shown_equation(derivation: Derivation, row: int, cyclic: bool, asked: Asked) -> ShownEquation:
     """Textbook form of one equation.
 
     Parameters

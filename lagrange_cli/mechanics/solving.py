@@ -26,7 +26,10 @@ def linear_parts(phi: sp.Expr, unknown: sp.Symbol) -> tuple[sp.Expr, sp.Expr] | 
 
 
 def solutions(phi: sp.Expr, unknown: sp.Symbol) -> list[sp.Expr] | None:
-    """Every branch u(other symbols) of φ = 0, periodic ones once; None if there is no closed form."""
+    """Every branch u(other symbols) of φ = 0, periodic ones once.
+
+    None where there is no closed form.
+    """
     powers = _powers_of(phi, unknown)
     if powers is not None and set(powers) <= {0, 1, 2}:
         a, b, c = (powers.get(k, sp.Integer(0)) for k in (2, 1, 0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import sympy as sp
 
@@ -159,7 +160,7 @@ def conserved_quantities(
         if evidence.cyclic[row] and not evidence.forced[row]
     ]
     if evidence.energy_conserved:
-        kind = "energy" if evidence.energy_is_sum else "jacobi"
+        kind: Literal["energy", "jacobi"] = "energy" if evidence.energy_is_sum else "jacobi"
         found.append(Conserved(kind, kind, energy, "L does not depend on t"))
     return tuple(found)
 

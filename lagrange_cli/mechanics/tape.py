@@ -8,237 +8,42 @@ textbook automatic differentiation: Griewank and Walther, Evaluating
 Derivatives (2008), chapters 3, 5 and 13. Nothing here uses SymPy's own
 differentiation: the certificate relies on that.
 
-Sums and products are done in :mod:`decimal`, whose arithmetic is compiled;
-functions in mpmath, which has them all. Numbers go in and come out as mpf.
+Sums and products are done in :mod:`decimal`, whose arithmetic is compiled.
+Numbers go in and come out as mpf.
 """
 
 from __future__ import annotations
 
 import decimal
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from decimal import Decimal
-from functools import cache, lru_cache
-from typing import Any, cast
+from typing import Any
 
 import mpmath
 import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.mechanics.functions import (
+    FUNCTIONS,
+    DomainError,
+    Number,
+    Triple,
+    constant,
+    context,
+    integer_power,
+    inward,
+    outward,
+    root,
+)
 
 __all__ = ["DomainError", "Series", "Tape", "values"]
 
-Number = Any  # mpmath.mpf, which carries no types
 Series = tuple[Number, Number, Number]
 """Value, first and second derivative with respect to s."""
 
-Triple = tuple[Decimal, Decimal, Decimal]
-"""A series inside the tape."""
-
 _ZERO = mpf(0)
 _NONE = Decimal(0)
-_CONSTANT: Triple = (_NONE, _NONE, _NONE)
-
-
-class DomainError(ArithmeticError):
-    """A value is not a finite real number at this point."""
-
-
-@cache
-def _context(digits: int) -> decimal.Context:
-    """Decimal arithmetic of so many digits that never runs out of exponents."""
-    return decimal.Context(
-        prec=digits,
-        Emin=decimal.MIN_EMIN,
-        Emax=decimal.MAX_EMAX,
-        rounding=decimal.ROUND_HALF_EVEN,
-        traps=[decimal.InvalidOperation, decimal.DivisionByZero, decimal.Overflow],
-    )
-
-
-@cache
-def _power_of_two(exponent: int, digits: int) -> Decimal:
-    with decimal.localcontext(_context(digits + 5)):
-        return Decimal(2) ** exponent
-
-
-@cache
-def _power_of_ten(exponent: int, digits: int) -> Number:
-    with mpmath.workdps(digits + 5):
-        return mpf(10) ** exponent
-
-
-def _inward(x: Number) -> Decimal:
-    """An mpf as a decimal of the current context's precision."""
-    if not isinstance(x, mpf):
-        raise DomainError
-    sign, mantissa, exponent, _ = x._mpf_
-    if not mantissa:
-        if exponent:
-            raise DomainError  # infinite or not a number
-        return _NONE
-    value = Decimal(int(mantissa)) * _power_of_two(exponent, decimal.getcontext().prec)
-    return -value if sign else value
-
-
-def _outward(x: Decimal) -> Number:
-    """A decimal as an mpf."""
-    if not x:
-        return _ZERO
-    digits = mpmath.mp.dps + 5
-    exponent = x.adjusted() - digits
-    mantissa = int(x.scaleb(-exponent, context=_context(digits + 5)))
-    return mpf(mantissa) * _power_of_ten(exponent, digits)
-
-
-def _real(x: Number) -> Number:
-    if isinstance(x, mpf) and mpmath.isfinite(x):
-        return x
-    raise DomainError
-
-
-def _reciprocal(x: Number) -> Number:
-    if x == 0:
-        raise DomainError
-    return 1 / x
-
-
-@lru_cache(maxsize=4096)
-def _cos_sin(x: Decimal, digits: int) -> tuple[Decimal, Decimal]:
-    """Both at once: an angle's sine and cosine are asked for again and again."""
-    c, s = mpmath.cos_sin(_outward(x))
-    return _inward(c), _inward(s)
-
-
-def _sin(x: Decimal) -> Triple:
-    c, s = _cos_sin(x, mpmath.mp.dps)
-    return s, c, -s
-
-
-def _cos(x: Decimal) -> Triple:
-    c, s = _cos_sin(x, mpmath.mp.dps)
-    return c, -s, -c
-
-
-def _tan(x: Number) -> Series:
-    y = mpmath.tan(x)
-    return y, 1 + y * y, 2 * y * (1 + y * y)
-
-
-def _asin(x: Number) -> Series:
-    r = _reciprocal(mpmath.sqrt(_real(1 - x * x)))
-    return mpmath.asin(x), r, x * r**3
-
-
-def _acos(x: Number) -> Series:
-    r = _reciprocal(mpmath.sqrt(_real(1 - x * x)))
-    return mpmath.acos(x), -r, -x * r**3
-
-
-def _atan(x: Number) -> Series:
-    r = 1 / (1 + x * x)
-    return mpmath.atan(x), r, -2 * x * r * r
-
-
-def _sinh(x: Number) -> Series:
-    s, c = mpmath.sinh(x), mpmath.cosh(x)
-    return s, c, s
-
-
-def _cosh(x: Number) -> Series:
-    s, c = mpmath.sinh(x), mpmath.cosh(x)
-    return c, s, c
-
-
-def _tanh(x: Number) -> Series:
-    y = mpmath.tanh(x)
-    return y, 1 - y * y, -2 * y * (1 - y * y)
-
-
-def _asinh(x: Number) -> Series:
-    r = 1 / mpmath.sqrt(1 + x * x)
-    return mpmath.asinh(x), r, -x * r**3
-
-
-def _acosh(x: Number) -> Series:
-    r = _reciprocal(mpmath.sqrt(_real(x * x - 1)))
-    return mpmath.acosh(x), r, -x * r**3
-
-
-def _atanh(x: Number) -> Series:
-    r = _reciprocal(1 - x * x)
-    return mpmath.atanh(x), r, 2 * x * r * r
-
-
-def _exp(x: Number) -> Series:
-    y = mpmath.exp(x)
-    return y, y, y
-
-
-def _log(x: Number) -> Series:
-    r = _reciprocal(x)
-    return mpmath.log(x), r, -r * r
-
-
-def _abs(x: Number) -> Series:
-    return abs(x), mpmath.sign(x), _ZERO
-
-
-def _sign(x: Number) -> Series:
-    return mpmath.sign(x), _ZERO, _ZERO
-
-
-#: Each function with its first and second derivative.
-_UNARY: dict[Any, Callable[[Number], Series]] = {
-    sp.tan: _tan,
-    sp.asin: _asin,
-    sp.acos: _acos,
-    sp.atan: _atan,
-    sp.sinh: _sinh,
-    sp.cosh: _cosh,
-    sp.tanh: _tanh,
-    sp.asinh: _asinh,
-    sp.acosh: _acosh,
-    sp.atanh: _atanh,
-    sp.exp: _exp,
-    sp.log: _log,
-    sp.Abs: _abs,
-    sp.sign: _sign,
-}
-
-
-def _power(x: Decimal, n: int) -> Triple:
-    """x**n for an integer exponent, with both derivatives."""
-    if n == 2:
-        return x * x, 2 * x, Decimal(2)
-    if not x:
-        if n < 0:
-            raise DomainError
-        return Decimal(n == 0), Decimal(n == 1), Decimal(2 * (n == 2))
-    y = x**n
-    first = n * y / x
-    return y, first, (n - 1) * first / x
-
-
-def _root(x: Decimal, exponent: sp.Rational) -> Triple:
-    """x**(p/q), with both derivatives; x must be positive, or zero where that is smooth."""
-    if x < 0:
-        raise DomainError
-    n = Decimal(int(exponent.p)) / Decimal(int(exponent.q))
-    if not x:
-        if n < 2:
-            raise DomainError
-        return _CONSTANT
-    if exponent.q == 2:
-        y = x.sqrt() ** int(exponent.p)
-    else:
-        y = _inward(_outward(x) ** (mpf(int(exponent.p)) / int(exponent.q)))
-    first = n * y / x
-    return y, first, (n - 1) * first / x
-
-
-#: The same, on decimals directly.
-_DECIMAL: dict[Any, Callable[[Decimal], Triple]] = {sp.sin: _sin, sp.cos: _cos}
 
 
 class Tape:
@@ -296,10 +101,8 @@ class Tape:
             return product
         if expr.is_Pow:
             return self._pow(expr, args)
-        if expr.func in _DECIMAL:
-            return self._append("decimal", args[0], _DECIMAL[expr.func])
-        if expr.func in _UNARY:
-            return self._append("unary", args[0], _UNARY[expr.func])
+        if expr.func in FUNCTIONS:
+            return self._append("unary", args[0], FUNCTIONS[expr.func])
         if expr.func in (sp.atan2, sp.Min, sp.Max):
             return self._append(expr.func.__name__, tuple(args), None)
         raise InternalError(Problem(f"cannot evaluate {type(expr).__name__} in the certificate"))
@@ -317,9 +120,9 @@ class Tape:
         if exponent.is_Rational:
             return self._append("root", args[0], exponent)
         if base is sp.E:
-            return self._append("unary", args[1], _exp)
-        logarithm = self._append("unary", args[0], _log)
-        return self._append("unary", self._product(args[1], logarithm), _exp)
+            return self._append("unary", args[1], FUNCTIONS[sp.exp])
+        logarithm = self._append("unary", args[0], FUNCTIONS[sp.log])
+        return self._append("unary", self._product(args[1], logarithm), FUNCTIONS[sp.exp])
 
     def run(self, inputs: Sequence[Series], order: int = 2) -> Run:
         """Evaluate on series in s, truncated after ``order`` (0, 1 or 2).
@@ -329,7 +132,7 @@ class Tape:
         DomainError
             A value or a derivative is not a finite real number.
         """
-        with decimal.localcontext(_context(mpmath.mp.dps + 5)):
+        with decimal.localcontext(context(mpmath.mp.dps + 5)):
             try:
                 return Run(self, inputs, order)
             except decimal.DecimalException as error:
@@ -353,14 +156,14 @@ class Run:
     def outputs(self) -> list[Series]:
         """Series of each output."""
         return [
-            (_outward(x[0]), _outward(x[1]), _outward(x[2]))
+            (outward(x[0]), outward(x[1]), outward(x[2]))
             for x in (self.nodes[i] for i in self.tape.outputs)
         ]
 
     @property
     def values(self) -> list[Number]:
         """Value of each output."""
-        return [_outward(self.nodes[i][0]) for i in self.tape.outputs]
+        return [outward(self.nodes[i][0]) for i in self.tape.outputs]
 
     def _forward(self, i: int, operation: str, a: Any, b: Any) -> Triple:
         nodes, order = self.nodes, self.order
@@ -377,10 +180,10 @@ class Run:
             )
         if operation == "input":
             x = next(self._pending)
-            return _inward(x[0]), _inward(x[1]), _inward(x[2])
+            return inward(x[0]), inward(x[1]), inward(x[2])
         if operation == "constant":
-            return _constant(a, mpmath.mp.dps), _NONE, _NONE
-        if operation in ("unary", "decimal", "power", "root"):
+            return constant(a, mpmath.mp.dps), _NONE, _NONE
+        if operation in ("unary", "power", "root"):
             self.local[i] = self._derivatives(operation, nodes[a][0], b)
             return self._compose(self.local[i], nodes[a])
         if operation in ("Min", "Max"):
@@ -399,14 +202,12 @@ class Run:
 
     @staticmethod
     def _derivatives(operation: str, x: Decimal, how: Any) -> Triple:
-        if operation == "decimal":
-            return cast(Triple, how(x))
         if operation == "power":
-            return _power(x, how)
+            return integer_power(x, how)
         if operation == "root":
-            return _root(x, how)
-        value, first, second = how(_outward(x))
-        return _inward(value), _inward(first), _inward(second)
+            return root(x, how)
+        found: Triple = how(x)
+        return found
 
     def _compose(self, f: Triple, x: Triple) -> Triple:
         if not self.order:
@@ -424,7 +225,7 @@ class Run:
         rate = area / r2
         r2_rate = 2 * (x[0] * x[1] + y[0] * y[1])
         self.local[i] = (y, x, r2, r2_rate)
-        value = _inward(mpmath.atan2(_outward(y[0]), _outward(x[0])))
+        value = inward(mpmath.atan2(outward(y[0]), outward(x[0])))
         return value, rate, area_rate / r2 - rate * r2_rate / r2
 
     def gradient(self, seeds: Mapping[int, Series]) -> list[Series]:
@@ -433,10 +234,10 @@ class Run:
         ``seeds`` maps output numbers to the weights' series; the second entry of
         each result is its derivative along s (zero when the run has order 0).
         """
-        with decimal.localcontext(_context(mpmath.mp.dps + 5)):
+        with decimal.localcontext(context(mpmath.mp.dps + 5)):
             adjoint: list[tuple[Decimal, Decimal] | None] = [None] * len(self.nodes)
             for output, weight in seeds.items():
-                seed = _inward(weight[0]), _inward(weight[1])
+                seed = inward(weight[0]), inward(weight[1])
                 _accumulate(adjoint, self.tape.outputs[output], *seed)
             for i in range(len(self.nodes) - 1, self.tape.inputs - 1, -1):
                 bar = adjoint[i]
@@ -444,8 +245,7 @@ class Run:
                     self._backward(adjoint, i, bar)
             found = adjoint[: self.tape.inputs]
             return [
-                (_ZERO,) * 3 if x is None else (_outward(x[0]), _outward(x[1]), _ZERO)
-                for x in found
+                (_ZERO,) * 3 if x is None else (outward(x[0]), outward(x[1]), _ZERO) for x in found
             ]
 
     def _backward(
@@ -461,11 +261,9 @@ class Run:
         elif operation == "add":
             for target in a:
                 _accumulate(adjoint, target, bar[0], bar[1])
-        elif operation in ("unary", "decimal", "power", "root"):
+        elif operation in ("unary", "power", "root"):
             _, first, second = self.local[i]
-            _accumulate(
-                adjoint, a, bar[0] * first, bar[1] * first + bar[0] * second * nodes[a][1]
-            )
+            _accumulate(adjoint, a, bar[0] * first, bar[1] * first + bar[0] * second * nodes[a][1])
         elif operation in ("Min", "Max"):
             _accumulate(adjoint, self.local[i], bar[0], bar[1])
         elif operation == "atan2":
@@ -476,14 +274,6 @@ class Run:
                 _accumulate(adjoint, target, bar[0] * share, bar[0] * rate + bar[1] * share)
 
 
-@cache
-def _constant(expr: sp.Expr, digits: int) -> Decimal:
-    """A number to the current precision."""
-    if expr.is_Rational:
-        return Decimal(int(expr.p)) / Decimal(int(expr.q))
-    return _inward(mpf(expr.evalf(digits + 5)))
-
-
 def _accumulate(
     adjoint: list[tuple[Decimal, Decimal] | None], target: int, value: Decimal, rate: Decimal
 ) -> None:
@@ -491,9 +281,7 @@ def _accumulate(
     adjoint[target] = (value, rate) if before is None else (before[0] + value, before[1] + rate)
 
 
-def values(
-    expressions: Iterable[sp.Expr], point: Mapping[sp.Symbol, Number]
-) -> list[Number]:
+def values(expressions: Iterable[sp.Expr], point: Mapping[sp.Symbol, Number]) -> list[Number]:
     """Values of expressions at one point, in the working precision of mpmath."""
     tape = Tape(list(expressions), list(point))
     return tape.run([(mpf(x), _ZERO, _ZERO) for x in point.values()], order=0).values

@@ -12,18 +12,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import sympy as sp
 
-__all__ = ["Splitter", "TermSum", "common_factor", "expand_terms", "factored", "rational_content"]
+from lagrange_cli.mechanics.trigonometry import TrigFactor, TrigMonomial, Weights, shorten
 
-#: ``("sin" or "cos", argument)``
-TrigFactor: TypeAlias = tuple[str, sp.Expr]
-#: factor → power, in order of first appearance of the factors.
-TrigMonomial: TypeAlias = tuple[tuple[TrigFactor, int], ...]
-#: mass → rational coefficient
-Weights: TypeAlias = dict[sp.Expr, sp.Rational]
+__all__ = ["Splitter", "TermSum", "common_factor", "expand_terms", "factored", "rational_content"]
 
 _ONE = sp.Integer(1)
 #: sin, cos and tan as powers of sin and cos.
@@ -199,7 +194,7 @@ class TermSum:
 
     def _collect(self) -> Iterator[sp.Expr]:
         for rest, group in self._groups.items():
-            _shorten(group, self._splitter)
+            shorten(group, self._splitter.canonical)
             powers = [base**exponent for base, exponent in rest]
             for trig, weights in group.items():
                 number, mass = _weight_sum(weights)
@@ -233,131 +228,6 @@ def _weight_sum(weights: Weights) -> tuple[sp.Rational, sp.Expr]:
     if all(c < 0 for c in present.values()):
         content = -content
     return content, sp.Add(*(m * (c / content) for m, c in present.items()))
-
-
-def _shorten(group: dict[TrigMonomial, Weights], splitter: Splitter) -> None:
-    """Apply sin² + cos² = 1 and the addition theorems until none shortens the sum."""
-    pending = list(group) if len(group) > 1 else []
-    while pending:
-        trig = pending.pop()
-        if trig in group and len(group) > 1:
-            pending.extend(_shorten_one(group, trig, splitter))
-
-
-def _shorten_one(
-    group: dict[TrigMonomial, Weights], trig: TrigMonomial, splitter: Splitter
-) -> list[TrigMonomial]:
-    """Merge ``trig`` with a partner if there is one; return the monomials to look at again."""
-    powers = dict(trig)
-
-    def times(change: dict[TrigFactor, int]) -> TrigMonomial:
-        return splitter.canonical(_changed(powers, change))
-
-    for (name, argument), power in trig:
-        if power >= 2:
-            this, other = (name, argument), (_partner(name), argument)
-            base, swapped = times({this: -2}), times({this: -2, other: 2})
-            made = _merge(group, trig, swapped, base, 1)
-            if made is None:
-                # X − X cos² = X sin²
-                made = _merge(group, base, trig, swapped, -1)
-            if made is not None:
-                return made
-    for i, (first, _) in enumerate(trig):
-        for second, _ in trig[i + 1 :]:
-            made = _addition_theorem(group, trig, splitter, first, second)
-            if made is not None:
-                return made
-    return []
-
-
-def _addition_theorem(
-    group: dict[TrigMonomial, Weights],
-    trig: TrigMonomial,
-    splitter: Splitter,
-    first: TrigFactor,
-    second: TrigFactor,
-) -> list[TrigMonomial] | None:
-    """cos a cos b ± sin a sin b = cos(a ∓ b); sin a cos b ± cos a sin b = sin(a ± b)."""
-    (f, a), (g, b) = first, second
-    if a == b:
-        return None
-    base = _changed(dict(trig), {first: -1, second: -1})
-    partner = splitter.canonical(_changed(base, {(_partner(f), a): 1, (_partner(g), b): 1}))
-    if partner not in group:
-        return None
-    for sign in (1, -1):
-        if not _paired(group[trig], group[partner], sign):
-            continue
-        if f == g:
-            # (cos cos) + sign (sin sin) = cos(a − sign b)
-            name, argument = "cos", a - sign * b
-            scale = 1 if f == "cos" else sign
-        elif f == "sin":
-            # (sin a cos b) + sign (cos a sin b) = sin(a + sign b)
-            name, argument, scale = "sin", a + sign * b, 1
-        else:
-            # (cos a sin b) + sign (sin a cos b) = sin(b + sign a)
-            name, argument, scale = "sin", b + sign * a, 1
-        if argument == 0:
-            continue
-        if argument.could_extract_minus_sign():
-            argument, scale = -argument, scale * (1 if name == "cos" else -1)
-        target = splitter.canonical(_changed(base, {(name, argument): 1}))
-        return _merge(group, trig, partner, target, sign, scale)
-    return None
-
-
-def _partner(name: str) -> str:
-    return "cos" if name == "sin" else "sin"
-
-
-def _changed(
-    powers: dict[TrigFactor, int], change: dict[TrigFactor, int]
-) -> dict[TrigFactor, int]:
-    result = dict(powers)
-    for key, power in change.items():
-        result[key] = result.get(key, 0) + power
-    return {k: p for k, p in result.items() if p}
-
-
-def _paired(ours: Weights, theirs: Weights, sign: int) -> Weights:
-    """Masses whose weights are c in one and sign·c in the other."""
-    return {m: c for m, c in ours.items() if c != 0 and theirs.get(m, _ZERO) == sign * c}
-
-
-def _merge(
-    group: dict[TrigMonomial, Weights],
-    first: TrigMonomial,
-    second: TrigMonomial,
-    target: TrigMonomial,
-    sign: int,
-    scale: int = 1,
-) -> list[TrigMonomial] | None:
-    """Where ``first`` has weight c and ``second`` sign·c, replace both by scale·c·target.
-
-    Masses whose weights do not pair up stay where they are. None if no mass pairs up.
-    """
-    if first not in group or second not in group:
-        return None
-    ours, theirs = group[first], group[second]
-    common = _paired(ours, theirs, sign)
-    if not common:
-        return None
-    for source, weights in ((first, ours), (second, theirs)):
-        for m in common:
-            del weights[m]
-        if not weights:
-            del group[source]
-    into = group.setdefault(target, {})
-    for m, c in common.items():
-        into[m] = into.get(m, _ZERO) + scale * c
-        if into[m] == 0:
-            del into[m]
-    if not into:
-        del group[target]
-        return [k for k in (first, second) if k in group]
-    return [k for k in (target, first, second) if k in group]
 
 
 def rational_content(numbers: Iterable[sp.Rational]) -> sp.Rational:
@@ -434,8 +304,12 @@ def _polynomial_factors(expr: sp.Expr) -> sp.Expr:
     symbols = sorted(expr.free_symbols, key=str)
     if not symbols or len(symbols) > 4 or not expr.is_polynomial(*symbols):
         return expr
-    if not all(a.is_Rational or a.is_Symbol for t in expr.args for a in sp.preorder_traversal(t)
-               if not a.args):
+    if not all(
+        a.is_Rational or a.is_Symbol
+        for t in expr.args
+        for a in sp.preorder_traversal(t)
+        if not a.args
+    ):
         return expr
     found = sp.factor(expr)
     return expr if found.is_Add else found

@@ -1,0 +1,259 @@
+"""Elementary functions with their first two derivatives, in decimal arithmetic.
+
+Functions themselves come from mpmath, which has them all; decimals go in and
+come out.
+"""
+
+from __future__ import annotations
+
+import decimal
+from collections.abc import Callable
+from decimal import Decimal
+from functools import cache, lru_cache
+from typing import Any
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+__all__ = [
+    "FUNCTIONS",
+    "DomainError",
+    "Number",
+    "Triple",
+    "constant",
+    "context",
+    "integer_power",
+    "inward",
+    "outward",
+    "root",
+]
+
+Number = Any  # mpmath.mpf, which carries no types
+
+Triple = tuple[Decimal, Decimal, Decimal]
+"""A value with its first and second derivative."""
+
+Mpfs = tuple[Number, Number, Number]
+
+_MPF_ZERO = mpf(0)
+_ZERO = Decimal(0)
+_FLAT: Triple = (_ZERO, _ZERO, _ZERO)
+
+
+class DomainError(ArithmeticError):
+    """A value is not a finite real number at this point."""
+
+
+@cache
+def context(digits: int) -> decimal.Context:
+    """Decimal arithmetic of so many digits that never runs out of exponents."""
+    return decimal.Context(
+        prec=digits,
+        Emin=decimal.MIN_EMIN,
+        Emax=decimal.MAX_EMAX,
+        rounding=decimal.ROUND_HALF_EVEN,
+        traps=[decimal.InvalidOperation, decimal.DivisionByZero, decimal.Overflow],
+    )
+
+
+@cache
+def _power_of_two(exponent: int, digits: int) -> Decimal:
+    with decimal.localcontext(context(digits + 5)):
+        return Decimal(2) ** exponent
+
+
+@cache
+def _power_of_ten(exponent: int, digits: int) -> Number:
+    with mpmath.workdps(digits + 5):
+        return mpf(10) ** exponent
+
+
+def inward(x: Number) -> Decimal:
+    """An mpf as a decimal of the current context's precision."""
+    if not isinstance(x, mpf):
+        raise DomainError
+    sign, mantissa, exponent, _ = x._mpf_
+    if not mantissa:
+        if exponent:
+            raise DomainError  # infinite or not a number
+        return _ZERO
+    value = Decimal(int(mantissa)) * _power_of_two(exponent, decimal.getcontext().prec)
+    return -value if sign else value
+
+
+def outward(x: Decimal) -> Number:
+    """A decimal as an mpf."""
+    if not x:
+        return _MPF_ZERO
+    digits = mpmath.mp.dps + 5
+    exponent = x.adjusted() - digits
+    mantissa = int(x.scaleb(-exponent, context=context(digits + 5)))
+    return mpf(mantissa) * _power_of_ten(exponent, digits)
+
+
+def _real(x: Number) -> Number:
+    if isinstance(x, mpf) and mpmath.isfinite(x):
+        return x
+    raise DomainError
+
+
+def _reciprocal(x: Number) -> Number:
+    if x == 0:
+        raise DomainError
+    return 1 / x
+
+
+@lru_cache(maxsize=4096)
+def _cos_sin(x: Decimal, digits: int) -> tuple[Decimal, Decimal]:
+    """Both at once: an angle's sine and cosine are asked for again and again."""
+    c, s = mpmath.cos_sin(outward(x))
+    return inward(c), inward(s)
+
+
+def _sin(x: Decimal) -> Triple:
+    c, s = _cos_sin(x, mpmath.mp.dps)
+    return s, c, -s
+
+
+def _cos(x: Decimal) -> Triple:
+    c, s = _cos_sin(x, mpmath.mp.dps)
+    return c, -s, -c
+
+
+def _tan(x: Number) -> Mpfs:
+    y = mpmath.tan(x)
+    return y, 1 + y * y, 2 * y * (1 + y * y)
+
+
+def _asin(x: Number) -> Mpfs:
+    r = _reciprocal(mpmath.sqrt(_real(1 - x * x)))
+    return mpmath.asin(x), r, x * r**3
+
+
+def _acos(x: Number) -> Mpfs:
+    r = _reciprocal(mpmath.sqrt(_real(1 - x * x)))
+    return mpmath.acos(x), -r, -x * r**3
+
+
+def _atan(x: Number) -> Mpfs:
+    r = 1 / (1 + x * x)
+    return mpmath.atan(x), r, -2 * x * r * r
+
+
+def _sinh(x: Number) -> Mpfs:
+    s, c = mpmath.sinh(x), mpmath.cosh(x)
+    return s, c, s
+
+
+def _cosh(x: Number) -> Mpfs:
+    s, c = mpmath.sinh(x), mpmath.cosh(x)
+    return c, s, c
+
+
+def _tanh(x: Number) -> Mpfs:
+    y = mpmath.tanh(x)
+    return y, 1 - y * y, -2 * y * (1 - y * y)
+
+
+def _asinh(x: Number) -> Mpfs:
+    r = 1 / mpmath.sqrt(1 + x * x)
+    return mpmath.asinh(x), r, -x * r**3
+
+
+def _acosh(x: Number) -> Mpfs:
+    r = _reciprocal(mpmath.sqrt(_real(x * x - 1)))
+    return mpmath.acosh(x), r, -x * r**3
+
+
+def _atanh(x: Number) -> Mpfs:
+    r = _reciprocal(1 - x * x)
+    return mpmath.atanh(x), r, 2 * x * r * r
+
+
+def _exp(x: Number) -> Mpfs:
+    y = mpmath.exp(x)
+    return y, y, y
+
+
+def _log(x: Number) -> Mpfs:
+    r = _reciprocal(x)
+    return mpmath.log(x), r, -r * r
+
+
+def _abs(x: Number) -> Mpfs:
+    return abs(x), mpmath.sign(x), _MPF_ZERO
+
+
+def _sign(x: Number) -> Mpfs:
+    return mpmath.sign(x), _MPF_ZERO, _MPF_ZERO
+
+
+def integer_power(x: Decimal, n: int) -> Triple:
+    """x**n for an integer exponent, with both derivatives."""
+    if n == 2:
+        return x * x, 2 * x, Decimal(2)
+    if not x:
+        if n < 0:
+            raise DomainError
+        return Decimal(n == 0), Decimal(n == 1), Decimal(2 * (n == 2))
+    y = x**n
+    first = n * y / x
+    return y, first, (n - 1) * first / x
+
+
+def root(x: Decimal, exponent: sp.Rational) -> Triple:
+    """x**(p/q), with both derivatives; x must be positive, or zero where that is smooth."""
+    if x < 0:
+        raise DomainError
+    n = Decimal(int(exponent.p)) / Decimal(int(exponent.q))
+    if not x:
+        if n < 2:
+            raise DomainError
+        return _FLAT
+    if exponent.q == 2:
+        y = x.sqrt() ** int(exponent.p)
+    else:
+        y = inward(outward(x) ** (mpf(int(exponent.p)) / int(exponent.q)))
+    first = n * y / x
+    return y, first, (n - 1) * first / x
+
+
+@cache
+def constant(expr: sp.Expr, digits: int) -> Decimal:
+    """A number to the precision of the current context.
+
+    ``digits`` is that precision: it tells values of different precision apart.
+    """
+    if expr.is_Rational:
+        return Decimal(int(expr.p)) / Decimal(int(expr.q))
+    return inward(mpf(expr.evalf(digits + 5)))
+
+
+def _through_mpf(function: Callable[[Number], Mpfs]) -> Callable[[Decimal], Triple]:
+    def convert(x: Decimal) -> Triple:
+        value, first, second = function(outward(x))
+        return inward(value), inward(first), inward(second)
+
+    return convert
+
+
+#: Each function of one argument: value, first and second derivative.
+FUNCTIONS: dict[Any, Callable[[Decimal], Triple]] = {
+    sp.sin: _sin,
+    sp.cos: _cos,
+    sp.tan: _through_mpf(_tan),
+    sp.asin: _through_mpf(_asin),
+    sp.acos: _through_mpf(_acos),
+    sp.atan: _through_mpf(_atan),
+    sp.sinh: _through_mpf(_sinh),
+    sp.cosh: _through_mpf(_cosh),
+    sp.tanh: _through_mpf(_tanh),
+    sp.asinh: _through_mpf(_asinh),
+    sp.acosh: _through_mpf(_acosh),
+    sp.atanh: _through_mpf(_atanh),
+    sp.exp: _through_mpf(_exp),
+    sp.log: _through_mpf(_log),
+    sp.Abs: _through_mpf(_abs),
+    sp.sign: _through_mpf(_sign),
+}
