@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from sympy.core.cache import clear_cache
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
-from lagrange_cli.mechanics import derive, derive_uncertified
+from lagrange_cli.mechanics import derive, derive_uncertified, reduce
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.scene import read_text
 from lagrange_cli.scene.model import Scene
@@ -99,17 +99,35 @@ def random_state(n: int) -> State:
     )
 
 
-def evaluate_ours(equations: Equations, s: State) -> Values:
+Forms = tuple[list[Any], list[list[Any]], list[Any]]
+"""Arguments q, v, m, l, g; M; f."""
+
+
+def without_certificate(scene: Scene) -> Forms:
+    """Reduction and derivation alone: nothing is checked or put into textbook form."""
+    found = derive_uncertified(reduce(scene))
+    matrix = [[sympy.Add(*terms) for terms in row] for row in found.mass]
+    forcing = [sympy.Add(*terms) for terms in found.forcing]
+    coordinates = found.reduced.coordinates
+    return _arguments(coordinates, found.reduced.names.parameters), matrix, forcing
+
+
+def _arguments(coordinates: Any, parameters: Any) -> list[Any]:
+    n = len(coordinates)
+    masses = [parameters[f"m{i + 1}"] for i in range(n)]
+    rods = [parameters[f"l{i + 1}"] for i in range(n)]
+    return [[c.q for c in coordinates], [c.v for c in coordinates], masses, rods, parameters["g"]]
+
+
+def evaluate_equations(equations: Equations, s: State) -> Values:
     parameters = {p.name: p.symbol for p in equations.parameters}
-    n = len(s.q)
-    arguments = [
-        [c.q for c in equations.coordinates],
-        [c.v for c in equations.coordinates],
-        [parameters[f"m{i + 1}"] for i in range(n)],
-        [parameters[f"l{i + 1}"] for i in range(n)],
-        parameters["g"],
-    ]
-    forms = [[list(row) for row in equations.mass_matrix], list(equations.forcing)]
+    matrix = [list(row) for row in equations.mass_matrix]
+    arguments = _arguments(equations.coordinates, parameters)
+    return evaluate_forms((arguments, matrix, list(equations.forcing)), s)
+
+
+def evaluate_forms(result: Forms, s: State) -> Values:
+    arguments, *forms = result
     compute = sympy.lambdify(arguments, forms, "numpy")
     matrix, forcing = compute(s.q, s.v, s.m, s.l, GRAVITY)
     return np.array(matrix, dtype=float), np.array(forcing, dtype=float)
@@ -202,8 +220,8 @@ def _size(n: int) -> int:
 def methods(largest_sympy: int) -> list[Method]:
     every = sys.maxsize
     found = [
-        Method("lagrange, certified", every, _scene, derive, evaluate_ours),
-        Method("lagrange, not certified", every, _scene, derive_uncertified, evaluate_ours),
+        Method("lagrange, certified", every, _scene, derive, evaluate_equations),
+        Method("lagrange, not certified", every, _scene, without_certificate, evaluate_forms),
         Method("SymPy LagrangesMethod", largest_sympy, _size, sympy_derivation, evaluate_sympy),
     ]
     if importlib.util.find_spec("symengine"):
