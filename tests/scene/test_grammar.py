@@ -5,9 +5,9 @@ import re
 from fractions import Fraction
 
 import pytest
-from evaluation import value
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scene_evaluation import value
 
 from lagrange_cli.errors import InputError, Mark
 from lagrange_cli.scene import parse_equation, parse_expression

@@ -1,7 +1,7 @@
 """Values given beside a scene."""
 
 import pytest
-from evaluation import value
+from scene_evaluation import value
 
 from lagrange_cli.errors import InputError, render
 from lagrange_cli.scene import read_text

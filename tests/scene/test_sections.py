@@ -5,7 +5,7 @@ import random
 from fractions import Fraction
 
 import pytest
-from evaluation import value
+from scene_evaluation import value
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.scene import expected_error, read_text

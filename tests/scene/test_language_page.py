@@ -1,0 +1,48 @@
+"""The page on the scene language says what is so."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from lagrange_cli.scene import read_text
+from lagrange_cli.scene.bounds import MAX_POWER
+from lagrange_cli.scene.expression import FUNCTIONS
+from lagrange_cli.scene.files import MAX_BYTES
+from lagrange_cli.scene.grammar import MAX_LENGTH, MAX_NESTING
+from lagrange_cli.scene.reader import LATER_SECTIONS, SECTIONS
+from lagrange_cli.scene.source import MAX_ALIASED, MAX_DEPTH
+from lagrange_cli.scene.tokens import MAX_DIGITS, MAX_EXPONENT
+
+PAGE = (Path(__file__).parents[2] / "docs" / "scene-language.md").read_text(encoding="utf-8")
+EXAMPLES = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
+
+
+@pytest.mark.parametrize("text", EXAMPLES)
+def test_examples_are_read_without_warnings(text: str) -> None:
+    assert read_text(text).warnings == ()
+
+
+def test_there_are_examples() -> None:
+    assert len(EXAMPLES) >= 4
+
+
+def test_every_section_is_described_and_no_other() -> None:
+    table = PAGE.split("## Sections")[1].split("### ")[0]
+    rows = re.findall(r"^\| (`.*?`) \|", table, re.MULTILINE)
+    described = [name for row in rows for name in re.findall(r"`(\w+)`", row)]
+    assert sorted(described) == sorted(SECTIONS)
+    assert not set(LATER_SECTIONS) & set(described)
+
+
+def test_every_function_is_named() -> None:
+    listed = re.search(r"Functions: `(.*?)`", PAGE, re.DOTALL)
+    assert listed is not None
+    assert set(listed[1].split()) | {"dot", "ddot"} == set(FUNCTIONS)
+
+
+def test_limits() -> None:
+    table = PAGE.split("| limit | |")[1]
+    numbers = [int(n) for n in re.findall(r"^\| .* \| (\d+)[^|]*\|$", table, re.MULTILINE)]
+    limits = [MAX_BYTES // 2**20, MAX_DEPTH, MAX_ALIASED, MAX_LENGTH, MAX_NESTING]
+    assert numbers == [*limits, MAX_EXPONENT, MAX_DIGITS, MAX_POWER]
