@@ -18,7 +18,9 @@ from lagrange_cli.emit.printing import Dialect, expression, functions_in
 from lagrange_cli.emit.program import (
     FUNCTIONS,
     Operand,
+    Product,
     Program,
+    Variable,
     build_program,
     input_names,
 )
@@ -245,13 +247,15 @@ class _Body:
         pivots = zip(self.program.output("pivots"), self.program.output("scales"), strict=True)
         for block in self.program.blocks:
             for k in range(len(block.coordinates) if block.unrolled else 0):
-                pivot, scale = (expression(operand, self.dialect) for operand in next(pivots))
+                pivot, scale = next(pivots)
+                text = expression(pivot, self.dialect)
                 if not block.definite:
-                    test = f"{self.dialect.functions['abs']}({pivot}) > {self.real.value(0.0)}"
+                    test = f"{self.dialect.functions['abs']}({text}) > {self.real.value(0.0)}"
                 elif k:
-                    test = f"{pivot} > {self.names.prefix}_{EPSILON_NAME}*({scale})"
+                    bound = Product((Variable(f"{self.names.prefix}_{EPSILON_NAME}"), scale), ())
+                    test = f"{text} > {expression(bound, self.dialect)}"
                 else:
-                    test = f"{pivot} > {self.real.value(0.0)}"
+                    test = f"{text} > {self.real.value(0.0)}"
                 self.lines += [f"    if (!({test})) {{", "        return 1;", "    }"]
 
     def _write_loop(

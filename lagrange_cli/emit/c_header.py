@@ -94,7 +94,7 @@ def _comment(equations: Equations, names: CNames) -> list[str]:
     lines += ["", "Positions:"]
     for k, cartesian in enumerate(equations.cartesian_names):
         lines.append(f"  out[{k}]  {comment_text(cartesian.name)}")
-    lines += ["", *_CONVENTIONS]
+    lines += ["", *_CONVENTIONS.replace("@NAME@", names.prefix).splitlines()]
     return ["/*", *(f" * {line}".rstrip() for line in lines), " */"]
 
 
@@ -103,9 +103,9 @@ Every function returns 0, or 1 if the mass matrix is singular (or not
 positive definite where it must be), or 2 if a result is not finite; what it
 has written is then meaningless.
 t is the time; u are inputs, of which this system has none (may be null);
-work holds NAME_WORK numbers of scratch space, unrelated to any other call.
+work holds @NAME@_WORK numbers of scratch space, unrelated to any other call.
 y and the array of results must not overlap. Nothing is allocated and no
-state is kept, so that calls from several threads need only separate arrays.""".splitlines()
+state is kept, so that calls from several threads need only separate arrays."""
 
 
 def _titled(name: str, title: str | None) -> str:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.emit import values as graph
 from lagrange_cli.emit.factoring import factor_sums
-from lagrange_cli.emit.sharing import share_products, share_sums
+from lagrange_cli.emit.sharing import share_products, share_scaled, share_sums
 from lagrange_cli.emit.solve import Block, solve_blocks
 from lagrange_cli.emit.values import ONE, Scaled, Values
 
@@ -184,21 +184,22 @@ def _schedule(
     values: Values, wanted: list[tuple[str, list[Scaled]]]
 ) -> tuple[_Assignments, _Results]:
     """Order the nodes that ``wanted`` needs and write them as assignments."""
-    roots = [number for _, of in wanted for _, number in of]
+    scaled = [value for _, of in wanted for value in of]
+    roots = [number for _, number in scaled]
     share_products(values, _order(values, roots))
     factor_sums(values, _order(values, roots))
     share_products(values, _order(values, roots))
     share_sums(values, _order(values, roots))
+    scaled = share_scaled(values, _order(values, roots), scaled)
+    roots = [number for _, number in scaled]
     _split_long_sums(values)
     order = _order(values, roots)
     uses = _count_uses(values, order, roots)
     writer = _Writer(values)
     for number in order:
         writer.write(number, uses[number])
-    results = tuple(
-        (name, tuple(writer.scaled(coefficient, number) for coefficient, number in of))
-        for name, of in wanted
-    )
+    operands = iter([writer.scaled(*value) for value in scaled])
+    results = tuple((name, tuple(next(operands) for _ in of)) for name, of in wanted)
     return tuple(writer.assignments), results
 
 

@@ -8,7 +8,9 @@ return NaN.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.numbers import double_literal
@@ -17,6 +19,7 @@ from lagrange_cli.emit.program import (
     FUNCTIONS,
     Number,
     Operand,
+    Product,
     Program,
     Variable,
     build_program,
@@ -61,8 +64,11 @@ PYTHON_FUNCTIONS = {
     "max": "_max",
 }
 
+#: Longer expressions are broken into lines.
+WIDTH = 84
+
 #: A pivot below this multiple of its diagonal entry is rounding error.
-_EPSILON = "1.1102230246251565e-16"
+ROUNDING = Fraction(1, 2**53)
 
 _DOCS = {
     "rhs": "State derivative [v, a] at time t; all NaN where it does not exist.",
@@ -74,10 +80,15 @@ _DOCS = {
 }
 
 
-def right_hand_side_source(equations: Equations) -> str:
-    """Source of a module with every evaluator, made of dummy names alone.
+def right_hand_side_source(
+    equations: Equations,
+    names: Sequence[str] = tuple(_DOCS),
+    transform: Callable[[Program], Program] | None = None,
+) -> str:
+    """Source of a module with the named evaluators (all of them), made of dummy names alone.
 
-    It defines ``rhs(t, y, p)``, ``mass_matrix``, ``forcing``, ``energy``,
+    ``transform`` changes the programs before they are written. The module
+    defines ``rhs(t, y, p)``, ``mass_matrix``, ``forcing``, ``energy``,
     ``positions`` and ``velocities`` of the same arguments: ``t`` a float, ``y`` an
     array [q, v] of shape (2n,), ``p`` a sequence of floats, one for each
     parameter in the order of the Equations. ``rhs`` returns an array of shape
@@ -85,13 +96,17 @@ def right_hand_side_source(equations: Equations) -> str:
     ``cartesian_names``. No text of the scene is in it: it is safe to run.
     """
     parts = [PRELUDE]
-    for name in _DOCS:
-        parts.append(function_source(equations, name, {}, "p"))
+    for name in names:
+        parts.append(function_source(equations, name, {}, "p", transform))
     return "\n\n".join(parts)
 
 
 def function_source(
-    equations: Equations, name: str, names: Mapping[str, str], parameter: str
+    equations: Equations,
+    name: str,
+    names: Mapping[str, str],
+    parameter: str,
+    transform: Callable[[Program], Program] | None = None,
 ) -> str:
     """The definition of one evaluator.
 
@@ -103,12 +118,16 @@ def function_source(
         Dummy name → local name of the inputs.
     parameter
         The text of the last argument (``p``, or ``p=DEFAULTS``).
+    transform
+        Changes the program before it is written.
     """
     program = build_program(equations, ["acceleration" if name == "rhs" else name])
+    if transform is not None:
+        program = transform(program)
     dialect = Dialect(double_literal, PYTHON_FUNCTIONS, names)
     body = _load_inputs(program, dialect)
     for target, operand in program.assignments:
-        body.append(f"{target} = {expression(operand, dialect)}")
+        body.append(_statement(target, expression(operand, dialect)))
     body.extend(_RESULTS.get(name, _vector_result)(program, dialect))
     failure = "nan" if name == "energy" else f"np.full({_shape(equations, name)}, nan)"
     lines = [f"def {name}(t, y, {parameter}):", f'    """{_DOCS[name]}"""', "    try:"]
@@ -116,6 +135,14 @@ def function_source(
     lines.append("    except (ArithmeticError, ValueError, np.linalg.LinAlgError):")
     lines.append(f"        return {failure}")
     return "\n".join(lines) + "\n"
+
+
+def _statement(target: str, text: str) -> str:
+    """An assignment, over several lines where it is long."""
+    if len(text) <= WIDTH:
+        return f"{target} = {text}"
+    lines = wrap(text, WIDTH, break_long_words=False, break_on_hyphens=False)
+    return "\n            ".join([f"{target} = (", *lines]) + "\n        )"
 
 
 def _shape(equations: Equations, name: str) -> str:
@@ -215,11 +242,13 @@ def _pivot_tests(program: Program, dialect: Dialect) -> list[str]:
     pivots = iter(zip(program.output("pivots"), program.output("scales"), strict=True))
     for block in program.blocks:
         for k in range(len(block.coordinates) if block.unrolled else 0):
-            pivot, scale = (expression(operand, dialect) for operand in next(pivots))
+            pivot, scale = next(pivots)
+            text = expression(pivot, dialect)
             if block.definite and k:
-                tests.append(f"not {pivot} > {_EPSILON}*({scale})")
+                bound = expression(Product((Number(ROUNDING), scale), ()), dialect)
+                tests.append(f"not {text} > {bound}")
             elif block.definite:
-                tests.append(f"not {pivot} > 0.0")
+                tests.append(f"not {text} > 0.0")
     return tests
 
 

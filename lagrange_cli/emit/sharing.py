@@ -10,14 +10,17 @@ wins, so that parts made of parameters alone come together.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from heapq import heapify, heappop, heappush
 from typing import Protocol, TypeAlias
 
-from lagrange_cli.emit.values import ONE, Product, Sum, Values
+from lagrange_cli.emit.values import ONE, Product, Scaled, Sum, Values
 
-__all__ = ["LONGEST_GROUP", "share_products", "share_sums"]
+__all__ = ["LONGEST_GROUP", "share_products", "share_scaled", "share_sums"]
+
+_ONE = Fraction(1)
 
 #: Longer sums and products do not take part: the pairs of one grow with its square.
 LONGEST_GROUP = 256
@@ -46,7 +49,7 @@ class _Sums:
 
     def between(self, a: tuple[int, Weight], b: tuple[int, Weight]) -> tuple[Key, int]:
         (m, c), (n, d) = (a, b) if a[0] < b[0] else (b, a)
-        return (m, n, Fraction(d) / c), 1
+        return (m, n, _ONE if c == d else Fraction(d) / c), 1
 
     def within(self, a: tuple[int, Weight]) -> int:
         return 0
@@ -102,9 +105,12 @@ class _Extraction:
         self.groups = groups
         self.occurrences: dict[Key, dict[int, int]] = {}
         self.definitions: dict[Key, int] = {}
+        # A node in one group alone, once, has no pair that occurs twice.
+        often = Counter(n for group in groups.values() for n in group)
+        self.candidates = {n for n, count in often.items() if count > 1}
+        self.candidates.update(n for of in groups.values() for n in of if kind.within((n, of[n])))
         for number, group in groups.items():
             self._enter(number, self._pairs(group, list(group)))
-        for number, group in groups.items():
             self._note_definition(number, group)
         self.heap = [(*self._priority(k), k) for k in self.occurrences if self._count(k) > 1]
         heapify(self.heap)
@@ -130,15 +136,17 @@ class _Extraction:
 
     def _pairs(self, group: Group, of: Iterable[int]) -> Iterator[tuple[Key, int]]:
         """The pairs of a group in which at least one of the nodes ``of`` takes part."""
-        seen: set[int] = set()
+        candidates, seen = self.candidates, set[int]()
         for number in of:
             seen.add(number)
+            if number not in candidates:
+                continue
             term = (number, group[number])
             times = self.kind.within(term)
             if times:
                 yield (number, number, 1), times
             for other, weight in group.items():
-                if other not in seen:
+                if other not in seen and other in candidates:
                     yield self.kind.between(term, (other, weight))
 
     def _enter(self, number: int, pairs: Iterable[tuple[Key, int]]) -> None:
@@ -172,6 +180,7 @@ class _Extraction:
         values.rank.append(rank)
         self.groups[number] = definition
         self.definitions[key] = number
+        self.candidates.add(number)
         return number
 
     def _replace(self, number: int, key: Key, target: int) -> None:
@@ -179,8 +188,9 @@ class _Extraction:
         touched = [n for n in dict.fromkeys(key[:2]) if n in group]
         if target in group:
             touched.append(target)
-        for old, _ in list(self._pairs(group, touched)):
-            self.occurrences[old].pop(number, None)
+        self.candidates.add(target)
+        for old, _ in self._pairs(group, touched):
+            self.occurrences.get(old, {}).pop(number, None)
         weight = self.kind.take(group, key)
         if target in group:
             weight += group[target]
@@ -219,3 +229,24 @@ def share_sums(values: Values, reachable: Iterable[int]) -> None:
     _Extraction(values, _Sums(), sums).run()
     for number, terms in sums.items():
         values.nodes[number] = Sum(tuple(sorted((n, Fraction(c)) for n, c in terms.items())))
+
+
+def share_scaled(values: Values, reachable: Iterable[int], roots: list[Scaled]) -> list[Scaled]:
+    """Multiply a node by a number once where several sums or roots do; the roots."""
+    sums: dict[int, Sum] = {}
+    for number in sorted(reachable):
+        node = values.nodes[number]
+        if isinstance(node, Sum) and len(node.terms) > 1:
+            sums[number] = node
+    terms = [(n, c) for node in sums.values() for n, c in node.terms]
+    often = Counter((n, abs(c)) for n, c in (*terms, *((n, c) for c, n in roots)))
+
+    def once(number: int, coefficient: Fraction) -> tuple[int, Fraction]:
+        magnitude = abs(coefficient)
+        if number == ONE or magnitude in (0, 1) or often[number, magnitude] < 2:
+            return number, coefficient
+        return values.node((magnitude, number)), coefficient / magnitude
+
+    for number, node in sums.items():
+        values.nodes[number] = Sum(tuple(sorted(once(n, c) for n, c in node.terms)))
+    return [(c, n) for n, c in (once(number, coefficient) for coefficient, number in roots)]

@@ -208,12 +208,21 @@ class Values:
         if e.is_Add:
             return self.add(known[a] for a in e.args)
         if e.is_Mul:
-            return self.multiply((known[a], 1) for a in e.args)
+            return self.multiply(f for a in e.args for f in self._factors(a))
         if e.args and all(known[a][1] == ONE for a in _arguments(e)):
             return _constant(e), ONE
         if e.is_Pow:
             return self._power(e.base, e.exp)
         return self._function(e)
+
+    def _factors(self, e: Expr) -> list[tuple[Scaled, int]]:
+        """The factors that a factor of a product brings: x and y of (x·y)⁻¹ each."""
+        coefficient, number = self._known[e]
+        node = self.nodes[number]
+        if e.is_Pow and isinstance(node, Product):
+            powers = [((Fraction(1), base), exponent) for base, exponent in node.factors]
+            return [((coefficient, ONE), 1), *powers]
+        return [((coefficient, number), 1)]
 
     def _power(self, base: Expr, exponent: Expr) -> Scaled:
         if base is sympy.E:

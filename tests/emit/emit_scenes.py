@@ -6,6 +6,7 @@ coordinates, and d/dt ∂L/∂v − ∂L/∂q is taken symbol by symbol.
 
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 
 import sympy
 from sympy import Rational, Symbol, cos, sin
@@ -223,6 +224,7 @@ def masses_through_hole():
     )
 
 
+@cache
 def chain_pendulum(n):
     """A plane pendulum of n point masses, absolute angles (n = 2: the double pendulum)."""
     given = parameters(

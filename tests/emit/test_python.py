@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import ast
 import math
+import re
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import emit_systems as systems
 import numpy as np
 import pytest
 import sympy as sp
 from emit_reference import Reference, difference, exact, states
+from emitted_c import WARNINGS, compiler, run, write
 from scipy.integrate import solve_ivp
 from test_c import HOSTILE, ROWS, hostile
 from test_program import one_coordinate, x
@@ -183,3 +186,21 @@ def test_a_script_stops_at_a_singular_matrix(tmp_path):
     assert status == 1
     assert error.startswith("stopped after t = 0.0")
     assert len(out.splitlines()) == 2
+
+
+def test_the_examples_of_the_documentation_agree(tmp_path):
+    page = (Path(__file__).parents[2] / "docs" / "emitted-code.md").read_text(encoding="utf-8")
+    (c_example,) = re.findall(r"```c\n(#include.*?)```", page, re.DOTALL)
+    (python_example,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    equations = systems.bead_on_parabola()
+    source = write(equations, tmp_path)
+    (tmp_path / "example.c").write_text(c_example)
+    (tmp_path / "example.py").write_text(python_example)
+    ((name, text),) = EMITTERS["python"].emit(equations).items()
+    (tmp_path / name).write_text(text)
+    program = tmp_path / "example"
+    run(compiler(), "-std=c99", *WARNINGS, tmp_path / "example.c", source, "-o", program, "-lm")
+    a = 0.25
+    expected = -2 * a * 9.81 / (1 + 4 * a**2)  # at x = 1, at rest
+    for printed in (run(program), run(sys.executable, "example.py", cwd=tmp_path)):
+        assert float(printed) == pytest.approx(expected, abs=1e-6)
