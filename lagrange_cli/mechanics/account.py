@@ -139,7 +139,7 @@ def _feasible(scene: Scene, found: Elimination, sampler: Sampler) -> list[dict[s
     points = [p for p in (sampler.draw() for _ in range(POINTS)) if p is not None]
     if len(points) == POINTS:
         return points
-    suspects = sorted({number for number in found.by.values()})
+    suspects = sorted(set(found.by.values()))
     nonlinear = [found.stated[k] for k in suspects] or list(found.stated)
     named = ", ".join(f"'{c}'" for c in dict.fromkeys(s.constraint for s in nonlinear))
     mark = nonlinear[0].equation.mark() if nonlinear else _scene_mark(scene)

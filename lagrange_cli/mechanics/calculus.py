@@ -16,6 +16,8 @@ from lagrange_cli.mechanics.terms import expand_terms
 
 __all__ = ["Kinematics", "derivative"]
 
+_ZERO, _ONE = sp.Integer(0), sp.Integer(1)
+
 #: Terms that one position component may be multiplied out to.
 _TERM_BUDGET = 200
 
@@ -23,16 +25,45 @@ _TERM_BUDGET = 200
 def derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
     """∂expr/∂symbol in functions that the scene language has.
 
-    The step of min and max is written with ``sign``; impulses, which live on a
-    set of measure zero, are left out.
+    Sums, products, powers, sines and cosines are differentiated here, factor by
+    factor, since SymPy's general rule costs tenfold. The step of min and max is
+    written with ``sign``; impulses, which live on a set of measure zero, are left
+    out.
     """
+    if symbol not in expr.free_symbols:
+        return _ZERO
+    if expr == symbol:
+        return _ONE
+    if expr.is_Add:
+        return sp.Add(*(derivative(a, symbol) for a in expr.args))
+    if expr.is_Mul:
+        return _product_rule(expr.args, symbol)
+    if expr.func is sp.sin:
+        return sp.cos(expr.args[0]) * derivative(expr.args[0], symbol)
+    if expr.func is sp.cos:
+        return -sp.sin(expr.args[0]) * derivative(expr.args[0], symbol)
+    if expr.is_Pow and symbol not in expr.exp.free_symbols:
+        return expr.exp * expr.base ** (expr.exp - 1) * derivative(expr.base, symbol)
+    return _general_derivative(expr, symbol)
+
+
+def _product_rule(factors: Sequence[sp.Expr], symbol: sp.Symbol) -> sp.Expr:
+    terms = []
+    for k, factor in enumerate(factors):
+        slope = derivative(factor, symbol)
+        if slope != 0:
+            terms.append(sp.Mul(*factors[:k], slope, *factors[k + 1 :]))
+    return sp.Add(*terms)
+
+
+def _general_derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
     found = expr.diff(symbol)
     if found.has(sp.Heaviside):
         found = found.replace(
             lambda e: isinstance(e, sp.Heaviside), lambda e: (1 + sp.sign(e.args[0])) / 2
         )
     if found.has(sp.DiracDelta):
-        found = found.replace(lambda e: isinstance(e, sp.DiracDelta), lambda e: sp.Integer(0))
+        found = found.replace(lambda e: isinstance(e, sp.DiracDelta), lambda e: _ZERO)
     return found
 
 

@@ -24,8 +24,8 @@ from lagrange_cli.mechanics.calculus import Kinematics, derivative
 from lagrange_cli.mechanics.equations import BodyForce
 from lagrange_cli.mechanics.grouping import grouped_sum
 from lagrange_cli.mechanics.reduction import Reduced
-from lagrange_cli.mechanics.terms import Splitter, TermSum, expand_terms, factored
-from lagrange_cli.mechanics.trigonometry import Weights
+from lagrange_cli.mechanics.terms import Splitter, TermSum, expand_terms, factored, rational
+from lagrange_cli.mechanics.trigonometry import Rational, Weights
 from lagrange_cli.scene.model import Force
 
 __all__ = ["Derivation", "derive_uncertified", "raw_terms"]
@@ -374,12 +374,12 @@ def _gather(
 ) -> dict[tuple[int, int, sp.Expr, sp.Expr], Weights]:
     """Sum the masses of equal products, before any product is formed."""
     gathered: dict[tuple[int, int, sp.Expr, sp.Expr], Weights] = {}
-    parts: dict[sp.Expr, tuple[sp.Expr, sp.Expr]] = {}
+    parts: dict[sp.Expr, tuple[sp.Expr, Rational]] = {}
     for row, column, a, b, mass in products:
         weights = gathered.setdefault((row, column, a, b), {})
         if mass not in parts:
             number, rest = mass.as_coeff_Mul(rational=True)
-            parts[mass] = (rest, number)
+            parts[mass] = (rest, rational(number))
         rest, number = parts[mass]
         weights[rest] = weights.get(rest, 0) + number
     return gathered

@@ -30,8 +30,10 @@ def by_velocities(
             else:
                 rest.append(factor)
         key = tuple(sorted(powers))
-        monomial = sp.Mul(*(velocities[k] ** p for k, p in key))
-        groups.setdefault(key, (monomial, []))[1].append(sp.Mul(*rest))
+        if key not in groups:
+            groups[key] = (sp.Mul(*(velocities[k] ** p for k, p in key)), [])
+        # What is left of a product in canonical order is in canonical order.
+        groups[key][1].append(sp.Mul(*rest, evaluate=False) if powers else term)
     order = sorted(groups, key=lambda key: (-sum(p for _, p in key), key))
     return [groups[key] for key in order]
 

@@ -71,7 +71,7 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
     energy = total_energy(derivation, evidence)
     structure = facts(derivation)
     shown = tuple(_shown(derivation, evidence))
-    certify_shown(derivation, evidence, shown)
+    certify_shown(evidence, shown)
     return Equations(
         name=scene.name,
         title=scene.title,
@@ -214,17 +214,18 @@ def _simulation_defaults(reduced: Reduced) -> SimulationDefaults:
 
 
 def _shown(derivation: Derivation, evidence: Evidence) -> Iterator[ShownEquation]:
-    expected = derivation.reduced.scene.expect.equations or ()
+    expected = derivation.reduced.scene.expect.equations
+
+    def asked(residual: sp.Expr) -> bool:
+        return any(_same(derivation.reduced, evidence, residual, e) for e in expected or ())
+
     for row in range(len(derivation.reduced.coordinates)):
-        shown = shown_equation(
+        yield shown_equation(
             derivation,
             row,
             cyclic=evidence.cyclic[row] and not evidence.forced[row],
-            asked=lambda residual: any(
-                _same(derivation.reduced, evidence, residual, e) for e in expected
-            ),
+            asked=asked if expected else None,
         )
-        yield shown
 
 
 def _same(reduced: Reduced, evidence: Evidence, residual: sp.Expr, equation: Equation) -> bool:

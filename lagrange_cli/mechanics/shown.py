@@ -25,7 +25,9 @@ __all__ = ["shown_equation"]
 Asked = Callable[[sp.Expr], bool]
 
 
-def shown_equation(derivation: Derivation, row: int, cyclic: bool, asked: Asked) -> ShownEquation:
+def shown_equation(
+    derivation: Derivation, row: int, cyclic: bool, asked: Asked | None
+) -> ShownEquation:
     """Textbook form of one equation.
 
     Parameters
@@ -33,7 +35,7 @@ def shown_equation(derivation: Derivation, row: int, cyclic: bool, asked: Asked)
     cyclic
         Whether the equation is a conservation law and stays undivided.
     asked
-        Tells whether ``expect`` asks for a given residual.
+        Tells whether ``expect`` asks for a given residual; None if it asks for none.
     """
     coordinates = derivation.reduced.coordinates
     parameters = frozenset(derivation.reduced.names.parameters.values())
@@ -41,7 +43,7 @@ def shown_equation(derivation: Derivation, row: int, cyclic: bool, asked: Asked)
     groups = _groups(derivation, row, parameters)
     whole = common_factor([c for c, _ in groups])
     divisor = _harmless(whole, parameters, cyclic)
-    if not cyclic and (whole / divisor).free_symbols:
+    if asked is not None and not cyclic and (whole / divisor).free_symbols:
         candidate = ShownEquation(name, _divided(groups, whole), whole)
         if asked(candidate.residual):
             return candidate

@@ -15,7 +15,7 @@ Numbers go in and come out as mpf.
 from __future__ import annotations
 
 import decimal
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from decimal import Decimal
 from typing import Any
 
@@ -206,8 +206,8 @@ class Run:
             return integer_power(x, how)
         if operation == "root":
             return root(x, how)
-        found: Triple = how(x)
-        return found
+        function: Callable[[Decimal], Triple] = how
+        return function(x)
 
     def _compose(self, f: Triple, x: Triple) -> Triple:
         if not self.order:

@@ -12,13 +12,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from fractions import Fraction
 from typing import NamedTuple
 
 import sympy as sp
 
-from lagrange_cli.mechanics.trigonometry import TrigFactor, TrigMonomial, Weights, shorten
+from lagrange_cli.mechanics.trigonometry import (
+    Rational,
+    TrigFactor,
+    TrigMonomial,
+    Weights,
+    shorten,
+)
 
-__all__ = ["Splitter", "TermSum", "common_factor", "expand_terms", "factored", "rational_content"]
+__all__ = ["Splitter", "TermSum", "common_factor", "expand_terms", "factored", "rational"]
 
 _ONE = sp.Integer(1)
 #: sin, cos and tan as powers of sin and cos.
@@ -28,7 +35,7 @@ _TRIGONOMETRIC = {
     sp.tan: (("sin", 1), ("cos", -1)),
 }
 _ZERO = sp.Integer(0)
-_UNIT: Weights = {_ONE: _ONE}
+_UNIT: Weights = {_ONE: 1}
 
 
 def expand_terms(expr: sp.Expr, budget: int) -> list[sp.Expr] | None:
@@ -75,7 +82,7 @@ def _product(factors: list[list[sp.Expr]]) -> list[sp.Expr]:
 class Split(NamedTuple):
     """A term taken apart: ``number · mass · Π base^exponent · trigonometric monomial``."""
 
-    number: sp.Rational
+    number: Rational
     mass: sp.Expr
     rest: dict[sp.Expr, sp.Expr]
     trig: dict[TrigFactor, int]
@@ -103,12 +110,13 @@ class Splitter:
         return self._known[term]
 
     def _split(self, term: sp.Expr) -> Split:
-        number, mass = _ONE, _ONE
+        number: Rational = 1
+        mass = _ONE
         rest: dict[sp.Expr, sp.Expr] = {}
         trig: dict[TrigFactor, int] = {}
         for factor in sp.Mul.make_args(term):
             if factor.is_Rational:
-                number = factor
+                number = rational(factor)
                 continue
             if mass is _ONE and factor in self.masses:
                 mass = factor
@@ -134,7 +142,7 @@ class Splitter:
         for base, power in second.rest.items():
             total = rest.get(base, _ZERO) + power
             if base.is_Rational and total.is_Integer:
-                number *= base**total
+                number *= rational(base**total)
                 total = _ZERO
             if total == 0:
                 rest.pop(base, None)
@@ -186,7 +194,7 @@ class TermSum:
         into = group.setdefault(trig, {})
         for mass, count in (weights or _UNIT).items():
             key = split.mass if mass is _ONE else split.mass * mass
-            into[key] = into.get(key, _ZERO) + split.number * count
+            into[key] = into.get(key, 0) + split.number * count
 
     def collected(self) -> list[sp.Expr]:
         """Terms after collection; masses that share a monomial appear as one sum."""
@@ -199,7 +207,7 @@ class TermSum:
             for trig, weights in group.items():
                 number, mass = _weight_sum(weights)
                 if number != 0:
-                    yield sp.Mul(number, mass, *powers, *_monomial(trig))
+                    yield sp.Mul(exact(number), mass, *powers, *_monomial(trig))
 
 
 def _monomial(trig: TrigMonomial) -> list[sp.Expr]:
@@ -217,26 +225,37 @@ def _monomial(trig: TrigMonomial) -> list[sp.Expr]:
     return factors
 
 
-def _weight_sum(weights: Weights) -> tuple[sp.Rational, sp.Expr]:
+def _weight_sum(weights: Weights) -> tuple[Rational, sp.Expr]:
     """Σ number·mass as (content, rest), so that −2 m1 − 2 m2 = −2 (m1 + m2)."""
     present = {m: c for m, c in weights.items() if c != 0}
     if len(present) < 2:
         for mass, count in present.items():
             return count, mass
-        return _ZERO, _ONE
+        return 0, _ONE
     content = rational_content(present.values())
     if all(c < 0 for c in present.values()):
         content = -content
-    return content, sp.Add(*(m * (c / content) for m, c in present.items()))
+    return content, sp.Add(*(m * exact(c / content) for m, c in present.items()))
 
 
-def rational_content(numbers: Iterable[sp.Rational]) -> sp.Rational:
-    """Largest positive rational of which every number is an integer multiple."""
+def rational(number: sp.Rational) -> Rational:
+    """A SymPy rational as a Python number, whose arithmetic is much faster."""
+    p, q = int(number.p), int(number.q)
+    return p if q == 1 else Fraction(p, q)
+
+
+def exact(number: Rational) -> sp.Rational:
+    """A Python rational as a SymPy number."""
+    return sp.Rational(number.numerator, number.denominator)
+
+
+def rational_content(numbers: Iterable[Rational]) -> Fraction:
+    """Largest positive rational of which every number is an integer multiple (1 of none)."""
     found = [n for n in numbers if n != 0]
     if not found:
-        return _ONE
-    return sp.Rational(
-        math.gcd(*(int(abs(n.p)) for n in found)), math.lcm(*(int(n.q) for n in found))
+        return Fraction(1)
+    return Fraction(
+        math.gcd(*(n.numerator for n in found)), math.lcm(*(n.denominator for n in found))
     )
 
 
@@ -248,10 +267,10 @@ def common_factor(terms: list[sp.Expr]) -> sp.Expr:
     common: dict[sp.Expr, sp.Expr] | None = None
     for term in terms:
         number, rest = term.as_coeff_Mul(rational=True)
-        numbers.append(number)
+        numbers.append(rational(number))
         powers = _powers(rest)
         common = powers if common is None else _shared(common, powers)
-    return sp.Mul(rational_content(numbers), *(b**e for b, e in (common or {}).items()))
+    return sp.Mul(exact(rational_content(numbers)), *(b**e for b, e in (common or {}).items()))
 
 
 def _shared(

@@ -8,22 +8,23 @@ number of terms times the number of factors of one; nothing searches.
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 from typing import TypeAlias
 
 import sympy as sp
 
-__all__ = ["TrigFactor", "TrigMonomial", "Weights", "shorten"]
+__all__ = ["Rational", "TrigFactor", "TrigMonomial", "Weights", "shorten"]
 
 #: ``("sin" or "cos", argument)``
 TrigFactor: TypeAlias = tuple[str, sp.Expr]
 #: factor → power, in order of first appearance of the factors.
 TrigMonomial: TypeAlias = tuple[tuple[TrigFactor, int], ...]
+#: An exact number.
+Rational: TypeAlias = int | Fraction
 #: mass → rational coefficient
-Weights: TypeAlias = dict[sp.Expr, sp.Rational]
+Weights: TypeAlias = dict[sp.Expr, Rational]
 #: Sorts the factors of a monomial.
 Canonical: TypeAlias = Callable[[dict[TrigFactor, int]], TrigMonomial]
-
-_ZERO = sp.Integer(0)
 
 
 def shorten(group: dict[TrigMonomial, Weights], canonical: Canonical) -> None:
@@ -112,7 +113,7 @@ def _changed(powers: dict[TrigFactor, int], change: dict[TrigFactor, int]) -> di
 
 def _paired(ours: Weights, theirs: Weights, sign: int) -> Weights:
     """Masses whose weights are c in one and sign·c in the other."""
-    return {m: c for m, c in ours.items() if c != 0 and theirs.get(m, _ZERO) == sign * c}
+    return {m: c for m, c in ours.items() if c != 0 and theirs.get(m, 0) == sign * c}
 
 
 def _merge(
@@ -140,7 +141,7 @@ def _merge(
             del group[source]
     into = group.setdefault(target, {})
     for m, c in common.items():
-        into[m] = into.get(m, _ZERO) + scale * c
+        into[m] = into.get(m, 0) + scale * c
         if into[m] == 0:
             del into[m]
     if not into:
