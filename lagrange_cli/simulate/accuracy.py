@@ -1,0 +1,180 @@
+"""The promise of ``--accuracy eps``, kept by measuring.
+
+A coarse pilot finds the scales. Then three runs go through the samples side
+by side: the *run* that is returned, a *looser* one of ten times its
+tolerance, and a *disturbed* one, in which every given number and every
+operation of the right-hand side is moved by its rounding error (after the
+stochastic arithmetic of Vignes, *Math. Comput. Simul.* 35 (1993) 233), taken
+by another method where one is as accurate. The difference to the looser run
+bounds the error of truncation from above, since its own error is the larger;
+the difference to the disturbed one shows how rounding and the last place of
+the initial state grow. Where the sum exceeds eps the tolerance is tightened;
+at the smallest tolerance the result holds as far as the sum stays below.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.simulate.attempt import FLOOR_ULPS, Attempt
+from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.pilot import Pilot, pilot
+from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
+from lagrange_cli.simulate.run import Failure
+from lagrange_cli.simulate.watch import StoppedError, Watch
+
+__all__ = ["Measured", "integrate_to_accuracy", "only_the_start", "why"]
+
+#: The first tolerance as a part of eps: errors grow over a run.
+FIRST_TOLERANCE = 1e-5
+
+#: Smallest useful tolerance of an explicit (compensated) and an implicit run.
+SMALLEST_TOLERANCE = {False: 3e-16, True: 1e-13}
+
+MOST_ATTEMPTS = 5
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Samples with what is known of their error.
+
+    ``states`` (samples, 2n) are those that hold; ``estimate`` the largest
+    estimated error over its scale among them; ``failure`` says where the motion
+    itself ends, ``stopped`` that the user or the budget ended it. ``choice``
+    says why the method was taken. ``steps`` and ``evaluations`` are those of the
+    run, ``all_evaluations`` of everything.
+    """
+
+    states: Array
+    scales: Array
+    estimate: float
+    failure: Failure | None
+    stopped: bool
+    method: str
+    choice: str
+    steps: int
+    evaluations: int
+    all_evaluations: int
+    run_seconds: float
+    estimate_seconds: float
+
+
+def integrate_to_accuracy(problem: InitialValueProblem, eps: float, watch: Watch) -> Measured:
+    """Integrate so that every sample is within ``eps`` of its scale, as measured.
+
+    Raises
+    ------
+    InputError
+        ``eps`` is below what double precision can tell apart here.
+    """
+    started = time.perf_counter()
+    refuse_below_floor(problem, eps, np.where(problem.angles, 1.0, np.inf))
+    attempts: list[Attempt] = []
+    stopped = False
+    with np.errstate(all="ignore"):
+        try:
+            found = pilot(problem, FIRST_TOLERANCE * eps, watch)
+            refuse_below_floor(problem, eps, found.scales[: len(problem.kinds)])
+            for tolerance in tolerances(problem, eps, found, attempts):
+                watch.next_pass()
+                attempts.append(Attempt(problem, eps, found, tolerance))
+                attempts[-1].go(watch)
+        except (StoppedError, KeyboardInterrupt):
+            stopped = True
+    if not attempts:
+        return only_the_start(problem, time.perf_counter() - started)
+    seconds = time.perf_counter() - started
+    return _measured(problem, found, attempts, stopped, seconds)
+
+
+def refuse_below_floor(problem: InitialValueProblem, eps: float, scales: Array) -> None:
+    """Refuse an ``eps`` below 4 units in the last place of the start values."""
+    n = len(problem.kinds)
+    floors = FLOOR_ULPS * spacing(problem.y0[:n]) / scales
+    floor = max(float(floors.max(initial=0.0)), FLOOR_ULPS * float(np.finfo(float).epsneg))
+    if eps < floor:
+        raise InputError(
+            Problem(
+                f"accuracy {eps:g} is below what double precision can hold here, {floor:.1g}",
+                hint=f"ask for --accuracy {_round_up(floor):g} or more, or measure positions"
+                " from a nearer origin (angles: nearer to 0)",
+                rule="accuracy-floor",
+            )
+        )
+
+
+def _round_up(value: float) -> float:
+    """The next number with one digit."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(np.ceil(value / power) * power)
+
+
+def tolerances(
+    problem: InitialValueProblem, eps: float, found: Pilot, attempts: list[Attempt]
+) -> Iterator[float]:
+    """Tolerances to try, until the last attempt settles the matter."""
+    n = len(problem.kinds)
+    # Steps finer than the noise of the right-hand side are of no use.
+    noise = spacing(problem.y0[:n]) / found.scales[:n] / 8
+    smallest = max(SMALLEST_TOLERANCE[found.stiff], float(noise.max(initial=0.0)), found.noise / 64)
+    tolerance = max(smallest, FIRST_TOLERANCE * eps)
+    yield tolerance
+    while tolerance > smallest and not attempts[-1].settled and len(attempts) < MOST_ATTEMPTS:
+        tolerance = max(smallest, tolerance / attempts[-1].reduction)
+        yield tolerance
+
+
+def _measured(
+    problem: InitialValueProblem,
+    found: Pilot,
+    attempts: list[Attempt],
+    stopped: bool,
+    seconds: float,
+) -> Measured:
+    best = max(attempts, key=lambda attempt: attempt.judge().samples)
+    judged = best.judge()
+    return Measured(
+        states=best.run.states[: judged.samples].copy(),
+        scales=judged.scales,
+        estimate=judged.estimate,
+        failure=best.failure,
+        stopped=stopped,
+        method=best.run.method.name,
+        choice=why(found),
+        steps=best.run.steps,
+        evaluations=best.run.evaluations,
+        all_evaluations=found.evaluations + sum(a.evaluations for a in attempts),
+        run_seconds=best.run_seconds,
+        estimate_seconds=seconds - best.run_seconds,
+    )
+
+
+def why(found: Pilot) -> str:
+    """Why the pilot's method is taken, in words."""
+    if found.stiff:
+        return "a coarse trial found the system stiff: an implicit method needs fewer evaluations"
+    return "no stiffness was found: an explicit method of high order"
+
+
+def only_the_start(problem: InitialValueProblem, seconds: float) -> Measured:
+    """The start alone, where nothing else was finished before the run was stopped."""
+    states = problem.y0[None, :].copy()
+    return Measured(
+        states=states,
+        scales=running_scales(problem, states)[-1],
+        estimate=0.0,
+        failure=None,
+        stopped=True,
+        method="DOP853",
+        choice="stopped before a choice was made",
+        steps=0,
+        evaluations=0,
+        all_evaluations=0,
+        run_seconds=0.0,
+        estimate_seconds=seconds,
+    )

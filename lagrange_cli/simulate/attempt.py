@@ -1,0 +1,206 @@
+"""One attempt at an accuracy: the run, and two more that measure its error."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from lagrange_cli.simulate.disturbance import off_by_one_ulp
+from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
+from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.pilot import COARSE, MAX_STEP, Pilot
+from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
+from lagrange_cli.simulate.run import Failure, Run
+from lagrange_cli.simulate.watch import Watch
+
+__all__ = ["FLOOR_ULPS", "Attempt", "Verdict"]
+
+#: Tolerance of the looser run beside that of the run.
+LOOSER = 10.0
+
+#: Part of the tolerance that does not shrink with |y|.
+ABSOLUTE_PART = 0.1
+
+#: The tolerance that makes another method about as accurate, beside the run's,
+#: and the tolerance of the run below which none is.
+OTHER_TOLERANCE, OTHER_FROM = 0.01, 1e-12
+
+#: Chance may bring the looser run close to the run; this makes that rarer.
+LOOSER_WEIGHT = 2.0
+
+#: The disturbed run is one draw of chance: rounding may be this much worse.
+ROUNDING_WEIGHT = 4.0
+
+#: Units in the last place below which nothing is promised.
+FLOOR_ULPS = 4.0
+
+#: Samples between two looks at the errors.
+BLOCK = 16
+
+#: Runs that end within this part of the span of each other end for the same reason.
+SAME_END = 1e-3
+
+#: Right-hand sides beyond what the pilot lets expect, as a factor, that show a
+#: run to be lost in its own rounding.
+LOST = 8.0
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How many samples hold, with which estimate; ``excess`` is how far the last is off."""
+
+    samples: int
+    estimate: float
+    scales: Array
+    excess: float
+
+
+class Attempt:
+    """The run with its looser and its disturbed companion, at one tolerance."""
+
+    def __init__(
+        self, problem: InitialValueProblem, eps: float, found: Pilot, tolerance: float
+    ) -> None:
+        self._problem, self._eps, self._found, self._tolerance = problem, eps, found, tolerance
+        method = found.method
+        # Where the longest step rules instead of the tolerance, it must differ too.
+        longer = MAX_STEP * LOOSER ** (1 / method.order)
+        self.run = Run(method, problem, _control(problem, found, tolerance))
+        self._looser = Run(method, problem, _control(problem, found, tolerance * LOOSER, longer))
+        other = INTEGRATORS["LSODA"]
+        self._disturbed = self._disturb(other if tolerance >= OTHER_FROM else method)
+        growth = max(1.0, COARSE / tolerance) ** (1 / method.order)
+        self._most = LOST * growth * found.evaluations
+        self._given_up = 0
+        self.run_seconds = 0.0
+
+    def _disturb(self, method: type[Integrator]) -> Run:
+        factor = 1.0 if method is self.run.method else OTHER_TOLERANCE
+        return Run(
+            method,
+            self._problem,
+            _control(self._problem, self._found, self._tolerance * factor),
+            rhs=self._problem.disturbed or self._problem.rhs,
+            y0=off_by_one_ulp(self._problem.y0),
+        )
+
+    @property
+    def _runs(self) -> tuple[Run, Run, Run]:
+        return self.run, self._looser, self._disturbed
+
+    @property
+    def evaluations(self) -> int:
+        return self._given_up + sum(run.evaluations for run in self._runs)
+
+    @property
+    def lost(self) -> bool:
+        """Whether steps have become so small that only rounding can be the reason."""
+        return any(run.evaluations > self._most for run in self._runs)
+
+    def go(self, watch: Watch) -> None:
+        """Advance the runs side by side until the end, a failure, or a hopeless error."""
+        self._march(watch)
+        if not self.settled and self._other_is_worse():
+            self._given_up += self._disturbed.evaluations
+            self._disturbed = self._disturb(self.run.method)
+            self._march(watch)
+
+    def _march(self, watch: Watch) -> None:
+        samples = len(self._problem.times)
+        for goal in range(1 + BLOCK, samples + BLOCK, BLOCK):
+            for run in self._runs:
+                self._advance(run, min(goal, samples), watch)
+            ended = self.lost or any(run.failure for run in self._runs)
+            if ended or self._hopeless(goal - BLOCK):
+                return
+
+    def _advance(self, run: Run, samples: int, watch: Watch) -> None:
+        started = time.perf_counter()
+        start, span = self._problem.start, self._problem.span
+        try:
+            while run.filled < samples and run.evaluations <= self._most and run.step():
+                watch((min(r.t for r in self._runs) - start) / span)
+        finally:
+            if run is self.run:
+                self.run_seconds += time.perf_counter() - started
+
+    def _other_is_worse(self) -> bool:
+        """Whether it is the other method's own error that stands in the way."""
+        if self._disturbed.method is self.run.method or self.lost:
+            return False
+        common = min(run.filled for run in self._runs)
+        own, looser = self.run.states[:common], self._looser.states[:common]
+        scales = np.maximum(self._found.scales, running_scales(self._problem, own)[-1])
+        return bool((np.abs(looser - own) < self._eps * scales / 2).all())
+
+    def _errors(self, first: int = 0) -> Array:
+        """Estimated error of the samples from ``first`` that all runs have reached."""
+        common = min(run.filled for run in self._runs)
+        own, looser, disturbed = (run.states[first:common] for run in self._runs)
+        weight = ROUNDING_WEIGHT if self._disturbed.method is self.run.method else 1.0
+        return np.asarray(LOOSER_WEIGHT * np.abs(looser - own) + weight * np.abs(disturbed - own))
+
+    def _hopeless(self, first: int) -> bool:
+        """Whether the newest errors are far beyond eps on any scale to be expected."""
+        errors = self._errors(first)
+        seen = np.abs(self.run.states[first : first + len(errors)]).max(axis=0, initial=0.0)
+        scales = np.maximum(self._found.scales, seen)
+        return bool((errors > 10 * self._eps * scales).any())
+
+    def judge(self) -> Verdict:
+        """How far the estimate stays below eps."""
+        errors = np.maximum.accumulate(self._errors(), axis=0)
+        n = len(self._problem.kinds)
+        states = self.run.states[: len(errors)]
+        ulps = FLOOR_ULPS * spacing(np.maximum.accumulate(np.abs(states[:, :n]), axis=0))
+        errors[:, :n] = np.maximum(errors[:, :n], ulps)
+        scales = running_scales(self._problem, states)
+        ratios = (errors / scales).max(axis=1)
+        ratios[0] = 0.0  # the start is given
+        last = int(np.flatnonzero(ratios < self._eps)[-1])
+        return Verdict(last + 1, float(ratios[last]), scales[last], float(ratios[-1] / self._eps))
+
+    @property
+    def failure(self) -> Failure | None:
+        """Where the motion ends, if all runs agree that it does."""
+        failures = [run.failure for run in self._runs]
+        if any(failure is None for failure in failures):
+            return None
+        times = [failure.time for failure in failures if failure is not None]
+        same = max(times) - min(times) <= SAME_END * self._problem.span
+        return self.run.failure if same else None
+
+    @property
+    def settled(self) -> bool:
+        """Whether a smaller tolerance has nothing to add."""
+        reached = self.judge().samples
+        if reached == len(self._problem.times) or self.lost:
+            return True
+        return self.failure is not None and reached == min(run.filled for run in self._runs)
+
+    @property
+    def reduction(self) -> float:
+        """By how much to tighten: the excess, as it would be at the end, and some margin."""
+        judged = self.judge()
+        reached = min(run.filled for run in self._runs) / len(self._problem.times)
+        excess = judged.excess if np.isfinite(judged.excess) else 1e3
+        return float(np.clip(10 * max(excess, 1.0) / reached**2, 10.0, 1e4))
+
+
+def _control(
+    problem: InitialValueProblem, found: Pilot, tolerance: float, longest: float = MAX_STEP
+) -> Control:
+    """Tolerances in the problem's own scales.
+
+    A component that sweeps over its own size is taken relatively, so that
+    motion of many sizes (a comet's) is resolved at each; an angle, or a
+    position far from the origin, relative to how far it moves.
+    """
+    n = len(problem.kinds)
+    sweeping = np.abs(problem.y0) <= found.scales
+    sweeping[:n] &= ~problem.angles
+    relative = np.where(sweeping, tolerance, 0.0)
+    absolute = tolerance * found.scales * np.where(sweeping, ABSOLUTE_PART, 1.0)
+    return Control(relative, absolute, found.first_step, longest * problem.span)

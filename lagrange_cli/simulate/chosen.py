@@ -1,0 +1,86 @@
+"""A run with a method and tolerances that the user chose: no promise, no estimate."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from lagrange_cli.simulate.accuracy import Measured, only_the_start, why
+from lagrange_cli.simulate.integrators import INTEGRATORS, Control
+from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.pilot import FIRST_STEP, Pilot, pilot
+from lagrange_cli.simulate.problem import InitialValueProblem, running_scales
+from lagrange_cli.simulate.request import Request
+from lagrange_cli.simulate.run import Run
+from lagrange_cli.simulate.watch import StoppedError, Watch
+
+__all__ = ["integrate_with_method"]
+
+#: Absolute part of the tolerance beside the relative one, in scales of the motion.
+ABSOLUTE_PART = 0.01
+
+
+def integrate_with_method(problem: InitialValueProblem, request: Request, watch: Watch) -> Measured:
+    """Integrate once; all samples that the run reached are kept."""
+    started = time.perf_counter()
+    with np.errstate(all="ignore"):
+        try:
+            found = _pilot_if_needed(problem, request, watch)
+        except (StoppedError, KeyboardInterrupt):
+            return only_the_start(problem, time.perf_counter() - started)
+        method = request.method or (found.method if found else INTEGRATORS["DOP853"])
+        watch.next_pass()
+        run_started = time.perf_counter()
+        run = Run(method, problem, _control(problem, request, found))
+        stopped = _go(run, problem, watch)
+    states = run.states.copy()
+    return Measured(
+        states=states,
+        scales=running_scales(problem, states)[-1],
+        estimate=0.0,
+        failure=run.failure,
+        stopped=stopped,
+        method=method.name,
+        choice="as requested" if request.method else why(found) if found else "",
+        steps=run.steps,
+        evaluations=run.evaluations,
+        all_evaluations=run.evaluations + (found.evaluations if found else 0),
+        run_seconds=time.perf_counter() - run_started,
+        estimate_seconds=run_started - started,
+    )
+
+
+def _go(run: Run, problem: InitialValueProblem, watch: Watch) -> bool:
+    """Run to the end; True if the user or the budget stopped it."""
+    try:
+        while run.step():
+            watch((run.t - problem.start) / problem.span)
+    except (StoppedError, KeyboardInterrupt):
+        return True
+    return False
+
+
+def _pilot_if_needed(problem: InitialValueProblem, request: Request, watch: Watch) -> Pilot | None:
+    """The coarse run, where scales for ``atol`` or a method are wanted of it."""
+    known = request.atol is not None or request.rtol is None
+    if request.method is not None and known:
+        return None
+    return pilot(problem, request.rtol or 1e-6, watch)
+
+
+def _control(problem: InitialValueProblem, request: Request, found: Pilot | None) -> Control:
+    n = len(problem.y0)
+    rtol = request.rtol or 0.0
+    if request.atol is not None:
+        atol = np.full(n, request.atol)
+    else:
+        scales: Array = found.scales if found else np.zeros(n)
+        atol = ABSOLUTE_PART * rtol * scales
+    return Control(
+        rtol=np.full(n, rtol),
+        atol=atol,
+        first_step=found.first_step if found else FIRST_STEP * problem.span,
+        max_step=problem.span,
+        step=request.step,
+    )

@@ -1,0 +1,108 @@
+"""The protocol of an integrator, and how to add one.
+
+An integrator sees ``rhs(t, y)`` and nothing else of the problem: no symbols,
+no parameters, no scene. To add a method, subclass :class:`Integrator` and list
+the class in :data:`~lagrange_cli.simulate.integrators.INTEGRATORS`; help,
+choices and tests derive from there. An implementer promises:
+
+1. **State.** After construction ``t`` and ``y`` are the start; after each
+   :meth:`~Integrator.step` they are the end of that step. ``y`` is a fresh
+   array that later steps leave alone.
+2. **One step a call.** ``step(limit)`` makes one accepted step forward in
+   time, never beyond ``limit``, which is ``t_end`` where ``interpolates`` is
+   true and may be any later time where it is false.
+3. **Failure.** A step that cannot be made (underflow of the step, a value
+   that is not finite, a solver that does not converge) raises
+   :class:`StepError` and leaves ``t`` and ``y`` at the last good state.
+   ``rhs`` returns NaN where it is undefined; it never raises.
+4. **Samples.** With ``interpolates`` true, :meth:`~Integrator.interpolate`
+   gives states within the last step about as accurate as its ends; with false
+   the caller makes steps end on the sample times and never interpolates.
+5. **Tolerance.** An adaptive method keeps its estimate of each step's error
+   in component i below ``atol[i] + rtol[i]·|y[i]|`` in the root mean square;
+   nothing absolute hides in it, so that units do not matter. A method with
+   ``adaptive`` false ignores the tolerance and steps by ``control.step``.
+6. **Steps.** ``first_step`` and ``max_step`` of the control are obeyed.
+7. **Evaluations.** All work goes through ``rhs``, which counts its calls.
+8. **Determinism.** The same problem and control give the same bits; no clock,
+   no random number, no state shared between instances.
+9. **Declared properties.** ``order``, ``variable_order``, ``adaptive``,
+   ``implicit``, ``symplectic`` and ``needs`` say what the method is; tests
+   measure each of them for every registered method.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Array", "Control", "Integrator", "Rhs", "StepError"]
+
+Array: TypeAlias = NDArray[np.float64]
+Rhs: TypeAlias = Callable[[float, Array], Array]
+
+
+class StepError(Exception):
+    """A step could not be made; ``reason`` is a phrase for a person."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+
+@dataclass(frozen=True)
+class Control:
+    """What steers the steps.
+
+    ``rtol`` and ``atol`` have one entry a component of y; ``first_step`` and
+    ``max_step`` are times; ``step`` is the step of methods that are not
+    adaptive.
+    """
+
+    rtol: Array
+    atol: Array
+    first_step: float
+    max_step: float
+    step: float | None = None
+
+
+class Integrator(ABC):
+    """One run of a method over y' = rhs(t, y) from ``t0`` towards ``t_end`` > ``t0``.
+
+    Class attributes declare the method: ``name`` as the user types it;
+    ``title``; ``order`` (the highest, where ``variable_order``); ``adaptive``
+    or of fixed step; ``implicit`` (A-stable or stiffly stable, so that stiff
+    systems do not force small steps); ``symplectic``; ``needs``, the structure
+    facts it relies on (names of :class:`~lagrange_cli.mechanics.equations.Facts`);
+    ``interpolates``, see the fourth promise.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    order: ClassVar[int]
+    variable_order: ClassVar[bool] = False
+    adaptive: ClassVar[bool] = True
+    implicit: ClassVar[bool] = False
+    symplectic: ClassVar[bool] = False
+    needs: ClassVar[tuple[str, ...]] = ()
+    interpolates: ClassVar[bool] = True
+
+    t: float
+    y: Array
+
+    @abstractmethod
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        """Stand at (t0, y0)."""
+
+    @abstractmethod
+    def step(self, limit: float) -> None:
+        """Make one step, to ``limit`` at most; raise :class:`StepError` if impossible."""
+
+    def interpolate(self, times: Array) -> Array:
+        """States at ``times`` within the last step, shape (len(times), n)."""
+        raise NotImplementedError(f"{self.name} does not interpolate")

@@ -1,0 +1,99 @@
+"""SciPy's implicit and switching methods, for stiff systems.
+
+Jacobians are taken by finite differences of the right-hand side.
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy import integrate
+
+from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
+
+__all__ = ["BDF", "LSODA", "Radau"]
+
+#: SciPy's smallest relative tolerance; below it the tolerance is what ``atol`` gives.
+_SMALLEST_RTOL = 100 * np.finfo(float).eps
+
+
+class _ScipyImplicit(Integrator):
+    """A solver of SciPy over z = y − y0, so that a large offset costs no digits."""
+
+    implicit = True
+    solver: ClassVar[type[Any]]
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        origin = np.array(y0, dtype=float)
+        rtol = max(float(np.max(control.rtol, initial=0.0)), _SMALLEST_RTOL)
+        # |y| in the tolerance is taken from the start where it is an offset of z.
+        atol = np.maximum(control.atol + control.rtol * np.abs(origin), np.finfo(float).tiny)
+        self._origin = origin
+        self.t, self.y = t0, origin
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            self._solver = self.solver(
+                lambda t, z: rhs(t, origin + z),
+                t0,
+                np.zeros_like(origin),
+                t_end,
+                first_step=min(control.first_step, t_end - t0),
+                max_step=control.max_step,
+                rtol=rtol,
+                atol=atol,
+            )
+
+    def step(self, limit: float) -> None:
+        solver = self._solver
+        if not self.interpolates:
+            solver.t_bound, solver.status = limit, "running"
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                solver.step()
+        except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
+            raise StepError("the Jacobian is no longer finite") from error
+        if solver.status == "failed":
+            raise StepError("the step size underflowed")
+        y = self._origin + solver.y
+        if not np.isfinite(y).all():
+            raise StepError("the state is no longer finite")
+        self.t, self.y = float(solver.t), y
+
+    def interpolate(self, times: Array) -> Array:
+        return np.asarray(self._origin[:, None] + self._solver.dense_output()(times)).T
+
+
+class Radau(_ScipyImplicit):
+    """Hairer and Wanner, *Solving Ordinary Differential Equations II*, IV.8, Radau IIA.
+
+    SciPy's interpolant is of order 3 only, so steps end on the sample times.
+    """
+
+    name = "Radau"
+    title = "Radau IIA, implicit, for stiff systems"
+    order = 5
+    solver = integrate.Radau
+    interpolates = False
+
+
+class BDF(_ScipyImplicit):
+    """Shampine and Reichelt, *SIAM J. Sci. Comput.* 18 (1997) 1, orders 1 to 5."""
+
+    name = "BDF"
+    title = "backward differentiation, implicit, for stiff systems"
+    order = 5
+    variable_order = True
+    solver = integrate.BDF
+
+
+class LSODA(_ScipyImplicit):
+    """Petzold, *SIAM J. Sci. Stat. Comput.* 4 (1983) 136: Adams to order 12, BDF where stiff."""
+
+    name = "LSODA"
+    title = "Adams, switching to backward differentiation where stiff"
+    order = 12
+    variable_order = True
+    solver = integrate.LSODA

@@ -1,0 +1,114 @@
+"""Explicit Runge–Kutta methods: SciPy's adaptive pairs and the classical RK4.
+
+All of them integrate the increment z = y − base and move the base along after
+every step, so that the sum over steps is compensated (Kahan; Hairer, Lubich,
+Wanner, *Geometric Numerical Integration*, VIII.5): the rounding of y + Δy is
+kept and added to the next step instead of being lost.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy import integrate
+
+from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
+
+__all__ = ["DOP853", "RK4", "RK45"]
+
+
+def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
+    """a + b as a rounded sum and its exact rounding error (Knuth)."""
+    s = a + b
+    part = s - a
+    return s, (a - (s - part)) + (b - part)
+
+
+class _ScipyPair(Integrator):
+    """An embedded pair of SciPy, stepped one step at a time."""
+
+    pair: ClassVar[type[Any]]
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        self._rhs = rhs
+        self._control = control
+        self._base = np.array(y0, dtype=float)
+        self._solver = self.pair(
+            self._of_increment,
+            t0,
+            np.zeros_like(self._base),
+            t_end,
+            max_step=control.max_step,
+            first_step=min(control.first_step, t_end - t0),
+        )
+        # The tolerance belongs to y, not to the increment: it is set before each step.
+        self._solver.rtol = 0.0
+        self.t, self.y = t0, self._base
+
+    def _of_increment(self, t: float, z: Array) -> Array:
+        return self._rhs(t, self._base + z)
+
+    def step(self, limit: float) -> None:
+        solver = self._solver
+        self._base, solver.y = two_sum(self._base, solver.y)
+        solver.atol = self._control.atol + self._control.rtol * np.abs(self._base)
+        solver.step()
+        if solver.status == "failed":
+            raise StepError("the step size underflowed")
+        y = self._base + solver.y
+        if not np.isfinite(y).all():
+            raise StepError("the state is no longer finite")
+        self.t, self.y = float(solver.t), y
+
+    def interpolate(self, times: Array) -> Array:
+        return np.asarray(self._base[:, None] + self._solver.dense_output()(times)).T
+
+
+class RK45(_ScipyPair):
+    """Dormand and Prince, *J. Comput. Appl. Math.* 6 (1980) 19, order 5(4)."""
+
+    name = "RK45"
+    title = "Dormand–Prince 5(4), explicit"
+    order = 5
+    pair = integrate.RK45
+
+
+class DOP853(_ScipyPair):
+    """Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, II.5, order 8(5,3)."""
+
+    name = "DOP853"
+    title = "Dormand–Prince 8(5,3), explicit"
+    order = 8
+    pair = integrate.DOP853
+
+
+class RK4(Integrator):
+    """Kutta's classical method of order 4 with a fixed step."""
+
+    name = "RK4"
+    title = "classical Runge–Kutta, explicit, fixed step"
+    order = 4
+    adaptive = False
+    interpolates = False
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        if control.step is None:
+            raise ValueError("RK4 needs control.step")
+        self._rhs, self._h = rhs, control.step
+        self.t, self.y = t0, np.array(y0, dtype=float)
+        self._low = np.zeros_like(self.y)
+
+    def step(self, limit: float) -> None:
+        t, y, rhs = self.t, self.y, self._rhs
+        # A remainder of rounding size joins the step rather than becoming one.
+        h = self._h if limit - t > self._h * (1 + 1e-9) else limit - t
+        k1 = rhs(t, y)
+        k2 = rhs(t + h / 2, y + h / 2 * k1)
+        k3 = rhs(t + h / 2, y + h / 2 * k2)
+        k4 = rhs(t + h, y + h * k3)
+        y, low = two_sum(y, self._low + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
+        if not np.isfinite(y).all():
+            raise StepError("the state is no longer finite")
+        self.y, self._low = y, low
+        self.t = limit if h == limit - t else t + h

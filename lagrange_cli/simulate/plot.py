@@ -1,0 +1,77 @@
+"""Trajectory → picture, with matplotlib where it is installed."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING
+
+from lagrange_cli.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from lagrange_cli.simulate.trajectory import Trajectory
+
+__all__ = ["draw"]
+
+#: More lines than this in one panel have no legend.
+LONGEST_LEGEND = 12
+
+
+def draw(trajectory: Trajectory, ending: str) -> bytes:
+    """The picture's bytes: coordinates, velocities and energy over time.
+
+    Raises
+    ------
+    InputError
+        matplotlib is not installed, or does not know the ending.
+    """
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise InputError(
+            Problem(
+                "plots need matplotlib",
+                hint="pip install 'lagrange-cli[plot]'",
+                rule="missing-extra",
+            )
+        ) from None
+    figure = Figure(figsize=(8, 8), layout="constrained")
+    known = FigureCanvasAgg(figure).get_supported_filetypes()
+    if ending not in known:
+        raise InputError(
+            Problem(
+                f"a plot cannot be written as '.{ending}'",
+                hint=f"endings: {', '.join(sorted(known))}",
+                rule="output",
+            )
+        )
+    top, middle, bottom = figure.subplots(3, 1, sharex=True)
+    dots = [f"dot({name})" for name in trajectory.coordinates]
+    _lines(top, trajectory, list(trajectory.coordinates), "coordinates")
+    _lines(middle, trajectory, dots, "velocities")
+    bottom.plot(trajectory.t, trajectory.energy, color="black")
+    bottom.set_ylabel("energy")
+    bottom.set_xlabel("t")
+    # Text of a scene is text, not mathematics to be parsed.
+    top.set_title(trajectory.name, parse_math=False)
+    file = io.BytesIO()
+    figure.savefig(file, format=ending, metadata=_undated(ending))
+    return file.getvalue()
+
+
+def _lines(axes: Axes, trajectory: Trajectory, names: list[str], label: str) -> None:
+    for name in names:
+        axes.plot(trajectory.t, trajectory.columns[name], label=name)
+    axes.set_ylabel(label)
+    if len(names) <= LONGEST_LEGEND:
+        for text in axes.legend(loc="best").get_texts():
+            text.set_parse_math(False)
+
+
+def _undated(ending: str) -> dict[str, None] | None:
+    """Leave out the date where the format has one: the same run, the same bytes."""
+    return (
+        {"Date": None} if ending == "svg" else {"CreationDate": None} if ending == "pdf" else None
+    )

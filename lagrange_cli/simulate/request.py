@@ -1,0 +1,232 @@
+"""What a simulation is asked for: options over the scene's defaults, checked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.errors import InputError, Problem, nearest
+from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
+from lagrange_cli.simulate.integrators.base import Array
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = ["AUTO", "Request", "resolve"]
+
+#: The name of the method that is chosen by the program.
+AUTO = "auto"
+
+DEFAULT_ACCURACY = 1e-6
+DEFAULT_SAMPLES = 501
+MOST_SAMPLES = 1_000_000
+
+#: Numbers in all samples of a run (several runs are held at a time).
+MOST_NUMBERS = 20_000_000
+
+
+@dataclass(frozen=True)
+class Request:
+    """A request that can be served: either ``accuracy``, or ``rtol`` or ``step`` with ``method``.
+
+    ``method`` None means that the program chooses; ``step`` divides the time
+    between samples.
+    """
+
+    times: Array
+    initial: Array
+    accuracy: float | None
+    method: type[Integrator] | None
+    rtol: float | None
+    atol: float | None
+    step: float | None
+    budget: float | None
+
+
+def resolve(
+    equations: Equations,
+    until: float | None,
+    accuracy: float | None,
+    method: str | None,
+    rtol: float | None,
+    atol: float | None,
+    step: float | None,
+    samples: int | None,
+    budget: float | None,
+) -> Request:
+    """Fill in the scene's defaults and refuse what cannot be served.
+
+    A way to control the error that is given as an option (accuracy, or method
+    and tolerances) replaces the scene's; both ways at once are refused.
+    """
+    defaults = equations.simulate
+    initial = _initial(equations)
+    method = None if method == AUTO else method
+    chosen = (method, rtol, atol)
+    if accuracy is None and chosen == (None, None, None):
+        accuracy = defaults.accuracy
+        method = None if defaults.method == AUTO else defaults.method
+        chosen = (method, defaults.rtol, defaults.atol)
+    if accuracy is not None and chosen != (None, None, None):
+        raise _refused(
+            "accuracy excludes method, rtol and atol: it chooses them",
+            "--accuracy 1e-9, or --method DOP853 --rtol 1e-9",
+        )
+    method, rtol, atol = chosen
+    of = _method(method)
+    if samples is None and step is None:
+        samples, step = defaults.samples, defaults.step
+    until = _until(equations, until)
+    _check_numbers(accuracy, rtol, atol, step, samples, budget)
+    times = _times(equations, until, of, step, samples)
+    if accuracy is None and chosen == (None, None, None):
+        accuracy = DEFAULT_ACCURACY
+    if accuracy is None and (of is None or of.adaptive) and rtol is None:
+        raise _refused("a method needs its tolerance", "--rtol 1e-9")
+    if of is not None:
+        _check_method(equations, of, step, rtol, atol)
+    fixed = of is not None and not of.adaptive
+    inner = _dividing(float(times[1] - times[0]), step) if fixed and step is not None else None
+    return Request(times, initial, accuracy, of, rtol, atol, inner, budget)
+
+
+def _refused(message: str, hint: str) -> InputError:
+    return InputError(Problem(message, hint=hint, rule="simulate"))
+
+
+def _initial(equations: Equations) -> Array:
+    """The initial state, or a refusal that names what is missing."""
+    unused = equations.facts.unused_parameters
+    missing = [p.name for p in equations.parameters if p.value is None and p.name not in unused]
+    if missing:
+        raise _refused(
+            f"no value for {_and(missing)}",
+            " ".join(f"-p {name}=1" for name in missing),
+        )
+    if equations.initial is None:
+        names = [c.name for c in equations.coordinates]
+        raise _refused(
+            "the scene gives no initial state",
+            " ".join(f"-i {name}=0 -i 'dot({name})=0'" for name in names),
+        )
+    state = np.array([*equations.initial.positions, *equations.initial.velocities], dtype=float)
+    if not np.isfinite(state).all():
+        raise _refused("the initial state is not finite", "look at the section initial")
+    return state
+
+
+def _and(names: list[str]) -> str:
+    shown = [f"'{name}'" for name in names]
+    return shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"
+
+
+def _method(name: str | None) -> type[Integrator] | None:
+    if name is None:
+        return None
+    if name not in INTEGRATORS:
+        known = f"methods: {AUTO}, {', '.join(INTEGRATORS)}"
+        close = nearest(name.upper(), INTEGRATORS) or nearest(name, INTEGRATORS)
+        raise _refused(f"unknown method '{name}'", f"{close}\n{known}" if close else known)
+    return INTEGRATORS[name]
+
+
+def _until(equations: Equations, until: float | None) -> float:
+    start = equations.simulate.start
+    until = equations.simulate.until if until is None else until
+    if until is None:
+        raise _refused(
+            "nothing says how long to simulate",
+            f"--until {start + 10:g}, or in the scene: simulate: {{until: {start + 10:g}}}",
+        )
+    if not (math.isfinite(until) and until > start):
+        raise _refused(
+            f"the end t = {until:g} is not after the start t = {start:g}",
+            f"--until {start + 10:g}",
+        )
+    return float(until)
+
+
+def _check_numbers(
+    accuracy: float | None,
+    rtol: float | None,
+    atol: float | None,
+    step: float | None,
+    samples: int | None,
+    budget: float | None,
+) -> None:
+    for name, value, fix in (("accuracy", accuracy, "1e-9"), ("rtol", rtol, "1e-9")):
+        if value is not None and not 0 < value < 1:
+            raise _refused(f"{name} must be between 0 and 1, not {value:g}", f"--{name} {fix}")
+    for name, value, fix in (
+        ("atol", atol, "1e-12"),
+        ("step", step, "0.01"),
+        ("budget", budget, "60"),
+    ):
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise _refused(f"{name} must be a positive number, not {value:g}", f"--{name} {fix}")
+    if samples is not None and not 2 <= samples <= MOST_SAMPLES:
+        raise _refused(
+            f"samples must be from 2 to {MOST_SAMPLES:,}, not {samples}", "--samples 501"
+        )
+
+
+def _times(
+    equations: Equations,
+    until: float,
+    method: type[Integrator] | None,
+    step: float | None,
+    samples: int | None,
+) -> Array:
+    """The sample times; the last is ``until`` exactly."""
+    start = equations.simulate.start
+    fixed = method is not None and not method.adaptive
+    if step is not None and samples is not None and not fixed:
+        raise _refused("samples and step both set the sample times", "--samples 501")
+    if samples is None and step is not None:
+        intervals = math.ceil((until - start) / step * (1 - 1e-12))
+        samples = intervals + 1
+        if samples > MOST_SAMPLES:
+            raise _refused(
+                f"step {step:g} makes {samples:,} samples, more than {MOST_SAMPLES:,}",
+                "--samples 501" if fixed else f"--step {(until - start) / 500:g}",
+            )
+        times = start + step * np.arange(samples)
+        times[-1] = until
+    else:
+        samples = DEFAULT_SAMPLES if samples is None else samples
+        times = np.linspace(start, until, samples)
+    if samples * 2 * len(equations.coordinates) > MOST_NUMBERS:
+        raise _refused(f"{samples:,} samples of this system are too many", "--samples 501")
+    if not (np.diff(times) > 0).all():
+        raise _refused("the sample times are too close for double precision", "--samples 501")
+    return np.asarray(times, dtype=np.float64)
+
+
+def _check_method(
+    equations: Equations,
+    method: type[Integrator],
+    step: float | None,
+    rtol: float | None,
+    atol: float | None,
+) -> None:
+    unmet = [need for need in method.needs if not getattr(equations.facts, need)]
+    if unmet:
+        raise _refused(
+            f"{method.name} needs what this system has not: {', '.join(unmet).replace('_', ' ')}",
+            "--method DOP853 --rtol 1e-9",
+        )
+    if not method.adaptive and step is None:
+        raise _refused(f"{method.name} has a fixed step, which is not given", "--step 0.01")
+    if not method.adaptive and (rtol is not None or atol is not None):
+        raise _refused(
+            f"{method.name} has a fixed step and no tolerance",
+            f"--method {method.name} --step 0.01",
+        )
+
+
+def _dividing(spacing: float, step: float) -> float:
+    """The largest step up to ``step`` that divides the time between samples."""
+    return spacing / math.ceil(spacing / step * (1 - 1e-12))

@@ -1,0 +1,193 @@
+"""Equations → Trajectory: what was asked for, resolved, integrated and gathered."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
+from lagrange_cli.simulate.chosen import integrate_with_method
+from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.problem import InitialValueProblem
+from lagrange_cli.simulate.request import Request, resolve
+from lagrange_cli.simulate.right_hand_side import RightHandSide, compile_right_hand_side
+from lagrange_cli.simulate.trajectory import Trajectory
+from lagrange_cli.simulate.watch import Watch
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = ["simulate"]
+
+Status = Literal["ok", "accuracy_not_reached", "stopped", "blow_up"]
+
+
+def simulate(
+    equations: Equations,
+    *,
+    until: float | None = None,
+    accuracy: float | None = None,
+    method: str | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    step: float | None = None,
+    samples: int | None = None,
+    budget: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Trajectory:
+    """Integrate the equations of motion from their initial state.
+
+    What is not given comes from the scene's section ``simulate``; without any,
+    ``accuracy`` is 1e-6.
+
+    Parameters
+    ----------
+    until
+        Time of the last sample, after the scene's ``from``.
+    accuracy
+        Largest error of any coordinate or velocity at any sample, over its
+        scale, measured and reported; excludes the next three.
+    method, rtol, atol
+        A name of :data:`~lagrange_cli.simulate.integrators.INTEGRATORS` (or
+        ``auto``, the method that ``accuracy`` would use) and local
+        tolerances; ``atol`` in the units of each component, by default
+        ``rtol``/100 of its scale.
+    step
+        Time between samples; of a method with fixed steps, its step.
+    samples
+        Number of samples, both ends included; 501 by default.
+    budget
+        Seconds after which the run stops and keeps what it has.
+    progress
+        Called with a fraction from 0 to 1 that never falls.
+
+    Raises
+    ------
+    InputError
+        Something needed is missing or a number cannot be used; ``accuracy``
+        is below what double precision can hold.
+    """
+    started = time.perf_counter()
+    request = resolve(equations, until, accuracy, method, rtol, atol, step, samples, budget)
+    compiled = compile_right_hand_side(equations)
+    problem = _problem(equations, request, compiled)
+    compile_seconds = time.perf_counter() - started
+    watch = Watch(progress, request.budget)
+    if request.accuracy is not None:
+        measured = integrate_to_accuracy(problem, request.accuracy, watch)
+    else:
+        measured = integrate_with_method(problem, request, watch)
+    watch.done()
+    return _trajectory(equations, request, compiled, problem, measured, compile_seconds)
+
+
+def _problem(
+    equations: Equations, request: Request, compiled: RightHandSide
+) -> InitialValueProblem:
+    kinds = ["angle" if c.is_angle else c.unit or "length" for c in equations.coordinates]
+    return InitialValueProblem(
+        compiled.rhs, request.initial, request.times, tuple(kinds), compiled.disturbed
+    )
+
+
+def _trajectory(
+    equations: Equations,
+    request: Request,
+    compiled: RightHandSide,
+    problem: InitialValueProblem,
+    measured: Measured,
+    compile_seconds: float,
+) -> Trajectory:
+    t = problem.times[: len(measured.states)]
+    status = _status(problem, measured)
+    names = [c.name for c in equations.coordinates]
+    names += [f"dot({name})" for name in names]
+    energy, kinetic = _energies(compiled, t, measured.states)
+    conserved = any(c.kind in ("energy", "jacobi") for c in equations.conserved)
+    promised = request.accuracy is not None
+    return Trajectory(
+        name=equations.name,
+        status=status,
+        reason=_reason(status, problem, measured, request),
+        t=t,
+        columns=_columns(equations, compiled, t, measured.states),
+        energy=energy,
+        coordinates=tuple(c.name for c in equations.coordinates),
+        requested=request.accuracy,
+        estimated=measured.estimate if promised else None,
+        scales=dict(zip(names, measured.scales.tolist(), strict=True)),
+        holds_until=float(t[-1]) if promised else None,
+        energy_drift=_drift(energy, kinetic) if conserved else None,
+        method=measured.method,
+        choice=measured.choice,
+        formulation=equations.formulation,
+        steps=measured.steps,
+        rhs_evaluations=measured.evaluations,
+        all_evaluations=measured.all_evaluations,
+        seconds={
+            "compile": compile_seconds,
+            "integrate": measured.run_seconds,
+            "estimate": measured.estimate_seconds,
+        },
+    )
+
+
+def _columns(
+    equations: Equations, compiled: RightHandSide, t: Array, states: Array
+) -> dict[str, Array]:
+    """Coordinates, their ``dot``, Cartesian names, their ``dot``; each name once."""
+    n = len(equations.coordinates)
+    own = [c.name for c in equations.coordinates]
+    columns = {name: states[:, i].copy() for i, name in enumerate(own)}
+    columns |= {f"dot({name})": states[:, n + i].copy() for i, name in enumerate(own)}
+    cartesian = [c.name for c in equations.cartesian_names]
+    for of, form in ((compiled.positions, "{}"), (compiled.velocities, "dot({})")):
+        rows = [of(float(s), y) for s, y in zip(t, states, strict=True)] if cartesian else []
+        for i, name in enumerate(cartesian):
+            columns.setdefault(form.format(name), np.array([row[i] for row in rows]))
+    return columns
+
+
+def _energies(compiled: RightHandSide, t: Array, states: Array) -> tuple[Array, Array]:
+    """The energy function at the samples, and its part that depends on velocities."""
+    n = states.shape[1] // 2
+    still = states.copy()
+    still[:, n:] = 0.0
+    total = [compiled.energy(float(s), y) for s, y in zip(t, states, strict=True)]
+    rest = [compiled.energy(float(s), y) for s, y in zip(t, still, strict=True)]
+    return np.array(total), np.array(total) - np.array(rest)
+
+
+def _drift(energy: Array, kinetic: Array) -> float | None:
+    """Largest change over the largest kinetic part, which no choice of zero shifts."""
+    change, size = np.abs(energy - energy[0]).max(), np.abs(kinetic).max()
+    drift = float(change / size) if size > 0 else float(change)
+    return drift if math.isfinite(drift) else None
+
+
+def _status(problem: InitialValueProblem, measured: Measured) -> Status:
+    if len(measured.states) == len(problem.times):
+        return "ok"
+    if measured.stopped:
+        return "stopped"
+    return "blow_up" if measured.failure is not None else "accuracy_not_reached"
+
+
+def _reason(
+    status: Status, problem: InitialValueProblem, measured: Measured, request: Request
+) -> str:
+    last = float(problem.times[len(measured.states) - 1])
+    if status == "ok":
+        return ""
+    if status == "stopped":
+        return f"stopped; what is kept ends at t = {last:.9g}"
+    if measured.failure is not None:
+        return (
+            f"the motion cannot be continued past t = {measured.failure.time:.9g}: "
+            f"{measured.failure.reason} (a singularity, or the edge of where the equations exist)"
+        )
+    return f"accuracy {request.accuracy:g} holds until t = {last:.9g} of {problem.until:.9g}"

@@ -1,0 +1,203 @@
+"""The result of a simulation: a frozen value, its summary, its files and its plot."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.simulate.integrators.base import Array
+
+__all__ = ["Event", "Trajectory"]
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened at a time."""
+
+    t: float
+    name: str
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Samples of a motion with what is known of their error.
+
+    ``t`` has shape (samples,). ``columns`` maps every coordinate, its
+    ``dot(...)``, every Cartesian name of the scene and its ``dot(...)`` to an
+    array of that shape; ``energy`` is Σ q̇ ∂L/∂q̇ − L. ``status`` is ``ok``,
+    ``accuracy_not_reached``, ``stopped`` or ``blow_up``; but for ``ok``,
+    ``reason`` says in words what happened when, and the samples end there.
+
+    ``requested`` is the accuracy asked for and ``estimated`` the largest
+    estimated error over its scale (None where a method was chosen instead);
+    the promise holds until ``holds_until``. ``scales`` are those in which the
+    errors of coordinates and their ``dot(...)`` count. ``energy_drift`` is the
+    largest change of a conserved energy function over the largest kinetic
+    part of it, None where it is not conserved.
+
+    ``steps`` and ``rhs_evaluations`` are those of the run itself,
+    ``all_evaluations`` includes the estimate of its error; ``seconds`` has
+    ``compile``, ``integrate`` and ``estimate``.
+    """
+
+    name: str
+    status: Literal["ok", "accuracy_not_reached", "stopped", "blow_up"]
+    reason: str
+    t: Array
+    columns: Mapping[str, Array]
+    energy: Array
+    coordinates: tuple[str, ...]
+    requested: float | None
+    estimated: float | None
+    scales: Mapping[str, float]
+    holds_until: float | None
+    energy_drift: float | None
+    method: str
+    choice: str
+    formulation: str
+    steps: int
+    rhs_evaluations: int
+    all_evaluations: int
+    seconds: Mapping[str, float]
+    constraint_drift: float | None = None
+    events: tuple[Event, ...] = field(default_factory=tuple)
+
+    @property
+    def exit_code(self) -> int:
+        """0 where the run did what was asked, else 1."""
+        return 0 if self.status == "ok" else 1
+
+    @property
+    def state(self) -> dict[str, float]:
+        """Every name at the last sample."""
+        return {name: float(values[-1]) for name, values in self.columns.items()}
+
+    def summary(self, *, derive_seconds: float = 0.0) -> dict[str, Any]:
+        """What ``lagrange simulate --json`` writes."""
+        return {
+            "name": self.name,
+            "status": self.status,
+            "t": float(self.t[-1]),
+            "state": self.state,
+            "accuracy": {
+                "requested": self.requested,
+                "estimated": self.estimated,
+                "scales": dict(self.scales),
+            },
+            "holds_until": self.holds_until,
+            "energy_drift": self.energy_drift,
+            "constraint_drift": self.constraint_drift,
+            "method": self.method,
+            "formulation": self.formulation,
+            "steps": self.steps,
+            "rhs_evaluations": self.rhs_evaluations,
+            "events": [{"t": event.t, "name": event.name} for event in self.events],
+            "seconds": {"derive": derive_seconds, **self.seconds},
+        }
+
+    def table(self, *, energy: bool = False) -> dict[str, Array]:
+        """Column name → values: ``t``, the state, and ``energy`` where asked for.
+
+        Raises
+        ------
+        InputError
+            The scene has a coordinate of its own named ``energy``.
+        """
+        table = {"t": self.t, **self.columns}
+        if energy:
+            if "energy" in table:
+                raise InputError(
+                    Problem("the scene has a name 'energy' of its own", rule="column-clash")
+                )
+            table["energy"] = self.energy
+        return table
+
+    def csv(self, *, energy: bool = False) -> str:
+        """The samples as CSV: a header of names, then numbers with 17 significant digits."""
+        table = self.table(energy=energy)
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n").writerow(table)
+        for row in np.column_stack(list(table.values())).tolist():
+            text.write(",".join(f"{value:.17g}" for value in row) + "\n")
+        return text.getvalue()
+
+    def npz(self, *, energy: bool = False) -> bytes:
+        """The samples as an NPZ archive, one array a name, the same bytes every time."""
+        file = io.BytesIO()
+        with zipfile.ZipFile(file, "w") as archive:
+            for name, values in self.table(energy=energy).items():
+                array = io.BytesIO()
+                np.lib.format.write_array(array, values, allow_pickle=False)
+                archive.writestr(zipfile.ZipInfo(f"{name}.npy"), array.getvalue())
+        return file.getvalue()
+
+    def write(self, path: str | os.PathLike[str], *, energy: bool = False) -> None:
+        """Write ``.csv`` or ``.npz`` by the name's ending, whole or not at all.
+
+        Raises
+        ------
+        InputError
+            The ending is another one, or the file cannot be written.
+        """
+        ending = Path(path).suffix.lower()
+        if ending not in (".csv", ".npz"):
+            raise InputError(
+                Problem(
+                    f"a trajectory is written as .csv or .npz, not '{ending}'",
+                    hint="-o traj.csv",
+                    rule="output",
+                )
+            )
+        content = self.csv(energy=energy).encode() if ending == ".csv" else self.npz(energy=energy)
+        _write_whole(Path(path), content)
+
+    def plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw coordinates, velocities and energy over time into a picture file.
+
+        Raises
+        ------
+        InputError
+            matplotlib is not installed, or it cannot write such a file.
+        """
+        from lagrange_cli.simulate.plot import draw
+
+        _write_whole(Path(path), draw(self, Path(path).suffix.lower().lstrip(".")))
+
+
+def _write_whole(path: Path, content: bytes) -> None:
+    """Write through a temporary file in the same folder, then rename."""
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    except OSError as error:
+        raise _cannot_write(path, error) from error
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        os.chmod(temporary, 0o666 & ~_umask())
+        os.replace(temporary, path)
+    except OSError as error:
+        os.unlink(temporary)
+        raise _cannot_write(path, error) from error
+    except BaseException:
+        os.unlink(temporary)
+        raise
+
+
+def _cannot_write(path: Path, error: OSError) -> InputError:
+    return InputError(Problem(f"cannot write {path}: {error.strerror or error}", rule="output"))
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

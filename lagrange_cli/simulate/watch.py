@@ -1,0 +1,50 @@
+"""Progress and budget of a simulation."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+__all__ = ["StoppedError", "Watch"]
+
+#: Part of the remaining bar that a pass over the samples takes; the rest is
+#: for passes that may follow.
+PASS = 0.9
+
+
+class StoppedError(Exception):
+    """The budget of seconds is spent."""
+
+
+class Watch:
+    """Called with the fraction done of the present pass, tells the user and minds the budget.
+
+    ``progress`` gets a fraction from 0 to 1 that never falls; ``budget`` is in
+    seconds of wall clock (None: without limit).
+    """
+
+    def __init__(
+        self, progress: Callable[[float], None] | None = None, budget: float | None = None
+    ) -> None:
+        self._progress = progress
+        self._deadline = None if budget is None else time.perf_counter() + budget
+        self._base, self._share, self._shown = 0.0, 0.1, 0.0
+
+    def next_pass(self) -> None:
+        """A further pass over the samples begins."""
+        self._base += self._share
+        self._share = PASS * (1 - self._base)
+
+    def __call__(self, fraction: float) -> None:
+        if self._deadline is not None and time.perf_counter() > self._deadline:
+            raise StoppedError
+        self._tell(self._base + self._share * fraction)
+
+    def done(self) -> None:
+        self._tell(1.0)
+
+    def _tell(self, fraction: float) -> None:
+        # One call in a thousandth of the whole is enough for any display.
+        if self._progress is not None and (fraction >= self._shown + 1e-3 or fraction == 1):
+            self._shown = fraction
+            self._progress(fraction)
