@@ -293,21 +293,26 @@ def eliminate(
         Called when only closed forms with several branches remain; may refuse.
     """
     state = Elimination(stated, reference, constants, unknowns=dict.fromkeys(unknowns))
-    done: dict[sp.Symbol, None] = {}
-
-    def settle(symbol: sp.Symbol) -> None:
-        if symbol in done:
-            return
-        done[symbol] = None
-        expr = given[symbol]
-        for s in sorted(expr.free_symbols & given.keys(), key=str):
-            settle(s)
-        state.give(symbol, state.reduce(expr), frozenset())
-
-    for symbol in given:
-        settle(symbol)
+    for symbol in _dependency_order(given):
+        state.give(symbol, state.reduce(given[symbol]), frozenset())
     state.begin()
     state.run(closed_forms=False)
     check(state)
     state.run(closed_forms=True)
     return state
+
+
+def _dependency_order(given: Mapping[sp.Symbol, sp.Expr]) -> list[sp.Symbol]:
+    """Symbols such that each comes after those its expression holds (chains may be long)."""
+    done: dict[sp.Symbol, None] = {}
+    for first in given:
+        stack = [first]
+        while stack:
+            symbol = stack[-1]
+            held = given[symbol].free_symbols & given.keys()
+            ahead = [s for s in sorted(held, key=str) if s not in done]
+            if symbol in done or not ahead:
+                done[stack.pop()] = None
+            else:
+                stack.extend(ahead)
+    return list(done)

@@ -6,7 +6,7 @@ left over (:mod:`account`) and yields every raw symbol as a function of q and t.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -15,13 +15,14 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics import account as accounting
+from lagrange_cli.mechanics.account import Geometry, balance
 from lagrange_cli.mechanics.angles import periodic_symbols
 from lagrange_cli.mechanics.elimination import Elimination, Stated, eliminate
 from lagrange_cli.mechanics.equations import Account, Coordinate
 from lagrange_cli.mechanics.language import Rate, total_derivative
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.parameters import Values
+from lagrange_cli.mechanics.refusals import require_enough, require_solved
 from lagrange_cli.mechanics.sampling import Sampler, typical_length, working_digits
 from lagrange_cli.scene.model import Particle, Scene
 
@@ -55,6 +56,7 @@ class Reduced:
     reference: Mapping[sp.Symbol, mpf]
     warnings: tuple[Problem, ...]
     remarks: tuple[str, ...]
+    geometry: Geometry
 
     def resolve(self, expr: sp.Expr) -> sp.Expr:
         """``expr`` with raw symbols replaced by their r(q, t)."""
@@ -71,15 +73,7 @@ class Reduced:
 
     def sampler(self, domain: list[sp.Expr]) -> Sampler:
         """Random feasible configurations at which ``domain`` is real as well."""
-        return _sampler(
-            self.names,
-            self.values,
-            [c.q for c in self.coordinates],
-            {c.q for c in self.coordinates if c.is_angle},
-            self.resolved,
-            self.reference,
-            domain,
-        )
+        return _sampler(self.values, self.geometry, self.coordinates, domain)
 
 
 def _rate(reduced: Reduced, expr: sp.Expr) -> sp.Expr:
@@ -110,23 +104,12 @@ def reduce(scene: Scene) -> Reduced:
         stated = list(_stated(names, scene))
         reference = _reference(names, values, scene)
         found = _eliminate(names, scene, stated, reference)
-        chosen = scene.coordinates is None
-        symbols = _coordinate_symbols(names, found, chosen)
-        accounting.require_solved(found)
+        require_solved(found)
+        symbols = _coordinate_symbols(names, found)
         resolved = {s: found.solved.get(s, s) for s in names.cartesian.values()}
         coordinates = tuple(_coordinates(scene, names, symbols, resolved))
-        sampler = _sampler(
-            names,
-            values,
-            symbols,
-            {c.q for c in coordinates if c.is_angle},
-            resolved,
-            reference,
-            [],
-        )
-        account, warnings = accounting.balance(
-            scene, names, found, resolved, symbols, sampler, chosen, stated, reference
-        )
+        geometry = Geometry(names, found, resolved, symbols, reference)
+        account, warnings = balance(geometry, _sampler(values, geometry, coordinates, []))
     return Reduced(
         scene,
         names,
@@ -138,6 +121,7 @@ def reduce(scene: Scene) -> Reduced:
         reference,
         (*scene.warnings, *warnings),
         tuple(found.remarks),
+        geometry,
     )
 
 
@@ -200,13 +184,13 @@ def _eliminate(
         unknowns,
         reference,
         constants,
-        check=partial(accounting.require_enough, scene),
+        check=partial(require_enough, scene),
     )
 
 
-def _coordinate_symbols(names: Names, found: Elimination, chosen: bool) -> list[sp.Symbol]:
+def _coordinate_symbols(names: Names, found: Elimination) -> list[sp.Symbol]:
     """Declared coordinates, or the names that the constraints leave, in reading order."""
-    if not chosen:
+    if names.scene.coordinates is not None:
         return list(names.coordinates.values())
     return [s for s in names.cartesian.values() if s in found.unknowns]
 
@@ -237,29 +221,24 @@ def _coordinates(
 
 
 def _sampler(
-    names: Names,
     values: Values,
-    symbols: list[sp.Symbol],
-    angles: set[sp.Symbol],
-    resolved: Mapping[sp.Symbol, sp.Expr],
-    reference: Mapping[sp.Symbol, mpf],
+    geometry: Geometry,
+    coordinates: Sequence[Coordinate],
     domain: list[sp.Expr],
 ) -> Sampler:
+    names, reference = geometry.names, geometry.reference
     parameters = set(names.parameters.values())
+    angles = {c.q for c in coordinates if c.is_angle}
+    center = {c.q: reference.get(c.q, mpf(0)) for c in coordinates}
     lengths = [x for s, x in reference.items() if s not in parameters | angles | {names.t}]
     length = typical_length(lengths)
     return Sampler(
         names.t,
-        symbols,
+        list(center),
         {names.parameters[n]: reference[names.parameters[n]] for n in values.exact},
         [s for n, s in names.parameters.items() if n not in values.exact],
-        {q: reference.get(q, mpf(0)) for q in symbols},
-        {q: mpf(1) if q in angles else max(length, abs(reference.get(q, mpf(0)))) for q in symbols},
-        [*resolved.values(), *domain],
-        scene_seed(names),
+        center,
+        {q: mpf(1) if q in angles else max(length, abs(x)) for q, x in center.items()},
+        [*geometry.resolved.values(), *domain],
+        seed=names.scene.digest,
     )
-
-
-def scene_seed(names: Names) -> str:
-    """Seed of the random configurations: the same scene is always sampled alike."""
-    return names.scene.digest

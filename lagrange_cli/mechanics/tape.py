@@ -188,8 +188,9 @@ class Run:
             return self._compose(self.local[i], nodes[a])
         if operation in ("Min", "Max"):
             choose = min if operation == "Min" else max
-            self.local[i] = choose(a, key=lambda k: nodes[k][0])
-            return nodes[self.local[i]]
+            chosen: int = choose(a, key=lambda k: nodes[k][0])
+            self.local[i] = chosen
+            return nodes[chosen]
         return self._atan2(i, nodes[a[0]], nodes[a[1]])
 
     def _multiply(self, x: Triple, y: Triple) -> Triple:

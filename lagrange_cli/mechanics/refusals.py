@@ -1,0 +1,192 @@
+"""The errors of a reduction that does not come out even, each with what would mend it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.mechanics.elimination import Elimination, Stated, eliminate
+from lagrange_cli.mechanics.names import Names
+from lagrange_cli.mechanics.ranks import TOLERANCE
+from lagrange_cli.mechanics.sampling import STARTS
+from lagrange_cli.mechanics.tape import DomainError, values
+from lagrange_cli.scene.model import Scene
+
+__all__ = [
+    "contradiction",
+    "dependent_coordinates",
+    "no_configuration",
+    "require_enough",
+    "require_solved",
+    "too_many",
+]
+
+
+def require_solved(found: Elimination) -> None:
+    """Refuse a constraint that still holds an unknown: it has no closed-form solution."""
+    for number, (left, right) in found.pending.items():
+        open_names = [u for u in found.unknowns if u in (left - right).free_symbols]
+        if open_names:
+            raise _no_closed_form(found.stated[number], open_names)
+
+
+def require_enough(scene: Scene, found: Elimination) -> None:
+    """Refuse declared coordinates when more names are open than equations are left."""
+    excess = len(found.unknowns) - len(found.pending)
+    if scene.coordinates is not None and excess > 0:
+        raise _too_few(scene, found, excess)
+
+
+def _quoted(names: Sequence[object]) -> str:
+    return ", ".join(f"'{n}'" for n in names)
+
+
+def _no_closed_form(stated: Stated, unknowns: Sequence[sp.Symbol]) -> InputError:
+    return InputError(
+        Problem(
+            f"constraint '{stated.constraint}' has no closed-form solution for"
+            f" {_quoted(unknowns)}; implicit constraints are not supported yet",
+            stated.equation.mark(),
+            hint="declare 'coordinates' and give the Cartesian names in 'definitions'",
+            rule="not-supported-yet",
+        )
+    )
+
+
+def _too_few(scene: Scene, found: Elimination, excess: int) -> InputError:
+    open_names = [u.name for u in found.unknowns]
+    have = [c.name for c in scene.coordinates or ()]
+    which = _quoted(open_names)
+    if excess < len(open_names):
+        which = f"{excess} of {which}"
+    return InputError(
+        Problem(
+            f"too few coordinates: nothing determines {which}"
+            f" ({len(have)} declared, {len(have) + excess} degrees of freedom)",
+            scene.coordinates_mark,
+            hint=f"coordinates: [{', '.join([*have, *open_names[:excess]])}]",
+            rule="too-few-coordinates",
+        )
+    )
+
+
+def too_many(stated: Stated, involved: Sequence[sp.Symbol], rest: Sequence[str]) -> InputError:
+    """A constraint relates coordinates, or fixes one."""
+    verb = "fixes" if len(involved) == 1 else "relates"
+    return InputError(
+        Problem(
+            f"too many coordinates: constraint '{stated.constraint}' {verb} {_quoted(involved)}"
+            f" ({len(rest) + 1} declared)",
+            stated.equation.mark(),
+            hint=f"coordinates: [{', '.join(rest)}]",
+            rule="too-many-coordinates",
+        )
+    )
+
+
+def dependent_coordinates(
+    scene: Scene, mixed: Sequence[str], ways: int, rest: Sequence[str]
+) -> InputError:
+    """Coordinates move the particles in fewer independent ways than there are of them."""
+    return InputError(
+        Problem(
+            f"the coordinates {_quoted(mixed)} are not independent:"
+            f" they move the particles in {ways} {'way' if ways == 1 else 'ways'} only",
+            scene.coordinates_mark or Mark(scene.file, 1, 1),
+            hint=f"coordinates: [{', '.join(rest)}]",
+            rule="dependent-coordinates",
+        )
+    )
+
+
+def no_configuration(scene: Scene, found: Elimination) -> InputError:
+    """No real configuration came up: the constraints that were solved are named."""
+    used = [found.stated[k] for k in sorted(set(found.by.values()))] or list(found.stated)
+    named = _quoted(list(dict.fromkeys(s.constraint for s in used))) or "the scene"
+    return InputError(
+        Problem(
+            f"no configuration found in {STARTS} starts that satisfies {named}",
+            used[0].equation.mark() if used else Mark(scene.file, 1, 1),
+            hint="give one in 'initial' or 'near'",
+            rule="inconsistent",
+        )
+    )
+
+
+def contradiction(
+    names: Names,
+    found: Elimination,
+    number: int,
+    reduced: sp.Expr,
+    reference: Mapping[sp.Symbol, mpf],
+) -> InputError:
+    """A stated equation reduced to a false one: the smallest set that contradicts itself."""
+    suspects = sorted(found.touched[number] | {number})
+    smallest = [found.stated[k] for k in _smallest(names, found.stated, suspects, reference)]
+    named = list(dict.fromkeys(s.constraint for s in smallest))
+    if len(named) > 1:
+        which = f"constraints {_quoted(named)} contradict each other"
+    elif len(smallest) > 1:
+        which = f"constraint '{named[0]}' contradicts itself"
+    else:
+        which = f"constraint '{named[0]}' contradicts the definitions"
+    outcome = str(reduced).replace("**", "^")
+    return InputError(
+        Problem(
+            f"{which}: together they give {outcome} = 0",
+            found.stated[number].equation.mark(),
+            hint="\n".join(f"{s.constraint}: {s.equation.text}" for s in smallest),
+            rule="inconsistent",
+        )
+    )
+
+
+def _smallest(
+    names: Names,
+    stated: Sequence[Stated],
+    suspects: list[int],
+    reference: Mapping[sp.Symbol, mpf],
+) -> list[int]:
+    """A subset that contradicts itself and of which no member can be left out.
+
+    The deletion filter of Chinneck and Dravnieks (ORSA J. Computing 3, 1991).
+    """
+    kept = list(suspects)
+    for candidate in suspects:
+        fewer = [k for k in kept if k != candidate]
+        if _contradicts(names, [stated[k] for k in fewer], reference):
+            kept = fewer
+    return kept
+
+
+def _contradicts(
+    names: Names, stated: Sequence[Stated], reference: Mapping[sp.Symbol, mpf]
+) -> bool:
+    declared = set(names.coordinates.values())
+    unknowns = [s for s in names.cartesian.values() if s not in names.given and s not in declared]
+    constants = frozenset(names.parameters.values())
+    try:
+        found = eliminate(stated, names.given, unknowns, reference, constants)
+    except InputError:
+        return False
+    for left, right in found.pending.values():
+        phi = (left - right).xreplace(
+            {s: sp.Float(x, 40) for s, x in reference.items() if s in constants}
+        )
+        if phi.is_number and abs(phi.evalf(30)) > TOLERANCE * _size(left, right, reference):
+            return True
+    return False
+
+
+def _size(left: sp.Expr, right: sp.Expr, reference: Mapping[sp.Symbol, mpf]) -> mpf:
+    terms = [*sp.Add.make_args(left), *sp.Add.make_args(right)]
+    total = mpf(0)
+    for term in terms:
+        try:
+            total += abs(values([term], {s: reference[s] for s in term.free_symbols})[0])
+        except (DomainError, KeyError):
+            total += 1
+    return total
