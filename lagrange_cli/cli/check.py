@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from lagrange_cli.cli import options
-from lagrange_cli.cli.output import print_text, write_file
+from lagrange_cli.cli.output import print_text
 from lagrange_cli.cli.session import Session
+from lagrange_cli.files import write_file
 
 if TYPE_CHECKING:
     from lagrange_cli.batch import Report, SceneReport

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 import click
 
 from lagrange_cli.cli import options
-from lagrange_cli.cli.output import can_print, print_text, write_file
+from lagrange_cli.cli.output import can_print, print_text
 from lagrange_cli.cli.session import Session
+from lagrange_cli.errors import Mark
+from lagrange_cli.files import write_file
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.scene.model import Scene
 
 __all__ = ["derive", "derived"]
 
@@ -25,13 +29,18 @@ def derived(
     *,
     parameters: Mapping[str, str],
     initial: Mapping[str, str] | None = None,
+    times: Mapping[str, str] | None = None,
     digits: int = 30,
 ) -> Equations:
-    """Read and derive a scene for a command; its warnings and remarks go to stderr."""
+    """Read and derive a scene for a command; its warnings and remarks go to stderr.
+
+    ``times`` replaces ``until`` and ``start`` of the scene's section
+    ``simulate``, by expressions.
+    """
     from lagrange_cli.scene import read_file
 
     started = perf_counter()
-    read = read_file(scene, parameters=parameters, initial=initial)
+    read = _with_times(read_file(scene, parameters=parameters, initial=initial), times or {})
     # After reading, so that a mistake in the scene is answered at once.
     from lagrange_cli.mechanics import derive as derive_equations
 
@@ -41,6 +50,16 @@ def derived(
         session.remark(remark)
     session.detail(f"derived and certified in {perf_counter() - started:.2f} s")
     return equations
+
+
+def _with_times(scene: Scene, times: Mapping[str, str]) -> Scene:
+    from lagrange_cli.scene import parse_expression
+
+    values = {
+        name: parse_expression(text, Mark(f"--{name.replace('start', 'from')}", 1, 1, text))
+        for name, text in times.items()
+    }
+    return replace(scene, simulate=replace(scene.simulate, **values))
 
 
 def _text(equations: Equations, form: str, ascii_only: bool, to_file: bool) -> str:

@@ -10,9 +10,10 @@ import click
 
 from lagrange_cli.cli import options
 from lagrange_cli.cli.derive import derived
-from lagrange_cli.cli.output import print_text, write_files
+from lagrange_cli.cli.output import print_text
 from lagrange_cli.cli.session import Session
 from lagrange_cli.emit.registry import EMITTERS, Emitter, Option, emitter
+from lagrange_cli.files import write_files
 
 __all__ = ["emit"]
 

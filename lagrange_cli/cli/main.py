@@ -14,14 +14,12 @@ import click
 from lagrange_cli.cli.check import check
 from lagrange_cli.cli.derive import derive
 from lagrange_cli.cli.emit import emit
-from lagrange_cli.cli.session import Session, report_error
+from lagrange_cli.cli.session import INTERRUPTED, TERMINATED, Session, report_error
+from lagrange_cli.cli.simulate import simulate
 from lagrange_cli.errors import InternalError, LagrangeError, Problem
 from lagrange_cli.version import __version__
 
 __all__ = ["lagrange", "main", "run"]
-
-INTERRUPTED = 128 + signal.SIGINT
-TERMINATED = 128 + signal.SIGTERM
 
 REPORT = (
     "this is a defect of lagrange and not of your scene; please report it with the\n"
@@ -43,7 +41,7 @@ def lagrange() -> None:
     """Equations of motion from a scene file: derived, certified, emitted, simulated."""
 
 
-for _command in (derive, emit, check):
+for _command in (derive, emit, simulate, check):
     lagrange.add_command(_command)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -10,7 +12,11 @@ import click
 
 from lagrange_cli.errors import InputError, Problem, escape_controls, render
 
-__all__ = ["Session", "report_error"]
+__all__ = ["INTERRUPTED", "TERMINATED", "Session", "report_error"]
+
+#: Exit codes of what a signal ended, as shells report them.
+INTERRUPTED = 128 + signal.SIGINT
+TERMINATED = 128 + signal.SIGTERM
 
 
 def _show(problem: Problem, colour: str) -> None:
@@ -68,7 +74,6 @@ class Session:
 
         The bar is hidden where stderr is no terminal, and with ``-q``.
         """
-        stderr = click.get_text_stream("stderr")
-        hidden = self.verbosity < 0 or not stderr.isatty()
-        with click.progressbar(length=1000, label=label, file=stderr, hidden=hidden) as bar:
+        hidden = self.verbosity < 0 or sys.stderr is None or not sys.stderr.isatty()
+        with click.progressbar(length=1000, label=label, file=sys.stderr, hidden=hidden) as bar:
             yield lambda fraction: bar.update(round(1000 * fraction) - bar.pos)

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import importlib.util
+import json
+import math
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from lagrange_cli.cli import options
 from lagrange_cli.cli.derive import derived
-from lagrange_cli.cli.output import print_text, write_file
-from lagrange_cli.cli.session import Session
+from lagrange_cli.cli.output import print_text
+from lagrange_cli.cli.session import INTERRUPTED, Session
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files import write_file
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
 
 __all__ = ["simulate"]
+
+ENDINGS = (".csv", ".npz")
 
 
 class _Method(click.Option):
@@ -25,5 +32,186 @@ class _Method(click.Option):
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         from lagrange_cli.simulate.integrators import INTEGRATORS
 
-        self.help = f"Integration method: auto, {', '.join(INTEGRATORS)}.  [default: auto]"
+        names = ", ".join(INTEGRATORS)
+        self.help = f"Integration method: auto, {names}.  [default: the scene's, or auto]"
         return super().get_help_record(ctx)
+
+
+def _ending(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
+    """Refuse a trajectory file of an unknown kind before the work."""
+    if value is not None and Path(value).suffix.lower() not in ENDINGS:
+        raise click.BadParameter(f"'{value}' does not end in {' or '.join(ENDINGS)}", ctx, option)
+    return value
+
+
+def _plottable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
+    """Name the missing extra before the work."""
+    if value is not None and importlib.util.find_spec("matplotlib") is None:
+        raise InputError(
+            Problem("plots need matplotlib", hint="pip install 'lagrange-cli[plot]'", rule="extra")
+        )
+    return options.not_empty(ctx, option, value)
+
+
+def _number(value: float | None, form: str) -> str:
+    return "none" if value is None else format(value, form)
+
+
+def _state(trajectory: Trajectory) -> list[str]:
+    """The last state as a table: each name with its value and its rate."""
+    state = trajectory.state
+    names = [name for name in state if f"dot({name})" in state]
+    width = max(map(len, names), default=0)
+    rows = [f"  {n:<{width}}  {state[n]:>16.9g}  {state[f'dot({n})']:>16.9g}" for n in names]
+    return [f"  {'':<{width}}  {'value':>16}  {'rate':>16}", *rows]
+
+
+def _promise(trajectory: Trajectory) -> str:
+    if trajectory.requested is None:
+        return "not estimated: a method was chosen"
+    estimated = _number(trajectory.estimated, ".1e")
+    until = _number(trajectory.holds_until, ".9g")
+    return f"{trajectory.requested:g} requested, {estimated} estimated, holds until t = {until}"
+
+
+def _text(trajectory: Trajectory) -> str:
+    """The result for a person."""
+    drift = trajectory.energy_drift
+    lines = [
+        f"{trajectory.name} at t = {trajectory.t[-1]:.9g}",
+        "",
+        *_state(trajectory),
+        "",
+        f"Accuracy  {_promise(trajectory)}",
+        f"Energy    {'not conserved' if drift is None else f'relative drift {drift:.1e}'}",
+        f"Method    {trajectory.method}, {trajectory.steps} steps, "
+        f"{trajectory.rhs_evaluations} evaluations of the right-hand side",
+    ]
+    return "\n".join(lines)
+
+
+def _finite(value: Any) -> Any:
+    """The same JSON value with null for what is not a finite number."""
+    if isinstance(value, dict):
+        return {key: _finite(entry) for key, entry in value.items()}
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _json(trajectory: Trajectory, derive_seconds: float) -> str:
+    summary = _finite(trajectory.summary(derive_seconds=derive_seconds))
+    return json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
+
+
+def _write(trajectory: Trajectory, output: str, columns: str | None) -> None:
+    energy = columns == "energy"
+    if Path(output).suffix.lower() == ".csv":
+        write_file(output, trajectory.csv(energy=energy))
+    else:
+        write_file(output, trajectory.npz(energy=energy))
+
+
+@click.command(short_help="A trajectory to the accuracy that you state.")
+@options.scene
+@click.option(
+    "--until", metavar="T", help="End time, a number or expression.  [default: the scene's]"
+)
+@click.option(
+    "--from", "start", metavar="T", help="Start time, likewise.  [default: the scene's, or 0]"
+)
+@click.option(
+    "--accuracy",
+    type=float,
+    metavar="EPS",
+    help="Largest error of any coordinate or velocity at any sample, as a part of its scale.  "
+    "[default: the scene's, or 1e-6]",
+)
+@click.option("--method", cls=_Method, metavar="NAME")
+@click.option(
+    "--rtol",
+    type=float,
+    metavar="X",
+    help="Relative tolerance of a step, with --method.  [default: the scene's]",
+)
+@click.option(
+    "--atol",
+    type=float,
+    metavar="X",
+    help="Absolute tolerance of a step, with --method.  [default: rtol/100 of each scale]",
+)
+@click.option(
+    "--step",
+    type=float,
+    metavar="H",
+    help="Time between samples; the step of methods of fixed step.  [default: the scene's]",
+)
+@click.option(
+    "--samples",
+    type=int,
+    metavar="N",
+    help="Number of samples, both ends included.  [default: the scene's, or 501]",
+)
+@click.option(
+    "--budget",
+    type=float,
+    metavar="SECONDS",
+    help="Stop after this time and keep what is done.  [default: none]",
+)
+@options.parameters
+@options.initial
+@click.option(
+    "--with",
+    "columns",
+    type=click.Choice(["energy"]),
+    help="Further columns of the file.  [default: none]",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(),
+    callback=_ending,
+    metavar="FILE",
+    help="Write the samples, as .csv or .npz.  [default: none]",
+)
+@click.option(
+    "--plot",
+    type=click.Path(),
+    callback=_plottable,
+    metavar="FILE",
+    help="Draw coordinates, velocities and energy over time; needs matplotlib.  [default: none]",
+)
+@options.json_flag("Report as JSON.")
+@options.common
+@click.pass_context
+def simulate(
+    ctx: click.Context,
+    scene: str,
+    until: str | None,
+    start: str | None,
+    parameters: dict[str, str],
+    initial: dict[str, str],
+    columns: str | None,
+    output: str | None,
+    plot: str | None,
+    as_json: bool,
+    **how: Any,
+) -> None:
+    """Integrate SCENE, a YAML file or - for standard input, and report its end."""
+    session = ctx.ensure_object(Session)
+    started = perf_counter()
+    times = {k: v for k, v in (("until", until), ("start", start)) if v is not None}
+    equations = derived(session, scene, parameters=parameters, initial=initial, times=times)
+    derive_seconds = perf_counter() - started
+    from lagrange_cli.simulate import simulate as integrate
+
+    with session.progress("integrating") as move:
+        trajectory = integrate(equations, progress=move, **how)
+    session.detail(f"method: {trajectory.choice}")
+    if output is not None:
+        _write(trajectory, output, columns)
+    print_text(_json(trajectory, derive_seconds) if as_json else _text(trajectory))
+    if plot is not None:
+        trajectory.plot(plot)
+    if trajectory.reason:
+        session.remark(trajectory.reason)
+    interrupted = trajectory.status == "stopped" and how["budget"] is None
+    ctx.exit(INTERRUPTED if interrupted else trajectory.exit_code)

@@ -9,8 +9,8 @@ import sys
 
 import pytest
 
-from lagrange_cli.cli.output import write_file, write_files
 from lagrange_cli.errors import InputError
+from lagrange_cli.files import write_file, write_files
 
 
 def test_new_file_has_the_content_and_the_permissions_of_the_umask(tmp_path):

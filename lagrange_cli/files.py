@@ -1,0 +1,102 @@
+"""Files are written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import stat
+import tempfile
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+
+from lagrange_cli.errors import InputError, Problem
+
+__all__ = ["cannot_write", "write_file", "write_files"]
+
+
+def cannot_write(name: str, error: OSError) -> InputError:
+    """The refusal for something that cannot be written."""
+    return InputError(Problem(f"cannot write {name}: {error.strerror or error}", rule="output"))
+
+
+def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
+    """Write one file whole or not at all.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written; what was there before is untouched.
+    """
+    _write({Path(path): content})
+
+
+def write_files(folder: str | os.PathLike[str], files: Mapping[str, str]) -> list[Path]:
+    """Write files into a folder, made where it is missing; return their paths.
+
+    Either all files are complete or none of them is touched.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be made, or a file cannot be written.
+    """
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise InputError(
+            Problem(f"cannot write into '{target}': it is a file and not a folder", rule="output")
+        ) from None
+    except OSError as error:
+        raise cannot_write(f"into '{target}'", error) from error
+    paths = {target / name: text for name, text in files.items()}
+    _write(paths)
+    return list(paths)
+
+
+def _write(files: Mapping[Path, str | bytes]) -> None:
+    """Write all contents to temporary files beside their targets, then rename each."""
+    waiting: list[tuple[str, Path]] = []
+    try:
+        for path, content in files.items():
+            data = content.encode() if isinstance(content, str) else content
+            try:
+                _stage(path, data, waiting)
+            except OSError as error:
+                raise cannot_write(f"'{path}'", error) from error
+        for temporary, target in waiting:
+            os.replace(temporary, target)
+    finally:
+        for temporary, _ in waiting:
+            with suppress(FileNotFoundError):
+                os.unlink(temporary)
+
+
+def _stage(path: Path, data: bytes, waiting: list[tuple[str, Path]]) -> None:
+    """Write data to a temporary file, or at once to what is no regular file (``/dev/null``)."""
+    target = Path(os.path.realpath(path))
+    if target.is_dir():
+        raise IsADirectoryError(0, "it is a folder and not a file")
+    if target.exists() and not target.is_file():
+        target.write_bytes(data)
+        return
+    if target.exists() and not os.access(target, os.W_OK):
+        raise PermissionError(0, "the file is read-only")
+    handle, temporary = tempfile.mkstemp(
+        prefix=f".{target.name}.", suffix=".tmp", dir=target.parent
+    )
+    waiting.append((temporary, target))
+    with os.fdopen(handle, "wb") as stream:
+        stream.write(data)
+        stream.flush()
+        os.fsync(stream.fileno())
+    os.chmod(temporary, _mode(target))
+
+
+def _mode(target: Path) -> int:
+    """Permissions of the file that is replaced, or those that the umask leaves a new one."""
+    if target.exists():
+        return stat.S_IMODE(target.stat().st_mode)
+    mask = os.umask(0)
+    os.umask(mask)
+    return 0o666 & ~mask
