@@ -64,6 +64,9 @@ _LATEX_SPECIAL = {
     '"': r"\textquotedbl{}",
     "`": r"\textasciigrave{}",
     "-": r"{-}",
+    # A bracket after \item would begin an optional argument.
+    "[": "{[}",
+    "]": "{]}",
 }
 
 #: Letters beyond ASCII that a pdfLaTeX document with T1 fonts sets by itself.
@@ -112,7 +115,7 @@ def _latex_character(character: str) -> str:
     if unicodedata.category(character).startswith("Z"):
         return " "
     # Nothing that pdfLaTeX has no glyph for may stop the document.
-    return f"[U+{ord(character):04X}]"
+    return f"{{[}}U+{ord(character):04X}{{]}}"
 
 
 def latex_text(text: str) -> str:

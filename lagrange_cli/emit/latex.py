@@ -152,7 +152,7 @@ class Typesetter:
         coordinates = self.equations.coordinates
         if form != "explicit":
             return [
-                Row(rf"{self.coordinate(c)}\colon\quad ", self.row(i))
+                Row(rf"{self.coordinate(c)}\colon\quad", self.row(i))
                 for i, c in enumerate(coordinates)
             ]
         solved = explicit_accelerations(self.equations)
@@ -201,7 +201,8 @@ def _added(pieces: list[Piece]) -> list[Piece]:
 def _lines(row: Row, numbered: bool) -> str:
     """A formula broken into lines of an ``align``, the number at the last one."""
     first, *others = fill(row.pieces, LINE, LINE - 4, step=2)
-    lines = [f"  {row.label}& {first.text}"]
+    label = f"{row.label} " if row.label else ""
+    lines = [f"  {label}& {first.text}"]
     lines += [rf"  &\hspace{{{1.5 + 0.8 * line.level:g}em}} {{}} {line.text}" for line in others]
     end = " \\nonumber \\\\\n" if numbered else " \\\\\n"
     return end.join(lines)

@@ -69,7 +69,10 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         ],
         "multipliers": [],
         "closure": [],
-        "facts": asdict(equations.facts),
+        "facts": {
+            **asdict(equations.facts),
+            "unused_parameters": list(equations.facts.unused_parameters),
+        },
         "certificate": asdict(equations.certificate),
         "warnings": [_warning(w) for w in equations.warnings],
     }

@@ -35,6 +35,8 @@ __all__ = ["derivation_text"]
 #: Columns of a line, where a formula can be broken.
 WIDTH = 100
 
+_STILL = "  none: nothing can move"
+
 
 def derivation_text(equations: Equations, *, ascii: bool = False, form: str = "lagrange") -> str:
     """Write the derivation: degrees of freedom, energies, equations, what is conserved.
@@ -172,7 +174,7 @@ class _Page:
             for name, (_, pieces) in zip(names, rows, strict=True)
             for line in self.hung(f"  {_padded(name, width)}   ", pieces)
         ]
-        return ["Equations of motion", *(lines or ["  none: nothing can move"])]
+        return ["Equations of motion", *(lines or [_STILL])]
 
     def accelerations(self) -> list[str]:
         lines = ["Accelerations"]
@@ -181,7 +183,8 @@ class _Page:
         ):
             if value is not None:
                 lines += self.formula(f"  {self.printer.symbol(c.name, 2)}", value)
-        return [*lines, *self.coupled()]
+        lines += self.coupled()
+        return lines if len(lines) > 1 else [*lines, _STILL]
 
     def coupled(self) -> list[str]:
         """M and f of the accelerations that have no short closed form."""

@@ -65,27 +65,22 @@ def total(expression, chosen):
 
 
 def _monomials(expression, symbols):
-    """(coefficient, monomial) of a polynomial in symbols, high powers first."""
-    poly = sympy.Poly(sympy.expand(expression), *symbols)
-    return [
-        (sympy.factor_terms(c), sympy.Mul(*(s**e for s, e in zip(symbols, powers, strict=True))))
-        for powers, c in poly.terms()
-    ]
+    """(coefficient, monomial) of an expanded polynomial in symbols, squares first."""
+    gathered = {}
+    for term in sympy.Add.make_args(expression):
+        coefficient, monomial = term.as_independent(*symbols, as_Add=False)
+        gathered.setdefault(monomial, []).append(coefficient)
+    order = sorted(gathered, key=lambda m: [-m.as_powers_dict().get(s, 0) for s in symbols])
+    return [(sympy.factor_terms(sympy.Add(*gathered[m])), m) for m in order]
 
 
 def _shown(residual, coordinate, chosen, divide):
-    velocities = [c.v for c in chosen]
     residual = sympy.expand(residual / divide)
-    terms, rest = [], residual
-    for c in chosen:
-        coefficient = rest.coeff(c.a)
-        rest = sympy.expand(rest - coefficient * c.a)
-        if coefficient != 0:
-            terms.append((sympy.factor_terms(coefficient), c.a))
-    moving = [m for m in _monomials(rest, velocities) if m[1] != 1]
-    still = sympy.expand(rest - sum(c * m for c, m in moving))
-    terms.extend(moving)
-    terms.extend((part, sympy.Integer(1)) for part in sympy.Add.make_args(still) if part != 0)
+    groups = _monomials(residual, [c.a for c in chosen] + [c.v for c in chosen])
+    terms = [(c, m) for c, m in groups if m != 1]
+    moving = {s for c in chosen for s in (c.v, c.a)}
+    still = [t for t in sympy.Add.make_args(residual) if not t.free_symbols & moving]
+    terms.extend((part, sympy.Integer(1)) for part in still if part != 0)
     return ShownEquation(coordinate.name, tuple(terms), sympy.sympify(divide))
 
 

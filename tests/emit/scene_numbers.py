@@ -10,12 +10,22 @@ from lagrange_cli.scene import parse_expression
 from lagrange_cli.scene.expression import Add, Call, Mul, Name, Neg, Number, Pow
 
 _CALLS = {
-    **{
-        name: getattr(math, name)
-        for name in (
-            "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt".split()
-        )
-    },
+    "sin": math.sin,
+    "cos": math.cos,
+    "tan": math.tan,
+    "asin": math.asin,
+    "acos": math.acos,
+    "atan": math.atan,
+    "atan2": math.atan2,
+    "sinh": math.sinh,
+    "cosh": math.cosh,
+    "tanh": math.tanh,
+    "asinh": math.asinh,
+    "acosh": math.acosh,
+    "atanh": math.atanh,
+    "exp": math.exp,
+    "log": math.log,
+    "sqrt": math.sqrt,
     "abs": abs,
     "sign": lambda x: (x > 0) - (x < 0),
     "min": min,

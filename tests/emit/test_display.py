@@ -25,7 +25,7 @@ GIVEN = parameters(M=2.0, m=1.0, g=9.81, a=0.5, l=2.0, omega=1.0, k=3.0, c=1.0)
 CHOSEN = coordinates("r", "theta", "phi", "x", "y")
 SMALL = build("small", GIVEN, CHOSEN, sympy.Add(*(c.v**2 for c in CHOSEN)), Integer(0))
 WORDS = vocabulary(SMALL)
-M, m, g, a, l, omega, k, c = (p.symbol for p in GIVEN)
+M, m, g, a, rod, omega, k, c = (p.symbol for p in GIVEN)
 r, theta, phi, x, y = (q.q for q in CHOSEN)
 vr, vtheta, vphi, vx, vy = (q.v for q in CHOSEN)
 ar, atheta, aphi, ax, ay = (q.a for q in CHOSEN)
@@ -71,11 +71,11 @@ def test_double_pendulum():
     [
         # products
         (ar * (M + m), "(M + m) r̈"),
-        (sin(theta) * g * m * l, "m g l sin θ"),
+        (sin(theta) * g * m * rod, "m g l sin θ"),
         (vtheta * sin(theta) * cos(theta) * m * 2, "2 m sin θ cos θ θ̇"),
-        (k * (x - l) * vx, "k (x - l) ẋ"),
-        (m * l * (1 - cos(theta)) * g, "m g l (1 - cos θ)"),
-        (2 * pi * sqrt(l / g), "2 π √(l / g)"),
+        (k * (x - rod) * vx, "k (x - l) ẋ"),
+        (m * rod * (1 - cos(theta)) * g, "m g l (1 - cos θ)"),
+        (2 * pi * sqrt(rod / g), "2 π √(l / g)"),
         (sqrt(2) * m, "√2 m"),
         (sqrt(k) / sqrt(m) * x, "√(k / m) x"),
         (x / sqrt(x**2 + y**2), "x / √(x² + y²)"),
@@ -83,14 +83,14 @@ def test_double_pendulum():
         (cos(theta) * (vx + vy), "cos(θ) (ẋ + ẏ)"),
         # sums
         (4 * a**2 * x**2 + 1, "1 + 4 a² x²"),
-        (-l + r, "r - l"),
-        (x**2 - x - l, "x² - x - l"),
+        (-rod + r, "r - l"),
+        (x**2 - x - rod, "x² - x - l"),
         (-1 + x - x**2, "x - 1 - x²"),
         (cos(theta) - 1, "cos θ - 1"),
         (-g - x, "-g - x"),
         (r * vtheta**2 + vr, "ṙ + r θ̇²"),
         (m * g * x + m * vx**2, "m ẋ² + m g x"),
-        (r + l * cos(theta), "r + l cos θ"),
+        (r + rod * cos(theta), "r + l cos θ"),
         (x * y + y**2 + x**2, "x² + x y + y²"),
         (1 - vx**2 / c**2, "1 - ẋ² / c²"),
         # signs of arguments
@@ -100,20 +100,20 @@ def test_double_pendulum():
         (m * sin(phi - theta) * g, "-m g sin(θ - φ)"),
         (cos(phi - omega * t), "cos(φ - ω t)"),
         (tan(-x), "-tan x"),
-        (Abs(l - x), "abs(x - l)"),
+        (Abs(rod - x), "abs(x - l)"),
         (exp(-c * t), "exp(-c t)"),
         # fractions
-        (Rational(5, 12) * m * l**2, "5 m l² / 12"),
-        (Rational(1, 12) * m * l**2, "m l² / 12"),
+        (Rational(5, 12) * m * rod**2, "5 m l² / 12"),
+        (Rational(1, 12) * m * rod**2, "m l² / 12"),
         (Rational(3, 4) * m, "¾ m"),
         (-M * m * g / r**2, "-M m g / r²"),
-        (k * x / (2 * m * l), "k x / (2 m l)"),
+        (k * x / (2 * m * rod), "k x / (2 m l)"),
         (m / (x + y), "m / (x + y)"),
         ((x + y) / m, "(x + y) / m"),
         (1 / x, "1 / x"),
         ((x**2 + y**2) ** Rational(-3, 2), "1 / (x² + y²)^(3/2)"),
         # powers
-        (x**Rational(1, 3), "x^(1/3)"),
+        (x ** Rational(1, 3), "x^(1/3)"),
         (k**x, "k^x"),
         (2**x * 3, "3 · 2^x"),
         ((a * x) ** c, "(a x)^c"),
@@ -191,7 +191,7 @@ def test_unevaluated_products_are_flattened():
 
 
 def test_order_does_not_follow_the_order_of_arguments():
-    terms = [m * vx**2, M * g * r, -k * x**2, cos(theta) * l, Integer(5), a * vy * vx]
+    terms = [m * vx**2, M * g * r, -k * x**2, cos(theta) * rod, Integer(5), a * vy * vx]
     generator = random.Random(7)
     texts = set()
     for _ in range(20):

@@ -1,0 +1,240 @@
+"""The terminal text: the lecture's page exactly, wording, widths, hostile titles."""
+
+from dataclasses import replace
+
+import pytest
+import sympy
+from emit_scenes import (
+    HALF,
+    bead_on_parabola,
+    build,
+    chain_pendulum,
+    coordinates,
+    damped_driven,
+    masses_through_hole,
+    parameters,
+)
+
+from lagrange_cli.emit.layout import FACTOR_DEPTH, Piece, fill, joined
+from lagrange_cli.emit.linear import columns
+from lagrange_cli.emit.symbols import latex_name, text_name
+from lagrange_cli.emit.text import WIDTH, derivation_text
+from lagrange_cli.mechanics.equations import Conserved, ConstraintLine
+
+PAGE = """\
+masses_through_hole: Mass on a table tied through a hole to a hanging mass
+
+Degrees of freedom   3N = 6, K = 4, DOF = 2
+  table   z1 = 0
+  plumb   x2 = 0, y2 = 0
+  rope    r - z2 = l
+Coordinates   r, θ        x1 = r cos θ   y1 = r sin θ   z2 = r - l
+
+T = ½ M (ṙ² + r² θ̇²) + ½ m ṙ²
+V = m g (r - l)
+
+Equations of motion
+  r   (M + m) r̈ - M r θ̇² + m g = 0
+  θ   M r² θ̈ + 2 M r ṙ θ̇ = 0
+
+Conserved
+  p_θ = M r² θ̇     θ is cyclic
+  E = T + V        L does not depend on t
+
+Certified at 8 random states to 30 digits, largest mismatch 3e-31
+"""
+
+ASCII_PAGE = """\
+bead_on_parabola: Bead sliding on a parabola
+
+Degrees of freedom   3N = 3, K = 2, DOF = 1
+  plane   y = 0
+  wire    z = a*x^2
+Coordinates   x        z = a*x^2
+
+T = 1/2*m*(1 + 4*a^2*x^2)*dot(x)^2
+V = m*a*g*x^2
+
+Equations of motion
+  x   (1 + 4*a^2*x^2)*ddot(x) + 4*a^2*x*dot(x)^2 + 2*a*g*x = 0   (divided by m)
+
+Conserved
+  E = T + V     L does not depend on t
+
+Certified at 8 random states to 30 digits, largest mismatch 3e-31
+"""
+
+
+def test_masses_through_hole():
+    assert derivation_text(masses_through_hole()) == PAGE
+
+
+def test_bead_in_ascii():
+    text = derivation_text(bead_on_parabola(), ascii=True)
+    assert text == ASCII_PAGE
+    assert text.isascii()
+
+
+def test_explicit_form():
+    text = derivation_text(masses_through_hole(), form="explicit")
+    assert "Accelerations\n  r̈ = (M r θ̇² - m g) / (M + m)\n  θ̈ = -2 ṙ θ̇ / r\n" in text
+    assert "Equations of motion" not in text
+
+
+def test_more_than_two_coupled_stay_a_matrix():
+    text = derivation_text(chain_pendulum(3), form="explicit")
+    assert "  from M a = f with a = θ̈1, θ̈2, θ̈3\n" in text
+    assert "  M[θ1, θ3] = m3 l1 l3 cos(θ1 - θ3)\n" in text
+    assert "M[θ3, θ1]" not in text
+    assert text.count("  f[θ") == 3
+
+
+@pytest.mark.parametrize("ascii_only", [False, True])
+@pytest.mark.parametrize("n", [6, 16])
+def test_long_systems_keep_the_width(n, ascii_only):
+    text = derivation_text(chain_pendulum(n), ascii=ascii_only)
+    widths = [columns(line) for line in text.splitlines()]
+    assert max(widths) <= WIDTH
+    assert len(widths) > 5 * n
+    assert all(line == line.rstrip() for line in text.splitlines())
+
+
+def test_account_wording():
+    masses = masses_through_hole()
+    account = replace(
+        masses.account,
+        extra=1,
+        implied=2,
+        chosen_automatically=True,
+        lines=(
+            ConstraintLine("rod", ("x^2 + z^2 = l^2",), "satisfied"),
+            ConstraintLine("again", ("z1 = 0",), "redundant", ("table", "rope")),
+            ConstraintLine("drive", ("x = A*cos(t)",), "independent", (), True),
+        ),
+    )
+    text = derivation_text(replace(masses, account=account))
+    assert "Degrees of freedom   3N = 6, E = 1, K = 4, DOF = 2\n" in text
+    assert "  rod         x^2 + z^2 = l^2   (satisfied by the definitions)\n" in text
+    assert "  again       z1 = 0   (redundant, implied by table, rope)\n" in text
+    assert "  drive       x = A*cos(t)   (depends on t)\n" in text
+    assert "  (implied)   2 restrictions by definitions and position expressions\n" in text
+    assert "Coordinates   r, θ   (chosen automatically)" in text
+
+
+def test_forces_and_dissipation():
+    text = derivation_text(damped_driven())
+    assert "D = ½ c ẋ²\n" in text
+    assert "Generalized forces\n  Q_x = A t     push on x\n" in text
+    assert "Conserved" not in text
+
+
+def test_generalized_potential_is_called_u():
+    given = parameters(m=1.0, q=1.0, B=1.0)
+    m, charge, field = (p.symbol for p in given)
+    chosen = coordinates("x", "y")
+    x, y = chosen
+    kinetic = HALF * m * (x.v**2 + y.v**2)
+    particle = build("charge", given, chosen, kinetic, charge * field * y.q * x.v)
+    energy = Conserved("energy", "energy", kinetic, "L does not depend on t")
+    text = derivation_text(replace(particle, conserved=(energy,)))
+    assert "U = q B y ẋ\n" in text
+    assert "  E = ½ m (ẋ² + ẏ²)     L does not depend on t\n" in text
+
+
+def test_jacobi_integral_is_called_h():
+    masses = masses_through_hole()
+    r = masses.coordinates[0]
+    h = Conserved("jacobi", "jacobi", r.v**2 - r.q**2, "L does not depend on t")
+    assert "  h = ṙ² - r²     L does" in derivation_text(replace(masses, conserved=(h,)))
+
+
+def test_quantities_make_way_for_the_scenes_own_letters():
+    given = parameters(T=1.0, V=2.0, E=3.0)
+    tension, volume, e = (p.symbol for p in given)
+    chosen = coordinates("x")
+    own = build("own", given, chosen, HALF * tension * chosen[0].v ** 2, volume * e * chosen[0].q)
+    text = derivation_text(own)
+    assert "T_kin = ½ T ẋ²\nV_pot = V E x\n" in text
+    assert "E_tot = T_kin + V_pot" in text
+
+
+def test_nothing_left_to_move():
+    fixed = build("fixed", (), (), sympy.Integer(0), sympy.Integer(0))
+    text = derivation_text(fixed)
+    assert "Coordinates   none\n" in text
+    assert "  none: nothing can move\n" in text
+    assert derivation_text(fixed, form="explicit").count("none: nothing can move") == 1
+
+
+@pytest.mark.parametrize("ascii_only", [False, True])
+def test_hostile_text_is_escaped(ascii_only):
+    hostile = replace(
+        bead_on_parabola(),
+        title="a\x1b[31mred\nnew \u202e line é",
+        account=replace(
+            bead_on_parabola().account, lines=(ConstraintLine("p", ("x = \x1b]0;own\x07",)),)
+        ),
+    )
+    text = derivation_text(hostile, ascii=ascii_only)
+    assert "\x1b" not in text
+    assert "\u202e" not in text
+    assert "\\x1b[31mred\\x0anew" in text
+    assert text.isascii() == ascii_only
+
+
+@pytest.mark.parametrize(
+    ("name", "order", "text", "latex"),
+    [
+        ("r", 1, "ṙ", r"\dot{r}"),
+        ("x", 2, "ẍ", r"\ddot{x}"),
+        ("theta", 1, "θ̇", r"\dot{\theta}"),
+        ("theta1", 2, "θ̈1", r"\ddot{\theta}_{1}"),
+        ("theta_1", 0, "θ_1", r"\theta_{1}"),
+        ("x[1]", 0, "x[1]", "x_{1}"),
+        ("x[1,2]", 0, "x[1,2]", "x_{1,2}"),
+        ("x_bob", 1, "ẋ_bob", r"\dot{x}_{\mathrm{bob}}"),
+        ("p_theta1", 0, "p_θ1", r"p_{\theta_{1}}"),
+        ("angle", 0, "angle", r"\mathrm{angle}"),
+        ("angle", 1, "dot(angle)", r"\dot{\mathrm{angle}}"),
+        ("lambda", 0, "λ", r"\lambda"),
+        ("Omega0", 0, "Ω0", r"\Omega_{0}"),
+        ("Alpha", 0, "Alpha", r"\mathrm{Alpha}"),
+        ("E", 0, "E", "E"),
+        ("I", 0, "I", "I"),
+        ("_x", 0, "_x", r"\text{\_x}"),
+        ("x__1", 0, "x__1", r"\text{x\_\_1}"),
+        ("m1a", 0, "m1a", r"m_{\mathrm{1a}}"),
+    ],
+)
+def test_names(name, order, text, latex):
+    assert text_name(name, order) == text
+    assert latex_name(name, order) == latex
+
+
+def test_latex_override():
+    assert latex_name("w", 1, r"\omega_{0}") == r"\dot{\omega_{0}}"
+    assert latex_name("w", 0, r"\omega_{0}") == r"{\omega_{0}}"
+
+
+def test_breaks_prefer_the_outermost_sum():
+    pieces = [
+        Piece("aaaa", 4),
+        Piece("bbbb", 7, " + ", "+ ", 0),
+        Piece("(cc", 6, " + ", "+ ", 0),
+        Piece("dd)", 6, " + ", "+ ", 1),
+        Piece("ee", 3, " ", "· ", FACTOR_DEPTH),
+    ]
+    assert joined(pieces) == "aaaa + bbbb + (cc + dd) ee"
+    assert [line.text for line in fill(pieces, 100, 100)] == [joined(pieces)]
+    assert [(line.text, line.level) for line in fill(pieces, 18, 18)] == [
+        ("aaaa + bbbb", 0),
+        ("+ (cc + dd) ee", 0),
+    ]
+    assert [line.text for line in fill(pieces, 12, 7)] == [
+        "aaaa + bbbb",
+        "+ (cc",
+        "+ dd)",
+        "· ee",
+    ]
+    whole = [Piece("x" * 50, 50), Piece("y", 4, " + ", "+ ", 0)]
+    assert [line.text for line in fill(whole, 10, 10)] == ["x" * 50, "+ y"]
