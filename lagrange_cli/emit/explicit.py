@@ -36,20 +36,37 @@ def coupled_blocks(equations: Equations) -> list[list[int]]:
 def explicit_accelerations(equations: Equations) -> tuple[sympy.Expr | None, ...]:
     """q̈ over (q, v, t), one for each coordinate; None where more than two are coupled.
 
-    Single ones are f/M, pairs follow Cramer's rule; common factors cancel.
+    Solved from the shown equations, whose terms are collected as a person
+    would: single ones are divided, pairs follow Cramer's rule, and common
+    factors cancel.
     """
-    mass, forcing = equations.mass_matrix, equations.forcing
     solved: list[sympy.Expr | None] = [None] * len(equations.coordinates)
     for block in coupled_blocks(equations):
+        if len(block) > _LARGEST_SOLVED:
+            continue
+        mass, forcing = _linear_system(equations, block)
         if len(block) == 1:
             (i,) = block
-            solved[i] = _quotient(forcing[i], mass[i][i])
-        elif len(block) == _LARGEST_SOLVED:
+            solved[i] = _quotient(forcing[0], mass[0][0])
+        else:
             i, j = block
-            determinant = mass[i][i] * mass[j][j] - mass[i][j] * mass[j][i]
-            solved[i] = _quotient(mass[j][j] * forcing[i] - mass[i][j] * forcing[j], determinant)
-            solved[j] = _quotient(mass[i][i] * forcing[j] - mass[j][i] * forcing[i], determinant)
+            determinant = mass[0][0] * mass[1][1] - mass[0][1] * mass[1][0]
+            solved[i] = _quotient(mass[1][1] * forcing[0] - mass[0][1] * forcing[1], determinant)
+            solved[j] = _quotient(mass[0][0] * forcing[1] - mass[1][0] * forcing[0], determinant)
     return tuple(solved)
+
+
+def _linear_system(
+    equations: Equations, block: list[int]
+) -> tuple[list[list[sympy.Expr]], list[sympy.Expr]]:
+    """Coefficients of the block's accelerations and the other side, as shown."""
+    unknowns = [equations.coordinates[i].a for i in block]
+    mass, forcing = [], []
+    for i in block:
+        terms = equations.shown[i].terms
+        mass.append([sympy.Add(*(c for c, factor in terms if factor == a)) for a in unknowns])
+        forcing.append(-sympy.Add(*(c * factor for c, factor in terms if factor not in unknowns)))
+    return mass, forcing
 
 
 def _quotient(numerator: sympy.Expr, denominator: sympy.Expr) -> sympy.Expr:

@@ -47,7 +47,7 @@ __all__ = [
 ]
 
 _FactorKey: TypeAlias = tuple[int, str, float]
-_TermKey: TypeAlias = tuple[int, int, bool, float, tuple[_FactorKey, ...], str]
+_TermKey: TypeAlias = tuple[int, int, bool, float, bool, tuple[_FactorKey, ...], str]
 
 
 def number(numerator: int, denominator: int = 1, literal: str | None = None) -> Number:
@@ -113,6 +113,9 @@ def _value(exponent: Number) -> float:
     return exponent.numerator / exponent.denominator
 
 
+#: The place of a sum of coordinates in a product.
+_COORDINATE_SUM = 7
+
 # -- products -----------------------------------------------------------------
 
 
@@ -126,7 +129,7 @@ def _category(node: Node) -> int:
         compound = 1 if isinstance(base, (Sum, Call, Root)) else 0
         return 9 + 2 * (level - Level.VELOCITY) + compound
     if isinstance(base, Sum):
-        return 2 if level == Level.PARAMETER else 7
+        return 2 if level == Level.PARAMETER else _COORDINATE_SUM
     if isinstance(base, (Call, Root)):
         return 4 if level == Level.PARAMETER else 8
     return {Level.PARAMETER: 3, Level.TIME: 5}.get(level, 6)
@@ -187,13 +190,14 @@ def _term_key(term: Term) -> _TermKey:
     )
     moving = -int(traits.level) if traits.level >= Level.VELOCITY else 0
     is_number = 0 if traits.level == Level.NUMBER else 1
-    return is_number, moving, traits.functional, traits.degree, factors, traits.text
+    compound = any(category == _COORDINATE_SUM for category, _, _ in factors)
+    return is_number, moving, traits.functional, traits.degree, compound, factors, traits.text
 
 
 def _falling_key(term: Term) -> _TermKey:
     """The same order with numbers, the unmoving and low powers last."""
-    is_number, moving, functional, degree, factors, text = _term_key(term)
-    return -is_number, -moving, not functional, -degree, factors, text
+    is_number, moving, functional, degree, compound, factors, text = _term_key(term)
+    return -is_number, -moving, not functional, -degree, not compound, factors, text
 
 
 def _ordered(terms: list[Term]) -> list[Term]:

@@ -91,6 +91,8 @@ def test_double_pendulum():
         (r * vtheta**2 + vr, "ṙ + r θ̇²"),
         (m * g * x + m * vx**2, "m ẋ² + m g x"),
         (r + rod * cos(theta), "r + l cos θ"),
+        ((rod + x) ** 2 * vtheta**2 + vx**2, "ẋ² + (l + x)² θ̇²"),
+        (k * (x - rod) ** 2 / 2 - m * g * y, "½ k (x - l)² - m g y"),
         (x * y + y**2 + x**2, "x² + x y + y²"),
         (1 - vx**2 / c**2, "1 - ẋ² / c²"),
         # signs of arguments

@@ -1,6 +1,7 @@
 """The terminal text: the lecture's page exactly, wording, widths, hostile titles."""
 
 from dataclasses import replace
+from functools import cache
 
 import pytest
 import sympy
@@ -19,7 +20,9 @@ from lagrange_cli.emit.layout import FACTOR_DEPTH, Piece, fill, joined
 from lagrange_cli.emit.linear import columns
 from lagrange_cli.emit.symbols import latex_name, text_name
 from lagrange_cli.emit.text import WIDTH, derivation_text
+from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Conserved, ConstraintLine
+from lagrange_cli.scene import read_text
 
 PAGE = """\
 masses_through_hole: Mass on a table tied through a hole to a hanging mass
@@ -89,10 +92,30 @@ def test_more_than_two_coupled_stay_a_matrix():
     assert text.count("  f[θ") == 3
 
 
+@cache
+def derived_chain(n):
+    """The package's own derivation of the n-link pendulum."""
+    links = range(1, n + 1)
+    lines = ["name: chain", "plane: xz", "parameters:", "  g: 9.81"]
+    lines += [f"  {letter}{i}: 1.0" for letter in "ml" for i in links]
+    lines += [
+        "particles:",
+        *(f"  b{i}: {{mass: m{i}, position: [x{i}, y{i}, z{i}]}}" for i in links),
+    ]
+    lines += [f"coordinates: [{', '.join(f'theta{i}' for i in links)}]", "definitions:"]
+    for i in links:
+        before = [f"{'xz'[k]}{i - 1} " if i > 1 else "" for k in (0, 1)]
+        lines.append(f"  x{i}: {before[0] + '+ ' if i > 1 else ''}l{i}*sin(theta{i})")
+        lines.append(f"  z{i}: {before[1]}-l{i}*cos(theta{i})")
+    lines += ["potentials:", "  weight: {gravity: g}"]
+    return derive(read_text("\n".join(lines) + "\n"))
+
+
+@pytest.mark.parametrize("form", ["lagrange", "explicit"])
 @pytest.mark.parametrize("ascii_only", [False, True])
 @pytest.mark.parametrize("n", [6, 16])
-def test_long_systems_keep_the_width(n, ascii_only):
-    text = derivation_text(chain_pendulum(n), ascii=ascii_only)
+def test_long_systems_keep_the_width(n, ascii_only, form):
+    text = derivation_text(derived_chain(n), ascii=ascii_only, form=form)
     widths = [columns(line) for line in text.splitlines()]
     assert max(widths) <= WIDTH
     assert len(widths) > 5 * n
