@@ -20,7 +20,7 @@ from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.scene.expression import Equation, Expression
-from lagrange_cli.scene.model import Expect, StateExpectation
+from lagrange_cli.scene.model import Expect, InitialValue, StateExpectation
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
@@ -32,6 +32,7 @@ Check: TypeAlias = Callable[[Expect, Equations], Iterator[Problem]]
 #: A state is computed ten times closer than it is compared, where doubles allow.
 STATE_MARGIN = 0.1
 FINEST_ACCURACY = 1e-12
+COARSEST_ACCURACY = 1e-6
 
 
 def _dof(expect: Expect, equations: Equations) -> Iterator[Problem]:
@@ -157,15 +158,36 @@ def _state(expect: Expect, equations: Equations) -> Iterator[Problem]:
         yield from _one_state(state, equations)
 
 
-def _one_state(state: StateExpectation, equations: Equations) -> Iterator[Problem]:
+def _name(entry: InitialValue) -> str:
+    return f"dot({entry.name})" if entry.order else entry.name
+
+
+def _close_enough(equations: Equations, state: StateExpectation) -> Trajectory:
+    """Integrate so that errors are well below ``within``, which is in the scene's units.
+
+    Accuracy is relative to scales, which a first run finds. A Cartesian name
+    may move with every coordinate.
+    """
     time, within = _value(equations, state.time), _value(equations, state.within)
-    accuracy = max(STATE_MARGIN * within, FINEST_ACCURACY)
-    trajectory = _simulated(equations, until=time, accuracy=accuracy)
+    wanted = min(max(STATE_MARGIN * within, FINEST_ACCURACY), COARSEST_ACCURACY)
+    trajectory = _simulated(equations, until=time, accuracy=wanted)
+    scales = trajectory.scales
+    largest = max(scales.values(), default=1.0)
+    scale = max(scales.get(_name(entry), largest) for entry in state.values)
+    needed = max(STATE_MARGIN * within / scale, FINEST_ACCURACY)
+    if needed < wanted and trajectory.status == "ok":
+        return _simulated(equations, until=time, accuracy=needed)
+    return trajectory
+
+
+def _one_state(state: StateExpectation, equations: Equations) -> Iterator[Problem]:
+    trajectory = _close_enough(equations, state)
+    time, within = _value(equations, state.time), _value(equations, state.within)
     yield from _incomplete(trajectory, state.mark)
     if trajectory.status != "ok":
         return
     for entry in state.values:
-        name = f"dot({entry.name})" if entry.order else entry.name
+        name = _name(entry)
         expected, found = _value(equations, entry.value), trajectory.state[name]
         if not math.fabs(found - expected) <= within:
             yield Problem(
