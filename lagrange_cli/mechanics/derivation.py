@@ -24,7 +24,7 @@ from lagrange_cli.mechanics.calculus import Kinematics, derivative
 from lagrange_cli.mechanics.equations import BodyForce
 from lagrange_cli.mechanics.grouping import grouped_sum
 from lagrange_cli.mechanics.reduction import Reduced
-from lagrange_cli.mechanics.terms import Splitter, TermSum, expand_terms, factored, rational
+from lagrange_cli.mechanics.terms import Splitter, TermSum, expand_terms, factored, rational, tidy
 from lagrange_cli.mechanics.trigonometry import Rational, Weights
 from lagrange_cli.scene.model import Force
 
@@ -329,7 +329,7 @@ class _Builder:
         ]
 
     def _potential(self) -> sp.Expr:
-        resolved = [_tidy(self.reduced.resolve(u), self.masses) for u in self.terms.positional]
+        resolved = [tidy(self.reduced.resolve(u), self.masses) for u in self.terms.positional]
         return sp.Add(*resolved, *self.terms.velocity_dependent)
 
 
@@ -337,28 +337,6 @@ def _collected(terms: Iterable[sp.Expr]) -> list[sp.Expr]:
     total = TermSum()
     total.add_all(e for e in terms if e != 0)
     return total.collected()
-
-
-def _tidy(expr: sp.Expr, masses: frozenset[sp.Expr]) -> sp.Expr:
-    """Collect each factor's sum where that makes it shorter."""
-    if expr.is_Add:
-        terms = [_tidy(a, masses) for a in expr.args]
-        return _shorter(sp.Add(*terms), masses)
-    if expr.is_Mul or (expr.is_Pow and expr.exp.is_Rational):
-        return expr.func(*(_tidy(a, masses) for a in expr.args))
-    return expr
-
-
-def _shorter(expr: sp.Expr, masses: frozenset[sp.Expr]) -> sp.Expr:
-    expanded = expand_terms(expr, _TERM_BUDGET)
-    if expanded is None:
-        return expr
-    collected = TermSum(Splitter(masses))
-    collected.add_all(e for e in expanded if e != 0)
-    terms = collected.collected()
-    if len(terms) < min(len(sp.Add.make_args(expr)), len(expanded)):
-        return factored(terms)
-    return expr
 
 
 def _terms(expr: sp.Expr) -> Sequence[sp.Expr]:

@@ -214,9 +214,12 @@ class Elimination:
             return branches[real[0]]
         turns = {k: _turns(target, at[k], self.stated[number].phi, unknown) for k in real}
         best = min(real, key=lambda k: abs((at[k] or 0) + 2 * mpmath.pi * turns[k] - target))
-        if turns[best]:
-            return branches[best] + 2 * sp.pi * turns[best]
-        return branches[best]
+        chosen = branches[best] + 2 * sp.pi * turns[best]
+        self.remarks.append(
+            f"{unknown} = {_written(chosen)} is the branch of"
+            f" '{self.stated[number].constraint}' that the given configuration is on"
+        )
+        return chosen
 
     def _reaches(self, branches: list[sp.Expr]) -> bool:
         return all(s in self.reference for b in branches for s in b.free_symbols)
@@ -238,7 +241,14 @@ class Elimination:
                 f"the given configuration does not satisfy {listed}: {unknown} would not be real"
             )
         return InputError(
-            Problem(message, self.stated[number].equation.mark(), rule="inconsistent")
+            Problem(
+                message,
+                self.stated[number].equation.mark(),
+                hint="\n".join(
+                    f"{self.stated[k].constraint}: {self.stated[k].equation.text}" for k in used
+                ),
+                rule="inconsistent",
+            )
         )
 
     def _ambiguous(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> InputError:

@@ -24,6 +24,7 @@ from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.parameters import Values
 from lagrange_cli.mechanics.refusals import require_enough, require_solved
 from lagrange_cli.mechanics.sampling import Sampler, typical_length, working_digits
+from lagrange_cli.mechanics.terms import tidy
 from lagrange_cli.scene.model import Particle, Scene
 
 __all__ = ["Reduced", "reduce"]
@@ -106,7 +107,7 @@ def reduce(scene: Scene) -> Reduced:
         found = _eliminate(names, scene, stated, reference)
         require_solved(found)
         symbols = _coordinate_symbols(names, found)
-        resolved = {s: found.solved.get(s, s) for s in names.cartesian.values()}
+        resolved = {s: _placed(found, s) for s in names.cartesian.values()}
         coordinates = tuple(_coordinates(scene, names, symbols, resolved))
         geometry = Geometry(names, found, resolved, symbols, reference)
         account, warnings = balance(geometry, _sampler(values, geometry, coordinates, []))
@@ -123,6 +124,13 @@ def reduce(scene: Scene) -> Reduced:
         tuple(found.remarks),
         geometry,
     )
+
+
+def _placed(found: Elimination, symbol: sp.Symbol) -> sp.Expr:
+    """r(q, t) of a raw symbol, with sums under roots collected."""
+    expr = found.solved.get(symbol, symbol)
+    rooted = any(p.exp.q != 1 and p.base.is_Add for p in expr.atoms(sp.Pow) if p.exp.is_Rational)
+    return tidy(expr) if rooted else expr
 
 
 def _mass(names: Names, values: Values, particle: Particle) -> sp.Expr:

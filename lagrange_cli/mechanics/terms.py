@@ -25,9 +25,12 @@ from lagrange_cli.mechanics.trigonometry import (
     shorten,
 )
 
-__all__ = ["Splitter", "TermSum", "common_factor", "expand_terms", "factored", "rational"]
+__all__ = ["Splitter", "TermSum", "common_factor", "expand_terms", "factored", "rational", "tidy"]
 
 _ONE = sp.Integer(1)
+#: Terms that a sum may be multiplied out to while a shorter form is looked for.
+_TERM_BUDGET = 200
+_LARGEST_DENOMINATOR = 4
 #: sin, cos and tan as powers of sin and cos.
 _TRIGONOMETRIC = {
     sp.sin: (("sin", 1),),
@@ -122,6 +125,8 @@ class Splitter:
                 mass = factor
                 continue
             base, power = factor.as_base_exp()
+            if base.func is sp.sign and power.is_Integer:
+                power %= 2  # sign² = 1 but at a single point
             if base.func in _TRIGONOMETRIC and power.is_Integer and power.is_positive:
                 for name, sign in _TRIGONOMETRIC[base.func]:
                     key = (name, base.args[0])
@@ -141,6 +146,8 @@ class Splitter:
             rest[second.mass] = rest.get(second.mass, _ZERO) + 1
         for base, power in second.rest.items():
             total = rest.get(base, _ZERO) + power
+            if base.func is sp.sign and total.is_Integer:
+                total %= 2
             if base.is_Rational and total.is_Integer:
                 number *= rational(base**total)
                 total = _ZERO
@@ -250,13 +257,15 @@ def exact(number: Rational) -> sp.Rational:
 
 
 def rational_content(numbers: Iterable[Rational]) -> Fraction:
-    """Largest positive rational of which every number is an integer multiple (1 of none)."""
+    """Largest positive rational of which every number is an integer multiple (1 of none).
+
+    Fractions are cleared only up to quarters: decimals such as 9.81 stay themselves.
+    """
     found = [n for n in numbers if n != 0]
-    if not found:
+    denominator = math.lcm(*(n.denominator for n in found))
+    if not found or denominator > _LARGEST_DENOMINATOR:
         return Fraction(1)
-    return Fraction(
-        math.gcd(*(n.numerator for n in found)), math.lcm(*(n.denominator for n in found))
-    )
+    return Fraction(math.gcd(*(n.numerator for n in found)), denominator)
 
 
 def common_factor(terms: list[sp.Expr]) -> sp.Expr:
@@ -298,37 +307,78 @@ def _powers(product: sp.Expr) -> dict[sp.Expr, sp.Expr]:
     return powers
 
 
-#: Numbers of terms between which a polynomial is tried for factors.
-_FACTOR_TERMS = range(3, 13)
+#: Most terms, and most symbols, of a sum that is tried for a shorter form.
+_SHORT_TERMS, _SHORT_SYMBOLS = 12, 4
 
 
 def factored(terms: list[sp.Expr]) -> sp.Expr:
-    """The sum of the terms as a product: common monomial, then polynomial factors of the rest."""
+    """The sum of the terms as a product: common monomial, then a shorter form of the rest."""
     if len(terms) < 2:
         return sp.Add(*terms)
     common = common_factor(terms)
     if all(t.could_extract_minus_sign() for t in terms):
         common = -common
-    inner = _polynomial_factors(sp.Add(*(t / common for t in terms)))
+    inner = _shorter_form(sp.Add(*(t / common for t in terms)))
     number, rest = common.as_coeff_Mul(rational=True)
     if rest == 1 and inner.is_Add:
         return inner if number == 1 else sp.Mul(number, inner, evaluate=False)
     return number * (rest * inner)
 
 
-def _polynomial_factors(expr: sp.Expr) -> sp.Expr:
-    """``l² + 2 l x + x²`` as ``(l + x)²``, for short polynomials in symbols only."""
-    if not expr.is_Add or len(expr.args) not in _FACTOR_TERMS:
+def _shorter_form(expr: sp.Expr) -> sp.Expr:
+    """``l² + 2 l x + x²`` as ``(l + x)²``, ``1 + x²/(l² − x²)`` as ``l²/(l² − x²)``.
+
+    Tried for short sums that are rational in symbols; taken where it is a product.
+    """
+    if not expr.is_Add or len(expr.args) > _SHORT_TERMS:
         return expr
     symbols = sorted(expr.free_symbols, key=str)
-    if not symbols or len(symbols) > 4 or not expr.is_polynomial(*symbols):
+    divided = _has_divided_sum(expr)
+    if len(symbols) > _SHORT_SYMBOLS or (len(expr.args) < 3 and not divided):
         return expr
-    if not all(
-        a.is_Rational or a.is_Symbol
-        for t in expr.args
-        for a in sp.preorder_traversal(t)
-        if not a.args
-    ):
+    if not symbols or not expr.is_rational_function(*symbols):
         return expr
-    found = sp.factor(expr)
-    return expr if found.is_Add else found
+    if not all(a.is_Rational or a.is_Symbol for a in _leaves(expr)):
+        return expr
+    found = _one_fraction(expr) if divided else sp.factor(expr)
+    return expr if found.is_Add or sp.count_ops(found) >= sp.count_ops(expr) else found
+
+
+def _one_fraction(expr: sp.Expr) -> sp.Expr:
+    numerator, denominator = sp.fraction(sp.cancel(expr))
+    if denominator.could_extract_minus_sign():
+        numerator, denominator = -numerator, -denominator
+    return sp.factor(numerator) / denominator
+
+
+def _has_divided_sum(expr: sp.Expr) -> bool:
+    return any(
+        f.is_Pow and f.exp.is_negative and f.base.is_Add
+        for term in expr.args
+        for f in sp.Mul.make_args(term)
+    )
+
+
+def _leaves(expr: sp.Expr) -> Iterator[sp.Expr]:
+    return (a for a in sp.preorder_traversal(expr) if not a.args)
+
+
+def tidy(expr: sp.Expr, masses: frozenset[sp.Expr] = frozenset()) -> sp.Expr:
+    """Collect the sums of an expression, under roots too, where that makes them shorter."""
+    if expr.is_Add:
+        return _collected_if_shorter(sp.Add(*(tidy(a, masses) for a in expr.args)), masses)
+    if expr.is_Mul or (expr.is_Pow and expr.exp.is_Rational):
+        return expr.func(*(tidy(a, masses) for a in expr.args))
+    return expr
+
+
+def _collected_if_shorter(expr: sp.Expr, masses: frozenset[sp.Expr]) -> sp.Expr:
+    expanded = expand_terms(expr, _TERM_BUDGET)
+    if expanded is None:
+        return expr
+    total = TermSum(Splitter(masses))
+    total.add_all(e for e in expanded if e != 0)
+    terms = total.collected()
+    if len(terms) < min(len(sp.Add.make_args(expr)), len(expanded)):
+        return factored(terms)
+    return expr
