@@ -27,6 +27,9 @@ ABSOLUTE_PART = 0.1
 #: and the tolerance of the run below which none is.
 OTHER_TOLERANCE, OTHER_FROM = 0.01, 1e-12
 
+#: Cost of the other method, beside the run's, beyond which it is given up.
+OTHER_COST = 1.5
+
 #: Chance may bring the looser run close to the run; this makes that rarer.
 LOOSER_WEIGHT = 2.0
 
@@ -72,7 +75,7 @@ class Attempt:
         other = INTEGRATORS["LSODA"]
         self._disturbed = self._disturb(other if tolerance >= OTHER_FROM else method)
         growth = max(1.0, COARSE / tolerance) ** (1 / method.order)
-        self._most = LOST * growth * found.evaluations
+        self._most: float = LOST * growth * found.evaluations
         self._given_up = 0
         self.run_seconds = 0.0
 
@@ -95,6 +98,19 @@ class Attempt:
         return self._given_up + sum(run.evaluations for run in self._runs)
 
     @property
+    def _by_other_method(self) -> bool:
+        return self._disturbed.method is not self.run.method
+
+    def _allowed(self, run: Run) -> float:
+        """Evaluations that a run may take."""
+        if run is self._disturbed and self._by_other_method:
+            return OTHER_COST * self.run.evaluations + 1000.0
+        return self._most
+
+    def _spent(self, run: Run) -> bool:
+        return run.evaluations > self._allowed(run)
+
+    @property
     def lost(self) -> bool:
         """Whether steps have become so small that only rounding can be the reason."""
         return any(run.evaluations > self._most for run in self._runs)
@@ -102,7 +118,7 @@ class Attempt:
     def go(self, watch: Watch) -> None:
         """Advance the runs side by side until the end, a failure, or a hopeless error."""
         self._march(watch)
-        if not self.settled and self._other_is_worse():
+        if self._by_other_method and not self.settled and self._other_is_worse():
             self._given_up += self._disturbed.evaluations
             self._disturbed = self._disturb(self.run.method)
             self._march(watch)
@@ -112,7 +128,7 @@ class Attempt:
         for goal in range(1 + BLOCK, samples + BLOCK, BLOCK):
             for run in self._runs:
                 self._advance(run, min(goal, samples), watch)
-            ended = self.lost or any(run.failure for run in self._runs)
+            ended = any(run.failure or self._spent(run) for run in self._runs)
             if ended or self._hopeless(goal - BLOCK):
                 return
 
@@ -120,26 +136,28 @@ class Attempt:
         started = time.perf_counter()
         start, span = self._problem.start, self._problem.span
         try:
-            while run.filled < samples and run.evaluations <= self._most and run.step():
+            while run.filled < samples and not self._spent(run) and run.step():
                 watch((min(r.t for r in self._runs) - start) / span)
         finally:
             if run is self.run:
                 self.run_seconds += time.perf_counter() - started
 
     def _other_is_worse(self) -> bool:
-        """Whether it is the other method's own error that stands in the way."""
-        if self._disturbed.method is self.run.method or self.lost:
+        """Whether it is the other method's cost or its own error that stands in the way."""
+        if self.lost:
             return False
+        if self._spent(self._disturbed):
+            return True
         common = min(run.filled for run in self._runs)
         own, looser = self.run.states[:common], self._looser.states[:common]
         scales = np.maximum(self._found.scales, running_scales(self._problem, own)[-1])
-        return bool((np.abs(looser - own) < self._eps * scales / 2).all())
+        return bool((LOOSER_WEIGHT * np.abs(looser - own) < self._eps * scales).all())
 
     def _errors(self, first: int = 0) -> Array:
         """Estimated error of the samples from ``first`` that all runs have reached."""
         common = min(run.filled for run in self._runs)
         own, looser, disturbed = (run.states[first:common] for run in self._runs)
-        weight = ROUNDING_WEIGHT if self._disturbed.method is self.run.method else 1.0
+        weight = 1.0 if self._by_other_method else ROUNDING_WEIGHT
         return np.asarray(LOOSER_WEIGHT * np.abs(looser - own) + weight * np.abs(disturbed - own))
 
     def _hopeless(self, first: int) -> bool:
@@ -186,7 +204,7 @@ class Attempt:
         judged = self.judge()
         reached = min(run.filled for run in self._runs) / len(self._problem.times)
         excess = judged.excess if np.isfinite(judged.excess) else 1e3
-        return float(np.clip(10 * max(excess, 1.0) / reached**2, 10.0, 1e4))
+        return float(np.clip(10 * max(excess, 1.0) / reached**2, 30.0, 1e4))
 
 
 def _control(
