@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -55,7 +55,7 @@ def derived(
 def _with_times(scene: Scene, times: Mapping[str, str]) -> Scene:
     from lagrange_cli.scene import parse_expression
 
-    values = {
+    values: dict[str, Any] = {
         name: parse_expression(text, Mark(f"--{name.replace('start', 'from')}", 1, 1, text))
         for name, text in times.items()
     }

@@ -184,6 +184,7 @@ def _write(trajectory: Trajectory, output: str, columns: str | None) -> None:
 @click.pass_context
 def simulate(
     ctx: click.Context,
+    /,
     scene: str,
     until: str | None,
     start: str | None,
