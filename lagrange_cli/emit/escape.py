@@ -96,6 +96,7 @@ _LATEX_SIGNS = {
     "≥": r"\ensuremath{\ge}",
     "→": r"\ensuremath{\to}",
     "∞": r"\ensuremath{\infty}",
+    "µ": r"\ensuremath{\mu}",
 }
 
 _GREEK_MACROS = {letter: name for name, letter in GREEK.items()} | {"π": "pi"}

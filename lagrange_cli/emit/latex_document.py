@@ -35,7 +35,6 @@ PREAMBLE = r"""\documentclass[11pt,a4paper]{article}
 \usepackage{amsmath}
 \usepackage{booktabs}
 \usepackage{longtable}
-\usepackage{array}
 \allowdisplaybreaks
 \setlength{\emergencystretch}{3em}
 \setlength{\parindent}{0pt}
@@ -286,6 +285,9 @@ class _Document:
         ]
 
 
+#: Rows of a table that is kept on one page.
+_LONGEST_TABLE = 24
+
 _COUNTED = {"DOF": r"\text{DOF}"}
 
 _BULLETS = r"Constraints: \begin{itemize}\setlength{\itemsep}{0pt}\setlength{\parskip}{0pt}"
@@ -296,20 +298,26 @@ def _noun(count: int, singular: str) -> str:
 
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """A table that may run over pages; columns in which nothing stands are left out."""
+    """A table; columns in which nothing stands are left out.
+
+    A long one may run over pages, for which LaTeX needs a second run to align
+    its columns.
+    """
     kept = [i for i in range(len(heads)) if any(row[i] for row in rows)]
     columns = "".join(r"p{0.45\textwidth}" if heads[i] == "Meaning" else "l" for i in kept)
 
     def line(row: Sequence[str]) -> str:
         return "  " + " & ".join(row[i] for i in kept) + r" \\"
 
+    long = len(rows) > _LONGEST_TABLE
+    opening = r"\begin{longtable}[l]" if long else r"\begin{tabular}"
     return [
-        rf"\begin{{longtable}}[l]{{@{{}}{columns}@{{}}}}",
+        "" if long else r"\par\medskip",
+        f"{opening}{{@{{}}{columns}@{{}}}}",
         r"  \toprule",
         line(heads),
-        r"  \midrule",
-        r"  \endhead",
+        r"  \midrule" + (r" \endhead" if long else ""),
         *map(line, rows),
         r"  \bottomrule",
-        r"\end{longtable}",
+        r"\end{longtable}" if long else r"\end{tabular}",
     ]

@@ -18,6 +18,7 @@ from lagrange_cli.emit.nodes import (
     Node,
     Number,
     Pi,
+    Power,
     Product,
     Root,
     Sum,
@@ -55,6 +56,9 @@ _NAMED_POWERS = frozenset(("sin", "cos", "tan", "sinh", "cosh", "tanh"))
 
 _WIDE = frozenset("mwABCDEFGHKLMNOPQRTUVWXYZ")
 
+#: How names of several letters begin.
+_WORDS = (r"\mathrm{", r"\dot{\mathrm{", r"\ddot{\mathrm{", r"\text{")
+
 #: Wider ones are not put over or under a line, under a root, or in an exponent.
 _WIDEST_PART = 44
 _WIDEST_EXPONENT = 14
@@ -64,7 +68,7 @@ class LatexPrinter(LinearPrinter):
     """Fractions, roots and upright functions; parentheses as tall as they need be."""
 
     times = " "
-    times_width = 0.2
+    times_width = 0.4
     sign_width = 2.5
     lead = r"{}\cdot "
 
@@ -93,6 +97,8 @@ class LatexPrinter(LinearPrinter):
     def separator(self, before: Node, after: str) -> str:
         if after[0].isdigit() or after.startswith(r"\frac{"):
             return r" \cdot "
+        if after.startswith(_WORDS) or _is_word(before):
+            return r" \, "
         bare = isinstance(before, Call) and before.function in _NAMED_POWERS
         return r" \, " if bare and not after.startswith(("(", "\\b", "\\l", "\\B")) else self.times
 
@@ -199,6 +205,11 @@ def _symbol_width(node: Atom) -> float:
     letter = 1.8 if parts.base in _WIDE else 1.2
     base = letter if parts.is_letter else len(parts.base)
     return base + 0.8 * sum(map(len, parts.subscripts))
+
+
+def _is_word(node: Node) -> bool:
+    base = node.base if isinstance(node, Power) else node
+    return isinstance(base, Atom) and base.latex is None and not split_name(base.name).is_letter
 
 
 def _is_bare(node: Node) -> bool:

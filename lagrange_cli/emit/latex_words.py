@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from lagrange_cli.emit.escape import GREEK, latex_text
+from lagrange_cli.emit.escape import latex_text
 from lagrange_cli.emit.latex_formula import CALLS, latex_number
 from lagrange_cli.emit.symbols import latex_name
 
@@ -101,7 +101,7 @@ def _one(kind: str, token: str) -> str:
 
 
 _UNIT = re.compile(
-    r"(?P<space>[\s*·.]+)|(?P<power>(?:\^|\*\*)\(?(?P<exponent>[+-]?\d+)\)?)"
+    r"(?P<space>[\s*·.]+)|(?P<power>\^(?:\((?P<grouped>[+-]?\d+)\)|(?P<exponent>[+-]?\d+)))"
     r"|(?P<over>/)|(?P<word>[A-Za-zµμΩ°%]+)|(?P<one>1)|(?P<paren>[()])"
 )
 
@@ -122,16 +122,12 @@ def unit(text: str) -> str:
 def _unit_part(found: re.Match[str]) -> str:
     kind = found.lastgroup
     if found["power"]:
-        return f"^{{{found['exponent']}}}"
+        return f"^{{{found['grouped'] or found['exponent']}}}"
     if kind == "space":
         return r"\,"
     if kind == "word":
-        return rf"\text{{{''.join(_unit_letter(c) for c in found['word'])}}}"
+        return rf"\text{{{latex_text(found['word'])}}}"
     return found[0]
-
-
-def _unit_letter(letter: str) -> str:
-    return r"\ensuremath{\mu}" if letter in ("µ", GREEK["mu"]) else latex_text(letter)
 
 
 def value(number: float, literal: str | None = None) -> str:

@@ -181,6 +181,21 @@ def test_documents_compile_and_stay_on_the_page(equations, form, tmp_path):
     assert [points for points in overfull(log) if points > 10] == []
 
 
+@pytest.mark.parametrize("count", [3, 80])
+def test_parameters_stand_in_a_table(count, tmp_path):
+    many = build(
+        "many",
+        parameters(**{f"c{i}": 1.5 for i in range(count)}),
+        coordinates("x"),
+        coordinates("x")[0].v ** 2,
+        sympy.Integer(0),
+    )
+    text = emit(many)
+    assert text.count("& $1.5$ \\\\") == count
+    assert ("longtable}[l]" in text) == (count > 24)
+    assert overfull(compiled(tmp_path, text)) == []
+
+
 def test_snippets_compile_in_a_document_with_amsmath(tmp_path):
     body = "".join(
         emit(e, style="snippet") for e in (masses_through_hole(), chain_pendulum(6), strange())
@@ -256,8 +271,11 @@ def test_constraints_as_written(text, latex):
         ("m/s^2", r"$\text{m}/\text{s}^{2}$"),
         ("kg*m**2", r"$\text{kg}\,\text{m}^{2}$"),
         ("rad", r"$\text{rad}$"),
+        ("m^3/(kg*s^(-2))", r"$\text{m}^{3}/(\text{kg}\,\text{s}^{-2})$"),
+        ("J/(kg*K**2)", r"$\text{J}/(\text{kg}\,\text{K}^{2})$"),
         ("1/m", r"$1/\text{m}$"),
         ("", ""),
+        ("µm", r"$\text{\ensuremath{\mu}m}$"),
         (r"\par", r"\textbackslash{}par"),
     ],
 )
