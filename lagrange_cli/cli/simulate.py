@@ -16,7 +16,6 @@ from lagrange_cli.cli.derive import derived
 from lagrange_cli.cli.output import print_text
 from lagrange_cli.cli.session import INTERRUPTED, Session
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import write_file
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
@@ -100,14 +99,6 @@ def _finite(value: Any) -> Any:
 def _json(trajectory: Trajectory, derive_seconds: float) -> str:
     summary = _finite(trajectory.summary(derive_seconds=derive_seconds))
     return json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
-
-
-def _write(trajectory: Trajectory, output: str, columns: str | None) -> None:
-    energy = columns == "energy"
-    if Path(output).suffix.lower() == ".csv":
-        write_file(output, trajectory.csv(energy=energy))
-    else:
-        write_file(output, trajectory.npz(energy=energy))
 
 
 @click.command(short_help="A trajectory to the accuracy that you state.")
@@ -208,7 +199,7 @@ def simulate(
         trajectory = integrate(equations, progress=move, **how)
     session.detail(f"method: {trajectory.choice}")
     if output is not None:
-        _write(trajectory, output, columns)
+        trajectory.write(output, energy=columns == "energy")
     print_text(_json(trajectory, derive_seconds) if as_json else _text(trajectory))
     if plot is not None:
         trajectory.plot(plot)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import os
-import tempfile
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files import write_file
 from lagrange_cli.simulate.integrators.base import Array
 
 __all__ = ["Event", "Trajectory"]
@@ -159,7 +159,7 @@ class Trajectory:
                 )
             )
         content = self.csv(energy=energy).encode() if ending == ".csv" else self.npz(energy=energy)
-        _write_whole(Path(path), content)
+        write_file(path, content)
 
     def plot(self, path: str | os.PathLike[str]) -> None:
         """Draw coordinates, velocities and energy over time into a picture file.
@@ -171,33 +171,4 @@ class Trajectory:
         """
         from lagrange_cli.simulate.plot import draw
 
-        _write_whole(Path(path), draw(self, Path(path).suffix.lower().lstrip(".")))
-
-
-def _write_whole(path: Path, content: bytes) -> None:
-    """Write through a temporary file in the same folder, then rename."""
-    try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    except OSError as error:
-        raise _cannot_write(path, error) from error
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, path)
-    except OSError as error:
-        os.unlink(temporary)
-        raise _cannot_write(path, error) from error
-    except BaseException:
-        os.unlink(temporary)
-        raise
-
-
-def _cannot_write(path: Path, error: OSError) -> InputError:
-    return InputError(Problem(f"cannot write {path}: {error.strerror or error}", rule="output"))
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+        write_file(path, draw(self, Path(path).suffix.lower().lstrip(".")))
