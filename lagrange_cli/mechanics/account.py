@@ -179,7 +179,7 @@ def _require_independent(geometry: Geometry, points: Sequence[Point]) -> None:
 def _lines(
     geometry: Geometry, satisfied: set[int], dependent: Mapping[int, tuple[int, ...]]
 ) -> list[ConstraintLine]:
-    stated, t = geometry.found.stated, geometry.names.t
+    stated = geometry.found.stated
     lines = []
     for constraint in geometry.names.scene.constraints:
         numbers = [k for k, s in enumerate(stated) if s.constraint == constraint.name]
@@ -190,10 +190,18 @@ def _lines(
                 equations=tuple(e.text for e in constraint.equations),
                 status=_status(numbers, satisfied, dependent),
                 implied_by=tuple(dict.fromkeys(n for n in implied_by if n != constraint.name)),
-                rheonomic=any(t in stated[k].phi.free_symbols for k in numbers),
+                rheonomic=any(_depends_on_time(geometry.names, stated[k].phi) for k in numbers),
             )
         )
     return lines
+
+
+def _depends_on_time(names: Names, phi: sp.Expr) -> bool:
+    """Whether t stands in a constraint, or in the place of a point that it names."""
+    points = {s: names.given[s] for body in names.point_symbols for s in body if s in names.given}
+    while phi.free_symbols & points.keys():
+        phi = phi.xreplace(points)
+    return names.t in phi.free_symbols
 
 
 def _status(

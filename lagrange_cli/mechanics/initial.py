@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import mpmath
-import numpy as np
 import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.configuration import Configurations, Search, rank
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import InitialState
 from lagrange_cli.mechanics.tape import DomainError, Tape
@@ -26,7 +26,8 @@ __all__ = ["initial_state"]
 _TOLERANCE = mpf(10) ** -9
 
 _DIGITS = 34
-_NEWTON_STEPS = 60
+#: What is left of the arithmetic's rounding.
+_ROUNDING = mpf(10) ** -20
 _ZERO = mpf(0)
 
 
@@ -101,57 +102,44 @@ class _Initial:
         missing = [j for j, q in enumerate(self.q) if q not in known]
         guess = [known.get(q, self.reduced.reference.get(q, mpf("0.1"))) for q in self.q]
         if missing:
-            guess = self._newton(guess, missing)
+            guess = self._from_cartesian(guess, missing)
         return guess
 
-    def _newton(self, guess: list[mpf], missing: Sequence[int]) -> list[mpf]:
-        """Gauss–Newton for the missing coordinates from given Cartesian values."""
+    def _from_cartesian(self, guess: list[mpf], missing: Sequence[int]) -> list[mpf]:
+        """The missing coordinates from given Cartesian values."""
         symbols = self._cartesian(0)
-        tape = self._tape(0)
         target = [self.given[0][s][0] for s in symbols]
-        for start in self._starts(guess, missing):
-            found = self._gauss_newton(tape, start, missing, target)
-            if found is not None:
-                return found
-        raise self._undetermined(missing)
+        search = Search(self.reduced, self.constants, symbols, target, missing)
+        found = search.configurations(guess, _TOLERANCE * self._length())
+        if not found.exact and found.nearest:
+            raise self._unreachable(symbols, found)
+        if not found.exact:
+            raise self._undetermined(missing)
+        near = any(self.q[j] in self.reduced.reference for j in missing)
+        if len(found.exact) > 1 and not near:
+            raise self._ambiguous(found.exact, missing)
+        return found.exact[0]
 
-    def _starts(self, guess: list[mpf], missing: Sequence[int]) -> list[list[mpf]]:
-        """The guess and others around the circle or the origin."""
-        starts = [list(guess)]
-        scale = max((abs(v) for v, _ in self.given[0].values()), default=mpf(1)) or mpf(1)
-        for k in range(1, 24):
-            start = list(guess)
-            for i, j in enumerate(missing):
-                angle = self.reduced.coordinates[j].is_angle
-                step = mpmath.frac(k * mpmath.sqrt(2 + i)) - mpf(1) / 2
-                start[j] = step * (2 * mpmath.pi if angle else 2 * scale)
-            starts.append(start)
-        return starts
+    def _unreachable(self, symbols: Sequence[sp.Symbol], found: Configurations) -> InputError:
+        """Given Cartesian values that no configuration has: the worst one is named."""
+        worst = max(range(len(symbols)), key=lambda k: found.misses[k])
+        _, entry = self.given[0][symbols[worst]]
+        return _contradiction(entry, found.values[worst])
 
-    def _gauss_newton(
-        self, tape: Tape, start: list[mpf], missing: Sequence[int], target: Sequence[mpf]
-    ) -> list[mpf] | None:
-        q = list(start)
-        constants = list(self.constants.values())
-        for _ in range(_NEWTON_STEPS):
-            try:
-                run = tape.run([(x, _ZERO, _ZERO) for x in [*q, *constants]], 0)
-            except DomainError:
-                return None
-            rows = [run.gradient({k: (mpf(1), _ZERO, _ZERO)}) for k in range(len(target))]
-            matrix = mpmath.matrix([[row[j][0] for j in missing] for row in rows])
-            if len(target) < len(missing) or _rank(matrix) < len(missing):
-                return None
-            residual = mpmath.matrix([x - y for x, y in zip(target, run.values, strict=True)])
-            step = mpmath.lu_solve(matrix, residual)
-            for i, j in enumerate(missing):
-                q[j] += step[i]
-            size = max(abs(s) for s in step)
-            if size <= mpf(10) ** (6 - _DIGITS) * max(1, *(abs(x) for x in q)):
-                final = tape.run([(x, _ZERO, _ZERO) for x in [*q, *constants]], 0).values
-                misses = [abs(x - y) for x, y in zip(target, final, strict=True)]
-                return q if max(misses) <= _TOLERANCE * self._length() else None
-        return None
+    def _ambiguous(self, found: Sequence[Sequence[mpf]], missing: Sequence[int]) -> InputError:
+        names = [self.reduced.coordinates[j].name for j in missing]
+        choices = [
+            ", ".join(f"{n}: {mpmath.nstr(q[j], 8)}" for n, j in zip(names, missing, strict=True))
+            for q in found[:4]
+        ]
+        return InputError(
+            Problem(
+                "the initial values leave several configurations",
+                self.reduced.scene.initial[0].mark,
+                hint="\n".join(["choose one in 'initial' or 'near':", *choices]),
+                rule="initial-ambiguous",
+            )
+        )
 
     def _undetermined(self, missing: Sequence[int]) -> InputError:
         names = [self.reduced.coordinates[j].name for j in missing]
@@ -234,7 +222,8 @@ class _Initial:
                 miss = abs(value - given)
                 if miss > _TOLERANCE * scales[order]:
                     raise _contradiction(entry, value)
-                worst = max(worst, miss)
+                if miss > _ROUNDING * scales[order]:
+                    worst = max(worst, miss)
         return worst
 
     def _unreal(self) -> InputError:
@@ -259,11 +248,6 @@ def _contradiction(entry: InitialValue, value: mpf) -> InputError:
     )
 
 
-def _rank(matrix: mpmath.matrix) -> int:
-    array = np.array(matrix.tolist(), dtype=float)
-    return int(np.linalg.matrix_rank(array, rtol=1e-12)) if array.size else 0
-
-
 def _smallest(
     matrix: Sequence[Sequence[mpf]], target: Sequence[mpf], metric: mpmath.matrix
 ) -> list[mpf]:
@@ -271,11 +255,11 @@ def _smallest(
     kept: list[int] = []
     for k in range(len(matrix)):
         trial = mpmath.matrix([list(matrix[i]) for i in [*kept, k]])
-        if _rank(trial) == len(kept) + 1:
+        if rank(trial) == len(kept) + 1:
             kept.append(k)
     if not kept:
         return [_ZERO] * len(matrix[0])
     rows = mpmath.matrix([list(matrix[k]) for k in kept])
     right = mpmath.matrix([target[k] for k in kept])
-    weighted = mpmath.lu_solve(metric, mpmath.eye(metric.rows)) * rows.T
+    weighted = mpmath.inverse(metric) * rows.T
     return list(weighted * mpmath.lu_solve(rows * weighted, right))

@@ -13,6 +13,7 @@ from lagrange_cli.mechanics.derivation import Derivation, derive_uncertified
 from lagrange_cli.mechanics.equations import (
     CartesianName,
     Equations,
+    InitialState,
     Parameter,
     ParticleMotion,
     ShownEquation,
@@ -71,6 +72,7 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
     energy = total_energy(derivation, evidence)
     structure = facts(derivation)
     shown = tuple(_shown(derivation, evidence))
+    initial = initial_state(derivation)
     certify_shown(evidence, shown)
     return Equations(
         name=scene.name,
@@ -97,17 +99,22 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
         conserved=conserved_quantities(derivation, evidence, energy),
         facts=structure,
         certificate=evidence.certificate,
-        initial=initial_state(derivation),
+        initial=initial,
         simulate=_simulation_defaults(reduced),
         abbreviations=tuple(_abbreviations(reduced)),
         literals=decimal_literals(_expressions(scene)),
         warnings=(*reduced.warnings, *_unused_warnings(scene, structure.unused_parameters)),
-        remarks=_remarks(derivation),
+        remarks=_remarks(derivation, initial),
     )
 
 
-def _remarks(derivation: Derivation) -> tuple[str, ...]:
+def _remarks(derivation: Derivation, initial: InitialState | None) -> tuple[str, ...]:
     remarks = list(derivation.reduced.remarks)
+    if initial is not None and initial.projected:
+        remarks.append(
+            f"initial values were changed by up to {initial.projected:.2g}"
+            " to satisfy the constraints"
+        )
     if not derivation.collected:
         remarks.append("products of sums are left unexpanded: they exceed the budget of terms")
     return tuple(remarks)
