@@ -36,7 +36,7 @@ def refused(text: str) -> tuple[str, str]:
 
 
 @pytest.mark.parametrize(
-    "text, exact",
+    ("text", "exact"),
     [
         ("0.5", sp.Rational(1, 2)),
         ("9.81", sp.Rational(981, 100)),
@@ -74,7 +74,7 @@ def test_decimals_have_no_rounding(value: Fraction, places: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "text, expected",
+    ("text", "expected"),
     [
         ("norm(x, y)", sp.sqrt(x**2 + y**2)),
         ("norm(x, y, m)", sp.sqrt(x**2 + y**2 + m**2)),
@@ -95,7 +95,25 @@ def test_functions_and_operators(text: str, expected: sp.Expr) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    "sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log sqrt abs sign".split(),
+    [
+        "sin",
+        "cos",
+        "tan",
+        "asin",
+        "acos",
+        "atan",
+        "sinh",
+        "cosh",
+        "tanh",
+        "asinh",
+        "acosh",
+        "atanh",
+        "exp",
+        "log",
+        "sqrt",
+        "abs",
+        "sign",
+    ],
 )
 def test_each_function_is_the_one_of_its_name(name: str) -> None:
     point = sp.Rational(3, 2) if name == "acosh" else sp.Rational(1, 3)
@@ -107,7 +125,7 @@ def test_each_function_is_the_one_of_its_name(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "text, rule, part",
+    ("text", "rule", "part"),
     [
         ("2 + 1/(x - x)", "not-real", "x - x"),
         ("(x - x)^(-2)", "not-real", "(x - x)^(-2)"),

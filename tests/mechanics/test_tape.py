@@ -152,7 +152,7 @@ def test_forward_and_backward_agree_with_symbolic_derivatives(expr: sp.Expr, see
 
 
 @pytest.mark.parametrize(
-    "expr, at",
+    ("expr", "at"),
     [
         (sp.sqrt(x), "-1"),
         (x ** sp.Rational(1, 3), "-1"),
@@ -178,7 +178,7 @@ def test_outside_the_domain(expr: sp.Expr, at: str, order: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "expr, at, value",
+    ("expr", "at", "value"),
     [(sp.sqrt(x), 0, 0), (sp.asin(x), 1, sp.pi / 2), (sp.acos(x), 1, 0), (sp.acosh(x), 1, 0)],
 )
 def test_values_exist_where_derivatives_do_not(expr: sp.Expr, at: int, value: sp.Expr) -> None:

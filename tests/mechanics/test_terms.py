@@ -125,7 +125,7 @@ def test_addition_theorems(sign: int, scale: sp.Expr, angles: tuple[sp.Expr, sp.
 
 
 @pytest.mark.parametrize(
-    "terms, expected",
+    ("terms", "expected"),
     [
         ([sp.sin(a) ** 2, sp.cos(a) ** 2], [sp.Integer(1)]),
         ([m1 * l**2 * sp.sin(a) ** 2, m1 * l**2 * sp.cos(a) ** 2], [m1 * l**2]),
@@ -185,7 +185,7 @@ def test_expanded_terms_add_up_and_hold_no_sums(expr: sp.Expr) -> None:
 
 
 @pytest.mark.parametrize(
-    "expr, count",
+    ("expr", "count"),
     [
         ((a + b + c) ** 5, 243),
         ((a + b) * (a + c) * (b + x), 8),
@@ -226,7 +226,7 @@ def test_factored_polynomials_are_the_sum(parts: list[sp.Expr], power: int) -> N
 
 
 @pytest.mark.parametrize(
-    "terms, expected",
+    ("terms", "expected"),
     [
         ([l**2, 2 * l * x, x**2], "(l + x)**2"),
         ([m1 * l * x, m1 * l * a], "l*m1*(a + x)"),
@@ -254,4 +254,5 @@ def test_a_common_factor_divides_every_term(terms: list[sp.Expr]) -> None:
             for fs in exponents
         ]
         # Greatest: nothing more can be taken out of all of them with one sign.
-        assert not (all(p > 0 for p in powers) or all(p < 0 for p in powers))
+        assert not (all(p > 0 for p in powers))
+        assert not (all(p < 0 for p in powers))
