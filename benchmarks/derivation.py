@@ -53,7 +53,7 @@ class State:
 
 @dataclass(frozen=True)
 class Method:
-    """``prepare(n)`` makes the input, ``run`` is timed, ``evaluate`` turns the result to numbers."""
+    """``prepare(n)`` makes the input, ``run`` is timed, ``evaluate`` gives M and f as numbers."""
 
     name: str
     largest: int

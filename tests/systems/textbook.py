@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 
 import numpy as np
-import sympy as sp
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipj, ellipk

@@ -1,0 +1,446 @@
+"""Every shipped scene, checked by routes that share nothing with the program.
+
+The Lagrangians and closed forms are those of ``textbook.py``, typed by hand;
+the equations of motion come from SymPy's LagrangesMethod, the trajectories
+from SciPy's DOP853 at rtol 1e-13; emitted C is compiled and called.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import lagranges_method
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+from lagranges_method import Dynamics
+from numpy.typing import NDArray
+from textbook import CLOSED_FORMS, GENERALIZED_FORCES, LAGRANGIANS
+
+from lagrange_cli.batch import check_paths
+from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.emit.report import derivation_report
+from lagrange_cli.errors import Mark
+from lagrange_cli.mechanics import derive, interpret
+from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.scene import parse_expression, read_file
+from lagrange_cli.simulate import Trajectory, simulate
+
+Array = NDArray[np.float64]
+
+SYSTEMS = Path(__file__).parents[2] / "systems"
+SCENES = {p.stem: p for p in sorted(SYSTEMS.rglob("*.yaml")) if p.parent.name != "refused"}
+REFUSED = sorted((SYSTEMS / "refused").glob("*.yaml"))
+STATES = 20
+C_FLAGS = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror"]
+
+every_scene = pytest.mark.parametrize("name", list(SCENES))
+
+
+@cache
+def derived(name: str) -> Equations:
+    return derive(read_file(str(SCENES[name])))
+
+
+@cache
+def simulated(name: str) -> Trajectory:
+    return simulate(derived(name))
+
+
+def parameter_values(e: Equations) -> list[float]:
+    values = [p.value for p in e.parameters]
+    assert all(value is not None for value in values)
+    return [value for value in values if value is not None]
+
+
+def start(e: Equations) -> Array:
+    assert e.initial is not None
+    return np.array([*e.initial.positions, *e.initial.velocities])
+
+
+@cache
+def typed_dynamics(name: str) -> Dynamics:
+    """Lagrange's equations of the Lagrangian that the book gives."""
+    e = derived(name)
+    return lagranges_method.from_typed(
+        LAGRANGIANS[name],
+        GENERALIZED_FORCES.get(name),
+        [c.name for c in e.coordinates],
+        [p.name for p in e.parameters],
+    )
+
+
+@dataclass(frozen=True)
+class Reference:
+    times: Array
+    states: Array
+
+    @property
+    def scale(self) -> Array:
+        """Largest magnitude of each component; 1 of one that stays 0."""
+        largest = np.abs(self.states).max(axis=0)
+        return np.where(largest == 0, 1.0, largest)
+
+
+@cache
+def reference(name: str) -> Reference:
+    """DOP853 at rtol 1e-13 over the equations of :func:`typed_dynamics`."""
+    e = derived(name)
+    assert e.simulate.until is not None
+    times = np.linspace(e.simulate.start, e.simulate.until, 41)
+    y0 = start(e)
+    rough = np.where(y0 == 0, np.abs(y0).max(initial=1e-3) * 1e-3, np.abs(y0))
+    solve = lagranges_method.integrate
+    states = solve(typed_dynamics(name), parameter_values(e), y0, times, rough)
+    return Reference(times, states)
+
+
+def random_states(name: str) -> list[tuple[float, Array, Array]]:
+    """(t, q, v) near the trajectory, so that they are of its scale and within the charts."""
+    random = np.random.default_rng(sum(name.encode()))
+    found, n = reference(name), len(derived(name).coordinates)
+    rows = random.integers(0, len(found.times), STATES)
+    shifted = found.states[rows] * (1 + 0.02 * random.uniform(-1, 1, (STATES, 2 * n)))
+    return [(float(found.times[k]), y[:n], y[n:]) for k, y in zip(rows, shifted, strict=True)]
+
+
+def assert_close(found: list[Array], expected: list[Array], tolerance: float) -> None:
+    """Component by component within the tolerance of its largest magnitude over all states."""
+    a, b = np.array(found), np.array(expected)
+    scale = np.abs(b).max(axis=0)
+    assert np.all(np.abs(a - b) <= tolerance * scale + np.finfo(float).tiny), np.abs(a - b) / scale
+
+
+def test_every_scene_has_a_lagrangian_from_a_book() -> None:
+    assert set(LAGRANGIANS) == set(SCENES)
+    assert len(SCENES) >= 20
+    assert set(CLOSED_FORMS) <= set(SCENES)
+
+
+def test_names_are_the_files() -> None:
+    assert [derived(name).name for name in SCENES] == list(SCENES)
+
+
+@pytest.mark.parametrize(
+    "name", [n for n, p in SCENES.items() if p.parent.name != "lecture" and n != "trammel"]
+)
+def test_textbook_scenes_name_their_source(name: str) -> None:
+    assert re.search(r"\b(1[6-9]|20)\d\d\b", derived(name).description or "")
+
+
+@every_scene
+def test_certified(name: str) -> None:
+    certificate = derived(name).certificate
+    assert certificate.points >= 8
+    assert certificate.digits >= 30
+    assert 0 <= certificate.mismatch <= 1e-25
+
+
+@every_scene
+def test_agrees_with_lagranges_method_on_the_books_lagrangian(name: str) -> None:
+    e = derived(name)
+    own = numeric_dynamics(e)
+    compare_dynamics(own, typed_dynamics(name), name)
+
+
+@every_scene
+def test_agrees_with_lagranges_method_on_its_own_lagrangian(name: str) -> None:
+    e = derived(name)
+    generalized = [
+        sum((f.generalized[j] for f in e.forces), sp.Integer(0)) - sp.diff(e.dissipation, c.v)
+        for j, c in enumerate(e.coordinates)
+    ]
+    expected = lagranges_method.from_lagrangian(
+        e.lagrangian,
+        generalized,
+        [(c.q, c.v) for c in e.coordinates],
+        [p.symbol for p in e.parameters],
+        e.t,
+    )
+    compare_dynamics(numeric_dynamics(e), expected, name)
+
+
+def numeric_dynamics(e: Equations) -> Dynamics:
+    """The program's M and f as numerical functions, through no code of its own."""
+    arguments = (
+        e.t,
+        [c.q for c in e.coordinates],
+        [c.v for c in e.coordinates],
+        [p.symbol for p in e.parameters],
+    )
+    return Dynamics(
+        sp.lambdify(arguments, sp.Matrix(e.mass_matrix), "numpy", cse=True),
+        sp.lambdify(arguments, sp.Matrix(e.forcing), "numpy", cse=True),
+    )
+
+
+def compare_dynamics(found: Dynamics, expected: Dynamics, name: str) -> None:
+    """M and f at random states, with parameters shifted at random too.
+
+    Entries are made comparable, whatever their units, by the kinetic metric:
+    M_ij/sqrt(M_ii M_jj) and f_i/sqrt(M_ii).
+    """
+    random = np.random.default_rng(1)
+    values = np.array(parameter_values(derived(name)))
+    matrices, forcings = [], []
+    for t, q, v in random_states(name):
+        p = list(values * (1 + 0.01 * random.uniform(0, 1, len(values))))
+        m, expected_m = (np.asarray(d.mass_matrix(t, q, v, p)) for d in (found, expected))
+        f, expected_f = (d.forcing(t, q, v, p).ravel() for d in (found, expected))
+        unit = 1 / np.sqrt(np.diag(expected_m))
+        matrices.append(np.abs(m - expected_m) * np.outer(unit, unit))
+        forcings.append((np.abs(f - expected_f) * unit, np.abs(expected_f * unit).max()))
+    assert np.max(matrices) <= 1e-12
+    assert max(d.max() for d, _ in forcings) <= 1e-11 * max(size for _, size in forcings)
+
+
+@cache
+def exact_accelerations(name: str) -> list[Array]:
+    """The symbolic right-hand side at the random states, evaluated with 40 digits."""
+    e = derived(name)
+    arguments = [
+        e.t,
+        [c.q for c in e.coordinates],
+        [c.v for c in e.coordinates],
+        [p.symbol for p in e.parameters],
+    ]
+    mass = sp.lambdify(arguments, sp.Matrix(e.mass_matrix), "mpmath", cse=True)
+    forcing = sp.lambdify(arguments, sp.Matrix(e.forcing), "mpmath", cse=True)
+    found = []
+    with mpmath.workdps(40):
+        p = [mpmath.mpf(value) for value in parameter_values(e)]
+        for t, q, v in random_states(name):
+            state = (mpmath.mpf(t), list(map(mpmath.mpf, q)), list(map(mpmath.mpf, v)), p)
+            solution = mpmath.lu_solve(mass(*state), forcing(*state))
+            found.append(np.array([float(x) for x in solution]))
+    return found
+
+
+def python_module(e: Equations, folder: Path) -> ModuleType:
+    (file,) = EMITTERS["python"].emit(e).items()
+    path = folder / file[0]
+    path.write_text(file[1], encoding="utf-8")
+    spec = importlib.util.spec_from_file_location(f"emitted_{e.name}", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def compiler() -> str:
+    """gcc or cc; without one the test is skipped, and fails where CI is set."""
+    found = shutil.which("gcc") or shutil.which("cc")
+    if found is None:
+        reason = "no C compiler on this machine"
+        if os.environ.get("CI") == "true":
+            pytest.fail(reason)
+        pytest.skip(reason)
+    return found
+
+
+class CompiledC:
+    """The emitted C, built as a shared library and called through its interface."""
+
+    def __init__(self, e: Equations, folder: Path) -> None:
+        files = EMITTERS["c"].emit(e)
+        assert sorted(files) == [f"{e.name}.c", f"{e.name}.h"]
+        for file, text in files.items():
+            (folder / file).write_text(text, encoding="utf-8")
+        library = folder / f"{e.name}.so"
+        flags = [*C_FLAGS, "-O1", "-shared", "-fPIC"]
+        command = [compiler(), *flags, "-o", str(library), str(folder / f"{e.name}.c"), "-lm"]
+        built = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+        assert built.returncode == 0, built.stderr
+        loaded = ctypes.CDLL(str(library))
+        self._rhs = getattr(loaded, f"{e.name}_rhs")
+        size = re.search(rf"#define {e.name}_WORK (\d+)", files[f"{e.name}.h"])
+        assert size is not None
+        self._work = (ctypes.c_double * max(1, int(size[1])))()
+        # A structure of doubles is laid out as an array of them.
+        self._parameters = (ctypes.c_double * max(1, len(e.parameters)))()
+        getattr(loaded, f"{e.name}_defaults")(self._parameters)
+        self.parameters = list(self._parameters)[: len(e.parameters)]
+
+    def rhs(self, t: float, y: Array) -> Array:
+        state, result = (ctypes.c_double * len(y))(*y), (ctypes.c_double * len(y))()
+        code = self._rhs(ctypes.c_double(t), state, None, self._parameters, self._work, result)
+        assert code == 0
+        return np.array(result)
+
+
+@every_scene
+def test_emitted_code_agrees_with_the_symbolic_equations(name: str, tmp_path: Path) -> None:
+    e = derived(name)
+    module, compiled = python_module(e, tmp_path), CompiledC(e, tmp_path)
+    assert compiled.parameters == parameter_values(e)
+    n = len(e.coordinates)
+    in_c, in_python = [], []
+    for t, q, v in random_states(name):
+        y = np.concatenate([q, v])
+        for results, rhs in ((in_c, compiled.rhs), (in_python, module.rhs)):
+            dydt = np.asarray(rhs(t, y))
+            assert np.array_equal(dydt[:n], v)
+            results.append(dydt[n:])
+    assert_close(in_c, exact_accelerations(name), 1e-12)
+    assert_close(in_python, exact_accelerations(name), 1e-12)
+
+
+def at_samples(trajectory: Trajectory) -> Array:
+    """Indices of some samples, the last among them."""
+    return np.unique(np.linspace(0, len(trajectory.t) - 1, 25).astype(int))
+
+
+@every_scene
+def test_simulation_keeps_its_promise(name: str) -> None:
+    """Every coordinate and velocity within accuracy times scale of DOP853 at rtol 1e-13."""
+    e, trajectory = derived(name), simulated(name)
+    assert trajectory.status == "ok", trajectory.reason
+    assert trajectory.requested == e.simulate.accuracy
+    assert trajectory.t[-1] == e.simulate.until
+    chosen = at_samples(trajectory)
+    y0 = start(e)
+    exact = lagranges_method.integrate(
+        typed_dynamics(name), parameter_values(e), y0, trajectory.t[chosen], reference(name).scale
+    )
+    names = [c.name for c in e.coordinates]
+    names += [f"dot({c})" for c in names]
+    for column, expected in zip(names, exact.T, strict=True):
+        found = trajectory.columns[column][chosen]
+        assert np.abs(found - expected).max() <= 1e-9 * scale_of(e, column, exact)
+
+
+def scale_of(e: Equations, column: str, exact: Array) -> float:
+    """The scale that the accuracy is promised in, from the reference.
+
+    R is the largest change of a length, 1 for an angle; scale(q) = max(R, 1e-3 G) with G the
+    largest R among coordinates of its kind; scale(q̇) = max(|q̇|, scale(q)/T).
+    """
+    n = len(e.coordinates)
+    names = [c.name for c in e.coordinates]
+    travel = np.abs(exact[:, :n] - exact[0, :n]).max(axis=0)
+    ranges = np.where([c.is_angle for c in e.coordinates], 1.0, travel)
+    k = names.index(column.removeprefix("dot(").removesuffix(")"))
+    alike = [
+        r for r, c in zip(ranges, e.coordinates, strict=True) if c.unit == e.coordinates[k].unit
+    ]
+    scale = max(ranges[k], 1e-3 * max(alike)) or 1.0
+    if column in names:
+        return float(scale)
+    assert e.simulate.until is not None
+    return max(float(np.abs(exact[:, n + k]).max()), scale / (e.simulate.until - e.simulate.start))
+
+
+@pytest.mark.parametrize("name", sorted(CLOSED_FORMS))
+def test_simulation_follows_the_closed_form(name: str) -> None:
+    e, trajectory = derived(name), simulated(name)
+    assert e.initial is not None
+    names = [c.name for c in e.coordinates]
+    exact = CLOSED_FORMS[name](
+        SimpleNamespace(**{p.name: p.value for p in e.parameters}),
+        SimpleNamespace(**dict(zip(names, e.initial.positions, strict=True))),
+        SimpleNamespace(**dict(zip(names, e.initial.velocities, strict=True))),
+        trajectory.t,
+    )
+    for column, expected in exact.items():
+        found = trajectory.columns[column]
+        # Cartesian names turn faster than the angles they are made of.
+        assert np.abs(found - expected).max() <= 1e-8 * max(
+            1e-300, np.ptp(expected), abs(expected[0])
+        )
+
+
+@every_scene
+def test_energy_stays_where_it_is_conserved(name: str) -> None:
+    e, trajectory = derived(name), simulated(name)
+    conserved = any(c.kind in ("energy", "jacobi") for c in e.conserved)
+    assert (trajectory.energy_drift is not None) == conserved
+    if trajectory.energy_drift is not None:
+        assert trajectory.energy_drift <= 1e-7
+
+
+def test_check_passes_on_every_scene_and_every_refusal() -> None:
+    report = check_paths([str(SYSTEMS)])
+    assert [(s.path, s.problems) for s in report.scenes if s.outcome != "pass"] == []
+    assert len(report.scenes) == len(SCENES) + len(REFUSED)
+    assert len(REFUSED) >= 5
+
+
+def test_report_of_masses_through_hole() -> None:
+    e = derived("masses_through_hole")
+    report = derivation_report(e)
+    assert report["cartesian"] == 6
+    assert report["constraints"] == 4
+    assert report["dof"] == 2
+    assert report["cyclic"] == ["theta"]
+    (momentum,) = [c["expression"] for c in report["conserved"] if c["name"] == "p_theta"]
+    parsed = interpret(e, parse_expression(momentum, Mark("report", 1, 1, momentum)))
+    by_name = {p.name: p.symbol for p in e.parameters}
+    r, theta = e.coordinates
+    assert sp.expand(parsed - by_name["M"] * r.q**2 * theta.v) == 0
+
+
+#: The lecture's accounts: 3N, K, DOF.
+ACCOUNTS = {
+    "bead_on_parabola": (3, 2, 1),
+    "masses_through_hole": (6, 4, 2),
+    "rigid_triangle": (9, 3, 6),
+    "rigid_tetrahedron": (12, 6, 6),
+    "rigid_tetrahedron_centre": (15, 9, 6),
+    "particle_on_sphere": (3, 1, 2),
+    "bead_on_rotating_wire": (3, 2, 1),
+    "pendulum_driven_support": (3, 2, 1),
+}
+
+
+@pytest.mark.parametrize("name", list(ACCOUNTS))
+def test_account_of_the_lecture(name: str) -> None:
+    account = derived(name).account
+    assert (account.cartesian, account.constraints, account.dof) == ACCOUNTS[name]
+    assert account.implied == 0
+
+
+def test_redundant_rod_is_named() -> None:
+    e = derived("rigid_tetrahedron_centre")
+    statuses = {line.name: line.status for line in e.account.lines}
+    assert [name for name, status in statuses.items() if status == "redundant"] == ["spoke4"]
+    (warning,) = e.warnings
+    assert "spoke4" in warning.message
+    assert warning.rule == "redundant"
+
+
+@pytest.mark.parametrize(
+    ("name", "moving"),
+    [("bead_on_rotating_wire", ["wire"]), ("pendulum_driven_support", ["rod"])],
+)
+def test_constraints_that_depend_on_time_are_classified(name: str, moving: list[str]) -> None:
+    e = derived(name)
+    assert e.facts.rheonomic
+    assert [line.name for line in e.account.lines if line.rheonomic] == moving
+    assert not any(c.name == "energy" for c in e.conserved)
+
+
+def test_torque_of_a_cartesian_force() -> None:
+    """Q_θ = F · ∂r/∂θ of a horizontal force on a pendulum (virtual work)."""
+    e = derived("pendulum_with_force")
+    (force,) = e.forces
+    p = {parameter.name: parameter.symbol for parameter in e.parameters}
+    (theta,) = e.coordinates
+    expected = p["F0"] * sp.cos(p["Omega"] * e.t) * p["l"] * sp.cos(theta.q)
+    assert sp.simplify(force.generalized[0] - expected) == 0
+
+
+def test_page_of_scenes_lists_every_scene() -> None:
+    page = (SYSTEMS.parent / "docs" / "scenes.md").read_text(encoding="utf-8")
+    listed = set(re.findall(r"\(\.\./systems/([\w/]+\.yaml)\)", page))
+    assert listed == {str(p.relative_to(SYSTEMS)) for p in (*SCENES.values(), *REFUSED)}
