@@ -89,6 +89,8 @@ class _Checker:
         self.still = [self.t, *self.q, *self.parameters]
         self.moving = [self.t, *self.q, *self.v, *self.parameters]
         self.upper = [(j, k) for j in range(self.n) for k in range(j, self.n)]
+        if any(derivation.mass[j][k] != derivation.mass[k][j] for j, k in self.upper):
+            raise InternalError(Problem("the derived mass matrix is not symmetric"))
         masses = [sp.Add(*derivation.mass[j][k]) for j, k in self.upper]
         forcing = [sp.Add(*f) for f in derivation.forcing]
         self.derived = Tape([*masses, *forcing], self.moving)
