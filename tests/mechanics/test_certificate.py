@@ -121,6 +121,15 @@ def test_the_energies_shown_are_those_derived_from(text: str, part: str, change:
         require_caught(replace(right, **{part: wrong}))
 
 
+@pytest.mark.parametrize("part", ["kinetic", "potential"])
+def test_energies_that_give_the_same_equations_are_still_wrong(part: str) -> None:
+    """A total time derivative or a constant changes no equation, but it is no energy either."""
+    right = derivation()
+    rate = right.reduced.coordinates[0].v
+    for gauge in (rate, sp.Integer(5)):
+        require_caught(replace(right, **{part: getattr(right, part) + gauge}))
+
+
 def test_a_wrong_generalized_force_is_caught() -> None:
     """Also where only what is shown is wrong, and the equations are right."""
     right = derivation()

@@ -30,9 +30,9 @@ class Model:
     kinetic: list[str] = field(default_factory=list)
     forces: list[str] = field(default_factory=list)
     dissipation: list[str] = field(default_factory=list)
-    kinetic_energy: sp.Expr = sp.Integer(0)
-    potential: sp.Expr = sp.Integer(0)
-    rayleigh: sp.Expr = sp.Integer(0)
+    kinetic_energy: sp.Expr = sp.S.Zero
+    potential: sp.Expr = sp.S.Zero
+    rayleigh: sp.Expr = sp.S.Zero
     generalized: dict[str, sp.Expr] = field(default_factory=dict)
     places: list[tuple[sp.Expr, ...]] = field(default_factory=list)
 
@@ -284,6 +284,35 @@ def test_a_moving_point_does_work_only_through_coordinates() -> None:
     )
     e = derived(text)
     assert e.forcing == (0,)
+
+
+def test_a_support_at_constant_speed_moves_what_stands_on_it() -> None:
+    """T is that of the whole velocity, though the speed of the support holds no t."""
+    e = derived(
+        "parameters: {m: 1, u: 2}\nparticles: {bob: {mass: m, position: [s + u*t, 0, 0]}}\n"
+        "coordinates: [s]\n"
+    )
+    m, u = (p.symbol for p in e.parameters)
+    v = e.coordinates[0].v
+    assert sp.expand(e.kinetic - m * (v + u) ** 2 / 2) == 0
+    momentum, jacobi = e.conserved
+    assert sp.expand(momentum.expression - m * (v + u)) == 0
+    assert jacobi.kind == "jacobi"
+    assert sp.expand(jacobi.expression - m * (v**2 - u**2) / 2) == 0
+
+
+@given(models())
+@few
+def test_the_energies_of_generated_systems(model: Model) -> None:
+    """T and V as declared, not only up to what changes no equation."""
+    e = derive(read_text("name: generated\n" + model.text()), points=1)
+    ours = {model.q(c.name): c.q for c in e.coordinates} | {t: e.t}
+    ours |= {model.v(c.name): c.v for c in e.coordinates}
+    names = [e.t, *(s for c in e.coordinates for s in (c.q, c.v))]
+    state = {s: sp.Rational(2 * k + 3, 3 * k + 7) for k, s in enumerate(names)}
+    for found, expected in ((e.kinetic, model.kinetic_energy), (e.potential, model.potential)):
+        value = sp.sympify(expected).xreplace(ours).xreplace(state).evalf(30)
+        assert abs(found.xreplace(state).evalf(30) - value) <= 1e-25 * (1 + abs(value))
 
 
 def test_kinetic_terms_need_no_particles() -> None:

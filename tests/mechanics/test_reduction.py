@@ -251,7 +251,8 @@ def test_four_rods_hold_one_particle() -> None:
     text = (
         FREE + "points: {a: [0, 0, 0], b: [2, 0, 0], c: [0, 2, 0], d: [2, 2, 0]}\n"
         "constraints:\n  ra: {distance: [a, bead], equals: sqrt(3)}\n"
-        "  rb: {distance: [b, bead], equals: sqrt(3)}\n  rc: {distance: [c, bead], equals: sqrt(3)}\n"
+        "  rb: {distance: [b, bead], equals: sqrt(3)}\n"
+        "  rc: {distance: [c, bead], equals: sqrt(3)}\n"
         "  rd: {distance: [d, bead], equals: sqrt(3)}\n"
         "initial: {x: 1, y: 1, z: 1}\n"
     )

@@ -1,0 +1,178 @@
+"""Initial states: what is given stays, what is missing follows, what contradicts is refused."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given
+from hypothesis import strategies as st
+from mechanics_support import DOUBLE_PENDULUM, POLAR, derived, few, refusal
+
+from lagrange_cli.mechanics.equations import InitialState
+
+FREE = "plane: xy\nparticles: {bead: {mass: 1, position: [x, y, z]}}\ncoordinates: [x, y]\n"
+ROD = (
+    "parameters: {l: 2}\nplane: xz\nparticles: {bob: {mass: 1, position: [x, y, z]}}\n"
+    "coordinates: [q]\ndefinitions: {x: l*sin(q), z: -l*cos(q)}\n"
+)
+
+
+def start(text: str) -> InitialState:
+    found = derived(text).initial
+    assert found is not None
+    return found
+
+
+def test_given_coordinates_stay_exactly() -> None:
+    found = start(DOUBLE_PENDULUM + "initial: {theta1: 0.1, theta2: 1e-300, dot(theta2): -0.3}")
+    assert found == InitialState((0.1, 1e-300), (0.0, -0.3), 0.0)
+
+
+def test_values_may_be_expressions() -> None:
+    found = start(ROD + "initial: {q: pi/3, dot(q): sqrt(l)/4}")
+    # The nearest doubles, which products of rounded numbers need not be.
+    assert found.positions == (float(sp.pi.evalf(40) / 3),)
+    assert found.velocities == (float(sp.sqrt(2).evalf(40) / 4),)
+
+
+@given(st.floats(-3.1, 3.1), st.floats(-3.1, 3.1), st.floats(-2, 2), st.floats(-2, 2))
+@few
+def test_cartesian_values_give_the_coordinates(q1: float, q2: float, v1: float, v2: float) -> None:
+    """Both bobs' places and velocities, without any angle."""
+    x1, z1 = math.sin(q1), -math.cos(q1)
+    x2, z2 = x1 + 3 * math.sin(q2), z1 - 3 * math.cos(q2)
+    u1, w1 = v1 * math.cos(q1), v1 * math.sin(q1)
+    u2, w2 = u1 + 3 * v2 * math.cos(q2), w1 + 3 * v2 * math.sin(q2)
+    values = {"x1": x1, "z1": z1, "x2": x2, "z2": z2}
+    values |= {"dot(x1)": u1, "dot(z1)": w1, "dot(x2)": u2, "dot(z2)": w2}
+    listed = ", ".join(f"{name}: {value!r}" for name, value in values.items())
+    found = start(DOUBLE_PENDULUM + f"initial: {{{listed}}}")
+    for angle, expected in zip(found.positions, (q1, q2), strict=True):
+        assert math.cos(angle - expected) == pytest.approx(1, abs=1e-14)
+        assert abs(math.remainder(angle - expected, 2 * math.pi)) < 1e-12
+    assert found.velocities == pytest.approx((v1, v2), abs=1e-11)
+
+
+def test_one_cartesian_value_may_be_enough() -> None:
+    found = start(ROD + "initial: {x: 1, q: pi/6, dot(x): 3}")
+    assert found.velocities[0] == pytest.approx(3 / (2 * math.cos(math.pi / 6)), rel=1e-14)
+
+
+def test_places_by_component_name() -> None:
+    found = start(FREE + "initial: {x_bead: 3, y_bead: 4, dot(y_bead): 5}")
+    assert found == InitialState((3.0, 4.0), (0.0, 5.0), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "initial", "missing"),
+    [
+        (DOUBLE_PENDULUM, "theta1: 1", ["theta2"]),
+        (DOUBLE_PENDULUM, "dot(theta1): 1", ["theta1", "theta2"]),
+        (FREE, "x: 1", ["y"]),
+        (ROD, "dot(x): 1", ["q"]),
+    ],
+)
+def test_missing_coordinates_are_named(text: str, initial: str, missing: list[str]) -> None:
+    problem = refusal(text + f"initial: {{{initial}}}")
+    assert problem.rule == "initial-missing"
+    assert problem.mark is not None
+    for name in missing:
+        assert f"'{name}'" in problem.message
+        assert f"{name}:" in problem.hint
+
+
+def test_coordinates_that_are_given_are_not_called_missing() -> None:
+    assert "'theta1'" not in refusal(DOUBLE_PENDULUM + "initial: {theta1: 1}").message
+
+
+@pytest.mark.parametrize(
+    "initial",
+    [
+        "x: 0.5, q: 0",
+        "x: 0.5, z: 3",
+        "x: 2.1",
+        "q: 0, y: 1",
+        "q: 0, dot(z): 1",
+        "q: 0, dot(q): 1, dot(x): 3",
+        "q: 0.5, dot(x): 1, dot(z): -5",
+        "q: 0, y: 1e-8",
+    ],
+)
+def test_contradictions_are_refused_with_their_place(initial: str) -> None:
+    problem = refusal(ROD + f"initial: {{{initial}}}")
+    assert problem.rule.startswith("initial-")
+    assert problem.mark is not None
+
+
+def test_a_value_within_tolerance_is_projected_and_the_change_reported() -> None:
+    found = start(ROD + "initial: {x: 1.0000000001, q: pi/6}")
+    assert found.positions == (float(sp.pi.evalf(40) / 6),)
+    assert found.projected == pytest.approx(1e-10, rel=1e-3)
+    assert start(ROD + "initial: {x: 1, q: pi/6}").projected < 1e-15
+
+
+@pytest.mark.parametrize(("length", "miss"), [("2e16", "1e5"), ("2e-12", "1e-23")])
+def test_the_tolerance_is_relative_to_the_scene(length: str, miss: str) -> None:
+    scene = ROD.replace("l: 2", f"l: {length}")
+    found = start(scene + f"initial: {{q: pi/6, x: l/2 + {miss}}}")
+    assert found.projected == pytest.approx(float(miss), rel=1e-3)
+    assert (
+        refusal(scene + f"initial: {{q: pi/6, x: l/2 + 1e4*{miss}}}").rule == "initial-inconsistent"
+    )
+
+
+def test_missing_velocities_are_zero_where_nothing_moves() -> None:
+    assert start(DOUBLE_PENDULUM + "initial: {theta1: 1, theta2: 2}").velocities == (0.0, 0.0)
+
+
+def test_velocities_have_the_least_kinetic_energy() -> None:
+    """The end of two links moves at (1, 0): of all angular velocities the cheapest."""
+    text = (
+        "parameters: {a: 1, b: 5}\nplane: xz\nparticles:\n  one: {mass: a, position: [x, y, z]}\n"
+        "  two: {mass: b, position: [u, v, w]}\npoints: {middle: [(x + 2*u)/3, 0, 0]}\n"
+        "coordinates: [x, z, u, w]\ninitial: {x: 0, z: 0, u: 1, w: 1, dot(x_middle): 1}\n"
+    )
+    e = derived(text)
+    assert e.initial is not None
+    mass = np.diag([1.0, 1.0, 5.0, 5.0])
+    row = np.array([1 / 3, 0, 2 / 3, 0])
+    expected = np.linalg.solve(mass, row)
+    expected /= row @ expected
+    assert e.initial.velocities == pytest.approx(expected, abs=1e-14)
+
+
+def test_a_singular_chart_at_the_start_is_no_crash() -> None:
+    """At r = 0 the angle has no inertia; the velocity along x is that of r."""
+    found = start(POLAR + "initial: {r: 0, theta: 0, dot(x): 1}")
+    assert found.velocities == pytest.approx((1.0, 0.0))
+
+
+def test_a_moving_support_carries_what_hangs_on_it() -> None:
+    """Given Cartesian velocities are met, the support's own motion included."""
+    text = (
+        "parameters: {u: 3}\nparticles: {bob: {mass: 1, position: [x, 0, 0]}}\ncoordinates: [s]\n"
+        "definitions: {x: s + u*t}\nsimulate: {from: 2}\ninitial: {x: 10, dot(x): 5}\n"
+    )
+    assert start(text) == InitialState((4.0,), (2.0,), 0.0)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        ROD,
+        ROD.replace("l: 2", "l: {unit: m}") + "initial: {q: 1}",
+        ROD.replace("l: 2", "l: {positive: true}") + "initial: {q: 1, x: 5}",
+    ],
+)
+def test_no_state_without_initial_or_without_values(text: str) -> None:
+    assert derived(text).initial is None
+
+
+@pytest.mark.parametrize("name", ["nobody", "l", "z_nobody"])
+def test_only_places_have_initial_values(name: str) -> None:
+    problem = refusal(ROD + f"initial: {{q: 1, {name}: 2}}")
+    assert problem.mark is not None
+    assert name in problem.message
