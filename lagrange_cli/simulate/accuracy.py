@@ -2,13 +2,13 @@
 
 A coarse pilot finds the scales. Then three runs go through the samples side
 by side: the *run* that is returned, a *looser* one of ten times its
-tolerance, and a *disturbed* one, in which every given number and every
-operation of the right-hand side is moved by its rounding error (after the
-stochastic arithmetic of Vignes, *Math. Comput. Simul.* 35 (1993) 233), taken
-by another method where one is as accurate. The difference to the looser run
-bounds the error of truncation from above, since its own error is the larger;
-the difference to the disturbed one shows how rounding and the last place of
-the initial state grow. Where the sum exceeds eps the tolerance is tightened;
+tolerance, and a *disturbed* one by another method where one is as accurate.
+In the last two every given number and every operation of the right-hand side
+is off by its rounding error, in different patterns (after the stochastic
+arithmetic of Vignes, *Math. Comput. Simul.* 35 (1993) 233). The difference to
+the looser run bounds the error of truncation from above, since its own error
+is the larger; the difference to the disturbed one shows how rounding and the
+last place of the initial state grow. Where the sum exceeds eps the tolerance is tightened;
 at the smallest tolerance the result holds as far as the sum stays below.
 """
 
@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.simulate.attempt import FLOOR_ULPS, Attempt
+from lagrange_cli.simulate.attempt import FLOOR_ULPS, NOISE_PART, Attempt
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.pilot import Pilot, pilot
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
@@ -34,7 +34,7 @@ __all__ = ["Measured", "integrate_to_accuracy", "only_the_start", "why"]
 FIRST_TOLERANCE = 1e-5
 
 #: Smallest useful tolerance of an explicit (compensated) and an implicit run.
-SMALLEST_TOLERANCE = {False: 3e-16, True: 1e-13}
+SMALLEST_TOLERANCE = {False: 1e-16, True: 1e-13}
 
 MOST_ATTEMPTS = 5
 
@@ -79,10 +79,10 @@ def integrate_to_accuracy(problem: InitialValueProblem, eps: float, watch: Watch
     with np.errstate(all="ignore"):
         try:
             found = pilot(problem, FIRST_TOLERANCE * eps, watch)
-            refuse_below_floor(problem, eps, found.scales[: len(problem.kinds)])
+            refuse_below_floor(problem, eps, found.scales[-1, : len(problem.kinds)])
             for tolerance in tolerances(problem, eps, found, attempts):
                 watch.next_pass()
-                attempts.append(Attempt(problem, eps, found, tolerance))
+                attempts.append(Attempt(problem, eps, found, tolerance, len(attempts)))
                 attempts[-1].go(watch)
         except (StoppedError, KeyboardInterrupt):
             stopped = True
@@ -120,11 +120,14 @@ def tolerances(
     """Tolerances to try, until the last attempt settles the matter."""
     n = len(problem.kinds)
     # Steps finer than the noise of the right-hand side are of no use.
-    noise = spacing(problem.y0[:n]) / found.scales[:n] / 8
-    smallest = max(SMALLEST_TOLERANCE[found.stiff], float(noise.max(initial=0.0)), found.noise / 64)
+    ulps = spacing(problem.y0[:n]) / found.scales[-1, :n] / 8
+    noise = max(float(ulps.max(initial=0.0)), NOISE_PART * found.noise)
+    smallest = max(SMALLEST_TOLERANCE[found.stiff], noise)
     tolerance = max(smallest, FIRST_TOLERANCE * eps)
     yield tolerance
-    while tolerance > smallest and not attempts[-1].settled and len(attempts) < MOST_ATTEMPTS:
+    while not attempts[-1].settled and len(attempts) < MOST_ATTEMPTS:
+        if tolerance == smallest and not attempts[-1].loose_at_first:
+            return
         tolerance = max(smallest, tolerance / attempts[-1].reduction)
         yield tolerance
 

@@ -6,11 +6,12 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.pilot import COARSE, MAX_STEP, Pilot
+from lagrange_cli.simulate.pilot import COARSE, LEAST, Pilot
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
 from lagrange_cli.simulate.run import Failure, Run
 from lagrange_cli.simulate.watch import Watch
@@ -23,6 +24,10 @@ LOOSER = 10.0
 #: Part of the tolerance that does not shrink with |y|.
 ABSOLUTE_PART = 0.1
 
+#: How small a scale so far is taken to be beside the last, at each attempt:
+#: motion that grows from almost nothing may need it resolved.
+SMALLEST_SCALE = (1e-9, 1e-60, 0.0)
+
 #: The tolerance that makes another method about as accurate, beside the run's,
 #: and the tolerance of the run below which none is.
 OTHER_TOLERANCE, OTHER_FROM = 0.01, 1e-12
@@ -34,13 +39,16 @@ OTHER_COST = 1.5
 LOOSER_WEIGHT = 2.0
 
 #: The disturbed run is one draw of chance: rounding may be this much worse.
-ROUNDING_WEIGHT = 4.0
+ROUNDING_WEIGHT = 3.0
 
 #: Units in the last place below which nothing is promised.
 FLOOR_ULPS = 4.0
 
 #: Samples between two looks at the errors.
 BLOCK = 16
+
+#: Part of the noise of a step that its error estimate feels.
+NOISE_PART = 1 / 64
 
 #: Runs that end within this part of the span of each other end for the same reason.
 SAME_END = 1e-3
@@ -64,14 +72,16 @@ class Attempt:
     """The run with its looser and its disturbed companion, at one tolerance."""
 
     def __init__(
-        self, problem: InitialValueProblem, eps: float, found: Pilot, tolerance: float
+        self, problem: InitialValueProblem, eps: float, found: Pilot, tolerance: float, number: int
     ) -> None:
         self._problem, self._eps, self._found, self._tolerance = problem, eps, found, tolerance
+        self._smallest = SMALLEST_SCALE[min(number, len(SMALLEST_SCALE) - 1)]
         method = found.method
         # Where the longest step rules instead of the tolerance, it must differ too.
-        longer = MAX_STEP * LOOSER ** (1 / method.order)
-        self.run = Run(method, problem, _control(problem, found, tolerance))
-        self._looser = Run(method, problem, _control(problem, found, tolerance * LOOSER, longer))
+        longer = LOOSER ** (1 / method.order)
+        self._schedule: dict[Run, tuple[Control, float]] = {}
+        self.run = self._start(method, tolerance)
+        self._looser = self._start(method, tolerance * LOOSER, longer=longer, off=1)
         other = INTEGRATORS["LSODA"]
         self._disturbed = self._disturb(other if tolerance >= OTHER_FROM else method)
         growth = max(1.0, COARSE / tolerance) ** (1 / method.order)
@@ -79,15 +89,33 @@ class Attempt:
         self._given_up = 0
         self.run_seconds = 0.0
 
+    def _start(
+        self, method: type[Integrator], tolerance: float, *, longer: float = 1.0, off: int = 0
+    ) -> Run:
+        """A run at a tolerance, with longer steps allowed, or disturbed by a pattern."""
+        problem = self._problem
+        # A component that sweeps over its own size is taken relatively, so that
+        # motion of many sizes (a comet's) is resolved at each; an angle, or a
+        # position far from the origin, relative to how far it moves.
+        relative = np.where(self._sweeping, tolerance, 0.0)
+        samples = len(self._found.scales) if method.implicit else 1
+        longest = longer * problem.longest_step
+        absolute = self._absolute(tolerance, samples)
+        control = Control(relative, absolute, self._found.first_step, longest)
+        disturbed = problem.disturbed or (problem.rhs, problem.rhs)
+        run = Run(
+            method,
+            problem,
+            control,
+            rhs=disturbed[off - 1] if off else None,
+            y0=off_by_one_ulp(problem.y0, off) if off else None,
+        )
+        self._schedule[run] = control, tolerance
+        return run
+
     def _disturb(self, method: type[Integrator]) -> Run:
         factor = 1.0 if method is self.run.method else OTHER_TOLERANCE
-        return Run(
-            method,
-            self._problem,
-            _control(self._problem, self._found, self._tolerance * factor),
-            rhs=self._problem.disturbed or self._problem.rhs,
-            y0=off_by_one_ulp(self._problem.y0),
-        )
+        return self._start(method, self._tolerance * factor, off=2)
 
     @property
     def _runs(self) -> tuple[Run, Run, Run]:
@@ -127,10 +155,31 @@ class Attempt:
         samples = len(self._problem.times)
         for goal in range(1 + BLOCK, samples + BLOCK, BLOCK):
             for run in self._runs:
+                self._loosen(run)
                 self._advance(run, min(goal, samples), watch)
             ended = any(run.failure or self._spent(run) for run in self._runs)
             if ended or self._hopeless(goal - BLOCK):
                 return
+
+    def _loosen(self, run: Run) -> None:
+        """Let the absolute tolerance grow with the motion."""
+        if not run.method.implicit:
+            control, tolerance = self._schedule[run]
+            control.atol[:] = self._absolute(tolerance, run.filled)
+
+    @property
+    def _sweeping(self) -> NDArray[np.bool_]:
+        n = len(self._problem.kinds)
+        sweeping = np.abs(self._problem.y0) <= self._found.scales[-1]
+        sweeping[:n] &= ~self._problem.angles
+        return np.asarray(sweeping)
+
+    def _absolute(self, tolerance: float, samples: int) -> Array:
+        """The absolute tolerance after a number of samples, not below the noise."""
+        scales, whole = self._found.scales, self._found.scales[-1]
+        so_far = np.maximum(scales[min(samples, len(scales)) - 1], self._smallest * whole)
+        absolute = tolerance * np.where(self._sweeping, ABSOLUTE_PART * so_far, whole)
+        return np.asarray(np.maximum(absolute, NOISE_PART * self._found.noise * whole + LEAST))
 
     def _advance(self, run: Run, samples: int, watch: Watch) -> None:
         started = time.perf_counter()
@@ -150,7 +199,7 @@ class Attempt:
             return True
         common = min(run.filled for run in self._runs)
         own, looser = self.run.states[:common], self._looser.states[:common]
-        scales = np.maximum(self._found.scales, running_scales(self._problem, own)[-1])
+        scales = np.maximum(self._found.scales[-1], running_scales(self._problem, own)[-1])
         return bool((LOOSER_WEIGHT * np.abs(looser - own) < self._eps * scales).all())
 
     def _errors(self, first: int = 0) -> Array:
@@ -164,7 +213,7 @@ class Attempt:
         """Whether the newest errors are far beyond eps on any scale to be expected."""
         errors = self._errors(first)
         seen = np.abs(self.run.states[first : first + len(errors)]).max(axis=0, initial=0.0)
-        scales = np.maximum(self._found.scales, seen)
+        scales = np.maximum(self._found.scales[-1], seen)
         return bool((errors > 10 * self._eps * scales).any())
 
     def judge(self) -> Verdict:
@@ -182,13 +231,16 @@ class Attempt:
 
     @property
     def failure(self) -> Failure | None:
-        """Where the motion ends, if all runs agree that it does."""
-        failures = [run.failure for run in self._runs]
-        if any(failure is None for failure in failures):
-            return None
-        times = [failure.time for failure in failures if failure is not None]
+        """Where the motion ends, if all runs agree that it does.
+
+        Before a singularity steps may become so many that a run is given up
+        there; it agrees where it stands beside one that failed.
+        """
+        failure = next((run.failure for run in self._runs if run.failure is not None), None)
+        times = [run.t for run in self._runs]
+        ended = all(run.failure is not None or self._spent(run) for run in self._runs)
         same = max(times) - min(times) <= SAME_END * self._problem.span
-        return self.run.failure if same else None
+        return failure if ended and same else None
 
     @property
     def settled(self) -> bool:
@@ -199,26 +251,14 @@ class Attempt:
         return self.failure is not None and reached == min(run.filled for run in self._runs)
 
     @property
+    def loose_at_first(self) -> bool:
+        """Whether a smaller scale than the motion so far had bounds the absolute tolerance."""
+        return bool((self._found.scales[0] < self._smallest * self._found.scales[-1]).any())
+
+    @property
     def reduction(self) -> float:
         """By how much to tighten: the excess, as it would be at the end, and some margin."""
         judged = self.judge()
         reached = min(run.filled for run in self._runs) / len(self._problem.times)
         excess = judged.excess if np.isfinite(judged.excess) else 1e3
         return float(np.clip(10 * max(excess, 1.0) / reached**2, 30.0, 1e4))
-
-
-def _control(
-    problem: InitialValueProblem, found: Pilot, tolerance: float, longest: float = MAX_STEP
-) -> Control:
-    """Tolerances in the problem's own scales.
-
-    A component that sweeps over its own size is taken relatively, so that
-    motion of many sizes (a comet's) is resolved at each; an angle, or a
-    position far from the origin, relative to how far it moves.
-    """
-    n = len(problem.kinds)
-    sweeping = np.abs(problem.y0) <= found.scales
-    sweeping[:n] &= ~problem.angles
-    relative = np.where(sweeping, tolerance, 0.0)
-    absolute = tolerance * found.scales * np.where(sweeping, ABSOLUTE_PART, 1.0)
-    return Control(relative, absolute, found.first_step, longest * problem.span)

@@ -75,7 +75,7 @@ def _control(problem: InitialValueProblem, request: Request, found: Pilot | None
     if request.atol is not None:
         atol = np.full(n, request.atol)
     else:
-        scales: Array = found.scales if found else np.zeros(n)
+        scales: Array = found.scales[-1] if found else np.zeros(n)
         atol = ABSOLUTE_PART * rtol * scales
     return Control(
         rtol=np.full(n, rtol),

@@ -23,13 +23,13 @@ __all__ = ["disturb", "off_by_one_ulp"]
 UP = Number(1 + Fraction(1, 2**52))
 DOWN = Number(1 - Fraction(1, 2**53))
 
-#: Seed of the pattern; any other would do as well.
-SEED = 20
 
+def disturb(program: Program, pattern: int) -> Program:
+    """The program with every sum, product and call off by its rounding error.
 
-def disturb(program: Program) -> Program:
-    """The program with every sum, product and call off by its rounding error."""
-    chance = Random(SEED)
+    Each ``pattern``, a number, is another choice of up and down.
+    """
+    chance = Random(pattern)
     errors = iter(lambda: chance.choice((UP, DOWN)), None)
     return replace(
         program,
@@ -56,8 +56,8 @@ def _off(operand: Operand, errors: Iterator[Number]) -> Operand:
     return operand
 
 
-def off_by_one_ulp(values: Sequence[float] | Array) -> Array:
-    """Each value moved by one unit in the last place, up or down in a fixed pattern; 0 stays."""
+def off_by_one_ulp(values: Sequence[float] | Array, pattern: int) -> Array:
+    """Each value moved by one unit in the last place, up or down by ``pattern``; 0 stays."""
     given = np.asarray(values, dtype=float)
-    signs = np.random.default_rng(SEED).choice([-1.0, 1.0], size=given.shape)
+    signs = np.random.default_rng(pattern).choice([-1.0, 1.0], size=given.shape)
     return np.where(given == 0, 0.0, given + signs * np.spacing(np.abs(given)))

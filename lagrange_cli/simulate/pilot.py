@@ -10,16 +10,16 @@ from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales
 from lagrange_cli.simulate.run import Run
+from lagrange_cli.simulate.stiffness import probe
 from lagrange_cli.simulate.watch import Watch
 
-__all__ = ["COARSE", "MAX_STEP", "Pilot", "pilot"]
+__all__ = ["COARSE", "FIRST_STEP", "LEAST", "Pilot", "pilot"]
 
 #: Relative tolerance of the coarse run.
 COARSE = 1e-5
 
-#: No step is longer than this part of the span, so that a sharp event in a
-#: long quiet motion is not stepped over unseen.
-MAX_STEP = 1 / 128
+#: Least absolute tolerance: scales may underflow, tolerances must not.
+LEAST = 1e-290
 
 #: The first step as a part of the span; steps grow tenfold from there.
 FIRST_STEP = 1e-8
@@ -35,10 +35,10 @@ PROBE_AFTER = 20_000
 class Pilot:
     """What the coarse run found.
 
-    ``scales`` of q and q̇ over the samples it reached, shape (2n,); ``method``
-    for the runs to come, an explicit one or, where stiff, an implicit one;
-    ``first_step`` for them; ``noise``, the rounding error of a step beside
-    the scales: a tolerance below it would only chase rounding.
+    ``scales`` of q and q̇ so far at each sample it reached, shape (samples,
+    2n); ``method`` for the runs to come, an explicit one or, where stiff, an
+    implicit one; ``first_step`` for them; ``noise``, the rounding error of a
+    step beside the scales: a tolerance below it would only chase rounding.
     """
 
     scales: Array
@@ -46,28 +46,27 @@ class Pilot:
     method: type[Integrator]
     first_step: float
     evaluations: int
-    stiff: bool
+
+    @property
+    def stiff(self) -> bool:
+        return self.method.implicit
 
 
 def pilot(problem: InitialValueProblem, tolerance: float, watch: Watch) -> Pilot:
     """Run coarsely over the whole problem; ``tolerance`` is what the finer runs will use."""
     tracker = _Tracker(problem, watch)
     run = tracker.explicit
-    finished = tracker.go(run, PROBE_AFTER)
-    stiff = False
-    evaluations = run.evaluations
-    if not finished:
-        trial = tracker.implicit()
-        stiff = _cheaper(tracker, trial, run, tolerance)
-        evaluations += trial.evaluations
-        run = trial if stiff else run
-        before = run.evaluations
+    method, spent = run.method, 0
+    if not tracker.go(run, PROBE_AFTER):
+        probed = probe(problem, run.t, run.y, tolerance, tracker.seen(), watch)
+        spent = probed.evaluations
+        if probed.stiff:
+            method, spent = INTEGRATORS["Radau"], spent + run.evaluations
+            run = tracker.implicit()
         tracker.go(run, None)
-        evaluations += run.evaluations - before
-    method = INTEGRATORS["Radau" if stiff else "DOP853"]
     scales = tracker.scales(run)
-    noise = _noise(problem, run, scales)
-    return Pilot(scales, noise, method, tracker.first_step, evaluations, stiff)
+    noise = _noise(problem, run, scales[-1])
+    return Pilot(scales, noise, method, tracker.first_step, spent + run.evaluations)
 
 
 def _noise(problem: InitialValueProblem, run: Run, scales: Array) -> float:
@@ -77,23 +76,11 @@ def _noise(problem: InitialValueProblem, run: Run, scales: Array) -> float:
     h = (run.t - problem.start) / run.steps
     picked = range(0, run.filled, max(1, run.filled // NOISE_SAMPLES))
     moved = [
-        np.abs(problem.disturbed(t, y) - problem.rhs(t, y))
+        np.abs(problem.disturbed[0](t, y) - problem.rhs(t, y))
         for t, y in ((float(problem.times[k]), run.states[k]) for k in picked)
     ]
     noise = h * np.median(moved, axis=0) / scales
     return float(np.max(noise, initial=0.0, where=np.isfinite(noise)))
-
-
-def _cheaper(tracker: _Tracker, trial: Run, explicit: Run, tolerance: float) -> bool:
-    """Whether the implicit method covers the same time with fewer right-hand sides.
-
-    At a finer tolerance its steps shrink as tolerance^(1/5), while those of an
-    explicit method that stability limits stay as they are.
-    """
-    growth = max(1.0, COARSE / tolerance) ** (1 / INTEGRATORS["Radau"].order)
-    affordable = int(explicit.evaluations / growth)
-    tracker.go(trial, affordable, until=explicit.t)
-    return trial.failure is None and trial.t >= explicit.t
 
 
 class _Tracker:
@@ -108,19 +95,19 @@ class _Tracker:
         first = np.concatenate([np.abs(rest) * h + np.abs(push) * h**2, np.abs(push) * h])
         first = np.where(np.isfinite(first), first, 0.0)
         self._moved = np.stack([np.zeros_like(first), first])
-        self._atol = COARSE * self._seen()
+        self._atol = np.maximum(COARSE * self.seen(), LEAST)
         control = Control(
             # Positions count from the start: an offset of the origin is no scale.
             rtol=np.repeat([0.0, COARSE], n),
             atol=self._atol,
             first_step=h,
-            max_step=MAX_STEP * span,
+            max_step=problem.longest_step,
         )
         self._control = control
         self.first_step = h
         self.explicit = Run(INTEGRATORS["DOP853"], problem, control)
 
-    def _seen(self) -> Array:
+    def seen(self) -> Array:
         """Scales of the motion so far."""
         n = len(self._problem.kinds)
         states = self._moved.copy()
@@ -130,16 +117,16 @@ class _Tracker:
     def implicit(self) -> Run:
         control = Control(
             rtol=self._control.rtol,
-            atol=COARSE * self._seen(),
+            atol=COARSE * self.seen(),
             first_step=self._control.first_step,
             max_step=self._control.max_step,
         )
         return Run(INTEGRATORS["Radau"], self._problem, control)
 
-    def go(self, run: Run, evaluations: int | None, until: float = np.inf) -> bool:
+    def go(self, run: Run, evaluations: int | None) -> bool:
         """Step until complete or failed (True), or until a limit is reached (False)."""
         problem, steps = self._problem, 0
-        while run.t < until and (evaluations is None or run.evaluations < evaluations):
+        while evaluations is None or run.evaluations < evaluations:
             before = run.t
             if not run.step():
                 return True
@@ -150,11 +137,11 @@ class _Tracker:
             moved = np.abs(run.y - problem.y0)
             moved[len(problem.kinds) :] = np.abs(run.y[len(problem.kinds) :])
             self._moved[1] = np.maximum(self._moved[1], moved)
-            self._atol[:] = COARSE * self._seen()
+            self._atol[:] = np.maximum(COARSE * self.seen(), LEAST)
         return False
 
     def scales(self, run: Run) -> Array:
-        """The scales over the samples, or of the motion where no sample was reached."""
+        """The scales so far at each sample, or of the motion where no sample was reached."""
         if run.filled < 2:
-            return self._seen()
-        return np.asarray(running_scales(self._problem, run.states)[-1])
+            return self.seen()[None, :]
+        return running_scales(self._problem, run.states)[1:]

@@ -14,22 +14,27 @@ __all__ = ["InitialValueProblem", "running_scales", "spacing"]
 #: measured by the larger one.
 SMALL_BESIDE_OTHERS = 1e-3
 
+#: Longest step as a part of the span, and where something depends on time (a pulse).
+LONGEST_STEP, LONGEST_STEP_DRIVEN = 1 / 128, 1 / 512
+
 
 @dataclass(frozen=True)
 class InitialValueProblem:
     """y' = rhs(t, y), y = [q, q̇], wanted at ``times`` (ascending, the first is the start).
 
     ``kinds`` has one entry a coordinate: ``angle``, or a word that coordinates
-    of the same dimension share. ``disturbed`` is the same problem with every
-    given number and every evaluation moved by its rounding error, ``y0`` by
-    one unit in the last place; what it changes is what rounding may change.
+    of the same dimension share. ``disturbed`` holds two more right-hand sides in
+    which every given number and every operation is off by its rounding error,
+    each in its own way: what they change is what rounding may change.
+    ``autonomous``: rhs does not depend on t.
     """
 
     rhs: Rhs
     y0: Array
     times: Array
     kinds: tuple[str, ...]
-    disturbed: Rhs | None = None
+    disturbed: tuple[Rhs, Rhs] | None = None
+    autonomous: bool = True
 
     @property
     def start(self) -> float:
@@ -44,14 +49,19 @@ class InitialValueProblem:
         return self.until - self.start
 
     @property
+    def longest_step(self) -> float:
+        """No step is longer, so that what is sharp in a long quiet motion is not passed unseen."""
+        return self.span * (LONGEST_STEP if self.autonomous else LONGEST_STEP_DRIVEN)
+
+    @property
     def angles(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
         """Which coordinates are angles, shape (n,)."""
         return np.array([kind == "angle" for kind in self.kinds])
 
 
 def spacing(values: Array) -> Array:
-    """One unit in the last place of |values|."""
-    return np.asarray(np.spacing(np.abs(values)))
+    """One unit in the last place of |values|, 0 for 0."""
+    return np.where(values == 0, 0.0, np.spacing(np.abs(values)))
 
 
 def running_scales(problem: InitialValueProblem, states: Array) -> Array:

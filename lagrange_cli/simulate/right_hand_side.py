@@ -20,14 +20,14 @@ __all__ = ["RightHandSide", "compile_right_hand_side"]
 class RightHandSide:
     """Functions of t and y = [q, q̇], parameters bound.
 
-    ``rhs`` gives [q̇, q̈], shape (2n,); ``disturbed`` the same with parameters
-    and operations off by their rounding error; ``energy`` Σ q̇ ∂L/∂q̇ − L;
+    ``rhs`` gives [q̇, q̈], shape (2n,); ``disturbed`` two more of the same, with
+    parameters and operations off by their rounding error; ``energy`` Σ q̇ ∂L/∂q̇ − L;
     ``positions`` and ``velocities`` the scene's Cartesian names. NaN stands
     for what does not exist.
     """
 
     rhs: Rhs
-    disturbed: Rhs
+    disturbed: tuple[Rhs, Rhs]
     energy: Callable[[float, Array], float]
     positions: Rhs
     velocities: Rhs
@@ -42,14 +42,18 @@ def compile_right_hand_side(equations: Equations) -> RightHandSide:
     values = [parameter.value for parameter in equations.parameters]
     given = [0.0 if value is None else float(value) for value in values]
     functions = _executed(right_hand_side_source(equations))
-    disturbed = _executed(right_hand_side_source(equations, ("rhs",), disturb))
     return RightHandSide(
         rhs=_bound(functions["rhs"], given),
-        disturbed=_bound(disturbed["rhs"], off_by_one_ulp(given).tolist()),
+        disturbed=(_disturbed(equations, given, 1), _disturbed(equations, given, 2)),
         energy=_bound(functions["energy"], given),
         positions=_bound(functions["positions"], given),
         velocities=_bound(functions["velocities"], given),
     )
+
+
+def _disturbed(equations: Equations, given: list[float], pattern: int) -> Rhs:
+    source = right_hand_side_source(equations, ("rhs",), lambda p: disturb(p, pattern))
+    return _bound(_executed(source)["rhs"], off_by_one_ulp(given, pattern).tolist())
 
 
 def _executed(source: str) -> dict[str, Any]:

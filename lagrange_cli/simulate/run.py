@@ -77,7 +77,7 @@ class Run:
             return False
         self.steps += 1
         self._take_samples()
-        return True
+        return self.failure is None
 
     def _take_samples(self) -> None:
         integrator = self._integrator
@@ -89,7 +89,11 @@ class Run:
             self._states[reached - 1] = integrator.y
             times = times[:-1]
         if len(times):
-            self._states[self.filled : self.filled + len(times)] = integrator.interpolate(times)
+            states = integrator.interpolate(times)
+            if not np.isfinite(states).all():
+                self.failure = Failure(float(times[0]), "the state is no longer finite")
+                return
+            self._states[self.filled : self.filled + len(times)] = states
         self.filled = reached
 
     def advance(self, samples: int) -> None:

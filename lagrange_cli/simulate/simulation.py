@@ -90,7 +90,12 @@ def _problem(
 ) -> InitialValueProblem:
     kinds = ["angle" if c.is_angle else c.unit or "length" for c in equations.coordinates]
     return InitialValueProblem(
-        compiled.rhs, request.initial, request.times, tuple(kinds), compiled.disturbed
+        compiled.rhs,
+        request.initial,
+        request.times,
+        tuple(kinds),
+        compiled.disturbed,
+        equations.facts.autonomous,
     )
 
 
