@@ -8,7 +8,8 @@ that what recurs stays recognizable.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import sympy as sp
 
@@ -22,13 +23,34 @@ _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 _TERM_BUDGET = 200
 
 
+#: Slopes of functions of one argument.
+_SLOPES: dict[Any, Callable[[sp.Expr], sp.Expr]] = {
+    sp.sin: sp.cos,
+    sp.cos: lambda x: -sp.sin(x),
+    sp.tan: lambda x: 1 + sp.tan(x) ** 2,
+    sp.asin: lambda x: 1 / sp.sqrt(1 - x**2),
+    sp.acos: lambda x: -1 / sp.sqrt(1 - x**2),
+    sp.atan: lambda x: 1 / (1 + x**2),
+    sp.sinh: sp.cosh,
+    sp.cosh: sp.sinh,
+    sp.tanh: lambda x: 1 - sp.tanh(x) ** 2,
+    sp.asinh: lambda x: 1 / sp.sqrt(1 + x**2),
+    sp.acosh: lambda x: 1 / sp.sqrt(x**2 - 1),
+    sp.atanh: lambda x: 1 / (1 - x**2),
+    sp.exp: sp.exp,
+    sp.log: lambda x: 1 / x,
+    sp.Abs: sp.sign,
+    sp.sign: lambda x: _ZERO,
+}
+
+
 def derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
     """∂expr/∂symbol in functions that the scene language has.
 
-    Sums, products, powers, sines and cosines are differentiated here, factor by
-    factor, since SymPy's general rule costs tenfold. The step of min and max is
-    written with ``sign``; impulses, which live on a set of measure zero, are left
-    out.
+    The rules are written down here since SymPy's general ones cost tenfold and
+    bring in functions of their own. The step of min and max is written with
+    ``sign``; the impulses of a second derivative, which live on a set of measure
+    zero, are left out.
     """
     if symbol not in expr.free_symbols:
         return _ZERO
@@ -38,12 +60,10 @@ def derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
         return sp.Add(*(derivative(a, symbol) for a in expr.args))
     if expr.is_Mul:
         return _product_rule(expr.args, symbol)
-    if expr.func is sp.sin:
-        return sp.cos(expr.args[0]) * derivative(expr.args[0], symbol)
-    if expr.func is sp.cos:
-        return -sp.sin(expr.args[0]) * derivative(expr.args[0], symbol)
     if expr.is_Pow and symbol not in expr.exp.free_symbols:
         return expr.exp * expr.base ** (expr.exp - 1) * derivative(expr.base, symbol)
+    if expr.func in _SLOPES:
+        return _SLOPES[expr.func](expr.args[0]) * derivative(expr.args[0], symbol)
     return _general_derivative(expr, symbol)
 
 
@@ -57,14 +77,25 @@ def _product_rule(factors: Sequence[sp.Expr], symbol: sp.Symbol) -> sp.Expr:
 
 
 def _general_derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-    found = expr.diff(symbol)
-    if found.has(sp.Heaviside):
-        found = found.replace(
-            lambda e: isinstance(e, sp.Heaviside), lambda e: (1 + sp.sign(e.args[0])) / 2
-        )
-    if found.has(sp.DiracDelta):
-        found = found.replace(lambda e: isinstance(e, sp.DiracDelta), lambda e: _ZERO)
-    return found
+    """min, max, atan2 and powers with the symbol in the exponent."""
+    arguments = expr.args
+    if expr.func in (sp.Min, sp.Max):
+        # max(a, rest) = (a + rest + |a − rest|)/2
+        first, rest = arguments[0], expr.func(*arguments[1:])
+        side = sp.sign(first - rest) * (1 if expr.func is sp.Max else -1)
+        slopes = derivative(first, symbol), derivative(rest, symbol)
+        return (slopes[0] * (1 + side) + slopes[1] * (1 - side)) / 2
+    if expr.func is sp.atan2:
+        y, x = arguments
+        area = x * derivative(y, symbol) - y * derivative(x, symbol)
+        return area / (x**2 + y**2)
+    base, exponent = expr.as_base_exp()
+    grown = (
+        derivative(exponent, symbol) * sp.log(base)
+        if base != sp.E
+        else derivative(exponent, symbol)
+    )
+    return expr * (grown + exponent * derivative(base, symbol) / base)
 
 
 class Kinematics:

@@ -8,13 +8,17 @@ At random feasible states, in high precision, the residual M q̈ − f is compar
 * with d/dt ∂L/∂q̇ − ∂L/∂q − Q, evaluated from the Lagrangian that is shown, by
   a backward sweep over series.
 
+T, V, velocities and generalized forces, as reported, are compared with the
+scene's as well, since equations alone do not tell an energy from one that
+differs by a total derivative.
+
 No derivative taken symbolically enters either. The same evaluations tell which
 coordinates are cyclic and whether the energy function is conserved.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import mpmath
@@ -22,10 +26,11 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
-from lagrange_cli.mechanics.derivation import Derivation, raw_terms
+from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import Certificate, ShownEquation
 from lagrange_cli.mechanics.sampling import double, working_digits
 from lagrange_cli.mechanics.tape import DomainError, Series, Tape
+from lagrange_cli.mechanics.tapes import Observation, Point, Tapes
 
 __all__ = ["Evidence", "certify", "certify_shown"]
 
@@ -36,10 +41,15 @@ _ONE: Series = (mpf(1), _ZERO, _ZERO)
 #: Draws, each closer to the initial configuration, before the scene is called singular there.
 _DRAWS = 60
 
+#: Below this part of L a number is looked at again with more digits.
+_SMALL = mpf(10) ** -8
+_MORE_DIGITS = 30
+
+#: States at which what is reported is compared with what is declared.
+_THOROUGH = 2
+
 #: Above this number of coordinates one state is checked.
 _LARGE = 64
-
-Point = Mapping[sp.Symbol, mpf]
 
 
 @dataclass(frozen=True)
@@ -72,131 +82,6 @@ class Evidence:
     mass_matrices: tuple[list[list[float]], ...]
     states: tuple[Point, ...]
     residuals: tuple[tuple[mpf, mpf], ...]
-
-
-class _Checker:
-    """The tapes of one derivation."""
-
-    def __init__(self, derivation: Derivation) -> None:
-        reduced = derivation.reduced
-        self.reduced = reduced
-        self.t = reduced.names.t
-        self.q = [c.q for c in reduced.coordinates]
-        self.v = [c.v for c in reduced.coordinates]
-        self.a = [c.a for c in reduced.coordinates]
-        self.n = len(self.q)
-        self.parameters = list(reduced.names.parameters.values())
-        self.still = [self.t, *self.q, *self.parameters]
-        self.moving = [self.t, *self.q, *self.v, *self.parameters]
-        self.upper = [(j, k) for j in range(self.n) for k in range(j, self.n)]
-        if any(derivation.mass[j][k] != derivation.mass[k][j] for j, k in self.upper):
-            raise InternalError(Problem("the derived mass matrix is not symmetric"))
-        masses = [sp.Add(*derivation.mass[j][k]) for j, k in self.upper]
-        forcing = [sp.Add(*f) for f in derivation.forcing]
-        self.derived = Tape([*masses, *forcing], self.moving)
-        at_rest = derivation.potential.xreplace(dict.fromkeys(self.v, sp.Integer(0)))
-        lagrangian = derivation.lagrangian
-        self.l_terms = len(sp.Add.make_args(lagrangian))
-        self.lagrangian = Tape(
-            [lagrangian, derivation.kinetic, at_rest, *sp.Add.make_args(lagrangian)], self.moving
-        )
-        self._newton_tapes(derivation)
-
-    def _newton_tapes(self, derivation: Derivation) -> None:
-        reduced = self.reduced
-        self.symbols = list(reduced.resolved)
-        number = {s: k for k, s in enumerate(self.symbols)}
-        self.components = [number[s] for body in reduced.names.particle_symbols for s in body]
-        self.positions = Tape([reduced.resolved[s] for s in self.symbols], self.still)
-        self.masses = Tape([m for m in reduced.masses for _ in range(3)], self.parameters)
-        terms = raw_terms(reduced)
-        self.raw = [*self.symbols, *(q for q in self.q if q not in number)]
-        self.potential = Tape([sp.Add(*terms.positional)], [*self.raw, self.t, *self.parameters])
-        self.extra = Tape([derivation.extra], self.moving)
-        self.dissipation = Tape([derivation.dissipation], self.moving)
-        self.forces = derivation.forces
-        self.dissipates = derivation.dissipation != 0
-        self.force_values = Tape([c for f in self.forces for c in f.components], self.moving)
-        bodies = {
-            body.name: [number[s] for s in symbols]
-            for body, symbols in zip(reduced.names.bodies, reduced.names.body_symbols, strict=True)
-        }
-        self.targets = [
-            bodies[f.on] if len(f.components) == 3 else [-1 - self._row(f.on)] for f in self.forces
-        ]
-
-    def _row(self, name: str) -> int:
-        return [c.name for c in self.reduced.coordinates].index(name)
-
-    # Evaluations at one state (q, v, a, t, parameters).
-
-    def derived_parts(self, point: Point) -> tuple[list[list[mpf]], list[mpf]]:
-        """M and f at a state."""
-        values = self.derived.run([(point[s], _ZERO, _ZERO) for s in self.moving], 0).values
-        mass = [[_ZERO] * self.n for _ in range(self.n)]
-        for (j, k), value in zip(self.upper, values, strict=False):
-            mass[j][k] = mass[k][j] = value
-        return mass, values[len(self.upper) :]
-
-    def series(self, point: Point) -> dict[sp.Symbol, Series]:
-        """t, q, v and parameters along the motion with the state's accelerations."""
-        series: dict[sp.Symbol, Series] = {self.t: (point[self.t], mpf(1), _ZERO)}
-        for q, v, a in zip(self.q, self.v, self.a, strict=True):
-            series[q] = (point[q], point[v], point[a])
-            series[v] = (point[v], point[a], _ZERO)
-        for p in self.parameters:
-            series[p] = (point[p], _ZERO, _ZERO)
-        return series
-
-    def generalized_forces(self, point: Point, series: Mapping[sp.Symbol, Series]) -> list[mpf]:
-        """Q from forces and dissipation by virtual work."""
-        if not self.forces and not self.dissipates:
-            return [_ZERO] * self.n
-        values = self.force_values.run([series[s] for s in self.moving], 0).values
-        pending = iter(values)
-        seeds: dict[int, mpf] = {}
-        q_force = [_ZERO] * self.n
-        for targets in self.targets:
-            for target in targets:
-                value = next(pending)
-                if target < 0:
-                    q_force[-1 - target] += value
-                else:
-                    seeds[target] = seeds.get(target, _ZERO) + value
-        run = self.positions.run([series[s] for s in self.still], 0)
-        work = run.gradient({k: (x, _ZERO, _ZERO) for k, x in seeds.items()})
-        drag = self.dissipation.run([series[s] for s in self.moving], 0).gradient({0: _ONE})
-        for j in range(self.n):
-            q_force[j] += work[1 + j][0] - drag[1 + self.n + j][0]
-        return q_force
-
-    def newton(self, series: Mapping[sp.Symbol, Series], forces: Sequence[mpf]) -> list[mpf]:
-        """Σ (m r̈ − F)·∂r/∂q for each coordinate, T_extra − U by its Euler–Lagrange expression."""
-        run = self.positions.run([series[s] for s in self.still], 2)
-        outputs = run.outputs
-        masses = self.masses.run([series[s] for s in self.parameters], 0).values
-        seeds: dict[int, mpf] = {}
-        for mass, k in zip(masses, self.components, strict=True):
-            seeds[k] = seeds.get(k, _ZERO) + mass * outputs[k][2]
-        place = dict(zip(self.symbols, outputs, strict=True))
-        inputs = [place.get(s, series.get(s, _ONE)) for s in self.raw]
-        slope = self.potential.run(
-            [*inputs, series[self.t], *(series[p] for p in self.parameters)], 0
-        ).gradient({0: _ONE})
-        direct = [_ZERO] * self.n
-        for k, s in enumerate(self.raw):
-            if k < len(self.symbols):
-                seeds[k] = seeds.get(k, _ZERO) + slope[k][0]
-            else:
-                direct[self.q.index(s)] += slope[k][0]
-        work = run.gradient({k: (x, _ZERO, _ZERO) for k, x in seeds.items()})
-        extra = self._euler_lagrange(self.extra, series)
-        return [work[1 + j][0] + direct[j] + extra[j] - forces[j] for j in range(self.n)]
-
-    def _euler_lagrange(self, tape: Tape, series: Mapping[sp.Symbol, Series]) -> list[mpf]:
-        """d/dt ∂L/∂q̇ − ∂L/∂q of the tape's first output."""
-        gradient = tape.run([series[s] for s in self.moving], 1).gradient({0: _ONE})
-        return [gradient[1 + self.n + j][1] - gradient[1 + j][0] for j in range(self.n)]
 
 
 @dataclass
@@ -233,13 +118,14 @@ def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
         points = 1
     with mpmath.workdps(working_digits(digits)):
         try:
-            checker = _Checker(derivation)
+            tapes = Tapes(derivation)
         except DomainError as error:
             raise _nowhere(derivation) from error
-        states, seen = [], []
+        states: list[Point] = []
+        seen: list[_State] = []
         for point in _points(derivation, points):
             try:
-                seen.append(_look(checker, point, digits))
+                seen.append(_look(tapes, point, thorough=len(seen) < _THOROUGH))
                 states.append(point)
             except (DomainError, ZeroDivisionError, OverflowError):
                 continue
@@ -321,39 +207,47 @@ def _points(derivation: Derivation, points: int) -> Iterable[dict[sp.Symbol, mpf
         yield point
 
 
-def _look(checker: _Checker, point: Point, digits: int) -> _State:
-    series = checker.series(point)
-    mass, forcing = checker.derived_parts(point)
-    forces = checker.generalized_forces(point, series)
-    newton = checker.newton(series, forces)
-    run = checker.lagrangian.run([series[s] for s in checker.moving], 1)
-    gradient = run.gradient({0: _ONE})
-    n = checker.n
-    momenta, slopes = gradient[1 + n : 1 + 2 * n], gradient[1 : 1 + n]
+def _look(tapes: Tapes, point: Point, thorough: bool) -> _State:
+    """Everything that one state shows; what is reported is compared where ``thorough``."""
+    n = tapes.n
+    mass, forcing = tapes.derived_parts(point)
+    seen = tapes.observe(point)
+    newton = tapes.newton(seen.series, seen.forces)
+    momenta, slopes = tapes.momenta(seen), tapes.slopes(seen)
     mismatch = _ZERO
     residuals = []
     for j in range(n):
-        inertia = [mass[j][k] * point[checker.a[k]] for k in range(n)]
+        inertia = [mass[j][k] * point[tapes.a[k]] for k in range(n)]
         ours = sum(inertia, -forcing[j])
-        lagrange = momenta[j][1] - slopes[j][0] - forces[j]
+        lagrange = momenta[j][1] - slopes[j][0] - seen.forces[j]
         scale = sum((abs(x) for x in inertia), abs(forcing[j])) + abs(momenta[j][1])
         residuals.append((ours, scale))
         difference = max(abs(ours - newton[j]), abs(ours - lagrange))
         mismatch = max(mismatch, difference / scale if scale else difference)
-    tiny = mpf(10) ** (5 - digits)
-    values = run.values
-    size = sum((abs(x) for x in values[3:]), _ZERO)
-    spread = [max(abs(point[q]), abs(point[v])) for q, v in zip(checker.q, checker.v, strict=True)]
-    power = [f * point[v] for f, v in zip(forces, checker.v, strict=True)]
-    loss = sum(power, -gradient[0][0])
-    flow = sum((abs(p) for p in power), abs(gradient[0][0]))
-    energy = sum((m[0] * point[v] for m, v in zip(momenta, checker.v, strict=True)), -values[0])
+    for reported, declared, scale in tapes.reports(seen) if thorough else ():
+        mismatch = max(mismatch, abs(reported - declared) / scale if scale else _ZERO)
+    vanishes = _vanishing(tapes, seen)
     return _State(
         mismatch,
         [[double(x) for x in row] for row in mass],
-        [abs(s[0]) * d <= tiny * size for s, d in zip(slopes, spread, strict=True)],
-        [f != 0 for f in forces],
-        bool(abs(loss) <= tiny * flow) or bool(flow <= tiny * size and not any(forces)),
-        bool(abs(energy - values[1] - values[2]) <= tiny * size),
+        vanishes[:n],
+        [not zero for zero in vanishes[n : 2 * n]],
+        vanishes[2 * n],
+        vanishes[2 * n + 1],
         residuals,
     )
+
+
+def _vanishing(tapes: Tapes, seen: Observation) -> list[bool]:
+    """Which of the delicate numbers are zero.
+
+    A number that is small beside L may be a weak force. With more digits the
+    rounding error of a zero shrinks, and a small number stays.
+    """
+    first = tapes.delicate(seen)
+    size = sum((abs(x) for x in seen.values[3:]), _ZERO)
+    if not any(x and abs(x) < _SMALL * size for x in first):
+        return [x == 0 for x in first]
+    with mpmath.workdps(mpmath.mp.dps + _MORE_DIGITS):
+        second = tapes.delicate(tapes.observe(seen.point))
+    return [x == 0 or abs(y) <= mpf(10) ** -15 * abs(x) for x, y in zip(first, second, strict=True)]

@@ -302,7 +302,8 @@ class _Builder:
     ) -> sp.Expr:
         """T = Σ ½ m ṙ², each particle's square collected, or ½ Σ M q̇ q̇ where that is shorter."""
         names = self.reduced.names
-        scleronomic = not any(self.t in velocity[s].free_symbols for s in velocity)
+        resolved = self.reduced.resolved
+        scleronomic = not any(self.t in resolved[s].free_symbols for s in velocity)
         particles = None
         squares = [sp.Add(*(velocity[s] ** 2 for s in body)) for body in names.particle_symbols]
         expanded = [expand_terms(e, _TERM_BUDGET) for e in squares]

@@ -38,6 +38,7 @@ Mpfs = tuple[Number, Number, Number]
 
 _MPF_ZERO = mpf(0)
 _ZERO = Decimal(0)
+_NAN = Decimal("NaN")
 _FLAT: Triple = (_ZERO, _ZERO, _ZERO)
 
 
@@ -83,9 +84,11 @@ def inward(x: Number) -> Decimal:
 
 
 def outward(x: Decimal) -> Number:
-    """A decimal as an mpf."""
+    """A decimal as an mpf; DomainError for one that is not a number."""
     if not x:
         return _MPF_ZERO
+    if not x.is_finite():
+        raise DomainError
     digits = mpmath.mp.dps + 5
     exponent = x.adjusted() - digits
     mantissa = int(x.scaleb(-exponent, context=context(digits + 5)))
@@ -99,9 +102,7 @@ def _real(x: Number) -> Number:
 
 
 def _reciprocal(x: Number) -> Number:
-    if x == 0:
-        raise DomainError
-    return 1 / x
+    return 1 / x if x else mpmath.nan  # an infinite slope at a finite value
 
 
 @lru_cache(maxsize=4096)
@@ -177,7 +178,9 @@ def _exp(x: Number) -> Mpfs:
 
 
 def _log(x: Number) -> Mpfs:
-    r = _reciprocal(x)
+    if not x:
+        raise DomainError
+    r = 1 / x
     return mpmath.log(x), r, -r * r
 
 
@@ -203,14 +206,14 @@ def integer_power(x: Decimal, n: int) -> Triple:
 
 
 def root(x: Decimal, exponent: sp.Rational) -> Triple:
-    """x**(p/q), with both derivatives; x must be positive, or zero where that is smooth."""
+    """x**(p/q), with both derivatives; x must not be negative."""
     if x < 0:
         raise DomainError
     n = Decimal(int(exponent.p)) / Decimal(int(exponent.q))
     if not x:
-        if n < 2:
+        if n < 0:
             raise DomainError
-        return _FLAT
+        return _ZERO, _ZERO if n > 1 else _NAN, _ZERO if n > 2 else _NAN
     if exponent.q == 2:
         y = x.sqrt() ** int(exponent.p)
     else:
@@ -230,10 +233,15 @@ def constant(expr: sp.Expr, digits: int) -> Decimal:
     return inward(mpf(expr.evalf(digits + 5)))
 
 
+def _slope(x: Number) -> Decimal:
+    """A derivative; where it is infinite, a NaN that every use of it passes on."""
+    return inward(x) if mpmath.isfinite(x) else _NAN
+
+
 def _through_mpf(function: Callable[[Number], Mpfs]) -> Callable[[Decimal], Triple]:
     def convert(x: Decimal) -> Triple:
         value, first, second = function(outward(x))
-        return inward(value), inward(first), inward(second)
+        return inward(value), _slope(first), _slope(second)
 
     return convert
 

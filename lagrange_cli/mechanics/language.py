@@ -115,9 +115,15 @@ class _Conversion:
             case Mul():
                 return sp.Mul(*(self.factor(op, factor) for op, factor in node.factors))
             case Pow():
-                return self.power(node)
+                return self.real(node, self.power(node))
             case Call():
-                return self.call(node)
+                return self.real(node, self.call(node))
+
+    def real(self, node: Node, value: sp.Expr) -> sp.Expr:
+        """A part that is imaginary is refused even where the whole would be real again."""
+        if value.is_real is False or value.has(sp.I):
+            raise self.refuse(node, "this is not a real number", "not-real")
+        return value
 
     def name(self, node: Name) -> sp.Expr:
         if node.name == "pi":

@@ -151,6 +151,8 @@ class Run:
         forward, nodes = self._forward, self.nodes
         for i, (operation, a, b) in enumerate(tape.operations):
             nodes.append(forward(i, operation, a, b))
+        if order and not all(x.is_finite() for k in tape.outputs for x in nodes[k]):
+            raise DomainError
 
     @property
     def outputs(self) -> list[Series]:
