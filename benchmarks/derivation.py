@@ -280,7 +280,7 @@ def table(rows: list[dict[str, Any]], names: list[str]) -> str:
     lines = ["| n | " + " | ".join(names) + " | ratio, certified | ratio, not certified |"]
     lines.append("|---" * (len(names) + 3) + "|")
     for n in sorted({r["n"] for r in rows}):
-        cells = [f"{of[n, name]:.3f}" if (n, name) in of else "–" for name in names]
+        cells = [f"{of[n, name]:.3g}" if (n, name) in of else "–" for name in names]
         reference = of.get((n, sympys))
         ratios = [f"{reference / of[n, o]:.0f}" if reference else "–" for o in (ours, bare)]
         lines.append(f"| {n} | " + " | ".join(cells + ratios) + " |")

@@ -1,0 +1,24 @@
+"""The benchmarks run, and what they time is right."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
+
+
+def test_derivation_compares_every_method_with_the_closed_form(tmp_path: Path) -> None:
+    output = tmp_path / "derivation.json"
+    sizes = ["--sizes", "2", "3", "--largest-sympy", "2", "--repetitions", "1"]
+    command = [sys.executable, str(BENCHMARKS / "derivation.py"), *sizes, "--json", str(output)]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert run.returncode == 0, run.stderr
+    rows = json.loads(output.read_text())["rows"]
+    taking_part = {(row["n"], row["method"]) for row in rows}
+    assert {(2, "SymPy LagrangesMethod"), (3, "lagrange, certified")} <= taking_part
+    assert (3, "SymPy LagrangesMethod") not in taking_part
+    assert all(row["mismatch"] < 1e-12 for row in rows)
+    assert run.stdout.count("\n| 2 |") == 1
