@@ -70,7 +70,7 @@ def _explain(error: Exception, session: Session) -> int:
         for problem in error.problems:
             report_error(problem)
         if isinstance(error, InternalError):
-            report_error(Problem(f"internal error; {REPORT}"))
+            report_error(Problem("internal error", hint=REPORT))
         return error.exit_code
     kind = type(error).__name__
     report_error(Problem(f"internal error: {kind}: {error}", hint=REPORT))
