@@ -92,13 +92,52 @@ def balance(geometry: Geometry, sampler: Sampler) -> tuple[Account, list[Problem
     leftovers = [_leftover(k, sides, points) for k, sides in found.pending.items()]
     for leftover in leftovers:
         _require_identity(geometry, leftover)
+    _require_solutions(geometry, points)
     _require_independent(geometry, points)
     dependent: dict[int, tuple[int, ...]] = {}
     if leftovers:
-        phis = [s.phi for s in found.stated]
+        phis = [_on_points(names, s.phi) for s in found.stated]
         dependent = dependent_gradients(phis, geometry.resolved, geometry.coordinates, points)
-    satisfied = {x.number for x in leftovers} - dependent.keys()
+    satisfied = _satisfied({x.number for x in leftovers}, dependent)
     return _account(geometry, satisfied, dependent), _warnings(geometry, dependent)
+
+
+def _on_points(names: Names, phi: sp.Expr) -> sp.Expr:
+    """φ with the components of massless points as the scene gives them: they do not move freely."""
+    given = {s: names.given[s] for body in names.point_symbols for s in body if s in names.given}
+    while present := {s: given[s] for s in phi.free_symbols if s in given}:
+        phi = phi.xreplace(present)
+    return phi
+
+
+def _satisfied(leftovers: set[int], dependent: Mapping[int, tuple[int, ...]]) -> set[int]:
+    """Left-over equations that definitions fulfil.
+
+    An equation that depends on earlier ones may have been used up in the place of
+    one of them; that one is independent then.
+    """
+    satisfied = leftovers - dependent.keys()
+    for number, by in dependent.items():
+        displaced = sorted(satisfied & set(by))
+        if number not in leftovers and displaced:
+            satisfied.discard(displaced[-1])
+    return satisfied
+
+
+def _require_solutions(geometry: Geometry, points: Sequence[Point]) -> None:
+    """Refuse solutions that do not solve their equation (an inverse function's other branch)."""
+    found = geometry.found
+    for number in sorted(set(found.by.values())):
+        stated = found.stated[number]
+        left, right = (
+            e.xreplace({s: geometry.resolved[s] for s in e.free_symbols & geometry.resolved.keys()})
+            for e in (stated.left, stated.right)
+        )
+        if left == right:
+            continue
+        checked = _leftover(number, (left, right), points)
+        if not checked.identity:
+            raise refusals.no_solution(stated)
 
 
 def _account(
@@ -131,14 +170,15 @@ def _leftover(number: int, sides: tuple[sp.Expr, sp.Expr], points: Sequence[Poin
     if phi == 0:
         return _Leftover(number, phi, identity=True, constant=True)
     terms = [*sp.Add.make_args(left), *sp.Add.make_args(right)]
-    relative = []
+    totals, sizes = [], []
     for point in points:
         *parts, total = values([*terms, phi], point)
         scale = sum((abs(x) for x in parts), mpf(0))
-        relative.append(total / scale if scale else total)
-    identity = all(abs(x) <= TOLERANCE for x in relative)
-    spread = max(relative) - min(relative)
-    return _Leftover(number, phi, identity, constant=bool(spread <= TOLERANCE))
+        totals.append(total)
+        sizes.append(scale)
+    identity = all(abs(x) <= TOLERANCE * size for x, size in zip(totals, sizes, strict=True))
+    spread, size = max(totals) - min(totals), max(sizes)
+    return _Leftover(number, phi, identity, constant=bool(spread <= TOLERANCE * size))
 
 
 def _require_identity(geometry: Geometry, leftover: _Leftover) -> None:

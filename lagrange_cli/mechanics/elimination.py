@@ -15,11 +15,14 @@ import mpmath
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.solving import linear_parts, solutions
+from lagrange_cli.mechanics.solving import factor_branches, linear_parts, solutions
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.scene.expression import Equation
 
 __all__ = ["Elimination", "Stated", "eliminate"]
+
+#: What counts as zero at the reference configuration.
+_VANISHES = mpmath.mpf(10) ** -9
 
 
 @dataclass(frozen=True)
@@ -152,29 +155,55 @@ class Elimination:
     def _linear_if(
         self, number: int, admits: Callable[[sp.Expr], bool]
     ) -> tuple[sp.Symbol, sp.Expr] | None:
-        left, right = self.pending[number]
         found = []
         for unknown in self._open_in(number):
-            parts = linear_parts(left - right, unknown)
+            parts = linear_parts(self._phi(number), unknown)
             if parts is not None and admits(parts[0]):
-                found.append((parts[0], unknown, -parts[1] / parts[0]))
+                found.append((parts[0], unknown, parts[1]))
         if not found:
             return None
-        pivot = self._best([a for a, _, _ in found])
-        return found[pivot][1], found[pivot][2]
+        pivot, unknown, rest = found[self._best([a for a, _, _ in found])]
+        if not pivot.free_symbols <= self.constants and self._choose_factor(number):
+            return self._linear_if(number, admits)
+        return unknown, -rest / pivot
+
+    def _phi(self, number: int) -> sp.Expr:
+        left, right = self.pending[number]
+        return left - right
+
+    def _choose_factor(self, number: int) -> bool:
+        """Put the factor that vanishes at the reference in place of a product that must.
+
+        False where φ is no product; an error where nothing chooses.
+        """
+        factors = factor_branches(self._phi(number), self.constants)
+        if len(factors) < 2:
+            return False
+        sizes = self._at_reference(factors)
+        vanish = [k for k, x in enumerate(sizes) if x is not None and abs(x) <= _VANISHES]
+        if None in sizes or len(vanish) != 1:
+            named = self.stated[number].constraint
+            listed = ", ".join(f"{_written(f)} = 0" for f in factors)
+            raise self._ambiguous(number, f"constraint '{named}' holds in several ways: {listed}")
+        self._await(number, factors[vanish[0]], sp.Integer(0))
+        return True
 
     def _closed_form(self, number: int) -> tuple[sp.Symbol, sp.Expr] | None:
-        left, right = self.pending[number]
-        phi = left - right
+        if self._choose_factor(number):
+            return None
+        phi = self._phi(number)
         found = []
         for unknown in self._open_in(number):
-            branches = solutions(phi, unknown)
+            branches = solutions(phi, unknown, self._value)
             if branches:
                 found.append((phi.diff(unknown), unknown, branches))
         if not found:
             return None
         _, unknown, branches = found[self._best([slope for slope, _, _ in found])]
         return unknown, self._branch(number, unknown, branches)
+
+    def _value(self, expr: sp.Expr) -> mpmath.mpf | None:
+        return self._at_reference([expr])[0]
 
     def _best(self, pivots: list[sp.Expr]) -> int:
         """The pivot largest at the reference configuration; the first where that is unknown."""
@@ -201,25 +230,31 @@ class Elimination:
 
     def _branch(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> sp.Expr:
         """The branch that the reference configuration is on."""
-        if len(branches) == 1:
-            return branches[0]
         at = self._at_reference(branches)
-        target = self.reference.get(unknown)
         real = [k for k, value in enumerate(at) if value is not None]
         if not real and self._reaches(branches):
             raise self._unreal(number, unknown, branches)
+        if len(branches) == 1:
+            return branches[0]
+        target = self.reference.get(unknown)
         if not real or (target is None and len(real) != 1):
-            raise self._ambiguous(number, unknown, branches)
-        if target is None:
-            return branches[real[0]]
-        turns = {k: _turns(target, at[k], self.stated[number].phi, unknown) for k in real}
-        best = min(real, key=lambda k: abs((at[k] or 0) + 2 * mpmath.pi * turns[k] - target))
-        chosen = branches[best] + 2 * sp.pi * turns[best]
+            raise self._several(number, unknown, branches)
+        distance = {k: abs((at[k] or 0) - (target or 0)) for k in real}
+        best = min(real, key=distance.__getitem__)
+        length = self._length(branches)
+        if any(k != best and _meet(at[k], at[best], length) for k in real):
+            raise self._singular(number, unknown, branches)
+        named = self.stated[number].constraint
         self.remarks.append(
-            f"{unknown} = {_written(chosen)} is the branch of"
-            f" '{self.stated[number].constraint}' that the given configuration is on"
+            f"{unknown} = {_written(branches[best])} is the branch of '{named}'"
+            " that the given configuration is on"
         )
-        return chosen
+        return branches[best]
+
+    def _length(self, expressions: Sequence[sp.Expr]) -> mpmath.mpf:
+        """Largest value of the names that the expressions hold, at the reference."""
+        held = {s for e in expressions for s in e.free_symbols - self.constants}
+        return max((abs(self.reference[s]) for s in held if s in self.reference), default=0)
 
     def _reaches(self, branches: list[sp.Expr]) -> bool:
         return all(s in self.reference for b in branches for s in b.free_symbols)
@@ -230,16 +265,13 @@ class Elimination:
         named = list(dict.fromkeys(self.stated[k].constraint for k in used))
         listed = ", ".join(f"'{n}'" for n in named)
         fixed = all(b.free_symbols <= self.constants for b in branches)
-        square = _written(sp.expand(branches[-1] ** 2))
         if fixed:
-            contradict = "constraints " + listed + " contradict each other"
+            contradict = f"constraints {listed} contradict each other"
             if len(named) == 1:
                 contradict = f"constraint {listed} cannot hold"
-            message = f"{contradict}: they ask for {unknown}^2 = {square}"
+            message = f"{contradict}: they ask for {self._asked(unknown, branches)}"
         else:
-            message = (
-                f"the given configuration does not satisfy {listed}: {unknown} would not be real"
-            )
+            message = f"the given configuration does not satisfy {listed}: {unknown} is not real"
         return InputError(
             Problem(
                 message,
@@ -251,28 +283,52 @@ class Elimination:
             )
         )
 
-    def _ambiguous(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> InputError:
-        stated = self.stated[number]
+    @staticmethod
+    def _asked(unknown: sp.Symbol, branches: list[sp.Expr]) -> str:
+        square = sp.expand(branches[-1] ** 2)
+        if len(branches) == 2 and branches[0] == -branches[1] and not square.has(sp.I):
+            return f"{unknown}^2 = {_written(square)}"
+        return f"{unknown} = {_written(branches[-1])}"
+
+    def _several(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> InputError:
         listed = ", ".join(f"{unknown} = {_written(b)}" for b in branches)
+        named = self.stated[number].constraint
+        return self._ambiguous(
+            number,
+            f"constraint '{named}' leaves several branches: {listed}",
+            f"'{unknown}', and what it depends on,",
+        )
+
+    def _ambiguous(self, number: int, message: str, give: str = "the configuration") -> InputError:
         return InputError(
             Problem(
-                f"constraint '{stated.constraint}' leaves several branches: {listed}",
-                stated.equation.mark(),
-                hint=f"choose one by giving '{unknown}', and what it depends on,"
-                " in 'initial' or 'near'",
+                message,
+                self.stated[number].equation.mark(),
+                hint=f"choose one by giving {give} in 'initial' or 'near'",
                 rule="ambiguous-branch",
             )
         )
 
+    def _singular(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> InputError:
+        """Branches meet at the given configuration: the chart ends there."""
+        held = sorted({str(s) for b in branches for s in b.free_symbols - self.constants})
+        named = self.stated[number].constraint
+        return InputError(
+            Problem(
+                f"the given configuration is singular: two branches of '{named}' for"
+                f" '{unknown}' meet there, so that {', '.join(held)} cannot tell them apart",
+                self.stated[number].equation.mark(),
+                hint=f"take '{unknown}' as a coordinate, or start elsewhere",
+                rule="singular",
+            )
+        )
 
-def _turns(target: mpmath.mpf, value: mpmath.mpf | None, phi: sp.Expr, unknown: sp.Symbol) -> int:
-    """Full turns between a value and the reference where the unknown is under sin or cos."""
-    periodic = any(
-        unknown in f.free_symbols for f in phi.atoms(sp.sin, sp.cos) if f.args[0] == unknown
-    )
-    if not periodic or value is None:
-        return 0
-    return int(mpmath.nint((target - value) / (2 * mpmath.pi)))
+
+def _meet(x: mpmath.mpf | None, y: mpmath.mpf | None, length: mpmath.mpf) -> bool:
+    """Two values are the same to the tolerance of consistency."""
+    if x is None or y is None:
+        return False
+    return bool(abs(x - y) <= _VANISHES * max(length, abs(x), abs(y)))
 
 
 def _written(expr: sp.Expr) -> str:

@@ -261,5 +261,14 @@ def _smallest(
         return [_ZERO] * len(matrix[0])
     rows = mpmath.matrix([list(matrix[k]) for k in kept])
     right = mpmath.matrix([target[k] for k in kept])
-    weighted = mpmath.inverse(metric) * rows.T
+    weighted = _inverse(metric) * rows.T
     return list(weighted * mpmath.lu_solve(rows * weighted, right))
+
+
+def _inverse(metric: mpmath.matrix) -> mpmath.matrix:
+    """Inverse of the metric; what has no inertia at a singular point is given a trace of it."""
+    try:
+        return mpmath.inverse(metric)
+    except ZeroDivisionError:
+        largest = max(metric[i, i] for i in range(metric.rows)) or mpf(1)
+        return mpmath.inverse(metric + mpmath.eye(metric.rows) * largest * _ROUNDING)

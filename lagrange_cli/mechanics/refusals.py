@@ -19,6 +19,7 @@ __all__ = [
     "contradiction",
     "dependent_coordinates",
     "no_configuration",
+    "no_solution",
     "require_enough",
     "require_solved",
     "too_many",
@@ -111,6 +112,18 @@ def no_configuration(scene: Scene, found: Elimination) -> InputError:
             f"no configuration found in {STARTS} starts that satisfies {named}",
             used[0].equation.mark() if used else Mark(scene.file, 1, 1),
             hint="give one in 'initial' or 'near'",
+            rule="inconsistent",
+        )
+    )
+
+
+def no_solution(stated: Stated) -> InputError:
+    """An equation that no value of its unknown satisfies, though an inverse function gives one."""
+    return InputError(
+        Problem(
+            f"constraint '{stated.constraint}' cannot hold where the given configuration is",
+            stated.equation.mark(),
+            hint="one side has a range that the other does not reach",
             rule="inconsistent",
         )
     )

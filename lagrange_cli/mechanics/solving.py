@@ -2,16 +2,41 @@
 
 Only what can be written down with certainty is solved: linear and quadratic
 equations, and equations in which the unknown stands once, under functions
-with a known inverse. Nothing is searched for.
+with a known inverse. Nothing is searched for. An inverse may bring in a branch
+that does not solve the equation (√z = −1): whoever uses one checks it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
+import mpmath
 import sympy as sp
+from mpmath import mpf
 
 from lagrange_cli.mechanics.terms import expand_terms
 
-__all__ = ["linear_parts", "solutions"]
+__all__ = ["factor_branches", "linear_parts", "solutions"]
+
+#: Value of an expression at the reference configuration, where it is known.
+Value = Callable[[sp.Expr], "mpf | None"]
+
+_ZERO = sp.Integer(0)
+
+#: Inverses of functions that have one.
+_INVERSES: dict[Any, Callable[[sp.Expr], sp.Expr]] = {
+    sp.sinh: sp.asinh,
+    sp.tanh: sp.atanh,
+    sp.exp: sp.log,
+    sp.log: sp.exp,
+    sp.asin: sp.sin,
+    sp.acos: sp.cos,
+    sp.atan: sp.tan,
+    sp.asinh: sp.sinh,
+    sp.acosh: sp.cosh,
+    sp.atanh: sp.tanh,
+}
 
 #: Terms that an equation may expand to while its powers of the unknown are read off.
 _TERM_BUDGET = 500
@@ -25,10 +50,17 @@ def linear_parts(phi: sp.Expr, unknown: sp.Symbol) -> tuple[sp.Expr, sp.Expr] | 
     return powers[1], powers.get(0, sp.Integer(0))
 
 
-def solutions(phi: sp.Expr, unknown: sp.Symbol) -> list[sp.Expr] | None:
-    """Every branch u(other symbols) of φ = 0, periodic ones once.
+def solutions(phi: sp.Expr, unknown: sp.Symbol, at: Value = lambda _: None) -> list[sp.Expr] | None:
+    """Every branch u(other symbols) of φ = 0; None where there is no closed form.
 
-    None where there is no closed form.
+    Of branches that recur with a period the one nearest to the reference
+    configuration is given.
+
+    Parameters
+    ----------
+    at
+        Value of an expression at the reference configuration, None where that is
+        not known.
     """
     powers = _powers_of(phi, unknown)
     if powers is not None and set(powers) <= {0, 1, 2}:
@@ -40,7 +72,7 @@ def solutions(phi: sp.Expr, unknown: sp.Symbol) -> list[sp.Expr] | None:
             return [-root, root]
         root = sp.sqrt(b**2 - 4 * a * c)
         return [(-b - root) / (2 * a), (-b + root) / (2 * a)]
-    return _inverted(phi, sp.Integer(0), unknown)
+    return _inverted(phi, sp.Integer(0), unknown, at)
 
 
 def _powers_of(phi: sp.Expr, unknown: sp.Symbol) -> dict[int, sp.Expr] | None:
@@ -63,7 +95,7 @@ def _powers_of(phi: sp.Expr, unknown: sp.Symbol) -> dict[int, sp.Expr] | None:
     return {degree: e for degree, e in found.items() if e != 0} or {0: sp.Integer(0)}
 
 
-def _inverted(left: sp.Expr, right: sp.Expr, unknown: sp.Symbol) -> list[sp.Expr] | None:
+def _inverted(left: sp.Expr, right: sp.Expr, unknown: sp.Symbol, at: Value) -> list[sp.Expr] | None:
     """Solve ``left = right`` by undoing the operations around a single occurrence."""
     if left == unknown:
         return [right]
@@ -72,57 +104,73 @@ def _inverted(left: sp.Expr, right: sp.Expr, unknown: sp.Symbol) -> list[sp.Expr
         if (dependent.is_Add or dependent.is_Mul) and dependent.func is left.func:
             return None
         right = right - rest if left.is_Add else right / rest
-        return _inverted(dependent, right, unknown)
+        return _inverted(dependent, right, unknown, at)
     branches = _undo(left, right, unknown)
     if branches is None:
         return None
-    found = [_inverted(inner, value, unknown) for inner, value in branches]
-    if any(f is None for f in found):
-        return None
-    return [s for f in found if f is not None for s in f]
+    found: list[sp.Expr] = []
+    for inner, value, period in branches:
+        solved = _inverted(inner, _nearest_period(inner, value, period, at), unknown, at)
+        if solved is None:
+            return None
+        found.extend(solved)
+    return found
+
+
+def _nearest_period(inner: sp.Expr, value: sp.Expr, period: sp.Expr, at: Value) -> sp.Expr:
+    """The value moved by whole periods to where ``inner`` is at the reference configuration."""
+    if period == 0:
+        return value
+    here, there = at(inner), at(value)
+    if here is None or there is None:
+        return value
+    return value + period * int(mpmath.nint((here - there) / mpf(period.evalf(mpmath.mp.dps))))
 
 
 def _undo(
     left: sp.Expr, right: sp.Expr, unknown: sp.Symbol
-) -> list[tuple[sp.Expr, sp.Expr]] | None:
-    """Equations ``inner = value`` that together are equivalent to ``f(inner) = right``."""
+) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]] | None:
+    """(inner, value, period): ``inner = value + k·period`` together solve ``f(inner) = right``."""
     if left.is_Pow:
         return _undo_power(left.base, left.exp, right, unknown)
-    inner = left.args[0] if len(left.args) == 1 else None
-    if inner is None:
+    if len(left.args) != 1:
         return None
+    inner, turn = left.args[0], 2 * sp.pi
     match left.func:
         case sp.sin:
-            return [(inner, sp.asin(right)), (inner, sp.pi - sp.asin(right))]
+            return [(inner, sp.asin(right), turn), (inner, sp.pi - sp.asin(right), turn)]
         case sp.cos:
-            return [(inner, sp.acos(right)), (inner, -sp.acos(right))]
+            return [(inner, sp.acos(right), turn), (inner, -sp.acos(right), turn)]
+        case sp.tan:
+            return [(inner, sp.atan(right), sp.pi)]
         case sp.cosh:
-            return [(inner, sp.acosh(right)), (inner, -sp.acosh(right))]
-    single = {
-        sp.tan: sp.atan,
-        sp.sinh: sp.asinh,
-        sp.tanh: sp.atanh,
-        sp.exp: sp.log,
-        sp.log: sp.exp,
-        sp.asin: sp.sin,
-        sp.acos: sp.cos,
-        sp.atan: sp.tan,
-        sp.asinh: sp.sinh,
-        sp.acosh: sp.cosh,
-        sp.atanh: sp.tanh,
-    }
-    inverse = single.get(left.func)
-    return None if inverse is None else [(inner, inverse(right))]
+            return [(inner, sp.acosh(right), _ZERO), (inner, -sp.acosh(right), _ZERO)]
+    inverse = _INVERSES.get(left.func)
+    return None if inverse is None else [(inner, inverse(right), _ZERO)]
 
 
 def _undo_power(
     base: sp.Expr, exponent: sp.Expr, right: sp.Expr, unknown: sp.Symbol
-) -> list[tuple[sp.Expr, sp.Expr]] | None:
+) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]] | None:
     if unknown in exponent.free_symbols or not exponent.is_Rational:
         return None
     if exponent.q == 1 and exponent.p % 2 == 0:
         root = right ** (1 / exponent)
-        return [(base, -root), (base, root)]
+        return [(base, -root, _ZERO), (base, root, _ZERO)]
     if exponent.q == 2 or exponent == -1:
-        return [(base, right ** (1 / exponent))]
+        return [(base, right ** (1 / exponent), _ZERO)]
     return None
+
+
+#: Terms and symbols of an equation that is tried for factors.
+_FACTOR_TERMS, _FACTOR_SYMBOLS = 8, 5
+
+
+def factor_branches(phi: sp.Expr, constants: frozenset[sp.Symbol]) -> list[sp.Expr]:
+    """Factors of φ that can vanish, for short polynomial equations; φ itself where it has none."""
+    symbols = sorted(phi.free_symbols, key=str)
+    short = len(sp.Add.make_args(phi)) <= _FACTOR_TERMS and len(symbols) <= _FACTOR_SYMBOLS
+    if not short or not phi.is_polynomial(*symbols):
+        return [phi]
+    found = [f.as_base_exp()[0] for f in sp.Mul.make_args(sp.factor(phi))]
+    return [f for f in found if not f.free_symbols <= constants] or [phi]

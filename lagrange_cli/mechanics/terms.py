@@ -309,6 +309,8 @@ def _powers(product: sp.Expr) -> dict[sp.Expr, sp.Expr]:
 
 #: Most terms, and most symbols, of a sum that is tried for a shorter form.
 _SHORT_TERMS, _SHORT_SYMBOLS = 12, 4
+#: Most operations of a sum with denominators that is put over one.
+_SHORT_OPERATIONS = 24
 
 
 def factored(terms: list[sp.Expr]) -> sp.Expr:
@@ -335,6 +337,8 @@ def _shorter_form(expr: sp.Expr) -> sp.Expr:
     symbols = sorted(expr.free_symbols, key=str)
     divided = _has_divided_sum(expr)
     if len(symbols) > _SHORT_SYMBOLS or (len(expr.args) < 3 and not divided):
+        return expr
+    if divided and sp.count_ops(expr) > _SHORT_OPERATIONS:
         return expr
     if not symbols or not expr.is_rational_function(*symbols):
         return expr

@@ -97,7 +97,7 @@ def test_an_angle_keeps_its_turns(angle: str) -> None:
         ("z = 4*cos(2*angle)", "-pi/6"),
         ("z = 4*cos(2*angle)", "pi/6 + pi"),
         ("z = 4*cos(2*angle)", "pi/6 + 2*pi"),
-        ("z = 4*sin(angle + pi/3) - 2", "pi/6 + 2*pi"),
+        ("z = 4*sin(angle + pi/3)", "pi/2 + 2*pi"),
     ],
 )
 def test_every_period_of_an_angle_is_a_solution(equation: str, angle: str) -> None:
