@@ -121,9 +121,8 @@ def render(problem: Problem) -> str:
         lines.append(word + escape_controls(problem.message))
     else:
         m = problem.mark
-        lines.append(
-            f"{escape_controls(m.file)}:{m.line}:{m.column}: {word}{escape_controls(problem.message)}"
-        )
+        place = f"{escape_controls(m.file)}:{m.line}:{m.column}"
+        lines.append(f"{place}: {word}{escape_controls(problem.message)}")
         lines.extend(_caret_lines(m))
     lines.extend("   " + escape_controls(line) for line in problem.hint.splitlines())
     return "\n".join(lines)
