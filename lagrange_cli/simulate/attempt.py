@@ -48,14 +48,14 @@ FLOOR_ULPS = 4.0
 BLOCK = 16
 
 #: Part of the noise of a step that its error estimate feels.
-NOISE_PART = 1 / 64
+NOISE_PART = 1 / 16
 
 #: Runs that end within this part of the span of each other end for the same reason.
 SAME_END = 1e-3
 
 #: Right-hand sides beyond what the pilot lets expect, as a factor, that show a
 #: run to be lost in its own rounding.
-LOST = 8.0
+LOST = 4.0
 
 
 @dataclass(frozen=True)

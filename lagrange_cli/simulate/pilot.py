@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lagrange_cli.simulate.disturbance import off_by_one_ulp
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales
@@ -76,7 +77,7 @@ def _noise(problem: InitialValueProblem, run: Run, scales: Array) -> float:
     h = (run.t - problem.start) / run.steps
     picked = range(0, run.filled, max(1, run.filled // NOISE_SAMPLES))
     moved = [
-        np.abs(problem.disturbed[0](t, y) - problem.rhs(t, y))
+        np.abs(problem.disturbed[0](t, off_by_one_ulp(y, 1)) - problem.rhs(t, y))
         for t, y in ((float(problem.times[k]), run.states[k]) for k in picked)
     ]
     noise = h * np.median(moved, axis=0) / scales
