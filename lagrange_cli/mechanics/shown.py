@@ -17,7 +17,7 @@ import sympy as sp
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import ShownEquation
 from lagrange_cli.mechanics.grouping import by_velocities, positional_groups
-from lagrange_cli.mechanics.terms import common_factor, factored
+from lagrange_cli.mechanics.terms import common_factor, factored, scaled
 
 __all__ = ["shown_equation"]
 
@@ -77,11 +77,9 @@ def _harmless(whole: sp.Expr, parameters: frozenset[sp.Symbol], cyclic: bool) ->
     """The part of a common factor that is never zero: numbers, masses, positive parameters."""
     if cyclic:
         return sp.Integer(1)
-    factors = []
-    for factor in sp.Mul.make_args(whole):
-        if factor.is_positive and factor.free_symbols <= parameters:
-            factors.append(factor)
-    return sp.Mul(*factors)
+    number, rest = whole.as_coeff_Mul(rational=True)
+    factors = [f for f in sp.Mul.make_args(rest) if f.is_positive and f.free_symbols <= parameters]
+    return scaled(number, sp.Mul(*factors))
 
 
 def _divided(

@@ -70,8 +70,10 @@ def solutions(phi: sp.Expr, unknown: sp.Symbol, at: Value = lambda _: None) -> l
         if b == 0:
             root = sp.sqrt(-c / a)
             return [-root, root]
-        root = sp.sqrt(b**2 - 4 * a * c)
-        return [(-b - root) / (2 * a), (-b + root) / (2 * a)]
+        half = b / 2
+        inside = half**2 - a * c
+        root = sp.sqrt(sp.Add(*(expand_terms(inside, _TERM_BUDGET) or [inside])))
+        return [(-half - root) / a, (-half + root) / a]
     return _inverted(phi, sp.Integer(0), unknown, at)
 
 

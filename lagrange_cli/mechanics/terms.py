@@ -25,7 +25,16 @@ from lagrange_cli.mechanics.trigonometry import (
     shorten,
 )
 
-__all__ = ["Splitter", "TermSum", "common_factor", "expand_terms", "factored", "rational", "tidy"]
+__all__ = [
+    "Splitter",
+    "TermSum",
+    "common_factor",
+    "expand_terms",
+    "factored",
+    "rational",
+    "scaled",
+    "tidy",
+]
 
 _ONE = sp.Integer(1)
 #: Terms that a sum may be multiplied out to while a shorter form is looked for.
@@ -279,7 +288,16 @@ def common_factor(terms: list[sp.Expr]) -> sp.Expr:
         numbers.append(rational(number))
         powers = _powers(rest)
         common = powers if common is None else _shared(common, powers)
-    return sp.Mul(exact(rational_content(numbers)), *(b**e for b, e in (common or {}).items()))
+    number = exact(rational_content(numbers))
+    rest = sp.Mul(*(b**e for b, e in (common or {}).items()))
+    return scaled(number, rest)
+
+
+def scaled(number: sp.Rational, rest: sp.Expr) -> sp.Expr:
+    """``number·rest`` that keeps a sum as a factor, over which SymPy would distribute."""
+    if rest.is_Add and number != 1:
+        return sp.Mul(number, rest, evaluate=False)
+    return number * rest
 
 
 def _shared(
@@ -317,14 +335,11 @@ def factored(terms: list[sp.Expr]) -> sp.Expr:
     """The sum of the terms as a product: common monomial, then a shorter form of the rest."""
     if len(terms) < 2:
         return sp.Add(*terms)
-    common = common_factor(terms)
+    number, rest = common_factor(terms).as_coeff_Mul(rational=True)
     if all(t.could_extract_minus_sign() for t in terms):
-        common = -common
-    inner = _shorter_form(sp.Add(*(t / common for t in terms)))
-    number, rest = common.as_coeff_Mul(rational=True)
-    if rest == 1 and inner.is_Add:
-        return inner if number == 1 else sp.Mul(number, inner, evaluate=False)
-    return number * (rest * inner)
+        number = -number
+    inner = _shorter_form(sp.Add(*(t / rest / number for t in terms)))
+    return scaled(number, rest * inner)
 
 
 def _shorter_form(expr: sp.Expr) -> sp.Expr:
@@ -338,14 +353,25 @@ def _shorter_form(expr: sp.Expr) -> sp.Expr:
     divided = _has_divided_sum(expr)
     if len(symbols) > _SHORT_SYMBOLS or (len(expr.args) < 3 and not divided):
         return expr
-    if divided and sp.count_ops(expr) > _SHORT_OPERATIONS:
-        return expr
+    if divided:
+        expr = _by_denominator(expr)
+        if not expr.is_Add or sp.count_ops(expr) > _SHORT_OPERATIONS:
+            return expr
     if not symbols or not expr.is_rational_function(*symbols):
         return expr
     if not all(a.is_Rational or a.is_Symbol for a in _leaves(expr)):
         return expr
     found = _one_fraction(expr) if divided else sp.factor(expr)
     return expr if found.is_Add or sp.count_ops(found) >= sp.count_ops(expr) else found
+
+
+def _by_denominator(expr: sp.Expr) -> sp.Expr:
+    """Terms over the same denominator put together, their numerator factored."""
+    groups: dict[sp.Expr, list[sp.Expr]] = {}
+    for term in expr.args:
+        below = [f for f in sp.Mul.make_args(term) if f.is_Pow and f.exp.is_negative]
+        groups.setdefault(sp.Mul(*below), []).append(term / sp.Mul(*below))
+    return sp.Add(*(factored(numerator) * below for below, numerator in groups.items()))
 
 
 def _one_fraction(expr: sp.Expr) -> sp.Expr:
