@@ -33,7 +33,7 @@ def collected(terms: list[sp.Expr]) -> list[sp.Expr]:
 
 def difference(first: sp.Expr, second: sp.Expr, size: sp.Expr, seed: int = 1) -> mpf:
     """Largest relative difference at two random points, in 40 digits."""
-    symbols = first.free_symbols | second.free_symbols
+    symbols = first.free_symbols | second.free_symbols | size.free_symbols
     worst = mpf(0)
     with mpmath.workdps(40):
         for k in (seed, seed + 1):
