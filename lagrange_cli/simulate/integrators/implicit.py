@@ -19,6 +19,10 @@ __all__ = ["BDF", "LSODA", "Radau"]
 _SMALLEST_RTOL = 100 * np.finfo(float).eps
 
 
+#: Steps of fewer units in the last place of t have underflowed.
+SMALLEST_STEP = 10
+
+
 class _ScipyImplicit(Integrator):
     """A solver of SciPy over z = y − y0, so that a large offset costs no digits."""
 
@@ -55,7 +59,9 @@ class _ScipyImplicit(Integrator):
                 solver.step()
         except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
             raise StepError("the Jacobian is no longer finite") from error
-        if solver.status == "failed":
+        # LSODA goes on with steps that no longer change t.
+        crawls = solver.t < limit and solver.t - self.t < SMALLEST_STEP * np.spacing(abs(self.t))
+        if solver.status == "failed" or crawls:
             raise StepError("the step size underflowed")
         y = self._origin + solver.y
         if not np.isfinite(y).all():

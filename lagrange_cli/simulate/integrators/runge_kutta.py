@@ -102,7 +102,8 @@ class RK4(Integrator):
     def step(self, limit: float) -> None:
         t, y, rhs = self.t, self.y, self._rhs
         # A remainder of rounding size joins the step rather than becoming one.
-        h = self._h if limit - t > self._h * (1 + 1e-9) else limit - t
+        t_new = t + self._h if limit - t > self._h * (1 + 1e-9) else limit
+        h = t_new - t  # what t really moves by, rounding included
         k1 = rhs(t, y)
         k2 = rhs(t + h / 2, y + h / 2 * k1)
         k3 = rhs(t + h / 2, y + h / 2 * k2)
@@ -110,5 +111,4 @@ class RK4(Integrator):
         y, low = two_sum(y, self._low + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
         if not np.isfinite(y).all():
             raise StepError("the state is no longer finite")
-        self.y, self._low = y, low
-        self.t = limit if h == limit - t else t + h
+        self.t, self.y, self._low = t_new, y, low
