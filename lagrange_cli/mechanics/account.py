@@ -28,7 +28,7 @@ from lagrange_cli.mechanics.ranks import (
     dependent_gradients,
 )
 from lagrange_cli.mechanics.sampling import Sampler
-from lagrange_cli.mechanics.tape import values
+from lagrange_cli.mechanics.tape import DomainError, values
 
 __all__ = ["Geometry", "balance"]
 
@@ -172,7 +172,11 @@ def _leftover(number: int, sides: tuple[sp.Expr, sp.Expr], points: Sequence[Poin
     terms = [*sp.Add.make_args(left), *sp.Add.make_args(right)]
     totals, sizes = [], []
     for point in points:
-        *parts, total = values([*terms, phi], point)
+        try:
+            *parts, total = values([*terms, phi], point)
+        except DomainError:
+            # Not even real where the coordinates lead: it restricts them.
+            return _Leftover(number, phi, identity=False, constant=False)
         scale = sum((abs(x) for x in parts), mpf(0))
         totals.append(total)
         sizes.append(scale)

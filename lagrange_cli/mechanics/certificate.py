@@ -222,7 +222,8 @@ def _look(tapes: Tapes, point: Point, thorough: bool) -> _State:
         lagrange = momenta[j][1] - slopes[j][0] - seen.forces[j]
         scale = sum((abs(x) for x in inertia), abs(forcing[j])) + abs(momenta[j][1])
         residuals.append((ours, scale))
-        difference = max(abs(ours - newton[j]), abs(ours - lagrange))
+        scale += newton[j][1]
+        difference = max(abs(ours - newton[j][0]), abs(ours - lagrange))
         mismatch = max(mismatch, difference / scale if scale else difference)
     for reported, declared, scale in tapes.reports(seen) if thorough else ():
         mismatch = max(mismatch, abs(reported - declared) / scale if scale else _ZERO)

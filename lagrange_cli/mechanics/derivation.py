@@ -314,7 +314,7 @@ class _Builder:
                 for m, c in zip(self.reduced.masses, collected, strict=True)
             ]
             size = sum(map(len, collected))
-        if scleronomic and not self.terms.kinetic:
+        if scleronomic and not self.terms.kinetic and not self.terms.velocity_dependent:
             whole = self._quadratic_form(mass)
             if particles is None or len(whole) * 2 < size:
                 particles = whole

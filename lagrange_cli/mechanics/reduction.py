@@ -105,7 +105,7 @@ def reduce(scene: Scene) -> Reduced:
         stated = list(_stated(names, scene))
         reference = _reference(names, values, scene)
         found = _eliminate(names, scene, stated, reference)
-        require_solved(found)
+        require_solved(scene, found)
         symbols = _coordinate_symbols(names, found)
         resolved = {s: _placed(found, s) for s in names.cartesian.values()}
         coordinates = tuple(_coordinates(scene, names, symbols, resolved))

@@ -26,19 +26,27 @@ __all__ = [
 ]
 
 
-def require_solved(found: Elimination) -> None:
-    """Refuse a constraint that still holds an unknown: it has no closed-form solution."""
-    for number, (left, right) in found.pending.items():
-        open_names = [u for u in found.unknowns if u in (left - right).free_symbols]
+def require_solved(scene: Scene, found: Elimination) -> None:
+    """Refuse constraints without a closed-form solution, and names that nothing determines."""
+    for number in found.pending:
+        open_names = _open_names(found, number)
         if open_names:
             raise _no_closed_form(found.stated[number], open_names)
+    require_enough(scene, found)
 
 
 def require_enough(scene: Scene, found: Elimination) -> None:
-    """Refuse declared coordinates when more names are open than equations are left."""
-    excess = len(found.unknowns) - len(found.pending)
+    """Refuse declared coordinates when more names are open than equations hold any of them."""
+    usable = sum(bool(_open_names(found, number)) for number in found.pending)
+    excess = len(found.unknowns) - usable
     if scene.coordinates is not None and excess > 0:
         raise _too_few(scene, found, excess)
+
+
+def _open_names(found: Elimination, number: int) -> list[sp.Symbol]:
+    left, right = found.pending[number]
+    present = (left - right).free_symbols
+    return [u for u in found.unknowns if u in present]
 
 
 def _quoted(names: Sequence[object]) -> str:
@@ -60,13 +68,15 @@ def _no_closed_form(stated: Stated, unknowns: Sequence[sp.Symbol]) -> InputError
 def _too_few(scene: Scene, found: Elimination, excess: int) -> InputError:
     open_names = [u.name for u in found.unknowns]
     have = [c.name for c in scene.coordinates or ()]
+    # Equations between coordinates alone take freedom from them.
+    fixing = sum(not _open_names(found, number) for number in found.pending)
     which = _quoted(open_names)
     if excess < len(open_names):
         which = f"{excess} of {which}"
     return InputError(
         Problem(
             f"too few coordinates: nothing determines {which}"
-            f" ({len(have)} declared, {len(have) + excess} degrees of freedom)",
+            f" ({len(have)} declared, {len(have) + excess - fixing} degrees of freedom)",
             scene.coordinates_mark,
             hint=f"coordinates: [{', '.join([*have, *open_names[:excess]])}]",
             rule="too-few-coordinates",
@@ -141,15 +151,17 @@ def contradiction(
     smallest = [found.stated[k] for k in _smallest(names, found.stated, suspects, reference)]
     named = list(dict.fromkeys(s.constraint for s in smallest))
     if len(named) > 1:
-        which = f"constraints {_quoted(named)} contradict each other"
+        which = f"constraints {_quoted(named)} contradict each other: together they give"
     elif len(smallest) > 1:
-        which = f"constraint '{named[0]}' contradicts itself"
+        which = f"constraint '{named[0]}' contradicts itself: it gives"
+    elif reduced.free_symbols and reduced.free_symbols <= set(names.parameters.values()):
+        which = f"constraint '{named[0]}' holds for no motion: the parameters would have to give"
     else:
-        which = f"constraint '{named[0]}' contradicts the definitions"
+        which = f"constraint '{named[0]}' contradicts the definitions: together they give"
     outcome = str(reduced).replace("**", "^")
     return InputError(
         Problem(
-            f"{which}: together they give {outcome} = 0",
+            f"{which} {outcome} = 0",
             found.stated[number].equation.mark(),
             hint="\n".join(f"{s.constraint}: {s.equation.text}" for s in smallest),
             rule="inconsistent",

@@ -148,8 +148,13 @@ class Tapes:
         drag = self.dissipation.run([series[s] for s in self.moving], 0).gradient({0: _ONE})
         return [w - drag[1 + self.n + j][0] for j, w in enumerate(work)]
 
-    def newton(self, series: Mapping[sp.Symbol, Series], forces: Sequence[mpf]) -> list[mpf]:
-        """Σ (m r̈ − F)·∂r/∂q for each coordinate, T_extra − U by its Euler–Lagrange expression."""
+    def newton(
+        self, series: Mapping[sp.Symbol, Series], forces: Sequence[mpf]
+    ) -> list[tuple[mpf, mpf]]:
+        """Σ (m r̈ − F)·∂r/∂q for each coordinate, with the size of its parts.
+
+        T_extra − U enters by its Euler–Lagrange expression.
+        """
         run = self.positions.run([series[s] for s in self.still], 2)
         outputs = run.outputs
         seeds: dict[int, mpf] = {}
@@ -164,7 +169,8 @@ class Tapes:
                 direct[self.q.index(s)] += slope[k][0]
         work = run.gradient({k: (x, _ZERO, _ZERO) for k, x in seeds.items()})
         extra = self._euler_lagrange(self.extra, series)
-        return [work[1 + j][0] + direct[j] + extra[j] - forces[j] for j in range(self.n)]
+        parts = [(work[1 + j][0], direct[j], extra[j], -forces[j]) for j in range(self.n)]
+        return [(sum(p), sum(abs(x) for x in p)) for p in parts]
 
     def _euler_lagrange(self, tape: Tape, series: Mapping[sp.Symbol, Series]) -> list[mpf]:
         """d/dt ∂L/∂q̇ − ∂L/∂q of the tape's first output."""
