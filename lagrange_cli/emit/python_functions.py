@@ -43,7 +43,7 @@ import numpy as np
 
 def _sign(x):
     """1, 0 or -1 with the sign of x (NaN for NaN)."""
-    return (x > 0.0) - (x < 0.0) if x == x else nan
+    return float(x > 0.0) - float(x < 0.0) if x == x else nan
 
 
 def _min(a, b):

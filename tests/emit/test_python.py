@@ -133,6 +133,12 @@ def test_minimum_and_maximum_pass_nan_on():
     assert np.isnan(functions["positions"](0.0, [math.nan, 0.0])).all()
 
 
+def test_signs_of_numpy_numbers():
+    functions = module(one_coordinate(sp.sign(x)))
+    for value, expected in ((-2.0, -1.0), (0.0, 0.0), (3.0, 1.0)):
+        assert functions["_sign"](np.float64(value)) == expected
+
+
 def test_with_scipy():
     functions = module(systems.masses_through_hole())
     start = functions["INITIAL"]
