@@ -227,7 +227,7 @@ def _look(tapes: Tapes, point: Point, thorough: bool) -> _State:
         mismatch = max(mismatch, difference / scale if scale else difference)
     for reported, declared, scale in tapes.reports(seen) if thorough else ():
         mismatch = max(mismatch, abs(reported - declared) / scale if scale else _ZERO)
-    vanishes = _vanishing(tapes, seen)
+    vanishes = _vanishing(tapes, seen, thorough)
     return _State(
         mismatch,
         [[double(x) for x in row] for row in mass],
@@ -239,16 +239,18 @@ def _look(tapes: Tapes, point: Point, thorough: bool) -> _State:
     )
 
 
-def _vanishing(tapes: Tapes, seen: Observation) -> list[bool]:
-    """Which of the delicate numbers are zero.
+def _vanishing(tapes: Tapes, seen: Observation, thorough: bool) -> list[bool]:
+    """Which of the delicate numbers are zero, or small beside L where not ``thorough``.
 
     A number that is small beside L may be a weak force. With more digits the
-    rounding error of a zero shrinks, and a small number stays.
+    rounding error of a zero shrinks, and a small number stays. What is zero must
+    be so at every state, so that it is enough to look closely at some.
     """
     first = tapes.delicate(seen)
     size = sum((abs(x) for x in seen.values[3:]), _ZERO)
-    if not any(x and abs(x) < _SMALL * size for x in first):
-        return [x == 0 for x in first]
+    small = [abs(x) < _SMALL * size for x in first]
+    if not thorough or not any(x and below for x, below in zip(first, small, strict=True)):
+        return [x == 0 or (not thorough and s) for x, s in zip(first, small, strict=True)]
     with mpmath.workdps(mpmath.mp.dps + _MORE_DIGITS):
         second = tapes.delicate(tapes.observe(seen.point))
     return [x == 0 or abs(y) <= mpf(10) ** -15 * abs(x) for x, y in zip(first, second, strict=True)]

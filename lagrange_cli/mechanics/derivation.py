@@ -24,7 +24,15 @@ from lagrange_cli.mechanics.calculus import Kinematics, derivative
 from lagrange_cli.mechanics.equations import BodyForce
 from lagrange_cli.mechanics.grouping import grouped_sum
 from lagrange_cli.mechanics.reduction import Reduced
-from lagrange_cli.mechanics.terms import Splitter, TermSum, expand_terms, factored, rational, tidy
+from lagrange_cli.mechanics.terms import (
+    Splitter,
+    TermSum,
+    expand_terms,
+    factored,
+    rational,
+    term_count,
+    tidy,
+)
 from lagrange_cli.mechanics.trigonometry import Rational, Weights
 from lagrange_cli.scene.model import Force
 
@@ -306,9 +314,8 @@ class _Builder:
         scleronomic = not any(self.t in resolved[s].free_symbols for s in velocity)
         particles = None
         squares = [sp.Add(*(velocity[s] ** 2 for s in body)) for body in names.particle_symbols]
-        expanded = [expand_terms(e, _TERM_BUDGET) for e in squares]
-        if sum(len(e or ()) for e in expanded) <= _TERM_BUDGET and None not in expanded:
-            collected = [_collected(e or ()) for e in expanded]
+        if sum(term_count(e) for e in squares) <= _TERM_BUDGET:
+            collected = [_collected(expand_terms(e, _TERM_BUDGET) or ()) for e in squares]
             particles = [
                 m * grouped_sum(c, self.v) / 2
                 for m, c in zip(self.reduced.masses, collected, strict=True)

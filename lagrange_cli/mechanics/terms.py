@@ -33,6 +33,7 @@ __all__ = [
     "factored",
     "rational",
     "scaled",
+    "term_count",
     "tidy",
 ]
 
@@ -56,21 +57,22 @@ def expand_terms(expr: sp.Expr, budget: int) -> list[sp.Expr] | None:
     Returns None when more than ``budget`` terms would come out; they are
     counted beforehand. Arguments of functions and denominators are left alone.
     """
-    if _count(expr) > budget:
+    if term_count(expr) > budget:
         return None
     return _expand(expr)
 
 
-def _count(expr: sp.Expr) -> int:
+def term_count(expr: sp.Expr) -> int:
+    """Number of terms that products and powers of sums would be multiplied out to."""
     if expr.is_Add:
-        return sum(_count(a) for a in expr.args)
+        return sum(term_count(a) for a in expr.args)
     if expr.is_Mul:
         product = 1
         for a in expr.args:
-            product *= _count(a)
+            product *= term_count(a)
         return product
     if expr.is_Pow and expr.exp.is_Integer and expr.exp.is_positive:
-        return int(_count(expr.base) ** min(int(expr.exp), 64))
+        return int(term_count(expr.base) ** min(int(expr.exp), 64))
     return 1
 
 
@@ -79,7 +81,7 @@ def _expand(expr: sp.Expr) -> list[sp.Expr]:
         return [t for a in expr.args for t in _expand(a)]
     if expr.is_Mul:
         return _product([_expand(a) for a in expr.args])
-    if expr.is_Pow and expr.exp.is_Integer and expr.exp.is_positive and _count(expr.base) > 1:
+    if expr.is_Pow and expr.exp.is_Integer and expr.exp.is_positive and term_count(expr.base) > 1:
         return _product([_expand(expr.base)] * int(expr.exp))
     return [expr]
 
@@ -228,7 +230,6 @@ class TermSum:
 
 def _monomial(trig: TrigMonomial) -> list[sp.Expr]:
     """Its factors, with sin/cos of one argument written as tan where it came from there."""
-    functions = {"sin": sp.sin, "cos": sp.cos}
     powers = dict(trig)
     factors = []
     for (name, argument), power in trig:
@@ -237,8 +238,17 @@ def _monomial(trig: TrigMonomial) -> list[sp.Expr]:
             power += tangents if name == "cos" else -tangents
             if name == "sin":
                 factors.append(sp.tan(argument) ** tangents)
-        factors.append(functions[name](argument) ** power)
+        factors.append(_function(name, argument) ** power)
     return factors
+
+
+def _function(name: str, argument: sp.Expr) -> sp.Expr:
+    """sin or cos; of a sum of plain symbols there is nothing for SymPy to evaluate."""
+    function = sp.sin if name == "sin" else sp.cos
+    plain = argument.is_Symbol or (
+        argument.is_Add and all(a.is_Symbol or (-a).is_Symbol for a in argument.args)
+    )
+    return function(argument, evaluate=not plain)
 
 
 def _weight_sum(weights: Weights) -> tuple[Rational, sp.Expr]:
