@@ -121,7 +121,7 @@ def tolerances(
     n = len(problem.kinds)
     # Steps finer than the noise of the right-hand side are of no use.
     ulps = spacing(problem.y0[:n]) / found.scales[-1, :n] / 8
-    noise = max(float(ulps.max(initial=0.0)), NOISE_PART * found.noise)
+    noise = max(float(ulps.max(initial=0.0)), NOISE_PART * found.relative_noise)
     smallest = max(SMALLEST_TOLERANCE[found.stiff], noise)
     tolerance = max(smallest, FIRST_TOLERANCE * eps)
     yield tolerance

@@ -28,12 +28,17 @@ ABSOLUTE_PART = 0.1
 #: motion that grows from almost nothing may need it resolved.
 SMALLEST_SCALE = (1e-9, 1e-60, 0.0)
 
+#: By how much the longest step shrinks from attempt to attempt: runs may differ
+#: because some of them passed over something sharp.
+SHORTER = 3.0
+
 #: The tolerance that makes another method about as accurate, beside the run's,
 #: and the tolerance of the run below which none is.
 OTHER_TOLERANCE, OTHER_FROM = 0.01, 1e-12
 
-#: Cost of the other method, beside the run's, beyond which it is given up.
-OTHER_COST = 1.5
+#: Cost of the other method beside the run's, and evaluations to start with, beyond
+#: which it is given up.
+OTHER_COST, OTHER_START = 1.2, 300.0
 
 #: Chance may bring the looser run close to the run; this makes that rarer.
 LOOSER_WEIGHT = 2.0
@@ -76,6 +81,7 @@ class Attempt:
     ) -> None:
         self._problem, self._eps, self._found, self._tolerance = problem, eps, found, tolerance
         self._smallest = SMALLEST_SCALE[min(number, len(SMALLEST_SCALE) - 1)]
+        self._longest = problem.longest_step / SHORTER**number
         method = found.method
         # Where the longest step rules instead of the tolerance, it must differ too.
         longer = LOOSER ** (1 / method.order)
@@ -99,7 +105,7 @@ class Attempt:
         # position far from the origin, relative to how far it moves.
         relative = np.where(self._sweeping, tolerance, 0.0)
         samples = len(self._found.scales) if method.implicit else 1
-        longest = longer * problem.longest_step
+        longest = longer * self._longest
         absolute = self._absolute(tolerance, samples)
         control = Control(relative, absolute, self._found.first_step, longest)
         disturbed = problem.disturbed or (problem.rhs, problem.rhs)
@@ -132,7 +138,7 @@ class Attempt:
     def _allowed(self, run: Run) -> float:
         """Evaluations that a run may take."""
         if run is self._disturbed and self._by_other_method:
-            return OTHER_COST * self.run.evaluations + 1000.0
+            return OTHER_COST * self.run.evaluations + OTHER_START
         return self._most
 
     def _spent(self, run: Run) -> bool:
@@ -179,7 +185,8 @@ class Attempt:
         scales, whole = self._found.scales, self._found.scales[-1]
         so_far = np.maximum(scales[min(samples, len(scales)) - 1], self._smallest * whole)
         absolute = tolerance * np.where(self._sweeping, ABSOLUTE_PART * so_far, whole)
-        return np.asarray(np.maximum(absolute, NOISE_PART * self._found.noise * whole + LEAST))
+        noise = NOISE_PART * self._found.noise_so_far(samples)
+        return np.asarray(np.maximum(absolute, noise + LEAST))
 
     def _advance(self, run: Run, samples: int, watch: Watch) -> None:
         started = time.perf_counter()

@@ -38,15 +38,27 @@ class Pilot:
 
     ``scales`` of q and q̇ so far at each sample it reached, shape (samples,
     2n); ``method`` for the runs to come, an explicit one or, where stiff, an
-    implicit one; ``first_step`` for them; ``noise``, the rounding error of a
-    step beside the scales: a tolerance below it would only chase rounding.
+    implicit one; ``first_step`` for them. ``noise`` is the rounding error of a
+    step so far, at samples equally far apart, shape (NOISE_SAMPLES at most,
+    2n): a tolerance below it would only chase rounding.
     """
 
     scales: Array
-    noise: float
+    noise: Array
     method: type[Integrator]
     first_step: float
     evaluations: int
+
+    @property
+    def relative_noise(self) -> float:
+        """The typical noise beside the scales, of the component where it is largest."""
+        typical = np.median(self.noise, axis=0) / self.scales[-1]
+        return float(np.max(typical, initial=0.0, where=np.isfinite(typical)))
+
+    def noise_so_far(self, samples: int) -> Array:
+        """The noise within a number of samples."""
+        part = min(samples / len(self.scales), 1.0)
+        return np.asarray(self.noise[round(part * (len(self.noise) - 1))])
 
     @property
     def stiff(self) -> bool:
@@ -66,22 +78,21 @@ def pilot(problem: InitialValueProblem, tolerance: float, watch: Watch) -> Pilot
             run = tracker.implicit()
         tracker.go(run, None)
     scales = tracker.scales(run)
-    noise = _noise(problem, run, scales[-1])
-    return Pilot(scales, noise, method, tracker.first_step, spent + run.evaluations)
+    return Pilot(scales, _noise(problem, run), method, tracker.first_step, spent + run.evaluations)
 
 
-def _noise(problem: InitialValueProblem, run: Run, scales: Array) -> float:
-    """How far the disturbed right-hand side moves a step of mean size, beside the scales."""
-    if problem.disturbed is None or run.filled < 2:
-        return 0.0
-    h = (run.t - problem.start) / run.steps
-    picked = range(0, run.filled, max(1, run.filled // NOISE_SAMPLES))
+def _noise(problem: InitialValueProblem, run: Run) -> Array:
+    """How far the disturbed right-hand side moves a step of mean size, so far."""
+    if problem.disturbed is None or run.steps == 0:
+        return np.zeros((1, len(problem.y0)))
+    off, h = problem.disturbed[0], (run.t - problem.start) / run.steps
+    picked = np.linspace(0, run.filled - 1, NOISE_SAMPLES).round().astype(int)
     moved = [
-        np.abs(problem.disturbed[0](t, off_by_one_ulp(y, 1)) - problem.rhs(t, y))
+        np.abs(off(t, off_by_one_ulp(y, 1)) - problem.rhs(t, y))
         for t, y in ((float(problem.times[k]), run.states[k]) for k in picked)
     ]
-    noise = h * np.median(moved, axis=0) / scales
-    return float(np.max(noise, initial=0.0, where=np.isfinite(noise)))
+    noise = h * np.array(moved)
+    return np.maximum.accumulate(np.where(np.isfinite(noise), noise, 0.0), axis=0)
 
 
 class _Tracker:
