@@ -24,6 +24,9 @@ DEFAULT_ACCURACY = 1e-6
 DEFAULT_SAMPLES = 501
 MOST_SAMPLES = 1_000_000
 
+#: Steps of a fixed size between two samples.
+MOST_STEPS = 1e9
+
 #: Numbers in all samples of a run (several runs are held at a time).
 MOST_NUMBERS = 20_000_000
 
@@ -186,13 +189,13 @@ def _times(
     if step is not None and samples is not None and not fixed:
         raise _refused("samples and step both set the sample times", "--samples 501")
     if samples is None and step is not None:
-        intervals = math.ceil((until - start) / step * (1 - 1e-12))
-        samples = intervals + 1
-        if samples > MOST_SAMPLES:
+        intervals = (until - start) / step * (1 - 1e-12)
+        if intervals > MOST_SAMPLES - 1:
             raise _refused(
-                f"step {step:g} makes {samples:,} samples, more than {MOST_SAMPLES:,}",
+                f"step {step:g} makes {intervals:.3g} samples, more than {MOST_SAMPLES:,}",
                 "--samples 501" if fixed else f"--step {(until - start) / 500:g}",
             )
+        samples = math.ceil(intervals) + 1
         times = start + step * np.arange(samples)
         times[-1] = until
     else:
@@ -229,4 +232,9 @@ def _check_method(
 
 def _dividing(spacing: float, step: float) -> float:
     """The largest step up to ``step`` that divides the time between samples."""
-    return spacing / math.ceil(spacing / step * (1 - 1e-12))
+    parts = spacing / step * (1 - 1e-12)
+    if parts > MOST_STEPS:
+        raise _refused(
+            f"step {step:g} is too small beside {spacing:g} between samples", "--step 0.01"
+        )
+    return spacing / math.ceil(parts)

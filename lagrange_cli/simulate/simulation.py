@@ -81,7 +81,8 @@ def simulate(
         measured = integrate_to_accuracy(problem, request.accuracy, watch)
     else:
         measured = integrate_with_method(problem, request, watch)
-    watch.done()
+    if not measured.stopped:
+        watch.done()
     return _trajectory(equations, request, compiled, problem, measured, compile_seconds)
 
 
