@@ -160,8 +160,11 @@ def true_errors(of, measured, exact):
         states = [[float(v) for v in exact(mpmath.mpf(float(t)))] for t in of.times]
         wrong = np.array(
             [
-                [float(mpmath.mpf(float(y)) - v) for y, v in zip(row, exact(mpmath.mpf(float(t))))]
-                for row, t in zip(measured.states, of.times)
+                [
+                    float(mpmath.mpf(float(y)) - v)
+                    for y, v in zip(row, exact(mpmath.mpf(float(t))), strict=True)
+                ]
+                for row, t in zip(measured.states, of.times, strict=False)
             ]
         )
     kept = np.array(states)[: len(measured.states)]
@@ -259,8 +262,8 @@ def test_units_by_powers_of_two_change_no_bit(power):
         x = y[0] / length
         return np.array([y[1], (-x - 0.3 * x * x * x) * (length / duration**2)])
 
-    def run(scaled_rhs, l, d):
-        y0 = [1.25 * l, 0.5 * l / d]
+    def run(scaled_rhs, unit, d):
+        y0 = [1.25 * unit, 0.5 * unit / d]
         of = problem(scaled_rhs, y0, 10.0 * d, ("length",))
         return integrate_to_accuracy(of, 1e-9, Watch())
 
@@ -337,7 +340,11 @@ def test_large_angles():
         at = [exact(mpmath.mpf(float(t)))[0] + turns * 2 * mpmath.pi for t in of.times]
     assert len(measured.states) == len(of.times)
     assert (
-        max(abs(float(a - mpmath.mpf(float(y)))) for a, y in zip(at, measured.states[:, 0])) < 3e-6
+        max(
+            abs(float(a - mpmath.mpf(float(y))))
+            for a, y in zip(at, measured.states[:, 0], strict=True)
+        )
+        < 3e-6
     )
 
 
@@ -489,7 +496,7 @@ def test_progress_never_falls():
     integrate_to_accuracy(problem(*given), 1e-9, watch)
     watch.done()
     assert seen == sorted(seen)
-    assert 0 <= seen[0]
+    assert seen[0] >= 0
     assert seen[-1] == 1.0
     assert len(seen) > 10
 

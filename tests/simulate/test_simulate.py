@@ -255,7 +255,7 @@ def test_files_are_written_whole_or_not_at_all(trajectory, tmp_path):
     trajectory.write(target)
     assert target.read_text() == trajectory.csv()
     assert [p.name for p in tmp_path.iterdir()] == ["a.csv"]
-    with pytest.raises(InputError, match="csv or .npz"):
+    with pytest.raises(InputError, match=r"csv or \.npz"):
         trajectory.write(tmp_path / "a.txt")
     with pytest.raises(InputError, match="cannot write"):
         trajectory.write(tmp_path / "no" / "a.csv")
