@@ -189,8 +189,7 @@ class Elimination:
         return True
 
     def _closed_form(self, number: int) -> tuple[sp.Symbol, sp.Expr] | None:
-        if self._choose_factor(number):
-            return None
+        self._choose_factor(number)
         phi = self._phi(number)
         found = []
         for unknown in self._open_in(number):

@@ -68,13 +68,50 @@ def solutions(phi: sp.Expr, unknown: sp.Symbol, at: Value = lambda _: None) -> l
         if a == 0:
             return [-c / b]
         if b == 0:
-            root = sp.sqrt(-c / a)
+            root = _root(-c / a)
             return [-root, root]
         half = b / 2
-        inside = half**2 - a * c
-        root = sp.sqrt(sp.Add(*(expand_terms(inside, _TERM_BUDGET) or [inside])))
+        root = _root(half**2 - a * c)
         return [(-half - root) / a, (-half + root) / a]
     return _inverted(phi, sp.Integer(0), unknown, at)
+
+
+def _root(expr: sp.Expr) -> sp.Expr:
+    """A square root, its sign open, that stays smooth where a squared factor passes zero.
+
+    With x = l sin θ on a circle, z = l cos θ follows the particle around it, whereas
+    the positive root l |cos θ| would throw it back where it crosses the diameter.
+    """
+    expanded = sp.Add(*(expand_terms(expr, _TERM_BUDGET) or [expr]))
+    found = []
+    for form in (expanded, _without_squares(expanded, sp.sin), _without_squares(expanded, sp.cos)):
+        if (
+            len(sp.Add.make_args(form)) <= _FACTOR_TERMS
+            and len(form.free_symbols) <= _FACTOR_SYMBOLS
+        ):
+            found.append(_squares(sp.factor(form)))
+    smooth = [pair for pair in found if not pair[1].has(sp.sin, sp.cos)]
+    outside, inside = next(iter(smooth or found), (sp.Integer(1), expanded))
+    return sp.sqrt(expanded) if outside == 1 else outside * sp.sqrt(sp.expand(inside))
+
+
+def _without_squares(expr: sp.Expr, function: Any) -> sp.Expr:
+    """Even powers of sines written in cosines, or the reverse."""
+    partner = sp.cos if function is sp.sin else sp.sin
+    powers = [p for p in expr.atoms(sp.Pow) if p.base.func is function and p.exp.is_Integer]
+    rules = {p: (1 - partner(p.base.args[0]) ** 2) ** (p.exp / 2) for p in powers if p.exp.is_even}
+    return sp.expand(expr.xreplace(rules))
+
+
+def _squares(product: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+    """``(a, b)`` with product = a²·b, as much in ``a`` as stands in even powers."""
+    outside, inside = sp.Integer(1), sp.Integer(1)
+    for factor in sp.Mul.make_args(product):
+        base, exponent = factor.as_base_exp()
+        halves = int(exponent / 2) if exponent.is_Integer else 0
+        outside *= base**halves
+        inside *= base ** (exponent - 2 * halves)
+    return outside, inside
 
 
 def _powers_of(phi: sp.Expr, unknown: sp.Symbol) -> dict[int, sp.Expr] | None:
@@ -157,7 +194,7 @@ def _undo_power(
     if unknown in exponent.free_symbols or not exponent.is_Rational:
         return None
     if exponent.q == 1 and exponent.p % 2 == 0:
-        root = right ** (1 / exponent)
+        root = _root(right) if exponent == 2 else right ** (1 / exponent)
         return [(base, -root, _ZERO), (base, root, _ZERO)]
     if exponent.q == 2 or exponent == -1:
         return [(base, right ** (1 / exponent), _ZERO)]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
 import pytest
 import sympy as sp
 from hypothesis import given
@@ -219,3 +222,29 @@ def test_linear_parts() -> None:
     assert linear_parts(sp.sin(u), u) is None
     assert linear_parts((u + 1) ** 2 - u**2 - 2 * u, u) is None
     assert linear_parts(sp.sympify(p), u) is None
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(
+    ("constraint", "x", "middle", "branch"),
+    [
+        ("x^2 + z^2 = l^2", "l*sin(u)", 0, lambda u: 2 * math.cos(u)),
+        ("x^2 + (z - h)^2 = l^2", "l*cos(u)", 3, lambda u: 2 * math.sin(u)),
+        ("x^2/l^2 + z^2/h^2 = 1", "l*sin(u)", 0, lambda u: 3 * math.cos(u)),
+        ("(z - h)^2 = x^2", "l*u", 3, lambda u: 2 * u),
+    ],
+)
+def test_a_branch_goes_on_smoothly_where_it_meets_the_other(
+    constraint: str, x: str, middle: float, branch: Callable[[float], float], sign: int
+) -> None:
+    """The particle runs through, where the sign of a root would throw it back."""
+    start = middle + sign * branch(0.5)
+    text = (
+        FLAT
+        + f"parameters: {{l: 2, h: 3}}\nconstraints: {{c: '{constraint}'}}\ncoordinates: [u]\n"
+        + f"definitions: {{x: {x}}}\ninitial: {{u: 0.5, z: {start!r}}}\n"
+    )
+    u = derived(text).coordinates[0].q
+    for at in (0.5, 2.0, 4.0, -1.0):
+        found = float(number(place(text, "z"), {u: at}))
+        assert found == pytest.approx(middle + sign * branch(at), rel=1e-12)
