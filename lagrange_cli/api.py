@@ -127,8 +127,10 @@ class Derivation:
         return simulate(self.equations, **options)
 
     def _repr_latex_(self) -> str:
-        (snippet,) = self.emit("latex", style="snippet").values()
-        return snippet
+        """The equations of motion as notebooks typeset them."""
+        from lagrange_cli.emit.latex import equations_latex
+
+        return f"$$\n{equations_latex(self.equations)}\n$$"
 
     def __str__(self) -> str:
         from lagrange_cli.emit.text import derivation_text

@@ -57,9 +57,10 @@ def test_parameters_and_initial_values_replace_those_of_the_scene():
 
 
 def test_notebook_shows_the_equations_typeset(derivation):
-    snippet = derivation._repr_latex_()
-    assert r"\ddot{r}" in snippet
-    assert r"\documentclass" not in snippet
+    formula = derivation._repr_latex_()
+    assert formula.startswith("$$\n\\begin{aligned}")
+    assert formula.endswith("\\end{aligned}\n$$")
+    assert r"(M + m) \ddot{r}" in formula
 
 
 def test_text_of_a_scene():

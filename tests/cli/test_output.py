@@ -6,11 +6,15 @@ import os
 import stat
 import subprocess
 import sys
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.files import write_file, write_files
+
+NOBODY = 65534
 
 
 def test_new_file_has_the_content_and_the_permissions_of_the_umask(tmp_path):
@@ -81,15 +85,49 @@ def test_nothing_is_touched_when_one_of_several_cannot_be_written(tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["x.c", "x.h"]
 
 
+def as_ordinary_user(action: Callable[[], None], folder: Path) -> None:
+    """Run an action in a child that is not root, to whom permissions mean nothing."""
+    if os.geteuid() == 0:
+        for path in (folder, *folder.iterdir()):
+            os.chown(path, NOBODY, NOBODY)
+        for parent in folder.parents:
+            parent.chmod(parent.stat().st_mode | stat.S_IXOTH)
+    child = os.fork()
+    if child == 0:
+        status = 1
+        try:
+            if os.geteuid() == 0:
+                os.setgid(NOBODY)
+                os.setuid(NOBODY)
+            action()
+            status = 0
+        finally:
+            os._exit(status)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+
+
 def test_read_only_file_is_not_replaced(tmp_path):
     path = tmp_path / "a.txt"
     path.write_text("old")
     path.chmod(0o400)
-    if os.access(path, os.W_OK):
-        pytest.skip("this user may write everything")
-    with pytest.raises(InputError, match="read-only"):
-        write_file(path, "new")
+
+    def try_to_replace() -> None:
+        with pytest.raises(InputError, match="read-only"):
+            write_file(path, "new")
+
+    as_ordinary_user(try_to_replace, tmp_path)
     assert path.read_text() == "old"
+
+
+def test_read_only_folder_is_explained(tmp_path):
+    tmp_path.chmod(0o500)
+
+    def try_to_write() -> None:
+        with pytest.raises(InputError, match="cannot write"):
+            write_file(tmp_path / "b.txt", "new")
+
+    as_ordinary_user(try_to_write, tmp_path)
+    assert os.listdir(tmp_path) == []
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full on this system")
