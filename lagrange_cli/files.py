@@ -11,12 +11,29 @@ from pathlib import Path
 
 from lagrange_cli.errors import InputError, Problem
 
-__all__ = ["cannot_write", "write_file", "write_files"]
+__all__ = ["cannot_write", "check_writable", "write_file", "write_files"]
 
 
 def cannot_write(name: str, error: OSError) -> InputError:
     """The refusal for something that cannot be written."""
     return InputError(Problem(f"cannot write {name}: {error.strerror or error}", rule="output"))
+
+
+def check_writable(path: str | os.PathLike[str]) -> None:
+    """Refuse a file that could not be written, before the work whose result it is to hold.
+
+    Raises
+    ------
+    InputError
+        Its folder is missing or read-only, or the path is a folder or a read-only file.
+    """
+    target = Path(os.path.realpath(path))
+    try:
+        _admit(target)
+        if not target.exists() and not os.access(target.parent.resolve(strict=True), os.W_OK):
+            raise PermissionError(0, "the folder is read-only")
+    except OSError as error:
+        raise cannot_write(f"'{path}'", error) from error
 
 
 def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
@@ -75,13 +92,10 @@ def _write(files: Mapping[Path, str | bytes]) -> None:
 def _stage(path: Path, data: bytes, waiting: list[tuple[str, Path]]) -> None:
     """Write data to a temporary file, or at once to what is no regular file (``/dev/null``)."""
     target = Path(os.path.realpath(path))
-    if target.is_dir():
-        raise IsADirectoryError(0, "it is a folder and not a file")
+    _admit(target)
     if target.exists() and not target.is_file():
         target.write_bytes(data)
         return
-    if target.exists() and not os.access(target, os.W_OK):
-        raise PermissionError(0, "the file is read-only")
     handle, temporary = tempfile.mkstemp(
         prefix=f".{target.name}.", suffix=".tmp", dir=target.parent
     )
@@ -91,6 +105,14 @@ def _stage(path: Path, data: bytes, waiting: list[tuple[str, Path]]) -> None:
         stream.flush()
         os.fsync(stream.fileno())
     os.chmod(temporary, _mode(target))
+
+
+def _admit(target: Path) -> None:
+    """Refuse a folder and a read-only file."""
+    if target.is_dir():
+        raise IsADirectoryError(0, "it is a folder and not a file")
+    if target.exists() and not os.access(target, os.W_OK):
+        raise PermissionError(0, "the file is read-only")
 
 
 def _mode(target: Path) -> int:

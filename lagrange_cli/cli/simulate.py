@@ -16,6 +16,7 @@ from lagrange_cli.cli.derive import derived
 from lagrange_cli.cli.output import print_text
 from lagrange_cli.cli.session import INTERRUPTED, Session
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files import check_writable
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
@@ -37,19 +38,25 @@ class _Method(click.Option):
 
 
 def _ending(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
-    """Refuse a trajectory file of an unknown kind before the work."""
-    if value is not None and Path(value).suffix.lower() not in ENDINGS:
+    """Refuse a trajectory file of an unknown kind, or in no place to write, before the work."""
+    if value is None:
+        return None
+    if Path(value).suffix.lower() not in ENDINGS:
         raise click.BadParameter(f"'{value}' does not end in {' or '.join(ENDINGS)}", ctx, option)
+    check_writable(value)
     return value
 
 
 def _plottable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
-    """Name the missing extra before the work."""
+    """Name the missing extra or folder before the work."""
     if value is not None and importlib.util.find_spec("matplotlib") is None:
         raise InputError(
             Problem("plots need matplotlib", hint="pip install 'lagrange-cli[plot]'", rule="extra")
         )
-    return options.not_empty(ctx, option, value)
+    path = options.not_empty(ctx, option, value)
+    if path is not None:
+        check_writable(path)
+    return path
 
 
 def _number(value: float | None, form: str) -> str:

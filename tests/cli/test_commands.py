@@ -331,3 +331,17 @@ class TestInternalErrors:
 
     def test_traceback_on_request(self):
         assert "Traceback (most recent call last)" in self.run("--traceback").stderr
+
+
+@pytest.mark.parametrize("option", ["-o", "--plot"])
+def test_a_file_that_cannot_be_written_is_refused_before_the_scene_is_read(option, tmp_path):
+    if option == "--plot":
+        pytest.importorskip("matplotlib")
+    folder = tmp_path / "folder.csv"
+    folder.mkdir()
+    for path, why in ((tmp_path / "missing" / "t.csv", "No such file"), (folder, "is a folder")):
+        done = lagrange("simulate", str(tmp_path / "no-scene.yaml"), option, str(path))
+        assert done.returncode == 2
+        assert done.stderr.startswith(f"cannot write '{path}': ")
+        assert why in done.stderr
+        assert "no-scene" not in done.stderr
