@@ -231,7 +231,8 @@ class Elimination:
         """The branch that the reference configuration is on."""
         at = self._at_reference(branches)
         real = [k for k, value in enumerate(at) if value is not None]
-        if not real and self._reaches(branches):
+        never = all(b.is_real is False for b in branches)
+        if never or (not real and self._reaches(branches)):
             raise self._unreal(number, unknown, branches)
         if len(branches) == 1:
             return branches[0]
@@ -263,7 +264,7 @@ class Elimination:
         used = sorted(self.touched[number] | {number})
         named = list(dict.fromkeys(self.stated[k].constraint for k in used))
         listed = ", ".join(f"'{n}'" for n in named)
-        fixed = all(b.free_symbols <= self.constants for b in branches)
+        fixed = all(b.is_real is False or b.free_symbols <= self.constants for b in branches)
         if fixed:
             contradict = f"constraints {listed} contradict each other"
             if len(named) == 1:

@@ -46,7 +46,8 @@ class Measured:
     ``states`` (samples, 2n) are those that hold; ``estimate`` the largest
     estimated error over its scale among them; ``failure`` says where the motion
     itself ends, ``stopped`` that the user or the budget ended it. ``choice``
-    says why the method was taken. ``steps`` and ``evaluations`` are those of the
+    says why the method was taken; ``disproved`` is the time of a sample that a
+    conserved energy contradicts. ``steps`` and ``evaluations`` are those of the
     run, ``all_evaluations`` of everything.
     """
 
@@ -62,6 +63,7 @@ class Measured:
     all_evaluations: int
     run_seconds: float
     estimate_seconds: float
+    disproved: float | None = None
 
 
 def integrate_to_accuracy(problem: InitialValueProblem, eps: float, watch: Watch) -> Measured:

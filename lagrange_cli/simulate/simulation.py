@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
 from lagrange_cli.simulate.chosen import integrate_with_method
+from lagrange_cli.simulate.conservation import first_contradiction
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.request import Request, resolve
@@ -79,11 +81,32 @@ def simulate(
     watch = Watch(progress, request.budget)
     if request.accuracy is not None:
         measured = integrate_to_accuracy(problem, request.accuracy, watch)
+        measured = _undisproved(equations, compiled, problem, measured, request.accuracy)
     else:
         measured = integrate_with_method(problem, request, watch)
     if not measured.stopped:
         watch.done()
     return _trajectory(equations, request, compiled, problem, measured, compile_seconds)
+
+
+def _undisproved(
+    equations: Equations,
+    compiled: RightHandSide,
+    problem: InitialValueProblem,
+    measured: Measured,
+    accuracy: float,
+) -> Measured:
+    """What holds, cut off where a conserved energy changes by more than the accuracy allows."""
+    if not any(c.kind in ("energy", "jacobi") for c in equations.conserved):
+        return measured
+    t = problem.times[: len(measured.states)]
+    _, kinetic = _energies(compiled, t, measured.states)
+    first = first_contradiction(
+        compiled.energy, t, measured.states, accuracy, measured.scales, kinetic
+    )
+    if first is None:
+        return measured
+    return replace(measured, states=measured.states[:first], disproved=float(t[first]))
 
 
 def _problem(
@@ -180,6 +203,8 @@ def _status(problem: InitialValueProblem, measured: Measured) -> Status:
         return "ok"
     if measured.stopped:
         return "stopped"
+    if measured.disproved is not None:
+        return "accuracy_not_reached"
     return "blow_up" if measured.failure is not None else "accuracy_not_reached"
 
 
@@ -191,6 +216,12 @@ def _reason(
         return ""
     if status == "stopped":
         return f"stopped; what is kept ends at t = {last:.9g}"
+    if measured.disproved is not None:
+        return (
+            f"accuracy {request.accuracy:g} is disproved at t = {measured.disproved:.9g}:"
+            " the energy is not what it was. A force acts in less than a step; --method RK4 with a --step"
+            " that resolves it goes on"
+        )
     if measured.failure is not None:
         return (
             f"the motion cannot be continued past t = {measured.failure.time:.9g}: "

@@ -1,0 +1,57 @@
+"""A conserved energy takes back a promise that it disproves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lagrange_cli.mechanics import derive
+from lagrange_cli.scene import read_text
+from lagrange_cli.simulate import simulate
+from lagrange_cli.simulate.conservation import first_contradiction
+
+BARRIER = """
+particles: {{p: {{mass: 1, position: [x, 0, 0]}}}}
+coordinates: [x]
+potentials: {{v: {height}*exp(-((x-10)/0.0001)^2)}}
+initial: {{x: 0, dot(x): 1}}
+simulate: {{until: 20, accuracy: 1e-6}}
+"""
+
+
+def test_a_barrier_narrower_than_a_step_is_not_passed_in_silence():
+    found = simulate(derive(read_text(BARRIER.format(height=0.6))))
+    assert found.status == "accuracy_not_reached"
+    assert found.holds_until is not None
+    assert found.holds_until < 10
+    assert "energy" in found.reason
+
+
+def test_without_the_barrier_the_promise_stands():
+    found = simulate(derive(read_text(BARRIER.format(height=0))))
+    assert found.status == "ok"
+
+
+def energy(t: float, y: np.ndarray) -> float:
+    return float(y[0] ** 2 + y[1] ** 2) / 2
+
+
+def circle(error: float) -> tuple[np.ndarray, np.ndarray]:
+    t = np.linspace(0, 10, 101)
+    radius = 1 + error * t / 10
+    return t, np.column_stack([radius * np.cos(t), -radius * np.sin(t)])
+
+
+@pytest.mark.parametrize(("error", "disproved"), [(0.0, False), (1e-7, False), (1e-4, True)])
+def test_changes_within_the_accuracy_prove_nothing(error: float, disproved: bool):
+    t, states = circle(error)
+    kinetic = states[:, 1] ** 2 / 2
+    first = first_contradiction(energy, t, states, 1e-6, np.ones(2), kinetic)
+    assert (first is not None) == disproved
+
+
+def test_the_first_sample_beyond_is_named():
+    t, states = circle(0.0)
+    states[40:] *= 1.1
+    first = first_contradiction(energy, t, states, 1e-6, np.ones(2), states[:, 1] ** 2 / 2)
+    assert first == 40
