@@ -69,7 +69,8 @@ def run_console(words: list[str], folder: Path) -> list[str]:
 def settled(text: str) -> str:
     """A text without what differs between machines: times, rounding errors, last digits."""
     text = re.sub(r"\(\d+\.\d+ s\)", "(SECONDS)", text)
-    text = re.sub(r"mismatch \S+|\S+ estimated|drift \S+|\d+ steps|\d+ evaluations", "MEASURED", text)
+    measured = r"mismatch \S+|\S+ estimated|drift \S+|\d+ steps|\d+ evaluations"
+    text = re.sub(measured, "MEASURED", text)
     return re.sub(r"-?\d+\.\d{10,}", lambda number: f"{float(number[0]):.8g}", text)
 
 

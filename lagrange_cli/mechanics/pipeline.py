@@ -120,15 +120,14 @@ def _remarks(derivation: Derivation, initial: InitialState | None) -> tuple[str,
     return tuple(remarks)
 
 
-def _unused_warnings(scene: Scene, unused: tuple[str, ...]) -> Iterator[Problem]:
-    for p in scene.parameters:
-        if p.name in unused:
-            yield Problem(
-                f"parameter '{p.name}' is never used",
-                p.mark,
-                rule="unused-parameter",
-                severity="warning",
-            )
+def _unused_warnings(scene: Scene, unused: tuple[str, ...]) -> tuple[Problem, ...]:
+    """One warning for all of them, at the first."""
+    if not unused:
+        return ()
+    mark = next(p.mark for p in scene.parameters if p.name == unused[0])
+    listed = ", ".join(f"'{name}'" for name in unused)
+    message = f"parameter {listed} is" if len(unused) == 1 else f"parameters {listed} are"
+    return (Problem(f"{message} never used", mark, rule="unused-parameter", severity="warning"),)
 
 
 def _parameters(reduced: Reduced) -> Iterator[Parameter]:

@@ -13,7 +13,16 @@ from fractions import Fraction
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.bounds import Extent, extent_of
 from lagrange_cli.scene.declarations import AXES, component
-from lagrange_cli.scene.expression import Call, Equation, Expression, Name, Node, Number, names_in
+from lagrange_cli.scene.expression import (
+    Call,
+    Equation,
+    Expression,
+    Name,
+    Neg,
+    Node,
+    Number,
+    names_in,
+)
 from lagrange_cli.scene.grammar import parse_equation, parse_expression
 from lagrange_cli.scene.model import Constraint, Particle
 from lagrange_cli.scene.problems import shown, suggestion
@@ -46,9 +55,19 @@ def read_constraint_helper(
         length = reading.part(fields["equals"], "equals", what)
     if pair is None or length is None:
         return None
+    if _is_negative(length.node):
+        reading.problems.add(
+            f"a distance cannot be negative, found {length.text}", length.mark(), rule="distance"
+        )
+        return None
     squares = " + ".join(f"({d})^2" for d in _differences(*pair))
     text = f"{squares} = {_as_factor(length)}^2"
     return (parse_equation(text, _whole(node), exact=False, limited=False),)
+
+
+def _is_negative(node: Node) -> bool:
+    """A negative number as it stands; what parameters make of it is not known here."""
+    return isinstance(node, Neg) and isinstance(node.operand, Number) and node.operand.value != 0
 
 
 def read_potential_helper(node: Mapping, what: str, reading: Reading) -> Expression | None:

@@ -219,8 +219,8 @@ def _reason(
     if measured.disproved is not None:
         return (
             f"accuracy {request.accuracy:g} is disproved at t = {measured.disproved:.9g}:"
-            " the energy is not what it was. A force acts in less than a step; --method RK4 with a --step"
-            " that resolves it goes on"
+            " the energy is not what it was. A force acts in less than a step;"
+            " --method RK4 with a --step that resolves it goes on"
         )
     if measured.failure is not None:
         return (
