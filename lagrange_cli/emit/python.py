@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c_names import file_stem
 from lagrange_cli.emit.naming import PYTHON_RESERVED, comment_text, unique_identifiers
-from lagrange_cli.emit.python_functions import PRELUDE, function_source
+from lagrange_cli.emit.python_functions import function_source, prelude
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -90,13 +90,17 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
     names = {f"p{i}": f"p_{field}" for i, field in enumerate(fields)}
     for kind in "qv":
         names |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
-    prelude = PRELUDE.replace("\nimport numpy", "from typing import NamedTuple\n\nimport numpy", 1)
+    functions = [function_source(equations, name, names, "p=DEFAULTS") for name in _FUNCTIONS]
+    parameters = _parameters(equations, fields)
+    imports, helpers = prelude("\n".join([parameters, *functions, _SCRIPT]))
+    standard = ["import sys", *imports, "from typing import NamedTuple"]
     parts = [
         _docstring(equations),
-        f"import sys\n{prelude}",
+        "\n".join([*standard, "", "import numpy as np\n"]),
+        *helpers,
         _constants(equations),
-        _parameters(equations, fields),
-        *(function_source(equations, name, names, "p=DEFAULTS") for name in _FUNCTIONS),
+        parameters,
+        *functions,
         _SCRIPT,
     ]
     return {f"{file_stem(equations.name)}.py": "\n\n".join(parts)}
@@ -175,4 +179,4 @@ def _described(of: Coordinate | Parameter) -> str:
 
 def _strings(texts: Sequence[str]) -> str:
     """A tuple of string literals in plain ASCII."""
-    return f"({''.join(f'{text!a}, ' for text in texts).rstrip()})" if texts else "()"
+    return ascii(tuple(texts))

@@ -8,9 +8,10 @@ return NaN.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from textwrap import wrap
+from textwrap import fill, wrap
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.numbers import double_literal
@@ -29,32 +30,48 @@ from lagrange_cli.emit.program import (
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["PRELUDE", "function_source", "right_hand_side_source"]
+__all__ = ["function_source", "prelude", "right_hand_side_source"]
 
-#: What the functions need at the top of their module.
-PRELUDE = '''\
-from math import (
-    acos, acosh, asin, asinh, atan, atan2, atanh, cos, cosh, exp, log, nan, pow, sin, sinh, sqrt,
-    tan, tanh,
+#: Names of the standard library that functions may use.
+_MATH = (
+    "acos",
+    "acosh",
+    "asin",
+    "asinh",
+    "atan",
+    "atan2",
+    "atanh",
+    "cos",
+    "cosh",
+    "exp",
+    "log",
+    "nan",
+    "pow",
+    "sin",
+    "sinh",
+    "sqrt",
+    "tan",
+    "tanh",
 )
 
-import numpy as np
-
-
+#: Functions that the standard library has not, by name.
+_HELPERS = {
+    "_sign": '''\
 def _sign(x):
     """1, 0 or -1 with the sign of x (NaN for NaN)."""
     return float(x > 0.0) - float(x < 0.0) if x == x else nan
-
-
+''',
+    "_min": '''\
 def _min(a, b):
     """The smaller of two numbers (NaN if one is)."""
     return a if a < b or a != a else b
-
-
+''',
+    "_max": '''\
 def _max(a, b):
     """The larger of two numbers (NaN if one is)."""
     return a if a > b or a != a else b
-'''
+''',
+}
 
 #: Every function of a program as the module calls it.
 PYTHON_FUNCTIONS = {
@@ -66,6 +83,7 @@ PYTHON_FUNCTIONS = {
 
 #: Longer expressions are broken into lines.
 WIDTH = 84
+_TAB = " " * 4
 
 #: A pivot below this multiple of its diagonal entry is rounding error.
 ROUNDING = Fraction(1, 2**53)
@@ -95,10 +113,24 @@ def right_hand_side_source(
     (2n,), the others (n, n), (n,), a float, and arrays in the order of
     ``cartesian_names``. No text of the scene is in it: it is safe to run.
     """
-    parts = [PRELUDE]
-    for name in names:
-        parts.append(function_source(equations, name, {}, "p", transform))
-    return "\n\n".join(parts)
+    body = "\n\n".join(function_source(equations, n, {}, "p", transform) for n in names)
+    imports, helpers = prelude(body)
+    return "\n\n".join(["\n".join([*imports, "import numpy as np\n"]), *helpers, body])
+
+
+def prelude(body: str) -> tuple[list[str], list[str]]:
+    """Import lines and definitions that the functions in ``body`` need, and no others."""
+    helpers = [source for name, source in _HELPERS.items() if f"{name}(" in body]
+    words = set(re.findall(r"\w+", "\n".join([body, *helpers])))
+    names = [name for name in _MATH if name in words]
+    if not names:
+        return [], helpers
+    line = f"from math import {', '.join(names)}"
+    if len(line) > WIDTH:
+        text = f"{', '.join(names)},"
+        listed = fill(text, WIDTH, initial_indent=_TAB, subsequent_indent=_TAB)
+        line = f"from math import (\n{listed}\n)"
+    return [line], helpers
 
 
 def function_source(

@@ -210,3 +210,20 @@ def test_the_examples_of_the_documentation_agree(tmp_path):
     expected = -2 * a * 9.81 / (1 + 4 * a**2)  # at x = 1, at rest
     for printed in (run(program), run(sys.executable, "example.py", cwd=tmp_path)):
         assert float(printed) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("equations", "expected"),
+    [
+        (systems.bead_on_parabola(), set()),
+        (one_coordinate(sp.sign(x), sp.Max(x, 1), sp.atan2(x, 2)), {"_sign", "_max"}),
+    ],
+)
+def test_only_what_is_used_is_imported_and_defined(equations, expected):
+    (text,) = EMITTERS["python"].emit(equations, {}).values()
+    tree = ast.parse(text)
+    used = {n.id for n in ast.walk(tree) if isinstance(n, ast.Name)}
+    imports = [n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and n.module == "math"]
+    assert {a.name for node in imports for a in node.names} <= used
+    helpers = {n.name for n in tree.body if isinstance(n, ast.FunctionDef) and n.name[0] == "_"}
+    assert helpers == expected
