@@ -80,8 +80,8 @@ def _promise(trajectory: Trajectory) -> str:
     return f"{trajectory.requested:g} requested, {estimated} estimated, holds until t = {until}"
 
 
-def _text(trajectory: Trajectory) -> str:
-    """The result for a person."""
+def _text(trajectory: Trajectory, conserved: str) -> str:
+    """The result for a person; ``conserved`` names the quantity whose drift is reported."""
     drift = trajectory.energy_drift
     lines = [
         f"{trajectory.name} at t = {trajectory.t[-1]:.9g}",
@@ -89,7 +89,7 @@ def _text(trajectory: Trajectory) -> str:
         *_state(trajectory),
         "",
         f"Accuracy  {_promise(trajectory)}",
-        f"Energy    {'not conserved' if drift is None else f'relative drift {drift:.1e}'}",
+        f"{conserved:<10}{'not conserved' if drift is None else f'relative drift {drift:.1e}'}",
         f"Method    {trajectory.method}, {trajectory.steps} steps, "
         f"{trajectory.rhs_evaluations} evaluations of the right-hand side",
     ]
@@ -207,7 +207,10 @@ def simulate(
     session.detail(f"method: {trajectory.choice}")
     if output is not None:
         trajectory.write(output, energy=columns == "energy")
-    print_text(_json(trajectory, derive_seconds) if as_json else _text(trajectory))
+    # Where no energy is conserved the Jacobi integral may be: its drift is another thing.
+    jacobi = any(c.kind == "jacobi" for c in equations.conserved)
+    text = _text(trajectory, "Jacobi" if jacobi else "Energy")
+    print_text(_json(trajectory, derive_seconds) if as_json else text)
     if plot is not None:
         trajectory.plot(plot)
     if trajectory.reason:

@@ -95,8 +95,3 @@ class Run:
                 return
             self._states[self.filled : self.filled + len(times)] = states
         self.filled = reached
-
-    def advance(self, samples: int) -> None:
-        """Step until ``samples`` sample times are filled or the run failed."""
-        while self.filled < samples and self.step():
-            pass

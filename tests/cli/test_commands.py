@@ -345,3 +345,13 @@ def test_a_file_that_cannot_be_written_is_refused_before_the_scene_is_read(optio
         assert done.stderr.startswith(f"cannot write '{path}': ")
         assert why in done.stderr
         assert "no-scene" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("scene", "label"),
+    [("beads/bead_on_rotating_hoop", "Jacobi"), ("pendulums/pendulum", "Energy")],
+)
+def test_the_drift_is_of_the_quantity_that_it_names(scene, label):
+    done = lagrange("simulate", f"systems/{scene}.yaml", "--until", "0.1")
+    assert done.returncode == 0
+    assert f"\n{label}    relative drift" in done.stdout
