@@ -192,7 +192,10 @@ class Attempt:
         started = time.perf_counter()
         start, span = self._problem.start, self._problem.span
         try:
-            while run.filled < samples and not self._spent(run) and run.step():
+            while run.filled < samples and not self._spent(run):
+                rest = self._allowed(run) - run.evaluations
+                if not run.go(samples, most_evaluations=max(rest, 1.0)):
+                    break
                 watch((min(r.t for r in self._runs) - start) / span)
         finally:
             if run is self.run:

@@ -54,7 +54,7 @@ def integrate_with_method(problem: InitialValueProblem, request: Request, watch:
 def _go(run: Run, problem: InitialValueProblem, watch: Watch) -> bool:
     """Run to the end; True if the user or the budget stopped it."""
     try:
-        while run.step():
+        while run.go(len(problem.times)):
             watch((run.t - problem.start) / problem.span)
     except (StoppedError, KeyboardInterrupt):
         return True

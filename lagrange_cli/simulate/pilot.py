@@ -22,6 +22,10 @@ COARSE = 1e-5
 #: Least absolute tolerance: scales may underflow, tolerances must not.
 LEAST = 1e-290
 
+#: Steps that are made one by one, until their length has settled; later a few are
+#: made before tolerances are looked at again.
+START, FEW = 12, 16
+
 #: The first step as a part of the span; steps grow tenfold from there.
 FIRST_STEP = 1e-8
 
@@ -137,13 +141,12 @@ class _Tracker:
 
     def go(self, run: Run, evaluations: int | None) -> bool:
         """Step until complete or failed (True), or until a limit is reached (False)."""
-        problem, steps = self._problem, 0
+        problem, first = self._problem, run.steps
         while evaluations is None or run.evaluations < evaluations:
-            before = run.t
-            if not run.step():
+            before, done = run.t, run.steps - first
+            if not run.advance(len(problem.times), min(1 + done // FEW, FEW)):
                 return True
-            steps += 1
-            if steps == 12:
+            if done == START - 1:
                 self.first_step = run.t - before
             self._watch((run.t - problem.start) / problem.span)
             moved = np.abs(run.y - problem.y0)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import math
+import time
 from dataclasses import dataclass
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators import Control, Integrator, Rhs, StepError
+from lagrange_cli.simulate.integrators import Control, Integrator, Rhs
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.problem import InitialValueProblem
 
 __all__ = ["Failure", "Run"]
+
+#: Seconds between two looks at the clock, roughly: what a person takes for at once.
+GLANCE = 0.02
 
 
 @dataclass(frozen=True)
@@ -39,18 +44,15 @@ class Run:
     ) -> None:
         self.method = method
         self.failure: Failure | None = None
-        self.steps = self.evaluations = 0
         self._times = problem.times
-        self._rhs = problem.rhs if rhs is None else rhs
         start = problem.y0 if y0 is None else y0
         self._states = np.empty((len(problem.times), len(start)))
         self._states[0] = start
         self.filled = 1
-        self._integrator = method(self._counted, problem.start, start, problem.until, control)
-
-    def _counted(self, t: float, y: Array) -> Array:
-        self.evaluations += 1
-        return self._rhs(t, y)
+        self._pace = 1
+        self._integrator = method(
+            problem.rhs if rhs is None else rhs, problem.start, start, problem.until, control
+        )
 
     @property
     def states(self) -> Array:
@@ -64,34 +66,43 @@ class Run:
     def y(self) -> Array:
         return self._integrator.y
 
-    def step(self) -> bool:
-        """Make one step and take the samples in it; False once the run failed or is complete."""
-        if self.failure is not None or self.filled == len(self._times):
-            return False
-        integrator = self._integrator
-        limit = self._times[-1] if self.method.interpolates else self._times[self.filled]
-        try:
-            integrator.step(float(limit))
-        except StepError as error:
-            self.failure = Failure(integrator.t, error.reason)
-            return False
-        self.steps += 1
-        self._take_samples()
-        return self.failure is None
+    @property
+    def steps(self) -> int:
+        return self._integrator.steps
 
-    def _take_samples(self) -> None:
-        integrator = self._integrator
-        reached = int(np.searchsorted(self._times, integrator.t, side="right"))
-        if reached <= self.filled:
-            return
-        times = self._times[self.filled : reached]
-        if times[-1] == integrator.t:
-            self._states[reached - 1] = integrator.y
-            times = times[:-1]
-        if len(times):
-            states = integrator.interpolate(times)
-            if not np.isfinite(states).all():
-                self.failure = Failure(float(times[0]), "the state is no longer finite")
-                return
-            self._states[self.filled : self.filled + len(times)] = states
-        self.filled = reached
+    @property
+    def evaluations(self) -> int:
+        return self._integrator.evaluations
+
+    @property
+    def ended(self) -> bool:
+        """Whether the run is complete or has failed."""
+        return self.failure is not None or self.filled == len(self._times)
+
+    def go(self, samples: int, *, most_evaluations: float = math.inf) -> bool:
+        """Advance for a short while, so that the caller can look at the clock.
+
+        How far one call comes depends on the machine; what all calls together
+        give does not.
+        """
+        started = time.perf_counter()
+        goes_on = self.advance(samples, self._pace, most_evaluations)
+        taken = time.perf_counter() - started
+        self._pace = 2 * self._pace if taken < GLANCE / 2 else max(1, self._pace // 2)
+        return goes_on
+
+    def advance(self, samples: int, most_steps: int, most_evaluations: float = math.inf) -> bool:
+        """Step until ``samples`` are filled or a limit is reached; False once the run has ended."""
+        if self.ended:
+            return False
+        part = slice(self.filled, max(samples, self.filled))
+        done = self._integrator.advance(
+            self._times[part],
+            self._states[part],
+            most_steps=most_steps,
+            most_evaluations=most_evaluations,
+        )
+        self.filled += done.filled
+        if done.failure is not None:
+            self.failure = Failure(self.t, done.failure)
+        return not self.ended

@@ -51,8 +51,10 @@ def probe(
             max_step=problem.longest_step,
         )
         run = Run(INTEGRATORS[name], rest, control)
-        while run.evaluations < LONGEST_TRIAL and run.step():
+        while run.go(len(rest.times), most_evaluations=LONGEST_TRIAL - run.evaluations):
             watch((t - problem.start) / problem.span)
+            if run.evaluations >= LONGEST_TRIAL:
+                break
         reached.append(run.t - t)
         evaluations += run.evaluations
     return Probe(reached[1] > AHEAD * reached[0], evaluations)

@@ -32,9 +32,16 @@ def problem(rhs, y0, until, samples=2):
     return InitialValueProblem(rhs, y0, np.linspace(0.0, until, samples), kinds)
 
 
+def one_step(run):
+    """Whether a step was made."""
+    before = run.steps
+    run.advance(len(run.states) + 10**6, 1)
+    return run.steps > before
+
+
 def ended(method, of, how):
     run = Run(method, of, how)
-    while run.step():
+    while one_step(run):
         pass
     assert run.failure is None
     return run
@@ -54,7 +61,7 @@ def exact():
     fine = Run(
         INTEGRATORS["DOP853"], problem(pendulum, [1.0, 0.5], 2.0), control(2, tolerance=1e-16)
     )
-    while fine.step():
+    while one_step(fine):
         pass
     return fine.y
 
@@ -110,7 +117,7 @@ def test_implicit_methods_pass_over_stiffness(method):
         return np.array([y[1], -1e5 * (y[1] + y[0])])
 
     run = Run(method, problem(stiff, [1.0, -1.0], 2.0), control(2, tolerance=1e-5))
-    while run.evaluations < 3_000 and run.step():
+    while run.evaluations < 3_000 and one_step(run):
         pass
     assert (run.t == 2.0) == method.implicit
 
@@ -145,7 +152,7 @@ def test_steps_stay_within_limits(method):
     limits = control(2, first_step=0.01, max_step=0.05, step=0.05)
     run = Run(method, problem(pendulum, [1.0, 0.5], 1.0, samples=3), limits)
     times = [run.t]
-    while run.step():
+    while one_step(run):
         times.append(run.t)
     assert max(np.diff(times)) <= 0.05 * (1 + 1e-9)
     assert times[-1] == 1.0
@@ -160,7 +167,7 @@ def test_failure_keeps_the_last_good_state(method):
 
     with np.errstate(all="ignore"):
         run = Run(method, problem(explode, [1.0, 0.0], 2.0), control(2, step=1e-3))
-        while run.step():
+        while one_step(run):
             pass
     assert run.failure is not None
     assert np.isfinite(run.y).all()
@@ -181,7 +188,7 @@ def test_nan_at_the_start_fails_at_the_start(method):
             integrator = Run(method, of, control(2, step=0.1))
         except StepError:  # a constructor may already see it
             return
-        assert not integrator.step()
+        assert not one_step(integrator)
     assert integrator.t == 0.0
 
 
@@ -192,9 +199,9 @@ def test_states_are_kept_and_runs_are_independent(method):
 
     first, second = run(), run()
     kept = []
-    while first.step():
+    while one_step(first):
         kept.append((first.y, first.y.copy()))
-        second.step()
+        one_step(second)
     assert all((a == b).all() for a, b in kept)
     assert (first.y == second.y).all()
     assert first.evaluations == second.evaluations

@@ -23,10 +23,14 @@ choices and tests derive from there. An implementer promises:
    nothing absolute hides in it, so that units do not matter. A method with
    ``adaptive`` false ignores the tolerance and steps by ``control.step``.
 6. **Steps.** ``first_step`` and ``max_step`` of the control are obeyed.
-7. **Evaluations.** All work goes through ``rhs``, which counts its calls.
+7. **Counters.** ``evaluations`` counts the calls of the right-hand side, ``steps``
+   the accepted steps.
 8. **Determinism.** The same problem and control give the same bits; no clock,
    no random number, no state shared between instances.
-9. **Declared properties.** ``order``, ``variable_order``, ``adaptive``,
+9. **Many steps.** :meth:`~Integrator.advance` gives the same bits however its
+   work is divided into calls. What is written here in terms of single steps
+   serves every method; compiled ones do it in one call.
+10. **Declared properties.** ``order``, ``variable_order``, ``adaptive``,
    ``implicit``, ``symplectic`` and ``needs`` say what the method is; tests
    measure each of them for every registered method.
 """
@@ -41,7 +45,7 @@ from typing import ClassVar, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Array", "Control", "Integrator", "Rhs", "StepError"]
+__all__ = ["Advance", "Array", "Control", "Integrator", "Rhs", "StepError"]
 
 Array: TypeAlias = NDArray[np.float64]
 Rhs: TypeAlias = Callable[[float, Array], Array]
@@ -71,6 +75,14 @@ class Control:
     step: float | None = None
 
 
+@dataclass(frozen=True)
+class Advance:
+    """How many samples were filled, and why no further step can be made (None: it can)."""
+
+    filled: int
+    failure: str | None = None
+
+
 class Integrator(ABC):
     """One run of a method over y' = rhs(t, y) from ``t0`` towards ``t_end`` > ``t0``.
 
@@ -94,6 +106,9 @@ class Integrator(ABC):
 
     t: float
     y: Array
+    t_end: float
+    evaluations: int = 0
+    steps: int = 0
 
     @abstractmethod
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
@@ -106,3 +121,57 @@ class Integrator(ABC):
     def interpolate(self, times: Array) -> Array:
         """States at ``times`` within the last step, shape (len(times), n)."""
         raise NotImplementedError(f"{self.name} does not interpolate")
+
+    def advance(
+        self, times: Array, states: Array, *, most_steps: int, most_evaluations: float
+    ) -> Advance:
+        """Step on until all samples are filled, or a limit is reached.
+
+        Parameters
+        ----------
+        times
+            Ascending, none before the start of the last step, shape (m,).
+        states
+            Receives the state at each sample that is reached, shape (m, 2n).
+        most_steps, most_evaluations
+            No further step begins after so many in this call.
+        """
+        filled = self._take(times, states, 0)
+        first_steps, first_evaluations = self.steps, self.evaluations
+        while (
+            filled < len(times)
+            and self.steps - first_steps < most_steps
+            and self.evaluations - first_evaluations < most_evaluations
+        ):
+            try:
+                self.step(self.t_end if self.interpolates else float(times[filled]))
+                self.steps += 1
+                filled = self._take(times, states, filled)
+            except StepError as error:
+                return Advance(filled, error.reason)
+        return Advance(filled)
+
+    def _take(self, times: Array, states: Array, filled: int) -> int:
+        """Fill the samples that the last step has passed; return how many are filled."""
+        reached = int(np.searchsorted(times, self.t, side="right"))
+        if reached <= filled:
+            return filled
+        inside = times[filled:reached]
+        if inside[-1] == self.t:
+            states[reached - 1] = self.y
+            inside = inside[:-1]
+        if len(inside):
+            found = self.interpolate(inside)
+            if not np.isfinite(found).all():
+                raise StepError("the state is no longer finite")
+            states[filled : filled + len(inside)] = found
+        return reached
+
+    def _counted(self, rhs: Rhs) -> Rhs:
+        """A right-hand side whose calls are counted."""
+
+        def counted(t: float, y: Array) -> Array:
+            self.evaluations += 1
+            return rhs(t, y)
+
+        return counted

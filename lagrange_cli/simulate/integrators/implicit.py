@@ -35,11 +35,12 @@ class _ScipyImplicit(Integrator):
         # |y| in the tolerance is taken from the start where it is an offset of z.
         atol = np.maximum(control.atol + control.rtol * np.abs(origin), np.finfo(float).tiny)
         self._origin = origin
-        self.t, self.y = t0, origin
+        self.t, self.y, self.t_end = t0, origin, t_end
+        counted = self._counted(rhs)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             self._solver = self.solver(
-                lambda t, z: rhs(t, origin + z),
+                lambda t, z: counted(t, origin + z),
                 t0,
                 np.zeros_like(origin),
                 t_end,

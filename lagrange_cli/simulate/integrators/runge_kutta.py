@@ -31,7 +31,7 @@ class _ScipyPair(Integrator):
     pair: ClassVar[type[Any]]
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
-        self._rhs = rhs
+        self._rhs = self._counted(rhs)
         self._control = control
         self._base = np.array(y0, dtype=float)
         self._solver = self.pair(
@@ -44,7 +44,7 @@ class _ScipyPair(Integrator):
         )
         # The tolerance belongs to y, not to the increment: it is set before each step.
         self._solver.rtol = 0.0
-        self.t, self.y = t0, self._base
+        self.t, self.y, self.t_end = t0, self._base, t_end
 
     def _of_increment(self, t: float, z: Array) -> Array:
         return self._rhs(t, self._base + z)
@@ -95,8 +95,8 @@ class RK4(Integrator):
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         if control.step is None:
             raise ValueError("RK4 needs control.step")
-        self._rhs, self._h = rhs, control.step
-        self.t, self.y = t0, np.array(y0, dtype=float)
+        self._rhs, self._h = self._counted(rhs), control.step
+        self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
         self._low = np.zeros_like(self.y)
 
     def step(self, limit: float) -> None:
