@@ -28,7 +28,7 @@ from lagrange_cli.emit.program import (
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["emit"]
+__all__ = ["emit", "function_names", "function_text", "functions_used"]
 
 #: Lines of arithmetic are broken before this column.
 WIDTH = 96
@@ -75,8 +75,8 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
 def _source(
     equations: Equations, names: CNames, real: Real, programs: Mapping[str, Program], stem: str
 ) -> str:
-    dialect = Dialect(real.literal, _functions(names, real), names.inputs)
-    used = set().union(*(_functions_used(program) for program in programs.values()))
+    dialect = Dialect(real.literal, function_names(names, real), names.inputs)
+    used = set().union(*(functions_used(program) for program in programs.values()))
     parts = [
         f"/* {names.prefix}: see {stem}.h, which documents every function. */\n",
         f'#include "{stem}.h"\n\n#include <math.h>\n',
@@ -85,11 +85,11 @@ def _source(
         _defaults(equations, names, real),
     ]
     for function, program in programs.items():
-        parts.append(_function(function, program, names, real, dialect))
+        parts.append(function_text(function, program, names, real, dialect))
     return "\n".join(part for part in parts if part)
 
 
-def _functions(names: CNames, real: Real) -> dict[str, str]:
+def function_names(names: CNames, real: Real) -> dict[str, str]:
     """Every function of a program by its C name."""
     own = {"sign", "min", "max"}
     table = {name: name + real.suffix for name in FUNCTIONS if name not in own}
@@ -97,7 +97,8 @@ def _functions(names: CNames, real: Real) -> dict[str, str]:
     return table | {name: f"{names.prefix}_{name}" for name in sorted(own)}
 
 
-def _functions_used(program: Program) -> set[str]:
+def functions_used(program: Program) -> set[str]:
+    """The functions that a program calls."""
     operands = [operand for _, operand in program.assignments]
     operands += [operand for _, of in program.outputs for operand in of]
     return set().union(*map(functions_in, operands))
@@ -113,16 +114,18 @@ def _defaults(equations: Equations, names: CNames, real: Real) -> str:
     return "\n".join([*lines, "}", ""])
 
 
-def _function(function: str, program: Program, names: CNames, real: Real, dialect: Dialect) -> str:
-    """The definition of one function of the interface."""
+def function_text(
+    function: str, program: Program, names: CNames, real: Real, dialect: Dialect
+) -> str:
+    """The definition of one function of the interface; with blocks to solve, of a right-hand side."""
     body = _Body(program, names, real, dialect)
-    if function == "rhs":
+    if program.blocks:
         body.write_rhs()
     elif function == "mass_matrix":
         body.write_matrix()
     else:
         body.write_outputs()
-    result = "dydt" if function == "rhs" else "out"
+    result = "dydt" if program.blocks else "out"
     return "\n".join(
         [
             f"int {names.prefix}_{function}({names.arguments(real, result)})",
