@@ -117,7 +117,7 @@ def _defaults(equations: Equations, names: CNames, real: Real) -> str:
 def function_text(
     function: str, program: Program, names: CNames, real: Real, dialect: Dialect
 ) -> str:
-    """The definition of one function of the interface; with blocks to solve, of a right-hand side."""
+    """The definition of one function of the interface: a right-hand side where it has blocks."""
     body = _Body(program, names, real, dialect)
     if program.blocks:
         body.write_rhs()
