@@ -12,9 +12,9 @@ from lagrange_cli.batch.model import Outcome, Report, SceneReport
 from lagrange_cli.batch.walk import scenes_in
 from lagrange_cli.batch.workers import in_processes
 from lagrange_cli.errors import AccuracyError, InputError, LagrangeError, Problem
+from lagrange_cli.files import read_bytes
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import expected_error, read_file
-from lagrange_cli.scene.files import read_bytes
 from lagrange_cli.scene.model import ErrorExpectation
 
 __all__ = ["check_paths", "check_scene"]

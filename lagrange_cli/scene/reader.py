@@ -16,8 +16,8 @@ from pathlib import PurePath
 from typing import Any
 
 from lagrange_cli.errors import LagrangeError
+from lagrange_cli.files import MAX_BYTES, read_bytes, too_large
 from lagrange_cli.scene import conditions, declarations, physics
-from lagrange_cli.scene.files import MAX_BYTES, read_bytes, too_large
 from lagrange_cli.scene.helpers import read_plane
 from lagrange_cli.scene.model import ErrorExpectation, Scene
 from lagrange_cli.scene.names import check_names

@@ -11,7 +11,7 @@ import pytest
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.scene import read_file
-from lagrange_cli.scene.files import MAX_BYTES, read_bytes
+from lagrange_cli.files import MAX_BYTES, read_bytes
 
 
 def message(path: str) -> str:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 import stat
-import tempfile
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
 from lagrange_cli.errors import InputError, Problem
 
-__all__ = ["cannot_write", "check_writable", "write_file", "write_files"]
+__all__ = ["cannot_write", "check_writable", "new_file", "write_file", "write_files"]
 
 
 def cannot_write(name: str, error: OSError) -> InputError:
@@ -34,6 +33,21 @@ def check_writable(path: str | os.PathLike[str]) -> None:
             raise PermissionError(0, "the folder is read-only")
     except OSError as error:
         raise cannot_write(f"'{path}'", error) from error
+
+
+def new_file(folder: str | os.PathLike[str]) -> tuple[int, str]:
+    """Open a temporary file of a new name, for this user alone; return its handle and path.
+
+    Raises
+    ------
+    OSError
+        It cannot be made.
+    """
+    # The module tempfile would do the same, but takes as long to import as all of Click.
+    path = os.path.join(folder, f".{os.urandom(16).hex()}.tmp")
+    flags = os.O_RDWR | os.O_CREAT | os.O_EXCL
+    flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+    return os.open(path, flags, 0o600), path
 
 
 def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
@@ -96,9 +110,7 @@ def _stage(path: Path, data: bytes, waiting: list[tuple[str, Path]]) -> None:
     if target.exists() and not target.is_file():
         target.write_bytes(data)
         return
-    handle, temporary = tempfile.mkstemp(
-        prefix=f".{target.name}.", suffix=".tmp", dir=target.parent
-    )
+    handle, temporary = new_file(target.parent)
     waiting.append((temporary, target))
     with os.fdopen(handle, "wb") as stream:
         stream.write(data)

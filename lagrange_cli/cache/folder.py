@@ -1,0 +1,116 @@
+"""The folder of the cache: where it is, and whether what lies in it can be trusted.
+
+What is found there is shown as lagrange's result, and loaded as a library. So
+nobody else may be able to write there: the folder belongs to the user and
+denies access to others, and so do those on the way to it, as far as they
+decide which folder stands at its path.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from contextlib import suppress
+
+from lagrange_cli.cache.store import Cache
+
+__all__ = ["SWITCH", "open_cache"]
+
+#: The environment variable that turns the cache off.
+SWITCH = "LAGRANGE_CACHE"
+
+#: Permissions of the group and of others; those of writing among them.
+OTHERS = 0o077
+OTHERS_WRITE = 0o022
+
+
+class _UnusableError(Exception):
+    """Why there is no folder to keep anything in."""
+
+
+def open_cache() -> Cache:
+    """Return the user's cache; where there can be none, one that is empty and says why.
+
+    The folder is ``$XDG_CACHE_HOME/lagrange``, else ``~/.cache/lagrange``, and
+    is made where it is missing.
+    """
+    try:
+        _refuse_switched_off()
+        folder = os.path.join(_base(), "lagrange")
+    except _UnusableError as why:
+        return Cache(None, str(why))
+    try:
+        return Cache(folder) if not _prepared(folder) else _emptied(folder)
+    except _UnusableError as why:
+        return Cache(None, str(why))
+    except OSError as error:
+        return Cache(None, f"'{folder}' cannot be used: {error.strerror or error}")
+
+
+def _emptied(folder: str) -> Cache:
+    cache = Cache(folder)
+    cache.clear()
+    return cache
+
+
+def _refuse_switched_off() -> None:
+    value = os.environ.get(SWITCH, "on")
+    if value == "off":
+        raise _UnusableError(f"{SWITCH} is off")
+    if value not in ("on", ""):
+        raise _UnusableError(f"{SWITCH} is neither on nor off but {value!r}")
+
+
+def _base() -> str:
+    """The user's folder of caches, without symbolic links."""
+    base = os.environ.get("XDG_CACHE_HOME", "")
+    # The specification of base directories has relative paths ignored.
+    if os.path.isabs(base):
+        return os.path.realpath(base)
+    home = os.environ["HOME"] if "HOME" in os.environ else os.path.expanduser("~")
+    if not os.path.isabs(home):
+        raise _UnusableError("there is no home folder: HOME is not an absolute path")
+    if not os.path.isdir(home):
+        raise _UnusableError(f"there is no home folder: '{home}' is no folder")
+    return os.path.realpath(os.path.join(home, ".cache"))
+
+
+def _prepared(folder: str) -> bool:
+    """Make the folder, or take it over; say whether others could have written there.
+
+    Raises
+    ------
+    _UnusableError
+        It is no folder, or others can replace it.
+    OSError
+        It cannot be made, or its permissions cannot be mended.
+    """
+    os.makedirs(os.path.dirname(folder), mode=0o700, exist_ok=True)
+    if os.name == "posix":
+        _refuse_untrusted_parents(os.path.dirname(folder))
+    with suppress(FileExistsError):
+        os.mkdir(folder, 0o700)
+    found = os.lstat(folder)
+    if not stat.S_ISDIR(found.st_mode):
+        raise _UnusableError(f"'{folder}' is not a folder")
+    if os.name != "posix":
+        return False
+    if found.st_uid != os.geteuid():
+        raise _UnusableError(f"'{folder}' belongs to another user")
+    if found.st_mode & OTHERS:
+        os.chmod(folder, 0o700)
+    return bool(found.st_mode & OTHERS_WRITE)
+
+
+def _refuse_untrusted_parents(path: str) -> None:
+    """Refuse a path on which somebody else but root can put another folder in place of ours."""
+    while True:
+        found = os.stat(path)
+        if found.st_uid not in (0, os.geteuid()):
+            raise _UnusableError(f"'{path}' belongs to another user")
+        if found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX:
+            raise _UnusableError(f"every user can write to '{path}'")
+        parent = os.path.dirname(path)
+        if parent == path:
+            return
+        path = parent

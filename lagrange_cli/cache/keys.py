@@ -1,0 +1,80 @@
+"""Keys: the hash of everything that a result depends on."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from hashlib import sha256
+from importlib.util import find_spec
+
+from lagrange_cli.version import __version__
+
+__all__ = ["digest", "fingerprint"]
+
+#: The libraries that results depend on, each with the file in its folder that names its version.
+LIBRARIES = {
+    "sympy": "release.py",
+    "mpmath": "__init__.py",
+    "numpy": "version.py",
+    "scipy": "version.py",
+    "yaml": "__init__.py",
+}
+
+
+def digest(*parts: bytes | str) -> str:
+    """Return the SHA-256 of a sequence of texts, as 64 hexadecimal digits.
+
+    The length and the kind of each part count, so that different sequences
+    have different hashes: ``("ab", "c")``, ``("a", "bc")`` and ``(b"ab", "c")``.
+    """
+    found = sha256()
+    for part in parts:
+        kind = b"s" if isinstance(part, str) else b"b"
+        data = part.encode("utf-8", "surrogatepass") if isinstance(part, str) else part
+        found.update(b"%s%d:" % (kind, len(data)))
+        found.update(data)
+    return found.hexdigest()
+
+
+def fingerprint() -> str:
+    """Return what changes with lagrange's code, Python's version or that of a library.
+
+    Nothing is imported: names, sizes and times of the package's files stand for
+    its code, the file that states its version for each library.
+    """
+    package = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+    try:
+        files = sorted(_files(package))
+    except OSError:
+        # A package that is no folder (an archive): nothing is recognized, so nothing is outdated.
+        return os.urandom(32).hex()
+    libraries = [part for name, file in LIBRARIES.items() for part in _library(name, file)]
+    machine = (sys.version, sys.implementation.name, sys.platform)
+    return digest(__version__, package, *machine, *files, *libraries)
+
+
+def _files(folder: str) -> Iterator[str]:
+    """Relative name, size and time of every source file below a folder."""
+    waiting = [folder]
+    while waiting:
+        with os.scandir(waiting.pop()) as entries:
+            for entry in entries:
+                if entry.name.endswith((".py", ".c", ".h")):
+                    found = entry.stat()
+                    path = os.path.relpath(entry.path, folder)
+                    yield f"{path} {found.st_size} {found.st_mtime_ns}"
+                elif entry.name != "__pycache__" and entry.is_dir(follow_symlinks=False):
+                    waiting.append(entry.path)
+
+
+def _library(name: str, file: str) -> tuple[str | bytes, ...]:
+    """Where a library is, and the text that states its version."""
+    spec = find_spec(name)
+    if spec is None or spec.origin is None:
+        return (name, "absent")
+    try:
+        with open(os.path.join(os.path.dirname(spec.origin), file), "rb") as stream:
+            return (name, spec.origin, stream.read())
+    except OSError:
+        return (name, spec.origin, "unversioned")

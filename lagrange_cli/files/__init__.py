@@ -1,0 +1,21 @@
+"""Files: read with bounds, written whole or not at all."""
+
+from lagrange_cli.files.reading import MAX_BYTES, read_bytes, too_large
+from lagrange_cli.files.writing import (
+    cannot_write,
+    check_writable,
+    new_file,
+    write_file,
+    write_files,
+)
+
+__all__ = [
+    "MAX_BYTES",
+    "cannot_write",
+    "check_writable",
+    "new_file",
+    "read_bytes",
+    "too_large",
+    "write_file",
+    "write_files",
+]
