@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lagrange_cli.cli import options
-from lagrange_cli.cli.output import can_print, print_text
+from lagrange_cli.cli.output import can_encode, print_text, stdout_encoding
+from lagrange_cli.cli.remembered import Answer, Source, read_source, remembered
 from lagrange_cli.cli.session import Session
 from lagrange_cli.errors import Mark
 from lagrange_cli.files import write_file
@@ -25,29 +26,28 @@ __all__ = ["derive", "derived"]
 
 def derived(
     session: Session,
-    scene: str,
+    source: Source,
     *,
     parameters: Mapping[str, str],
     initial: Mapping[str, str] | None = None,
     times: Mapping[str, str] | None = None,
     digits: int = 30,
 ) -> Equations:
-    """Read and derive a scene for a command; its warnings and remarks go to stderr.
+    """Derive a scene for a command; its warnings and remarks go to stderr.
 
     ``times`` replaces ``until`` and ``start`` of the scene's section
     ``simulate``, by expressions.
     """
-    from lagrange_cli.scene import read_file
+    from lagrange_cli.scene import read_text
 
     started = perf_counter()
-    read = _with_times(read_file(scene, parameters=parameters, initial=initial), times or {})
+    scene = read_text(source.data, source.file, parameters=parameters, initial=initial)
+    read = _with_times(scene, times or {})
     # After reading, so that a mistake in the scene is answered at once.
     from lagrange_cli.mechanics import derive as derive_equations
 
     equations = derive_equations(read, digits=digits)
-    session.warn(equations.warnings)
-    for remark in equations.remarks:
-        session.remark(remark)
+    session.tell(equations.warnings, equations.remarks)
     session.detail(f"derived and certified in {perf_counter() - started:.2f} s")
     return equations
 
@@ -62,12 +62,12 @@ def _with_times(scene: Scene, times: Mapping[str, str]) -> Scene:
     return replace(scene, simulate=replace(scene.simulate, **values))
 
 
-def _text(equations: Equations, form: str, ascii_only: bool, to_file: bool) -> str:
-    """The derivation as text, in ASCII where the terminal has no more."""
+def _text(equations: Equations, form: str, ascii_only: bool, encoding: str) -> str:
+    """The derivation as text, in ASCII where the encoding has no more."""
     from lagrange_cli.emit.text import derivation_text
 
     text = derivation_text(equations, ascii=ascii_only, form=form)
-    if ascii_only or to_file or can_print(text):
+    if ascii_only or can_encode(text, encoding):
         return text
     return derivation_text(equations, ascii=True, form=form)
 
@@ -129,13 +129,23 @@ def derive(
     output: str | None,
 ) -> None:
     """Derive the equations of motion of SCENE, a YAML file or - for standard input."""
-    equations = derived(session, scene, parameters=parameters, digits=digits)
-    if as_json or format_ == "json":
-        result = _json(equations, form)
-    elif format_ == "latex":
-        result = _latex(equations, form)
-    else:
-        result = _text(equations, form, ascii_only, output is not None)
+    source = read_source(scene)
+    format_ = "json" if as_json else format_
+    # Files are in UTF-8; what can be shown on a terminal is the terminal's matter.
+    encoding = "utf-8" if output is not None else stdout_encoding()
+
+    def work() -> Answer:
+        equations = derived(session, source, parameters=parameters, digits=digits)
+        if format_ == "json":
+            text = _json(equations, form)
+        elif format_ == "latex":
+            text = _latex(equations, form)
+        else:
+            text = _text(equations, form, ascii_only, encoding)
+        return Answer(text, equations.warnings, equations.remarks)
+
+    asked = (format_, form, digits, ascii_only, encoding, list(parameters.items()))
+    result = remembered(session, "derive", source, asked, work)
     if output is None:
         print_text(result)
     else:

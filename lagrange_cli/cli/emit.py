@@ -11,6 +11,7 @@ import click
 from lagrange_cli.cli import options
 from lagrange_cli.cli.derive import derived
 from lagrange_cli.cli.output import print_text
+from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.session import Session
 from lagrange_cli.emit.registry import EMITTERS, Emitter, Option, emitter
 from lagrange_cli.files import write_files
@@ -106,8 +107,14 @@ def emit(
     if output is None and not format_.single_file:
         _refuse_several(format_, scene)
     given = {name: value for name, value in chosen.items() if value is not None}
-    equations = derived(session, scene, parameters=parameters)
-    files = format_.emit(equations, given)
+    source = read_source(scene)
+
+    def work() -> Answer:
+        equations = derived(session, source, parameters=parameters)
+        return Answer(format_.emit(equations, given), equations.warnings, equations.remarks)
+
+    asked = (to, sorted(given.items()), list(parameters.items()))
+    files = remembered(session, "emit", source, asked, work)
     if output is None:
         print_text("".join(files.values()))
         return

@@ -8,18 +8,22 @@ import sys
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write
 
-__all__ = ["can_print", "print_text"]
+__all__ = ["can_encode", "print_text", "stdout_encoding"]
 
 #: What a shell reports for a process that SIGPIPE ended.
 CLOSED_PIPE = 141
 
 
-def can_print(text: str) -> bool:
-    """Say whether standard output's encoding has every character of a text."""
-    if sys.stdout is None:
-        return True
+def stdout_encoding() -> str:
+    """Return the encoding of standard output, in lower case."""
+    encoding = getattr(sys.stdout, "encoding", None) or "ascii"
+    return str(encoding).lower()
+
+
+def can_encode(text: str, encoding: str) -> bool:
+    """Say whether an encoding has every character of a text."""
     try:
-        text.encode(sys.stdout.encoding or "ascii")
+        text.encode(encoding)
     except UnicodeEncodeError:
         return False
     return True
@@ -38,7 +42,7 @@ def print_text(text: str) -> None:
     """
     if sys.stdout is None:
         raise InputError(Problem("cannot write standard output: it is closed", rule="output"))
-    encoding = sys.stdout.encoding or "ascii"
+    encoding = stdout_encoding()
     printable = text.encode(encoding, "backslashreplace").decode(encoding)
     try:
         sys.stdout.write(printable if printable.endswith("\n") else printable + "\n")

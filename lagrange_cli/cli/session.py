@@ -7,10 +7,15 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import click
 
 from lagrange_cli.errors import InputError, Problem, escape_controls, render
+
+if TYPE_CHECKING:
+    from lagrange_cli.cache import Cache
 
 __all__ = ["INTERRUPTED", "TERMINATED", "Session", "report_error"]
 
@@ -42,6 +47,31 @@ class Session:
     verbosity: int = 0
     strict: bool = False
     traceback: bool = False
+
+    @cached_property
+    def cache(self) -> Cache:
+        """The user's cache; that there is none is a detail."""
+        from lagrange_cli.cache import open_cache
+
+        opened = open_cache()
+        self._explain(opened)
+        return opened
+
+    def keep(self, key: str, data: bytes) -> None:
+        """Keep data in the cache; that they cannot be kept is a detail."""
+        usable = self.cache.reason is None
+        if not self.cache.put(key, data) and usable:
+            self._explain(self.cache)
+
+    def _explain(self, cache: Cache) -> None:
+        if cache.reason is not None:
+            self.detail(f"nothing is kept in the cache: {cache.reason}")
+
+    def tell(self, warnings: Iterable[Problem], remarks: Iterable[str]) -> None:
+        """Write warnings and remarks to stderr; see :meth:`warn` and :meth:`remark`."""
+        self.warn(warnings)
+        for remark in remarks:
+            self.remark(remark)
 
     def warn(self, warnings: Iterable[Problem]) -> None:
         """Write warnings to stderr, or refuse them with ``--strict``.

@@ -14,6 +14,7 @@ import click
 from lagrange_cli.cli import options
 from lagrange_cli.cli.derive import derived
 from lagrange_cli.cli.output import print_text
+from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.session import INTERRUPTED, Session
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import check_writable
@@ -198,7 +199,8 @@ def simulate(
     session = ctx.ensure_object(Session)
     started = perf_counter()
     times = {k: v for k, v in (("until", until), ("start", start)) if v is not None}
-    equations = derived(session, scene, parameters=parameters, initial=initial, times=times)
+    source = read_source(scene)
+    equations = derived(session, source, parameters=parameters, initial=initial, times=times)
     derive_seconds = perf_counter() - started
     from lagrange_cli.simulate import simulate as integrate
 

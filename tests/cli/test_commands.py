@@ -309,7 +309,7 @@ class TestInternalErrors:
         program = (
             "import sys, lagrange_cli.scene as s\n"
             "def broken(*a, **k): raise KeyError('no such thing\\x1b')\n"
-            "s.read_file = broken\n"
+            "s.read_text = broken\n"
             "from lagrange_cli.cli.main import main\n"
             "main()"
         )

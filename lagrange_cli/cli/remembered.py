@@ -1,0 +1,109 @@
+"""Answers to the same question as before come from the cache, without any mathematics.
+
+An answer is a value that JSON holds, with the warnings and remarks that belong
+to it. The question is the command with the options that matter, and the scene:
+its bytes, which are read once and both hashed and derived, and the name that
+messages have for it. What else an answer depends on, lagrange's code and its
+libraries, is in the key as well. Refusals are not kept.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from lagrange_cli.cache import digest, fingerprint
+from lagrange_cli.errors import Mark, Problem
+from lagrange_cli.files import read_bytes
+
+if TYPE_CHECKING:
+    from lagrange_cli.cli.session import Session
+
+__all__ = ["Answer", "Source", "read_source", "remembered"]
+
+
+class Source(NamedTuple):
+    """A scene as it was read: the name that messages have for it, and its bytes."""
+
+    file: str
+    data: bytes
+
+
+class Answer(NamedTuple):
+    """What a command worked out: a value that JSON holds, and what is to be said with it."""
+
+    value: Any
+    warnings: Iterable[Problem] = ()
+    remarks: Iterable[str] = ()
+
+
+def read_source(scene: str) -> Source:
+    """Read a scene file, or standard input for ``-``.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or is too large.
+    """
+    return Source("<stdin>" if scene == "-" else scene, read_bytes(scene))
+
+
+def remembered(
+    session: Session,
+    command: str,
+    source: Source,
+    options: Sequence[Any],
+    work: Callable[[], Answer],
+) -> Any:
+    """Return the value of the answer to a question: that of before, or else ``work()``'s.
+
+    Parameters
+    ----------
+    session
+        Takes warnings and remarks of an answer of before; has the cache.
+    command
+        What is asked; a value's meaning is the command's own.
+    source
+        The scene it is asked of.
+    options
+        Every option that the answer depends on, in a fixed order, as JSON holds them.
+    work
+        Finds the answer, and tells the session its warnings and remarks.
+
+    Raises
+    ------
+    InputError
+        What ``work`` raises, and warnings with ``--strict``.
+    """
+    asked = json.dumps(options)
+    key = digest(command, fingerprint(), asked, source.file, source.data)
+    before = session.cache.get(key)
+    if before is not None:
+        answer = _decoded(before)
+        session.tell(answer.warnings, answer.remarks)
+        session.detail("from the cache")
+        return answer.value
+    answer = work()
+    session.keep(key, _encoded(answer))
+    return answer.value
+
+
+def _encoded(answer: Answer) -> bytes:
+    content = {
+        "value": answer.value,
+        "warnings": [asdict(problem) for problem in answer.warnings],
+        "remarks": list(answer.remarks),
+    }
+    return json.dumps(content).encode()
+
+
+def _decoded(data: bytes) -> Answer:
+    content = json.loads(data)
+    warnings = tuple(_problem(**fields) for fields in content["warnings"])
+    return Answer(content["value"], warnings, tuple(content["remarks"]))
+
+
+def _problem(mark: dict[str, Any] | None, **fields: Any) -> Problem:
+    return Problem(mark=None if mark is None else Mark(**mark), **fields)

@@ -1,0 +1,31 @@
+"""What every test shares: a cache of its own, so that none sees another's, or the user's."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session", autouse=True)
+def caches(tmp_path_factory) -> Iterator[Iterator[Path]]:
+    """Names of folders for caches; what runs before a test has its own uses the first."""
+    base = tmp_path_factory.mktemp("caches")
+    names = (base / str(number) for number in itertools.count())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("LAGRANGE_CACHE", raising=False)
+        patch.setenv("XDG_CACHE_HOME", str(next(names)))
+        # Making matplotlib's list of fonts takes seconds: once is enough.
+        patch.setenv("MPLCONFIGDIR", os.environ.get("MPLCONFIGDIR") or str(base / "matplotlib"))
+        yield names
+
+
+@pytest.fixture(autouse=True)
+def cache_folder(caches, monkeypatch) -> Path:
+    """Where this test's cache is, in its subprocesses too; nothing is there yet."""
+    base = next(caches)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(base))
+    return base / "lagrange"
