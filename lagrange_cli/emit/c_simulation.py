@@ -7,28 +7,15 @@ scene reaches the compiler and equal systems have equal texts.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 from lagrange_cli.emit.c import function_names, function_text, functions_used
 from lagrange_cli.emit.c_names import CNames, real_type
-from lagrange_cli.emit.c_solvers import helper_text, solver_text, work_size
+from lagrange_cli.emit.c_solvers import helper_text, solver_text
 from lagrange_cli.emit.printing import Dialect
-from lagrange_cli.emit.program import Program, build_program
+from lagrange_cli.emit.program import Program
 
-if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Equations
-
-__all__ = ["SimulationSource", "simulation_source"]
-
-#: Function of the library → output of the program.
-_OUTPUTS = {
-    "rhs": "acceleration",
-    "energy": "energy",
-    "positions": "positions",
-    "velocities": "velocities",
-}
+__all__ = ["library_source"]
 
 #: Evaluates a function at many states; what does not exist becomes NaN.
 _TABLE = """\
@@ -52,49 +39,26 @@ void system_table(function f, long rows, const double *t, const double *y, long 
 """
 
 
-@dataclass(frozen=True)
-class SimulationSource:
-    """A text of C with ``system_rhs``, ``system_disturbed``, ``system_energy``,
-    ``system_positions``, ``system_velocities`` and ``system_table``.
+def library_source(programs: Mapping[str, Program]) -> str:
+    """A text of C with a function ``system_NAME`` for each program, and ``system_table``.
 
-    ``work`` is the size of the workspace; ``parameters`` the number of doubles
-    at ``p`` that ``system_disturbed`` reads: the scene's, then its factors.
+    The programs read parameters from an array of doubles at ``p``.
     """
-
-    text: str
-    work: int
-    parameters: int
-
-
-def simulation_source(
-    equations: Equations, disturb: Callable[[Program], Program]
-) -> SimulationSource:
-    """The functions that a simulation calls.
-
-    Parameters
-    ----------
-    disturb
-        Turns the program of the right-hand side into that of ``system_disturbed``.
-    """
-    programs = {
-        function: build_program(equations, [output]) for function, output in _OUTPUTS.items()
-    }
-    programs["disturbed"] = disturb(programs["rhs"])
-    parameters = programs["disturbed"].parameters
+    parameters = max(program.parameters for program in programs.values())
+    n = programs["rhs"].coordinates
     real = real_type("double")
-    names = _dummy_names(len(equations.coordinates), parameters)
+    names = _dummy_names(n, parameters)
     dialect = Dialect(real.literal, function_names(names, real), names.inputs)
     used = set().union(*(functions_used(program) for program in programs.values()))
-    blocks = programs["rhs"].blocks
     parts = [
         "#include <math.h>\n",
         f"typedef struct {{ double p[{max(parameters, 1)}]; }} system_params;\n",
         helper_text(used, names, real),
-        solver_text(blocks, names, real),
+        solver_text(programs["rhs"].blocks, names, real),
         *(function_text(f, p, names, real, dialect) for f, p in programs.items()),
         _TABLE,
     ]
-    return SimulationSource("\n".join(filter(None, parts)), work_size(blocks), parameters)
+    return "\n".join(filter(None, parts))
 
 
 def _dummy_names(coordinates: int, parameters: int) -> CNames:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c_names import file_stem
 from lagrange_cli.emit.naming import PYTHON_RESERVED, comment_text, unique_identifiers
-from lagrange_cli.emit.python_functions import function_source, prelude
+from lagrange_cli.emit.python_functions import function_source, prelude, program_of
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -90,7 +90,10 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
     names = {f"p{i}": f"p_{field}" for i, field in enumerate(fields)}
     for kind in "qv":
         names |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
-    functions = [function_source(equations, name, names, "p=DEFAULTS") for name in _FUNCTIONS]
+    functions = [
+        function_source(program_of(equations, name), name, names, "p=DEFAULTS")
+        for name in _FUNCTIONS
+    ]
     parameters = _parameters(equations, fields)
     imports, helpers = prelude("\n".join([parameters, *functions, _SCRIPT]))
     standard = ["import sys", *imports, "from typing import NamedTuple"]

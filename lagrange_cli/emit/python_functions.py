@@ -30,7 +30,13 @@ from lagrange_cli.emit.program import (
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["function_source", "prelude", "right_hand_side_source"]
+__all__ = [
+    "function_source",
+    "module_source",
+    "prelude",
+    "program_of",
+    "right_hand_side_source",
+]
 
 #: Names of the standard library that functions may use.
 _MATH = (
@@ -90,6 +96,7 @@ ROUNDING = Fraction(1, 2**53)
 
 _DOCS = {
     "rhs": "State derivative [v, a] at time t; all NaN where it does not exist.",
+    "disturbed": "State derivative with every operation times a factor of p.",
     "mass_matrix": "Mass matrix M(q, t), n by n, of M a = f.",
     "forcing": "Forcing f(q, v, t) of M a = f.",
     "energy": "Energy function: the sum of v dL/dv, less L (T + V in most systems).",
@@ -97,23 +104,30 @@ _DOCS = {
     "velocities": "Time derivatives of the Cartesian names, in the order of CARTESIAN.",
 }
 
+FUNCTIONS_OF_STATE = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
 
-def right_hand_side_source(
-    equations: Equations,
-    names: Sequence[str] = tuple(_DOCS),
-    transform: Callable[[Program], Program] | None = None,
-) -> str:
+
+def right_hand_side_source(equations: Equations, names: Sequence[str] = FUNCTIONS_OF_STATE) -> str:
     """Source of a module with the named evaluators (all of them), made of dummy names alone.
 
-    ``transform`` changes the programs before they are written. The module
-    defines ``rhs(t, y, p)``, ``mass_matrix``, ``forcing``, ``energy``,
-    ``positions`` and ``velocities`` of the same arguments: ``t`` a float, ``y`` an
-    array [q, v] of shape (2n,), ``p`` a sequence of floats, one for each
-    parameter in the order of the Equations. ``rhs`` returns an array of shape
-    (2n,), the others (n, n), (n,), a float, and arrays in the order of
+    The module defines ``rhs(t, y, p)``, ``mass_matrix``, ``forcing``,
+    ``energy``, ``positions`` and ``velocities`` of the same arguments: ``t`` a
+    float, ``y`` an array [q, v] of shape (2n,), ``p`` a sequence of floats, one
+    for each parameter in the order of the Equations. ``rhs`` returns an array of
+    shape (2n,), the others (n, n), (n,), a float, and arrays in the order of
     ``cartesian_names``. No text of the scene is in it: it is safe to run.
     """
-    body = "\n\n".join(function_source(equations, n, {}, "p", transform) for n in names)
+    return module_source({name: program_of(equations, name) for name in names})
+
+
+def program_of(equations: Equations, name: str) -> Program:
+    """The program of an evaluator."""
+    return build_program(equations, ["acceleration" if name == "rhs" else name])
+
+
+def module_source(programs: Mapping[str, Program]) -> str:
+    """Source of a module with a function ``f(t, y, p)`` for each program, over dummy names."""
+    body = "\n\n".join(function_source(p, name, {}, "p") for name, p in programs.items())
     imports, helpers = prelude(body)
     return "\n\n".join(["\n".join([*imports, "import numpy as np\n"]), *helpers, body])
 
@@ -133,35 +147,27 @@ def prelude(body: str) -> tuple[list[str], list[str]]:
     return [line], helpers
 
 
-def function_source(
-    equations: Equations,
-    name: str,
-    names: Mapping[str, str],
-    parameter: str,
-    transform: Callable[[Program], Program] | None = None,
-) -> str:
+def function_source(program: Program, name: str, names: Mapping[str, str], parameter: str) -> str:
     """The definition of one evaluator.
 
     Parameters
     ----------
+    program
+        Of one output; with blocks to solve it is that of a right-hand side.
     name
-        ``rhs`` or the name of an output.
+        Of the function.
     names
         Dummy name → local name of the inputs.
     parameter
         The text of the last argument (``p``, or ``p=DEFAULTS``).
-    transform
-        Changes the program before it is written.
     """
-    program = build_program(equations, ["acceleration" if name == "rhs" else name])
-    if transform is not None:
-        program = transform(program)
     dialect = Dialect(double_literal, PYTHON_FUNCTIONS, names)
     body = _load_inputs(program, dialect)
     for target, operand in program.assignments:
         body.append(_statement(target, expression(operand, dialect)))
-    body.extend(_RESULTS.get(name, _vector_result)(program, dialect))
-    failure = "nan" if name == "energy" else f"np.full({_shape(equations, name)}, nan)"
+    write = _accelerations if program.blocks else _RESULTS.get(name, _vector_result)
+    body.extend(write(program, dialect))
+    failure = "nan" if name == "energy" else f"np.full({_shape(program, name)}, nan)"
     lines = [f"def {name}(t, y, {parameter}):", f'    """{_DOCS[name]}"""', "    try:"]
     lines.extend(f"        {line}" for line in body)
     lines.append("    except (ArithmeticError, ValueError, np.linalg.LinAlgError):")
@@ -177,12 +183,11 @@ def _statement(target: str, text: str) -> str:
     return "\n            ".join([f"{target} = (", *lines]) + "\n        )"
 
 
-def _shape(equations: Equations, name: str) -> str:
-    n = len(equations.coordinates)
+def _shape(program: Program, name: str) -> str:
+    n = program.coordinates
     if name == "mass_matrix":
         return f"({n}, {n})"
-    sizes = {"rhs": 2 * n, "forcing": n}
-    return str(sizes.get(name, len(equations.cartesian_names)))
+    return str(2 * n if program.blocks else len(program.outputs[0][1]))
 
 
 def _load_inputs(program: Program, dialect: Dialect) -> list[str]:
@@ -288,4 +293,4 @@ def _join(operands: Sequence[Operand], dialect: Dialect) -> str:
     return ", ".join(expression(operand, dialect) for operand in operands)
 
 
-_RESULTS = {"rhs": _accelerations, "energy": _scalar_result, "mass_matrix": _matrix_result}
+_RESULTS = {"energy": _scalar_result, "mass_matrix": _matrix_result}

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.integrators.base import Array
-
-if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.simulate.model import Model
 
 __all__ = ["AUTO", "Request", "resolve"]
 
@@ -50,7 +47,7 @@ class Request:
 
 
 def resolve(
-    equations: Equations,
+    model: Model,
     until: float | None,
     accuracy: float | None,
     method: str | None,
@@ -65,8 +62,8 @@ def resolve(
     A way to control the error that is given as an option (accuracy, or method
     and tolerances) replaces the scene's; both ways at once are refused.
     """
-    defaults = equations.simulate
-    initial = _initial(equations)
+    defaults = model.defaults
+    initial = _initial(model)
     method = None if method == AUTO else method
     chosen = (method, rtol, atol)
     if accuracy is None and chosen == (None, None, None):
@@ -82,15 +79,15 @@ def resolve(
     of = _method(method)
     if samples is None and step is None:
         samples, step = defaults.samples, defaults.step
-    until = _until(equations, until)
+    until = _until(model, until)
     _check_numbers(accuracy, rtol, atol, step, samples, budget)
-    times = _times(equations, until, of, step, samples)
+    times = _times(model, until, of, step, samples)
     if accuracy is None and chosen == (None, None, None):
         accuracy = DEFAULT_ACCURACY
     if accuracy is None and (of is None or of.adaptive) and rtol is None:
         raise _refused("a method needs its tolerance", "--rtol 1e-9")
     if of is not None:
-        _check_method(equations, of, step, rtol, atol)
+        _check_method(model, of, step, rtol, atol)
     fixed = of is not None and not of.adaptive
     inner = _dividing(float(times[1] - times[0]), step) if fixed and step is not None else None
     return Request(times, initial, accuracy, of, rtol, atol, inner, budget)
@@ -100,22 +97,20 @@ def _refused(message: str, hint: str) -> InputError:
     return InputError(Problem(message, hint=hint, rule="simulate"))
 
 
-def _initial(equations: Equations) -> Array:
+def _initial(model: Model) -> Array:
     """The initial state, or a refusal that names what is missing."""
-    unused = equations.facts.unused_parameters
-    missing = [p.name for p in equations.parameters if p.value is None and p.name not in unused]
+    missing = [p.name for p in model.parameters if p.value is None and p.used]
     if missing:
         raise _refused(
             f"no value for {_and(missing)}",
             " ".join(f"-p {name}=1" for name in missing),
         )
-    if equations.initial is None:
-        names = [c.name for c in equations.coordinates]
+    if model.initial is None:
         raise _refused(
             "the scene gives no initial state",
-            " ".join(f"-i {name}=0 -i 'dot({name})=0'" for name in names),
+            " ".join(f"-i {name}=0 -i 'dot({name})=0'" for name in model.coordinates),
         )
-    state = np.array([*equations.initial.positions, *equations.initial.velocities], dtype=float)
+    state = np.array(model.initial, dtype=float)
     if not np.isfinite(state).all():
         raise _refused("the initial state is not finite", "look at the section initial")
     return state
@@ -136,9 +131,9 @@ def _method(name: str | None) -> type[Integrator] | None:
     return INTEGRATORS[name]
 
 
-def _until(equations: Equations, until: float | None) -> float:
-    start = equations.simulate.start
-    until = equations.simulate.until if until is None else until
+def _until(model: Model, until: float | None) -> float:
+    start = model.defaults.start
+    until = model.defaults.until if until is None else until
     if until is None:
         raise _refused(
             "nothing says how long to simulate",
@@ -177,14 +172,14 @@ def _check_numbers(
 
 
 def _times(
-    equations: Equations,
+    model: Model,
     until: float,
     method: type[Integrator] | None,
     step: float | None,
     samples: int | None,
 ) -> Array:
     """The sample times; the last is ``until`` exactly."""
-    start = equations.simulate.start
+    start = model.defaults.start
     fixed = method is not None and not method.adaptive
     if step is not None and samples is not None and not fixed:
         raise _refused("samples and step both set the sample times", "--samples 501")
@@ -201,7 +196,7 @@ def _times(
     else:
         samples = DEFAULT_SAMPLES if samples is None else samples
         times = np.linspace(start, until, samples)
-    if samples * 2 * len(equations.coordinates) > MOST_NUMBERS:
+    if samples * 2 * len(model.coordinates) > MOST_NUMBERS:
         raise _refused(f"{samples:,} samples of this system are too many", "--samples 501")
     if not (np.diff(times) > 0).all():
         raise _refused("the sample times are too close for double precision", "--samples 501")
@@ -209,13 +204,13 @@ def _times(
 
 
 def _check_method(
-    equations: Equations,
+    model: Model,
     method: type[Integrator],
     step: float | None,
     rtol: float | None,
     atol: float | None,
 ) -> None:
-    unmet = [need for need in method.needs if not getattr(equations.facts, need)]
+    unmet = [need for need in method.needs if not getattr(model.facts, need)]
     if unmet:
         raise _refused(
             f"{method.name} needs what this system has not: {', '.join(unmet).replace('_', ' ')}",

@@ -14,9 +14,10 @@ from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
 from lagrange_cli.simulate.chosen import integrate_with_method
 from lagrange_cli.simulate.conservation import first_contradiction
 from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.request import Request, resolve
-from lagrange_cli.simulate.right_hand_side import RightHandSide, compile_right_hand_side
+from lagrange_cli.simulate.right_hand_side import RightHandSide, right_hand_side
 from lagrange_cli.simulate.trajectory import Trajectory
 from lagrange_cli.simulate.watch import Watch
 
@@ -29,7 +30,7 @@ Status = Literal["ok", "accuracy_not_reached", "stopped", "blow_up"]
 
 
 def simulate(
-    equations: Equations,
+    system: Equations | Model,
     *,
     until: float | None = None,
     accuracy: float | None = None,
@@ -40,6 +41,7 @@ def simulate(
     samples: int | None = None,
     budget: float | None = None,
     progress: Callable[[float], None] | None = None,
+    functions: RightHandSide | None = None,
 ) -> Trajectory:
     """Integrate the equations of motion from their initial state.
 
@@ -66,6 +68,9 @@ def simulate(
         Seconds after which the run stops and keeps what it has.
     progress
         Called with a fraction from 0 to 1 that never falls.
+    functions
+        What evaluates the model; by default compiled where there is a C
+        compiler, else interpreted.
 
     Raises
     ------
@@ -74,86 +79,89 @@ def simulate(
         is below what double precision can hold.
     """
     started = time.perf_counter()
-    request = resolve(equations, until, accuracy, method, rtol, atol, step, samples, budget)
-    compiled = compile_right_hand_side(equations)
-    problem = _problem(equations, request, compiled)
+    model = system if isinstance(system, Model) else _modelled(system)
+    request = resolve(model, until, accuracy, method, rtol, atol, step, samples, budget)
+    functions = right_hand_side(model) if functions is None else functions
+    problem = _problem(model, request, functions)
     compile_seconds = time.perf_counter() - started
     watch = Watch(progress, request.budget)
     if request.accuracy is not None:
         measured = integrate_to_accuracy(problem, request.accuracy, watch)
-        measured = _undisproved(equations, compiled, problem, measured, request.accuracy)
+        measured = _undisproved(model, functions, problem, measured, request.accuracy)
     else:
         measured = integrate_with_method(problem, request, watch)
     if not measured.stopped:
         watch.done()
-    return _trajectory(equations, request, compiled, problem, measured, compile_seconds)
+    return _trajectory(model, request, functions, problem, measured, compile_seconds)
+
+
+def _modelled(equations: Equations) -> Model:
+    from lagrange_cli.simulate.modelling import model_of
+
+    return model_of(equations)
 
 
 def _undisproved(
-    equations: Equations,
-    compiled: RightHandSide,
+    model: Model,
+    functions: RightHandSide,
     problem: InitialValueProblem,
     measured: Measured,
     accuracy: float,
 ) -> Measured:
     """What holds, cut off where a conserved energy changes by more than the accuracy allows."""
-    if not any(c.kind in ("energy", "jacobi") for c in equations.conserved):
+    if not _energy_is_conserved(model):
         return measured
     t = problem.times[: len(measured.states)]
-    _, kinetic = _energies(compiled, t, measured.states)
+    _, kinetic = _energies(functions, t, measured.states)
     first = first_contradiction(
-        compiled.energy, t, measured.states, accuracy, measured.scales, kinetic
+        functions.energy, t, measured.states, accuracy, measured.scales, kinetic
     )
     if first is None:
         return measured
     return replace(measured, states=measured.states[:first], disproved=float(t[first]))
 
 
-def _problem(
-    equations: Equations, request: Request, compiled: RightHandSide
-) -> InitialValueProblem:
-    kinds = ["angle" if c.is_angle else c.unit or "length" for c in equations.coordinates]
+def _problem(model: Model, request: Request, functions: RightHandSide) -> InitialValueProblem:
     return InitialValueProblem(
-        compiled.rhs,
+        functions.rhs,
         request.initial,
         request.times,
-        tuple(kinds),
-        compiled.disturbed,
-        equations.facts.autonomous,
+        model.kinds,
+        functions.disturbed,
+        model.facts["autonomous"],
     )
 
 
 def _trajectory(
-    equations: Equations,
+    model: Model,
     request: Request,
-    compiled: RightHandSide,
+    functions: RightHandSide,
     problem: InitialValueProblem,
     measured: Measured,
     compile_seconds: float,
 ) -> Trajectory:
     t = problem.times[: len(measured.states)]
     status = _status(problem, measured)
-    names = [c.name for c in equations.coordinates]
-    names += [f"dot({name})" for name in names]
-    energy, kinetic = _energies(compiled, t, measured.states)
-    conserved = any(c.kind in ("energy", "jacobi") for c in equations.conserved)
+    names = [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
+    energy, kinetic = _energies(functions, t, measured.states)
     promised = request.accuracy is not None
     return Trajectory(
-        name=equations.name,
+        name=model.name,
         status=status,
         reason=_reason(status, problem, measured, request),
         t=t,
-        columns=_columns(equations, compiled, t, measured.states),
+        columns=_columns(model, functions, t, measured.states),
         energy=energy,
-        coordinates=tuple(c.name for c in equations.coordinates),
+        coordinates=model.coordinates,
         requested=request.accuracy,
         estimated=measured.estimate if promised else None,
         scales=dict(zip(names, measured.scales.tolist(), strict=True)),
         holds_until=float(t[-1]) if promised else None,
-        energy_drift=_drift(energy, kinetic) if conserved else None,
+        energy_drift=_drift(energy, kinetic) if _energy_is_conserved(model) else None,
         method=measured.method,
+        implementation=functions.implementation,
         choice=measured.choice,
-        formulation=equations.formulation,
+        formulation=model.formulation,
         steps=measured.steps,
         rhs_evaluations=measured.evaluations,
         all_evaluations=measured.all_evaluations,
@@ -165,30 +173,28 @@ def _trajectory(
     )
 
 
-def _columns(
-    equations: Equations, compiled: RightHandSide, t: Array, states: Array
-) -> dict[str, Array]:
+def _columns(model: Model, functions: RightHandSide, t: Array, states: Array) -> dict[str, Array]:
     """Coordinates, their ``dot``, Cartesian names, their ``dot``; each name once."""
-    n = len(equations.coordinates)
-    own = [c.name for c in equations.coordinates]
-    columns = {name: states[:, i].copy() for i, name in enumerate(own)}
-    columns |= {f"dot({name})": states[:, n + i].copy() for i, name in enumerate(own)}
-    cartesian = [c.name for c in equations.cartesian_names]
-    for of, form in ((compiled.positions, "{}"), (compiled.velocities, "dot({})")):
-        rows = [of(float(s), y) for s, y in zip(t, states, strict=True)] if cartesian else []
-        for i, name in enumerate(cartesian):
-            columns.setdefault(form.format(name), np.array([row[i] for row in rows]))
+    n = len(model.coordinates)
+    columns = {name: states[:, i].copy() for i, name in enumerate(model.coordinates)}
+    columns |= {f"dot({c})": states[:, n + i].copy() for i, c in enumerate(model.coordinates)}
+    for table, form in ((functions.positions, "{}"), (functions.velocities, "dot({})")):
+        values = table(t, states)
+        for i, name in enumerate(model.cartesian):
+            columns.setdefault(form.format(name), values[:, i].copy())
     return columns
 
 
-def _energies(compiled: RightHandSide, t: Array, states: Array) -> tuple[Array, Array]:
+def _energy_is_conserved(model: Model) -> bool:
+    return "energy" in model.conserved or "jacobi" in model.conserved
+
+
+def _energies(functions: RightHandSide, t: Array, states: Array) -> tuple[Array, Array]:
     """The energy function at the samples, and its part that depends on velocities."""
-    n = states.shape[1] // 2
     still = states.copy()
-    still[:, n:] = 0.0
-    total = [compiled.energy(float(s), y) for s, y in zip(t, states, strict=True)]
-    rest = [compiled.energy(float(s), y) for s, y in zip(t, still, strict=True)]
-    return np.array(total), np.array(total) - np.array(rest)
+    still[:, states.shape[1] // 2 :] = 0.0
+    total = functions.energy(t, states)[:, 0]
+    return total, total - functions.energy(t, still)[:, 0]
 
 
 def _drift(energy: Array, kinetic: Array) -> float | None:

@@ -45,6 +45,7 @@ class Trajectory:
     largest change of a conserved energy function over the largest kinetic
     part of it, None where it is not conserved.
 
+    ``implementation`` says what evaluated the equations and made the steps.
     ``steps`` and ``rhs_evaluations`` are those of the run itself,
     ``all_evaluations`` includes the estimate of its error; ``seconds`` has
     ``compile``, ``integrate`` and ``estimate``.
@@ -63,6 +64,7 @@ class Trajectory:
     holds_until: float | None
     energy_drift: float | None
     method: str
+    implementation: str
     choice: str
     formulation: str
     steps: int
@@ -98,6 +100,7 @@ class Trajectory:
             "energy_drift": self.energy_drift,
             "constraint_drift": self.constraint_drift,
             "method": self.method,
+            "implementation": self.implementation,
             "formulation": self.formulation,
             "steps": self.steps,
             "rhs_evaluations": self.rhs_evaluations,

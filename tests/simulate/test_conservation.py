@@ -32,8 +32,8 @@ def test_without_the_barrier_the_promise_stands():
     assert found.status == "ok"
 
 
-def energy(t: float, y: np.ndarray) -> float:
-    return float(y[0] ** 2 + y[1] ** 2) / 2
+def energy(t: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return (y**2).sum(axis=1, keepdims=True) / 2
 
 
 def circle(error: float) -> tuple[np.ndarray, np.ndarray]:

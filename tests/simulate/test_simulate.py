@@ -205,6 +205,7 @@ def test_summary_has_exactly_the_contracts_keys(trajectory):
         "energy_drift",
         "constraint_drift",
         "method",
+        "implementation",
         "formulation",
         "steps",
         "rhs_evaluations",

@@ -1,0 +1,92 @@
+"""What a simulation needs to know of the equations: numbers, names and code, no symbols.
+
+A model is made once from Equations (:mod:`.modelling`) and kept as JSON, so
+that the same scene is simulated again without deriving it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+__all__ = ["Code", "Defaults", "Model", "ModelParameter"]
+
+
+@dataclass(frozen=True)
+class ModelParameter:
+    """A parameter: its value (None: must be given), and whether the motion depends on it."""
+
+    name: str
+    value: float | None
+    used: bool
+
+
+@dataclass(frozen=True)
+class Defaults:
+    """The scene's section ``simulate`` (None: absent)."""
+
+    until: float | None = None
+    start: float = 0.0
+    accuracy: float | None = None
+    samples: int | None = None
+    step: float | None = None
+    method: str | None = None
+    rtol: float | None = None
+    atol: float | None = None
+
+
+@dataclass(frozen=True)
+class Code:
+    """The same functions in two languages, over dummy names.
+
+    ``c``: the text of :func:`lagrange_cli.emit.c_simulation.library_source`;
+    ``python``: that of :func:`lagrange_cli.emit.python_functions.module_source`.
+    ``work`` doubles of workspace; ``factors`` of rounding are read by the
+    function ``disturbed`` after the scene's parameters.
+    """
+
+    c: str
+    python: str
+    work: int
+    factors: int
+
+
+@dataclass(frozen=True)
+class Model:
+    """A system of second order in time, M(q, t) a = f(q, v, t), ready to be integrated.
+
+    ``kinds`` has one entry a coordinate: ``angle``, or a word that coordinates
+    of the same dimension share. ``initial`` is [q, v] at the start, None where
+    the scene gives none. ``conserved``: the kinds of conserved quantities;
+    ``facts``: structure facts by name.
+    """
+
+    name: str
+    coordinates: tuple[str, ...]
+    kinds: tuple[str, ...]
+    cartesian: tuple[str, ...]
+    parameters: tuple[ModelParameter, ...]
+    initial: tuple[float, ...] | None
+    defaults: Defaults
+    conserved: tuple[str, ...]
+    facts: Mapping[str, bool]
+    formulation: str
+    code: Code
+
+    def to_json(self) -> str:
+        """The model as JSON; doubles keep all their digits."""
+        return json.dumps(asdict(self), ensure_ascii=True)
+
+    @classmethod
+    def from_json(cls, text: str | bytes) -> Model:
+        """The model that :meth:`to_json` wrote."""
+        found: dict[str, Any] = json.loads(text)
+        for name in ("coordinates", "kinds", "cartesian", "conserved"):
+            found[name] = tuple(found[name])
+        found["parameters"] = tuple(ModelParameter(**p) for p in found["parameters"])
+        found["initial"] = None if found["initial"] is None else tuple(found["initial"])
+        found["defaults"] = Defaults(**found["defaults"])
+        found["code"] = Code(**found["code"])
+        return cls(**found)

@@ -1,0 +1,55 @@
+"""Equations → Model: programs built, printed in both languages, symbols left behind."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.c_simulation import library_source
+from lagrange_cli.emit.c_solvers import work_size
+from lagrange_cli.emit.python_functions import module_source, program_of
+from lagrange_cli.simulate.disturbance import disturb
+from lagrange_cli.simulate.model import Code, Defaults, Model, ModelParameter
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = ["model_of"]
+
+#: Evaluators of a simulation, beside the disturbed right-hand side.
+FUNCTIONS = ("rhs", "energy", "positions", "velocities")
+
+
+def model_of(equations: Equations) -> Model:
+    """The model of a system for the parameters' values and the initial state it has."""
+    unused = equations.facts.unused_parameters
+    initial = equations.initial
+    facts = asdict(equations.facts)
+    del facts["unused_parameters"]
+    return Model(
+        name=equations.name,
+        coordinates=tuple(c.name for c in equations.coordinates),
+        kinds=tuple("angle" if c.is_angle else c.unit or "length" for c in equations.coordinates),
+        cartesian=tuple(c.name for c in equations.cartesian_names),
+        parameters=tuple(
+            ModelParameter(p.name, p.value, p.name not in unused) for p in equations.parameters
+        ),
+        initial=None if initial is None else (*initial.positions, *initial.velocities),
+        defaults=Defaults(**asdict(equations.simulate)),
+        conserved=tuple(c.kind for c in equations.conserved),
+        facts=facts,
+        formulation=equations.formulation,
+        code=_code(equations),
+    )
+
+
+def _code(equations: Equations) -> Code:
+    programs = {name: program_of(equations, name) for name in FUNCTIONS}
+    disturbed = disturb(programs["rhs"])
+    programs["disturbed"] = disturbed
+    return Code(
+        c=library_source(programs),
+        python=module_source(programs),
+        work=work_size(disturbed.blocks),
+        factors=disturbed.parameters - len(equations.parameters),
+    )
