@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import math
+import re
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -14,15 +15,21 @@ import click
 from lagrange_cli.cli import options
 from lagrange_cli.cli.derive import derived
 from lagrange_cli.cli.output import print_text
-from lagrange_cli.cli.remembered import read_source
+from lagrange_cli.cli.remembered import Answer, Source, read_source, remembered
 from lagrange_cli.cli.session import INTERRUPTED, Session
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import check_writable
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from lagrange_cli.simulate import Trajectory
+    from lagrange_cli.simulate.model import Model
 
 __all__ = ["simulate"]
+
+#: A plain number.
+_DECIMAL = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,3})?", re.ASCII)
 
 ENDINGS = (".csv", ".npz")
 
@@ -60,6 +67,30 @@ def _plottable(ctx: click.Context, option: click.Parameter, value: str | None) -
     return path
 
 
+def _model(
+    session: Session,
+    source: Source,
+    *,
+    parameters: Mapping[str, str],
+    initial: Mapping[str, str],
+    times: Mapping[str, str],
+) -> Model:
+    """The model of a scene: that of before, or derived anew."""
+
+    def work() -> Answer:
+        equations = derived(session, source, parameters=parameters, initial=initial, times=times)
+        from lagrange_cli.simulate.modelling import model_of
+
+        value = model_of(equations).to_json()
+        return Answer(value, equations.warnings, equations.remarks)
+
+    asked = [sorted(given.items()) for given in (parameters, initial, times)]
+    value = remembered(session, "simulate", source, asked, work)
+    from lagrange_cli.simulate.model import Model
+
+    return Model.from_json(value)
+
+
 def _number(value: float | None, form: str) -> str:
     return "none" if value is None else format(value, form)
 
@@ -93,6 +124,7 @@ def _text(trajectory: Trajectory, conserved: str) -> str:
         f"{conserved:<10}{'not conserved' if drift is None else f'relative drift {drift:.1e}'}",
         f"Method    {trajectory.method}, {trajectory.steps} steps, "
         f"{trajectory.rhs_evaluations} evaluations of the right-hand side",
+        f"Code      {trajectory.implementation}",
     ]
     return "\n".join(lines)
 
@@ -199,19 +231,21 @@ def simulate(
     session = ctx.ensure_object(Session)
     started = perf_counter()
     times = {k: v for k, v in (("until", until), ("start", start)) if v is not None}
+    if until is not None and _DECIMAL.fullmatch(until):
+        # A plain number changes nothing of the model, which can be that of before.
+        how["until"] = float(times.pop("until"))
     source = read_source(scene)
-    equations = derived(session, source, parameters=parameters, initial=initial, times=times)
+    model = _model(session, source, parameters=parameters, initial=initial, times=times)
     derive_seconds = perf_counter() - started
     from lagrange_cli.simulate import simulate as integrate
 
     with session.progress("integrating") as move:
-        trajectory = integrate(equations, progress=move, **how)
+        trajectory = integrate(model, progress=move, **how)
     session.detail(f"method: {trajectory.choice}")
     if output is not None:
         trajectory.write(output, energy=columns == "energy")
     # Where no energy is conserved the Jacobi integral may be: its drift is another thing.
-    jacobi = any(c.kind == "jacobi" for c in equations.conserved)
-    text = _text(trajectory, "Jacobi" if jacobi else "Energy")
+    text = _text(trajectory, "Jacobi" if "jacobi" in model.conserved else "Energy")
     print_text(_json(trajectory, derive_seconds) if as_json else text)
     if plot is not None:
         trajectory.plot(plot)

@@ -130,10 +130,16 @@ class Compilation:
         for tuned in (*TUNED[1:], None):
             message = self._wait()
             if message is None:
-                return (self._folder / "object.so").read_bytes()
+                return self._object()
             if tuned is not None:
                 self._process = self._start(tuned)
         raise CompileError(f"{self._compiler.name} failed: {message}")
+
+    def _object(self) -> bytes:
+        try:
+            return (self._folder / "object.so").read_bytes()
+        except OSError as error:
+            raise CompileError(f"{self._compiler.name} failed: no object was made") from error
 
     def stop(self) -> None:
         """End the compiler if it still runs, as when the user interrupts."""

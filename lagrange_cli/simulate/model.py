@@ -6,7 +6,6 @@ that the same scene is simulated again without deriving it.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -75,14 +74,14 @@ class Model:
     formulation: str
     code: Code
 
-    def to_json(self) -> str:
-        """The model as JSON; doubles keep all their digits."""
-        return json.dumps(asdict(self), ensure_ascii=True)
+    def to_json(self) -> dict[str, Any]:
+        """The model as values that JSON holds; doubles keep all their digits."""
+        return asdict(self)
 
     @classmethod
-    def from_json(cls, text: str | bytes) -> Model:
-        """The model that :meth:`to_json` wrote."""
-        found: dict[str, Any] = json.loads(text)
+    def from_json(cls, value: Mapping[str, Any]) -> Model:
+        """The model that :meth:`to_json` gave."""
+        found = dict(value)
         for name in ("coordinates", "kinds", "cartesian", "conserved"):
             found[name] = tuple(found[name])
         found["parameters"] = tuple(ModelParameter(**p) for p in found["parameters"])

@@ -100,7 +100,7 @@ def compiled(model: Model, cache: Cache) -> RightHandSide:
         energy=table("energy", 1),
         positions=table("positions", len(model.cartesian)),
         velocities=table("velocities", len(model.cartesian)),
-        implementation=f"compiled by {compiler.name}",
+        implementation="compiled C",
     )
 
 
@@ -152,7 +152,7 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         energy=table("energy", 1),
         positions=table("positions", len(model.cartesian)),
         velocities=table("velocities", len(model.cartesian)),
-        implementation=f"interpreted: {reason}",
+        implementation=f"interpreted Python: {reason}",
     )
 
 
