@@ -15,6 +15,14 @@ and ``cache.reason`` says why.
 
 from lagrange_cli.cache.folder import open_cache
 from lagrange_cli.cache.keys import digest, fingerprint
-from lagrange_cli.cache.store import Cache, Entry
+from lagrange_cli.cache.store import LARGEST, Cache, Entry, Removed
 
-__all__ = ["Cache", "Entry", "digest", "fingerprint", "open_cache"]
+__all__ = [
+    "LARGEST",
+    "Cache",
+    "Entry",
+    "Removed",
+    "digest",
+    "fingerprint",
+    "open_cache",
+]

@@ -40,16 +40,19 @@ def open_cache() -> Cache:
     except _UnusableError as why:
         return Cache(None, str(why))
     try:
-        return Cache(folder) if not _prepared(folder) else _emptied(folder)
+        return _opened(folder, _prepared(folder))
     except _UnusableError as why:
         return Cache(None, str(why))
     except OSError as error:
         return Cache(None, f"'{folder}' cannot be used: {error.strerror or error}")
 
 
-def _emptied(folder: str) -> Cache:
+def _opened(folder: str, open_to_others: bool) -> Cache:
+    if not os.access(folder, os.W_OK | os.X_OK):
+        return Cache(folder, f"'{folder}' is read-only")
     cache = Cache(folder)
-    cache.clear()
+    if open_to_others:
+        cache.clear()
     return cache
 
 

@@ -7,19 +7,19 @@ import sys
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from types import FrameType
 
 import click
 
-from lagrange_cli.cli.check import check
-from lagrange_cli.cli.derive import derive
-from lagrange_cli.cli.emit import emit
 from lagrange_cli.cli.session import INTERRUPTED, TERMINATED, Session, report_error
-from lagrange_cli.cli.simulate import simulate
 from lagrange_cli.errors import InternalError, LagrangeError, Problem
 from lagrange_cli.version import __version__
 
-__all__ = ["lagrange", "main", "run"]
+__all__ = ["COMMANDS", "lagrange", "main", "run"]
+
+#: The subcommands, in the order in which help lists them: each a function in a module of its name.
+COMMANDS = ("derive", "emit", "simulate", "check", "cache")
 
 REPORT = (
     "this is a defect of lagrange and not of your scene; please report it with the\n"
@@ -31,7 +31,22 @@ class Terminated(BaseException):
     """SIGTERM arrived; unwinds the stack so that temporary files are removed."""
 
 
+class _Commands(click.Group):
+    """The subcommands, each imported when it is needed."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        found = getattr(import_module(f"lagrange_cli.cli.{cmd_name}"), cmd_name)
+        assert isinstance(found, click.Command)
+        return found
+
+
 @click.group(
+    cls=_Commands,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Results go to stdout, remarks to stderr. Exit codes: 0 all well, 1 a check did not "
     "hold or an accuracy was not reached, 2 the input is wrong, 3 internal error.",
@@ -39,10 +54,6 @@ class Terminated(BaseException):
 @click.version_option(__version__, prog_name="lagrange")
 def lagrange() -> None:
     """Equations of motion from a scene file: derived, certified, emitted, simulated."""
-
-
-for _command in (derive, emit, simulate, check):
-    lagrange.add_command(_command)
 
 
 @contextmanager

@@ -10,7 +10,16 @@ import click
 
 from lagrange_cli.cli.session import Session
 
-__all__ = ["common", "initial", "json_flag", "not_empty", "output_path", "parameters", "scene"]
+__all__ = [
+    "common",
+    "initial",
+    "json_flag",
+    "not_empty",
+    "output_path",
+    "parameters",
+    "scene",
+    "traceback",
+]
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -99,7 +108,7 @@ def _traceback(ctx: click.Context, option: click.Parameter, value: bool) -> None
     ctx.ensure_object(Session).traceback = value
 
 
-#: Name, callback and help of the flags that every subcommand takes.
+#: Names, callback and help of the flags that every subcommand that reads a scene takes.
 _COMMON = (
     (("--strict",), _strict, "Refuse what would be a warning."),
     (("-q", "--quiet"), _quiet, "No warnings and remarks."),
@@ -108,17 +117,25 @@ _COMMON = (
 )
 
 
+def _flag(
+    names: tuple[str, ...], callback: Callable[..., None], help: str
+) -> Callable[[Command], Command]:
+    """A flag that is kept in the :class:`Session`."""
+    return click.option(
+        *names,
+        is_flag=True,
+        expose_value=False,
+        is_eager=True,
+        callback=callback,
+        help=f"{help}  [default: off]",
+    )
+
+
+#: ``--traceback``, for commands that read no scene.
+traceback = _flag(*_COMMON[-1])
+
+
 def common(function: Command) -> Command:
-    """The flags of every subcommand; they are kept in the :class:`Session`."""
-    options = [
-        click.option(
-            *names,
-            is_flag=True,
-            expose_value=False,
-            is_eager=True,
-            callback=callback,
-            help=f"{help}  [default: off]",
-        )
-        for names, callback, help in _COMMON
-    ]
-    return functools.reduce(lambda decorated, option: option(decorated), options[::-1], function)
+    """The flags of every subcommand that reads a scene."""
+    flags = [_flag(*declared) for declared in _COMMON]
+    return functools.reduce(lambda decorated, flag: flag(decorated), flags[::-1], function)
