@@ -7,9 +7,13 @@
 Importing this package imports nothing heavy; each step imports what it uses.
 """
 
-from lagrange_cli.api import Derivation, LoadedScene, load, loads
+from typing import TYPE_CHECKING, Any
+
 from lagrange_cli.errors import AccuracyError, InputError, InternalError, LagrangeError
 from lagrange_cli.version import __version__
+
+if TYPE_CHECKING:
+    from lagrange_cli.api import Derivation, LoadedScene, load, loads
 
 __all__ = [
     "AccuracyError",
@@ -22,3 +26,16 @@ __all__ = [
     "load",
     "loads",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import the Python interface when it is used: the command line does without."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from lagrange_cli import api
+
+    return getattr(api, name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

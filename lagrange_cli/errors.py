@@ -11,7 +11,6 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Iterable
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import ClassVar, Literal
 
 __all__ = [
@@ -91,6 +90,8 @@ def escape_controls(text: str) -> str:
 
 def nearest(name: str, candidates: Iterable[str]) -> str:
     """Return ``did you mean 'x'?`` for the closest candidate, or ``""``."""
+    from difflib import get_close_matches
+
     close = get_close_matches(name, sorted(set(candidates)), n=1, cutoff=0.6)
     return f"did you mean '{close[0]}'?" if close else ""
 

@@ -10,7 +10,6 @@ a full disk nor decay of the disk yields a wrong result.
 from __future__ import annotations
 
 import os
-import re
 import stat
 import time
 from collections.abc import Iterator
@@ -32,19 +31,21 @@ NOTED = 24 * 3600.0
 #: A temporary file this old, in seconds, was left by a process that was killed.
 ABANDONED = 3600.0
 
-_NAME = re.compile(r"([0-9a-f]{64})-([0-9a-f]{64})(\.json|\.so)")
-_TEMPORARY = re.compile(r"\.[0-9a-f]{32}\.tmp")
-_KEY = re.compile(r"[0-9a-f]{64}")
 _SUFFIXES = (".json", ".so")
+_DIGITS = frozenset("0123456789abcdef")
 
 
 class Entry(NamedTuple):
-    """A file of the cache: its name, its kind, its bytes, and when it was last used."""
+    """A file of the cache: its name, its bytes, and when it was last used."""
 
     name: str
-    suffix: str
     size: int
     used: float
+
+    @property
+    def suffix(self) -> str:
+        """What kind of file it is: ``.json`` or ``.so``."""
+        return os.path.splitext(self.name)[1]
 
 
 class Removed(NamedTuple):
@@ -97,18 +98,17 @@ class Cache:
         """Return what is kept, the last used first."""
         found = []
         for entry in self._files():
-            match = _NAME.fullmatch(entry.name)
-            if match:
+            if _is_entry(entry.name):
                 with suppress(OSError):
                     of = entry.stat(follow_symlinks=False)
-                    found.append(Entry(entry.name, match[3], of.st_size, of.st_mtime))
+                    found.append(Entry(entry.name, of.st_size, of.st_mtime))
         return sorted(found, key=lambda entry: (-entry.used, entry.name))
 
     def clear(self) -> Removed:
         """Remove every file of the cache, and no other; return how many, and their bytes."""
         files = size = 0
         for entry in list(self._files()):
-            if _NAME.fullmatch(entry.name) or _TEMPORARY.fullmatch(entry.name):
+            if _is_entry(entry.name) or _is_temporary(entry.name):
                 with suppress(OSError):
                     length = entry.stat(follow_symlinks=False).st_size
                     os.unlink(entry.path)
@@ -126,12 +126,11 @@ class Cache:
         _check(key, suffix)
         if self.folder is None:
             return None
-        names = [e.name for e in self._files() if e.name.startswith(f"{key}-")]
-        for name in sorted(names):
-            match = _NAME.fullmatch(name)
-            if match and match[3] == suffix:
+        names = [entry.name for entry in self._files() if entry.name.startswith(key)]
+        for name in sorted(filter(_is_entry, names)):
+            if name.endswith(suffix):
                 path = os.path.join(self.folder, name)
-                data = _verified(path, match[2])
+                data = _verified(path)
                 if data is not None:
                     return path, data
         return None
@@ -156,15 +155,31 @@ class Cache:
                 _remove(os.path.join(self.folder, entry.name))
         oldest = time.time() - ABANDONED
         for file in self._files():
-            if _TEMPORARY.fullmatch(file.name):
+            if _is_temporary(file.name):
                 with suppress(OSError):
                     if file.stat(follow_symlinks=False).st_mtime < oldest:
                         os.unlink(file.path)
 
 
 def _check(key: str, suffix: str) -> None:
-    if not _KEY.fullmatch(key) or suffix not in _SUFFIXES:
+    if not (_is_hash(key) and suffix in _SUFFIXES):
         raise ValueError(f"no key of the cache: {key!r}, {suffix!r}")
+
+
+def _is_hash(text: str) -> bool:
+    return len(text) == 64 and _DIGITS.issuperset(text)
+
+
+def _is_entry(name: str) -> bool:
+    """Say whether a file name is KEY-HASH.SUFFIX."""
+    stem, suffix = os.path.splitext(name)
+    key, _, content = stem.partition("-")
+    return suffix in _SUFFIXES and _is_hash(key) and _is_hash(content)
+
+
+def _is_temporary(name: str) -> bool:
+    """Say whether a file name is one that :func:`lagrange_cli.files.new_file` makes."""
+    return len(name) == 37 and name.startswith(".") and name.endswith(".tmp")
 
 
 def _remove(path: str) -> None:
@@ -172,8 +187,9 @@ def _remove(path: str) -> None:
         os.unlink(path)
 
 
-def _verified(path: str, expected: str) -> bytes | None:
-    """The content of a file, if it has the expected hash; a file that fails is removed."""
+def _verified(path: str) -> bytes | None:
+    """The content of an entry, if it has the hash of its name; a file that fails is removed."""
+    expected = os.path.splitext(path)[0][-64:]
     try:
         data = _read(path)
     except OSError:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import sys
-import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
@@ -73,6 +72,8 @@ def _termination() -> Iterator[None]:
 def _explain(error: Exception, session: Session) -> int:
     """Report an exception on stderr and return the exit code it stands for."""
     if session.traceback:
+        import traceback
+
         click.echo("".join(traceback.format_exception(error)), err=True, nl=False)
     if isinstance(error, click.ClickException):
         error.show()

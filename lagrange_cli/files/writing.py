@@ -6,7 +6,6 @@ import os
 import stat
 from collections.abc import Mapping
 from contextlib import suppress
-from pathlib import Path
 
 from lagrange_cli.errors import InputError, Problem
 
@@ -26,10 +25,11 @@ def check_writable(path: str | os.PathLike[str]) -> None:
     InputError
         Its folder is missing or read-only, or the path is a folder or a read-only file.
     """
-    target = Path(os.path.realpath(path))
+    target = os.path.realpath(path)
     try:
         _admit(target)
-        if not target.exists() and not os.access(target.parent.resolve(strict=True), os.W_OK):
+        folder = os.path.realpath(os.path.dirname(target), strict=True)
+        if not (os.path.exists(target) or os.access(folder, os.W_OK)):
             raise PermissionError(0, "the folder is read-only")
     except OSError as error:
         raise cannot_write(f"'{path}'", error) from error
@@ -58,10 +58,10 @@ def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
     InputError
         The file cannot be written; what was there before is untouched.
     """
-    _write({Path(path): content})
+    _write({os.fspath(path): content})
 
 
-def write_files(folder: str | os.PathLike[str], files: Mapping[str, str]) -> list[Path]:
+def write_files(folder: str | os.PathLike[str], files: Mapping[str, str]) -> list[str]:
     """Write files into a folder, made where it is missing; return their paths.
 
     Either all files are complete or none of them is touched.
@@ -71,23 +71,23 @@ def write_files(folder: str | os.PathLike[str], files: Mapping[str, str]) -> lis
     InputError
         The folder cannot be made, or a file cannot be written.
     """
-    target = Path(folder)
+    target = os.fspath(folder)
     try:
-        target.mkdir(parents=True, exist_ok=True)
+        os.makedirs(target, exist_ok=True)
     except FileExistsError:
         raise InputError(
             Problem(f"cannot write into '{target}': it is a file and not a folder", rule="output")
         ) from None
     except OSError as error:
         raise cannot_write(f"into '{target}'", error) from error
-    paths = {target / name: text for name, text in files.items()}
+    paths = {os.path.join(target, name): text for name, text in files.items()}
     _write(paths)
     return list(paths)
 
 
-def _write(files: Mapping[Path, str | bytes]) -> None:
+def _write(files: Mapping[str, str | bytes]) -> None:
     """Write all contents to temporary files beside their targets, then rename each."""
-    waiting: list[tuple[str, Path]] = []
+    waiting: list[tuple[str, str]] = []
     try:
         for path, content in files.items():
             data = content.encode() if isinstance(content, str) else content
@@ -103,14 +103,15 @@ def _write(files: Mapping[Path, str | bytes]) -> None:
                 os.unlink(temporary)
 
 
-def _stage(path: Path, data: bytes, waiting: list[tuple[str, Path]]) -> None:
+def _stage(path: str, data: bytes, waiting: list[tuple[str, str]]) -> None:
     """Write data to a temporary file, or at once to what is no regular file (``/dev/null``)."""
-    target = Path(os.path.realpath(path))
+    target = os.path.realpath(path)
     _admit(target)
-    if target.exists() and not target.is_file():
-        target.write_bytes(data)
+    if os.path.exists(target) and not os.path.isfile(target):
+        with open(target, "wb") as stream:
+            stream.write(data)
         return
-    handle, temporary = new_file(target.parent)
+    handle, temporary = new_file(os.path.dirname(target))
     waiting.append((temporary, target))
     with os.fdopen(handle, "wb") as stream:
         stream.write(data)
@@ -119,18 +120,18 @@ def _stage(path: Path, data: bytes, waiting: list[tuple[str, Path]]) -> None:
     os.chmod(temporary, _mode(target))
 
 
-def _admit(target: Path) -> None:
+def _admit(target: str) -> None:
     """Refuse a folder and a read-only file."""
-    if target.is_dir():
+    if os.path.isdir(target):
         raise IsADirectoryError(0, "it is a folder and not a file")
-    if target.exists() and not os.access(target, os.W_OK):
+    if os.path.exists(target) and not os.access(target, os.W_OK):
         raise PermissionError(0, "the file is read-only")
 
 
-def _mode(target: Path) -> int:
+def _mode(target: str) -> int:
     """Permissions of the file that is replaced, or those that the umask leaves a new one."""
-    if target.exists():
-        return stat.S_IMODE(target.stat().st_mode)
+    if os.path.exists(target):
+        return stat.S_IMODE(os.stat(target).st_mode)
     mask = os.umask(0)
     os.umask(mask)
     return 0o666 & ~mask

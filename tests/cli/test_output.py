@@ -64,7 +64,7 @@ def test_folder_is_refused_as_a_file(tmp_path):
 
 def test_missing_folders_are_made_for_a_folder(tmp_path):
     written = write_files(tmp_path / "a" / "b", {"x.h": "1", "x.c": "2"})
-    assert [p.read_text() for p in written] == ["1", "2"]
+    assert [Path(p).read_text() for p in written] == ["1", "2"]
 
 
 def test_file_is_refused_as_a_folder(tmp_path):
