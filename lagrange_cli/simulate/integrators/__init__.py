@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
-from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
+from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
+from lagrange_cli.simulate.integrators.compiled import COMPILED
 from lagrange_cli.simulate.integrators.implicit import BDF, LSODA, Radau
+from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4, RK45
 
-__all__ = ["INTEGRATORS", "Control", "Integrator", "Rhs", "StepError"]
+__all__ = ["INTEGRATORS", "Control", "Integrator", "Rhs", "StepError", "start"]
 
 #: Every method by the name that the user types.
 INTEGRATORS: dict[str, type[Integrator]] = {
     method.name: method for method in (DOP853, RK45, RK4, Radau, BDF, LSODA)
 }
+
+
+def start(
+    method: type[Integrator], rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control
+) -> Integrator:
+    """Stand at (t0, y0) with a method, in machine code where it and ``rhs`` have one."""
+    native = isinstance(rhs, NativeRhs) and rhs.kernels is not None
+    implementation = COMPILED.get(method.name, method) if native else method
+    return implementation(rhs, t0, y0, t_end, control)

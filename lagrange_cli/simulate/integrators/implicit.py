@@ -1,6 +1,7 @@
 """SciPy's implicit and switching methods, for stiff systems.
 
-Jacobians are taken by finite differences of the right-hand side.
+Jacobians are taken by finite differences of the right-hand side. SciPy is
+imported when one of its methods is first used.
 """
 
 from __future__ import annotations
@@ -9,7 +10,6 @@ import warnings
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy import integrate
 
 from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
 
@@ -27,9 +27,11 @@ class _ScipyImplicit(Integrator):
     """A solver of SciPy over z = y − y0, so that a large offset costs no digits."""
 
     implicit = True
-    solver: ClassVar[type[Any]]
+    solver: ClassVar[str]
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        from scipy import integrate
+
         origin = np.array(y0, dtype=float)
         rtol = max(float(np.max(control.rtol, initial=0.0)), _SMALLEST_RTOL)
         # |y| in the tolerance is taken from the start where it is an offset of z.
@@ -39,7 +41,7 @@ class _ScipyImplicit(Integrator):
         counted = self._counted(rhs)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            self._solver = self.solver(
+            self._solver: Any = getattr(integrate, self.solver)(
                 lambda t, z: counted(t, origin + z),
                 t0,
                 np.zeros_like(origin),
@@ -82,7 +84,7 @@ class Radau(_ScipyImplicit):
     name = "Radau"
     title = "Radau IIA, implicit, for stiff systems"
     order = 5
-    solver = integrate.Radau
+    solver = "Radau"
     interpolates = False
 
 
@@ -93,7 +95,7 @@ class BDF(_ScipyImplicit):
     title = "backward differentiation, implicit, for stiff systems"
     order = 5
     variable_order = True
-    solver = integrate.BDF
+    solver = "BDF"
 
 
 class LSODA(_ScipyImplicit):
@@ -103,4 +105,4 @@ class LSODA(_ScipyImplicit):
     title = "Adams, switching to backward differentiation where stiff"
     order = 12
     variable_order = True
-    solver = integrate.LSODA
+    solver = "LSODA"

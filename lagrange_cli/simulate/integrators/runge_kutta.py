@@ -1,5 +1,7 @@
 """Explicit Runge–Kutta methods: SciPy's adaptive pairs and the classical RK4.
 
+SciPy is imported when one of its methods is first used.
+
 All of them integrate the increment z = y − base and move the base along after
 every step, so that the sum over steps is compensated (Kahan; Hairer, Lubich,
 Wanner, *Geometric Numerical Integration*, VIII.5): the rounding of y + Δy is
@@ -8,10 +10,9 @@ kept and added to the next step instead of being lost.
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from scipy import integrate
 
 from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
 
@@ -28,13 +29,15 @@ def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
 class _ScipyPair(Integrator):
     """An embedded pair of SciPy, stepped one step at a time."""
 
-    pair: ClassVar[type[Any]]
+    pair: ClassVar[str]
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        from scipy import integrate
+
         self._rhs = self._counted(rhs)
         self._control = control
         self._base = np.array(y0, dtype=float)
-        self._solver = self.pair(
+        self._solver = getattr(integrate, self.pair)(
             self._of_increment,
             t0,
             np.zeros_like(self._base),
@@ -71,7 +74,7 @@ class RK45(_ScipyPair):
     name = "RK45"
     title = "Dormand–Prince 5(4), explicit"
     order = 5
-    pair = integrate.RK45
+    pair = "RK45"
 
 
 class DOP853(_ScipyPair):
@@ -80,7 +83,7 @@ class DOP853(_ScipyPair):
     name = "DOP853"
     title = "Dormand–Prince 8(5,3), explicit"
     order = 8
-    pair = integrate.DOP853
+    pair = "DOP853"
 
 
 class RK4(Integrator):

@@ -1,0 +1,170 @@
+"""Integrators in machine code: the C of :mod:`lagrange_cli.simulate.kernels` behind the protocol.
+
+Each class has the name and the declared properties of the method that it
+replaces where the right-hand side is a :class:`NativeRhs` with kernels. Calls
+release the GIL, and every run has memory of its own.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any, ClassVar
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import Advance, Array, Control, Rhs, StepError
+from lagrange_cli.simulate.integrators.events import Event, EventBuffer, NativeEvents
+from lagrange_cli.simulate.integrators.native import NativeRhs
+from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4
+
+__all__ = ["COMPILED", "CompiledDOP853", "CompiledRK4"]
+
+_DOUBLE, _LONG, _POINTER = ctypes.c_double, ctypes.c_int64, ctypes.c_void_p
+
+_ROWS = ctypes.CFUNCTYPE(_LONG)
+_START = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER)
+_INTERPOLATE = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, _DOUBLE, _POINTER)
+_ADVANCE = ctypes.CFUNCTYPE(
+    ctypes.c_int, _POINTER, _POINTER, _LONG, _POINTER, _POINTER, _LONG, _DOUBLE
+)
+
+#: What kernel.h says of the return value of a call.
+_FAILURES = {1: "the step size underflowed", 2: "the state is no longer finite"}
+_ENDED = 3
+
+_MOST_STEPS = 2**62
+
+
+class _Run(ctypes.Structure):
+    """``lagrange_run`` of kernel.h."""
+
+    _fields_ = (
+        *((name, _POINTER) for name in ("rhs", "lanes", "u", "p", "work", "rtol", "atol")),
+        ("memory", _POINTER),
+        ("events", _POINTER),
+        ("n", _LONG),
+        *((name, _DOUBLE) for name in ("t_end", "max_step", "t", "t_old", "t_new", "h")),
+        *((name, _LONG) for name in ("steps", "rejections", "evaluations", "dense", "spare")),
+    )
+
+
+class _Compiled:
+    """The part of an integrator that calls its kernel; mixed into the method it replaces."""
+
+    kernel: ClassVar[str]
+    interpolates: ClassVar[bool]
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        assert isinstance(rhs, NativeRhs)
+        self._native, self._control = rhs, control
+        self._events: EventBuffer | None = None
+        self.ended = False
+        n = len(y0)
+        self._memory = np.zeros((self._function("rows", _ROWS)(), n))
+        self._memory[0] = y0
+        self._tolerances = np.empty((2, n))
+        self._work = np.empty_like(rhs.work)
+        self._scratch = np.empty((1, n))
+        self._run = run = _Run()
+        run.rhs, run.lanes = rhs.address, None
+        run.u, run.p, run.work = None, rhs.parameters.ctypes.data, self._work.ctypes.data
+        run.rtol, run.atol = (row.ctypes.data for row in self._tolerances)
+        run.memory, run.n, run.t_end = self._memory.ctypes.data, n, t_end
+        run.t = run.t_old = run.t_new = t0
+        run.h = self._first_step(t_end - t0)
+        self.t_end = t_end
+        self._advance = self._function("advance", _ADVANCE)
+        self._read()
+
+    def _first_step(self, span: float) -> float:
+        return min(self._control.first_step, span)
+
+    def _function(self, name: str, prototype: Any) -> Any:
+        return prototype((f"lagrange_{self.kernel}_{name}", self._native.kernels))
+
+    def _read(self) -> None:
+        """Bring what Python shows up to date."""
+        run = self._run
+        self.t: float = run.t
+        self.y: Array = self._memory[0] + self._memory[1]
+        self.steps: int = run.steps
+        self.rejections: int = run.rejections
+        self.evaluations: int = run.evaluations
+        if self._events is not None:
+            self._events.take()
+
+    def watch(self, events: NativeEvents) -> None:
+        """Look for zeros of event functions from here on; a terminal one ends the run."""
+        if not self.interpolates:
+            raise ValueError(f"steps of {self.kernel} have no interpolant to find events on")
+        self._events = EventBuffer(events, self._memory.shape[1])
+        self._run.events = self._events.address
+
+    @property
+    def events(self) -> list[Event]:
+        """The events found so far, in order."""
+        return [] if self._events is None else self._events.found
+
+    def step(self, limit: float) -> None:
+        times = np.array([np.inf if self.interpolates else limit])
+        done = self.advance(times, self._scratch, most_steps=1, most_evaluations=np.inf)
+        if done.failure is not None:
+            raise StepError(done.failure)
+
+    def advance(
+        self, times: Array, states: Array, *, most_steps: int, most_evaluations: float
+    ) -> Advance:
+        times = np.ascontiguousarray(times, dtype=float)
+        out = states if states.flags.c_contiguous else np.empty(states.shape)
+        filled, run = _LONG(), self._run
+        run.max_step = self._control.max_step
+        self._tolerances[:] = self._control.rtol, self._control.atol
+        status = self._advance(
+            ctypes.byref(run),
+            times.ctypes.data,
+            len(times),
+            out.ctypes.data,
+            ctypes.byref(filled),
+            min(most_steps, _MOST_STEPS),
+            most_evaluations,
+        )
+        if out is not states:
+            states[: filled.value] = out[: filled.value]
+        self.ended = status == _ENDED
+        self._read()
+        return Advance(filled.value, _FAILURES.get(status))
+
+
+class CompiledDOP853(_Compiled, DOP853):
+    """:class:`DOP853` in C: the same coefficients, error estimate and step control."""
+
+    kernel = "dop853"
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        super().__init__(rhs, t0, y0, t_end, control)
+        if self._function("start", _START)(ctypes.byref(self._run)):
+            raise StepError("the right-hand side does not exist at the start")
+        self._read()
+
+    def interpolate(self, times: Array) -> Array:
+        call = self._function("interpolate", _INTERPOLATE)
+        states = np.empty((len(times), self._memory.shape[1]))
+        for time, row in zip(np.asarray(times, dtype=float).tolist(), states, strict=True):
+            if call(ctypes.byref(self._run), time, row.ctypes.data):
+                row.fill(np.nan)
+        return states
+
+
+class CompiledRK4(_Compiled, RK4):
+    """:class:`RK4` in C."""
+
+    kernel = "rk4"
+
+    def _first_step(self, span: float) -> float:
+        if self._control.step is None:
+            raise ValueError("RK4 needs control.step")
+        return self._control.step
+
+
+#: The class in machine code of each method that has one.
+COMPILED = {method.name: method for method in (CompiledDOP853, CompiledRK4)}

@@ -1,0 +1,106 @@
+"""Zeros of event functions g(t, y) along a compiled run."""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import Array
+
+__all__ = ["Event", "EventBuffer", "NativeEvents"]
+
+_LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
+
+#: Parts of a step, and events of one function in it at most (events.h and events.c).
+_PARTS = 4
+_MOST = 2 * _PARTS
+
+#: Steps full of events for which there is room in one call.
+_STEPS = 64
+
+
+@dataclass(frozen=True)
+class Event:
+    """Event function ``index`` was zero at ``time``, in state ``state``."""
+
+    time: float
+    index: int
+    state: Array
+
+
+@dataclass(frozen=True)
+class NativeEvents:
+    """Event functions in C of the interface of a right-hand side.
+
+    Parameters
+    ----------
+    function
+        ``int g(t, y, u, p, work, out)`` of type :data:`.native.RHS`, which writes one
+        value for each event.
+    directions
+        For each event: 1 where only a rising zero counts, −1 a falling one, 0 both.
+    terminal
+        For each event: whether the run ends there.
+    parameters, work
+        As of a :class:`.native.NativeRhs`.
+    """
+
+    function: Any
+    directions: tuple[int, ...]
+    terminal: tuple[bool, ...]
+    parameters: Array
+    work: Array
+
+
+class _Events(ctypes.Structure):
+    """``lagrange_events`` of events.h."""
+
+    _fields_ = (
+        *((name, _POINTER) for name in ("function", "u", "p", "work", "direction", "terminal")),
+        *((name, _POINTER) for name in ("sign", "values", "state")),
+        *((name, _LONG) for name in ("count", "capacity", "found")),
+        *((name, _POINTER) for name in ("times", "indices", "states")),
+    )
+
+
+class EventBuffer:
+    """Room for what one call of a kernel finds, and the list of all that was ``found``."""
+
+    def __init__(self, events: NativeEvents, dimension: int) -> None:
+        count = len(events.directions)
+        capacity = _STEPS * _MOST * count
+        self.found: list[Event] = []
+        self._times = np.empty(capacity)
+        self._indices = np.empty(capacity, dtype=np.int64)
+        self._states = np.empty((capacity, dimension))
+        arrays = {
+            "p": events.parameters,
+            "work": np.empty_like(events.work),
+            "direction": np.array(events.directions, dtype=np.int64),
+            "terminal": np.array(events.terminal, dtype=np.int64),
+            "sign": np.zeros(count),
+            "values": np.empty((_PARTS + 4, count)),
+            "state": np.empty(dimension),
+            "times": self._times,
+            "indices": self._indices,
+            "states": self._states,
+        }
+        self._kept_alive = events, arrays
+        self._c = _Events(count=count, capacity=capacity)
+        self._c.function = ctypes.cast(events.function, _POINTER)
+        for name, array in arrays.items():
+            setattr(self._c, name, array.ctypes.data)
+
+    @property
+    def address(self) -> int:
+        return ctypes.addressof(self._c)
+
+    def take(self) -> None:
+        """Move what was found into the list."""
+        for k in range(self._c.found):
+            time, index = float(self._times[k]), int(self._indices[k])
+            self.found.append(Event(time, index, self._states[k].copy()))
+        self._c.found = 0

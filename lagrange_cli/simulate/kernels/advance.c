@@ -1,0 +1,71 @@
+/* Many steps in one call, with samples filled on the way. */
+#include "kernel.h"
+
+#include <math.h>
+
+static void current(const lagrange_run *run, double *out)
+{
+    const double *hi = lagrange_row(run, HI), *low = lagrange_row(run, LOW);
+    int64_t i;
+    for (i = 0; i < DIM(run); ++i) {
+        out[i] = hi[i] + low[i];
+    }
+}
+
+static int finite(const double *y, int64_t n)
+{
+    double zero = 0.0;
+    int64_t i;
+    for (i = 0; i < n; ++i) {
+        zero += 0.0*y[i];
+    }
+    return zero == 0.0;
+}
+
+/* Fill the samples that the run has passed. */
+static int take(lagrange_run *run, lagrange_interpolate interpolate, const double *times,
+                int64_t count, double *states, int64_t *filled)
+{
+    for (; *filled < count && times[*filled] <= run->t; ++*filled) {
+        double *out = states + *filled*DIM(run);
+        if (times[*filled] == run->t || !interpolate) {
+            current(run, out);
+        } else if (interpolate(run, times[*filled], out) || !finite(out, DIM(run))) {
+            return LAGRANGE_NOT_FINITE;
+        }
+    }
+    return LAGRANGE_OK;
+}
+
+/* Step on until all samples are filled or a limit is reached.
+ *
+ * times: ascending, none before the start of the last step. states: count rows.
+ * No further step begins after most_steps or most_evaluations in this call.
+ * A null interpolate: steps end on the sample times.
+ */
+int lagrange_advance(lagrange_run *run, lagrange_step step, lagrange_interpolate interpolate,
+                     const double *times, int64_t count, double *states, int64_t *filled,
+                     int64_t most_steps, double most_evaluations)
+{
+    const int64_t steps = run->steps, evaluations = run->evaluations;
+    int status;
+    *filled = 0;
+    status = take(run, interpolate, times, count, states, filled);
+    while (!status && *filled < count && run->steps - steps < most_steps &&
+           (double)(run->evaluations - evaluations) < most_evaluations) {
+        if (run->events && run->t < run->t_new) {
+            return LAGRANGE_ENDED;
+        }
+        if (run->events && lagrange_events_full(run)) {
+            break;
+        }
+        status = step(run, interpolate ? run->t_end : times[*filled]);
+        if (!status) {
+            const int ended = run->events ? lagrange_locate(run, interpolate) : LAGRANGE_OK;
+            run->steps += 1;
+            status = take(run, interpolate, times, count, states, filled);
+            status = status ? status : ended;
+        }
+    }
+    return status;
+}

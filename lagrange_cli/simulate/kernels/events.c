@@ -1,0 +1,218 @@
+/* Zeros of event functions within a step, on the interpolant. */
+#include "events.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { PARTS = LAGRANGE_PARTS, EXTRA = PARTS + 3, MOST = 2*PARTS };
+
+/* An event function along the last step. */
+typedef struct {
+    lagrange_run *run;
+    lagrange_interpolate interpolate;
+    int64_t index;
+} along;
+
+/* All event functions at t into out, not a number where they do not exist. */
+static void evaluate(lagrange_run *run, lagrange_interpolate interpolate, double t, double *out)
+{
+    lagrange_events *e = run->events;
+    int64_t j;
+    if (interpolate(run, t, e->state) || e->function(t, e->state, e->u, e->p, e->work, out)) {
+        for (j = 0; j < e->count; ++j) {
+            out[j] = NAN;
+        }
+    }
+}
+
+static double value(const along *g, double t)
+{
+    double *out = g->run->events->values + EXTRA*g->run->events->count;
+    evaluate(g->run, g->interpolate, t, out);
+    return out[g->index];
+}
+
+static double sign_of(double x)
+{
+    return (double)((x > 0.0) - (x < 0.0));
+}
+
+static double ulp(double t)
+{
+    return nextafter(fabs(t), HUGE_VAL) - fabs(t);
+}
+
+/* The zero between a and b, where g has opposite signs, to two units in the last place.
+ *
+ * Oliveira and Takahashi's ITP, ACM Trans. Math. Softw. 47 (2020) 5: never more
+ * evaluations than bisection plus one, and superlinear where g is smooth.
+ */
+static double zero_between(const along *g, double a, double ga, double b, double gb)
+{
+    const double eps = ulp(fmax(fabs(a), fabs(b))), k1 = 0.2/(b - a);
+    const double most = ceil(log2((b - a)/(2.0*eps))) + 1.0;
+    double j;
+    if (ga == 0.0) {
+        return a;
+    }
+    for (j = 0.0; b - a > 2.0*eps && j < 200.0; j += 1.0) {
+        const double middle = a + (b - a)/2.0, falsi = (gb*a - ga*b)/(gb - ga);
+        const double side = sign_of(middle - falsi), step = k1*(b - a)*(b - a);
+        const double radius = fmax(eps*exp2(most - j) - (b - a)/2.0, 0.0);
+        double t = step <= fabs(middle - falsi) ? falsi + side*step : middle, gt;
+        t = fabs(t - middle) <= radius ? t : middle - side*radius;
+        t = t > a && t < b ? t : middle;
+        gt = value(g, t);
+        if (gt == 0.0) {
+            return t;
+        }
+        if (sign_of(gt) == sign_of(gb)) {
+            b = t;
+            gb = gt;
+        } else {
+            a = t;
+            ga = gt;
+        }
+    }
+    return a + (b - a)/2.0;
+}
+
+/* A point between a and b where g, of this sign at both, has the other one; NAN if none is found.
+ *
+ * Golden section towards the extremum. */
+static double beyond_zero(const along *g, double sign, double a, double b)
+{
+    const double golden = 0.3819660112501051;
+    double x = a + golden*(b - a), y = b - golden*(b - a);
+    double gx = sign*value(g, x), gy = sign*value(g, y);
+    while (!(gx < 0.0) && !(gy < 0.0) && b - a > 1e-9*(fabs(a) + fabs(b)) && y - x > ulp(b)) {
+        if (gx < gy) {
+            b = y;
+            y = x;
+            gy = gx;
+            x = a + golden*(b - a);
+            gx = sign*value(g, x);
+        } else {
+            a = x;
+            x = y;
+            gx = gy;
+            y = b - golden*(b - a);
+            gy = sign*value(g, y);
+        }
+    }
+    return gx < 0.0 ? x : gy < 0.0 ? y : NAN;
+}
+
+/* Record the crossing between a and b, in order of time within this step. */
+static void record(const along *g, double a, double ga, double b, double gb, int64_t first)
+{
+    lagrange_run *run = g->run;
+    lagrange_events *e = run->events;
+    const int64_t n = DIM(run), direction = e->direction[g->index];
+    double t;
+    int64_t k;
+    if ((double)direction*gb < 0.0) {
+        return;
+    }
+    t = zero_between(g, a, ga, b, gb);
+    for (k = e->found; k > first && e->times[k - 1] > t; --k) {
+        e->times[k] = e->times[k - 1];
+        e->indices[k] = e->indices[k - 1];
+        memcpy(e->states + k*n, e->states + (k - 1)*n, (size_t)n*sizeof(double));
+    }
+    e->times[k] = t;
+    e->indices[k] = g->index;
+    g->interpolate(run, t, e->states + k*n);
+    e->found += 1;
+}
+
+/* Whether |g| is least in the middle of three equal signs. */
+static int dips(double left, double middle, double right)
+{
+    return sign_of(left) == sign_of(middle) && sign_of(middle) == sign_of(right) &&
+           fabs(middle) < fabs(left) && fabs(middle) < fabs(right);
+}
+
+/* Two crossings in the part from k - 1 to k, with the same sign at its ends, if they are there. */
+static void crossings_inside(const along *g, const double *t, const double *v, int k,
+                             int64_t first)
+{
+    const double sign = sign_of(v[k]);
+    if (dips(v[k - 2], v[k - 1], v[k]) || dips(v[k - 1], v[k], v[k + 1])) {
+        const double inside = beyond_zero(g, sign, t[k - 1], t[k]);
+        if (!isnan(inside)) {
+            record(g, t[k - 1], v[k - 1], inside, -sign, first);
+            record(g, inside, -sign, t[k], v[k], first);
+        }
+    }
+}
+
+/* The crossings of one event function; t and its values v run from one part before the step
+ * (where the interpolant is continued) to one after it. */
+static void crossings(const along *g, const double *t, const double *v, int64_t first)
+{
+    double *sign = g->run->events->sign + g->index;
+    int k, last = 1;
+    for (k = 1; k <= PARTS + 1; ++k) {
+        const double now = sign_of(v[k]);
+        if (now == 0.0 || isnan(v[k])) {
+            continue;
+        }
+        if (*sign != 0.0 && now != *sign) {
+            const double before = sign_of(v[last]) == *sign ? v[last] : 0.0;
+            record(g, t[last], before, t[k], v[k], first);
+        } else if (*sign != 0.0 && k > 1) {
+            crossings_inside(g, t, v, k, first);
+        }
+        *sign = now;
+        last = k;
+    }
+}
+
+/* Forget what lies after the first terminal event, and stand there. */
+static int cut(lagrange_run *run, int64_t first)
+{
+    lagrange_events *e = run->events;
+    const int64_t n = DIM(run);
+    int64_t k, i;
+    for (k = first; k < e->found; ++k) {
+        if (e->terminal[e->indices[k]]) {
+            for (i = 0; i < n; ++i) {
+                lagrange_row(run, HI)[i] = e->states[k*n + i];
+                lagrange_row(run, LOW)[i] = 0.0;
+            }
+            run->t = e->times[k];
+            e->found = k + 1;
+            return LAGRANGE_ENDED;
+        }
+    }
+    return LAGRANGE_OK;
+}
+
+int lagrange_events_full(const lagrange_run *run)
+{
+    return run->events->capacity - run->events->found < MOST*run->events->count;
+}
+
+int lagrange_locate(lagrange_run *run, lagrange_interpolate interpolate)
+{
+    lagrange_events *e = run->events;
+    const double part = (run->t_new - run->t_old)/PARTS;
+    const int64_t first = e->found;
+    double t[PARTS + 3], v[PARTS + 3];
+    along g;
+    int k;
+    for (k = 0; k < PARTS + 3; ++k) {
+        t[k] = k == PARTS + 1 ? run->t_new : run->t_old + part*(k - 1);
+        evaluate(run, interpolate, t[k], e->values + k*e->count);
+    }
+    g.run = run;
+    g.interpolate = interpolate;
+    for (g.index = 0; g.index < e->count; ++g.index) {
+        for (k = 0; k < PARTS + 3; ++k) {
+            v[k] = e->values[k*e->count + g.index];
+        }
+        crossings(&g, t, v, first);
+    }
+    return cut(run, first);
+}

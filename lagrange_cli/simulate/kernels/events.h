@@ -1,0 +1,30 @@
+/* Event functions g(t, y) whose zeros are looked for within steps. */
+#ifndef LAGRANGE_EVENTS_H
+#define LAGRANGE_EVENTS_H
+
+#include "kernel.h"
+
+/* Intervals of a step at whose ends signs are looked at. */
+#define LAGRANGE_PARTS 4
+
+/* The caller sets everything; `sign` is 0 at first. It takes what was found and
+ * sets `found` back to 0. */
+typedef struct lagrange_events {
+    lagrange_function function; /* all count values of g at once */
+    const double *u;
+    const void *p;
+    double *work;
+    const int64_t *direction; /* 1 rising, -1 falling, 0 both */
+    const int64_t *terminal;
+    double *sign;   /* count: of each g when it was last not 0 */
+    double *values; /* (LAGRANGE_PARTS + 4) rows of count */
+    double *state;  /* n */
+    int64_t count;
+    int64_t capacity;
+    int64_t found;
+    double *times; /* found, ascending */
+    int64_t *indices;
+    double *states;
+} lagrange_events;
+
+#endif

@@ -1,0 +1,95 @@
+/* What the compiled integrators share: a run, its right-hand side, and exact sums.
+ *
+ * Compile with -DLAGRANGE_DIM=N for states of N numbers, so that every loop over
+ * a state has a constant length; without it the length is that of the run.
+ * Nothing here is global: runs in several threads do not see each other.
+ */
+#ifndef LAGRANGE_KERNEL_H
+#define LAGRANGE_KERNEL_H
+
+#include <stdint.h>
+
+/* y' = f(t, y) with inputs u, parameters p and workspace; not 0: it does not exist there. */
+typedef int (*lagrange_function)(double t, const double *y, const double *u, const void *p,
+                                 double *work, double *out);
+
+/* The same at LAGRANGE_LANES states at once; the lane is the last index of t, y and out. */
+typedef int (*lagrange_lanes)(const double *t, const double *y, const double *u, const void *p,
+                              double *work, double *out);
+#define LAGRANGE_LANES 8
+
+/* Why a call came back. */
+enum {
+    LAGRANGE_OK = 0,       /* samples filled, or a limit of the call reached */
+    LAGRANGE_UNDERFLOW,    /* no step is small enough */
+    LAGRANGE_NOT_FINITE,   /* the state has overflowed */
+    LAGRANGE_ENDED         /* a terminal event: t and y are there */
+};
+
+struct lagrange_events;
+
+/* One run of a method. Its caller sets everything above `t` and may change the
+ * tolerances and max_step between calls. */
+typedef struct {
+    lagrange_function rhs;
+    lagrange_lanes lanes; /* or null */
+    const double *u;
+    const void *p;
+    double *work;
+    const double *rtol;
+    const double *atol;
+    double *memory; /* rows of n numbers, as many as the method says */
+    struct lagrange_events *events; /* or null */
+    int64_t n;
+    double t_end;
+    double max_step;
+    double t;     /* where the run stands, with y = hi + low */
+    double t_old; /* the last step began here */
+    double t_new; /* and ended here, where a terminal event may have cut it */
+    double h;     /* the next step, as the method would like it */
+    int64_t steps;
+    int64_t rejections;
+    int64_t evaluations;
+    int64_t dense; /* whether the last step's interpolant is ready */
+    int64_t spare; /* of the method */
+} lagrange_run;
+
+#ifdef LAGRANGE_DIM
+#define DIM(run) LAGRANGE_DIM
+#else
+#define DIM(run) ((run)->n)
+#endif
+
+/* The first rows of the memory, the same for every method. */
+enum { HI, LOW, START_HI, START_LOW, FIRST_OF_METHOD };
+
+static inline double *lagrange_row(const lagrange_run *run, int64_t k)
+{
+    return run->memory + k*DIM(run);
+}
+
+/* The sum of hi and low as a rounded sum and what the rounding lost (Knuth). */
+static inline void lagrange_fold(double *hi, double *low, int64_t n)
+{
+    int64_t i;
+    for (i = 0; i < n; ++i) {
+        const double sum = hi[i] + low[i], part = sum - hi[i];
+        low[i] = (hi[i] - (sum - part)) + (low[i] - part);
+        hi[i] = sum;
+    }
+}
+
+/* A method: one step no further than `limit`, and states within the last step. */
+typedef int (*lagrange_step)(lagrange_run *run, double limit);
+typedef int (*lagrange_interpolate)(lagrange_run *run, double t, double *out);
+
+int lagrange_advance(lagrange_run *run, lagrange_step step, lagrange_interpolate interpolate,
+                     const double *times, int64_t count, double *states, int64_t *filled,
+                     int64_t most_steps, double most_evaluations);
+
+/* The last step's events; LAGRANGE_ENDED where a terminal one has cut it. */
+int lagrange_locate(lagrange_run *run, lagrange_interpolate interpolate);
+/* Whether there is no room for the events of another step. */
+int lagrange_events_full(const lagrange_run *run);
+
+#endif
