@@ -2,8 +2,9 @@
 
 What is found there is shown as lagrange's result, and loaded as a library. So
 nobody else may be able to write there: the folder belongs to the user and
-denies access to others, and so do those on the way to it, as far as they
-decide which folder stands at its path.
+denies access to others, and no folder on the way to it belongs to a third, or
+lets everybody put another in its place. Whom the user's groups let in there
+is trusted.
 """
 
 from __future__ import annotations

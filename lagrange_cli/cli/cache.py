@@ -51,6 +51,10 @@ def _size(count: int) -> str:
     return f"{count} bytes"
 
 
+def _files(count: int) -> str:
+    return "1 file" if count == 1 else f"{count} files"
+
+
 def _cleared(cache: Cache) -> Removed:
     """Empty the cache, or say what stands in the way."""
     if cache.folder is None:
@@ -60,7 +64,7 @@ def _cleared(cache: Cache) -> Removed:
     left = sum(entry.name in before for entry in cache.entries())
     if left:
         raise InputError(
-            Problem(f"{left} files in '{cache.folder}' cannot be removed", rule="cache")
+            Problem(f"{_files(left)} in '{cache.folder}' cannot be removed", rule="cache")
         )
     return removed
 
@@ -84,6 +88,6 @@ def cache(session: Session, clear: bool, as_json: bool) -> None:
             report["removed"] = {"files": removed.files, "bytes": removed.size}
         print_text(json.dumps(report, indent=2) + "\n")
     elif removed is not None:
-        print_text(f"removed {removed.files} files, {_size(removed.size)}")
+        print_text(f"removed {_files(removed.files)}, {_size(removed.size)}")
     else:
         print_text(_text(_report(kept)))
