@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.pilot import COARSE, LEAST, Pilot
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
 from lagrange_cli.simulate.run import Failure, Run
@@ -35,6 +36,10 @@ SHORTER = 3.0
 #: The tolerance that makes another method about as accurate, beside the run's,
 #: and the tolerance of the run below which none is.
 OTHER_TOLERANCE, OTHER_FROM = 0.01, 1e-12
+
+#: The tolerance of a disturbed run by the same method beside the run's: its steps fall
+#: on other times, so that what lies between the steps of one is met by the other.
+OTHER_STEPS = 0.5
 
 #: Cost of the other method beside the run's, and evaluations to start with, beyond
 #: which it is given up.
@@ -88,8 +93,9 @@ class Attempt:
         self._schedule: dict[Run, tuple[Control, float]] = {}
         self.run = self._start(method, tolerance)
         self._looser = self._start(method, tolerance * LOOSER, longer=longer, off=1)
-        other = INTEGRATORS["LSODA"]
-        self._disturbed = self._disturb(other if tolerance >= OTHER_FROM else method)
+        # Compiled steps are compared with compiled steps: another method would be interpreted.
+        alone = tolerance < OTHER_FROM or isinstance(problem.rhs, NativeRhs)
+        self._disturbed = self._disturb(method if alone else INTEGRATORS["LSODA"])
         growth = max(1.0, COARSE / tolerance) ** (1 / method.order)
         self._most: float = LOST * growth * found.evaluations
         self._given_up = 0
@@ -120,7 +126,7 @@ class Attempt:
         return run
 
     def _disturb(self, method: type[Integrator]) -> Run:
-        factor = 1.0 if method is self.run.method else OTHER_TOLERANCE
+        factor = OTHER_STEPS if method is self.run.method else OTHER_TOLERANCE
         return self._start(method, self._tolerance * factor, off=2)
 
     @property

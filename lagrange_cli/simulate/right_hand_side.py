@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from lagrange_cli.cache import Cache, open_cache
+from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.disturbance import off_by_one_ulp, rounding_factors
 from lagrange_cli.simulate.integrators.base import Array, Rhs
@@ -84,12 +85,13 @@ def compiled(model: Model, cache: Cache) -> RightHandSide:
     compiler = find_compiler()
     if compiler is None:
         raise CompileError("no C compiler was found")
-    (system,) = load(compiler, [Source({"system.c": model.code.c}, OPTIONS)], cache)
+    stepping = Source(kernels.files(), kernels.options(2 * len(model.coordinates)))
+    system, stepper = load(compiler, [Source({"system.c": model.code.c}, OPTIONS), stepping], cache)
     width = 2 * len(model.coordinates)
 
     def function(name: str, parameters: list[float]) -> NativeRhs:
         entry = RHS((f"system_{name}", system))
-        return NativeRhs(entry, np.array(parameters), np.empty(model.code.work))
+        return NativeRhs(entry, np.array(parameters), np.empty(model.code.work), stepper)
 
     def table(name: str, columns: int) -> Table:
         return _native_table(system, function(name, _given(model)), width, columns)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators import Control, Integrator, Rhs
+from lagrange_cli.simulate.integrators import Control, Integrator, Rhs, start
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.problem import InitialValueProblem
 
@@ -45,13 +45,18 @@ class Run:
         self.method = method
         self.failure: Failure | None = None
         self._times = problem.times
-        start = problem.y0 if y0 is None else y0
-        self._states = np.empty((len(problem.times), len(start)))
-        self._states[0] = start
+        first = problem.y0 if y0 is None else y0
+        self._states = np.empty((len(problem.times), len(first)))
+        self._states[0] = first
         self.filled = 1
         self._pace = 1
-        self._integrator = method(
-            problem.rhs if rhs is None else rhs, problem.start, start, problem.until, control
+        self._integrator = start(
+            method,
+            problem.rhs if rhs is None else rhs,
+            problem.start,
+            first,
+            problem.until,
+            control,
         )
 
     @property

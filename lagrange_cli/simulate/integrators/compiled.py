@@ -14,10 +14,11 @@ import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Advance, Array, Control, Rhs, StepError
 from lagrange_cli.simulate.integrators.events import Event, EventBuffer, NativeEvents
+from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4
 
-__all__ = ["COMPILED", "CompiledDOP853", "CompiledRK4"]
+__all__ = ["COMPILED", "CompiledDOP853", "CompiledGauss16", "CompiledRK4"]
 
 _DOUBLE, _LONG, _POINTER = ctypes.c_double, ctypes.c_int64, ctypes.c_void_p
 
@@ -34,6 +35,9 @@ _ENDED = 3
 
 _MOST_STEPS = 2**62
 
+#: Bytes of the largest vector of the machines of today.
+_ALIGNMENT = 64
+
 
 class _Run(ctypes.Structure):
     """``lagrange_run`` of kernel.h."""
@@ -44,7 +48,8 @@ class _Run(ctypes.Structure):
         ("events", _POINTER),
         ("n", _LONG),
         *((name, _DOUBLE) for name in ("t_end", "max_step", "t", "t_old", "t_new", "h")),
-        *((name, _LONG) for name in ("steps", "rejections", "evaluations", "dense", "spare")),
+        *((name, _LONG) for name in ("steps", "rejections", "evaluations", "dense", "mode")),
+        *((name, _DOUBLE) for name in ("rate", "noise")),
     )
 
 
@@ -60,13 +65,13 @@ class _Compiled:
         self._events: EventBuffer | None = None
         self.ended = False
         n = len(y0)
-        self._memory = np.zeros((self._function("rows", _ROWS)(), n))
+        self._memory = _aligned(self._function("rows", _ROWS)(), n)
         self._memory[0] = y0
         self._tolerances = np.empty((2, n))
         self._work = np.empty_like(rhs.work)
         self._scratch = np.empty((1, n))
         self._run = run = _Run()
-        run.rhs, run.lanes = rhs.address, None
+        run.rhs, run.lanes = rhs.address, rhs.lanes_address
         run.u, run.p, run.work = None, rhs.parameters.ctypes.data, self._work.ctypes.data
         run.rtol, run.atol = (row.ctypes.data for row in self._tolerances)
         run.memory, run.n, run.t_end = self._memory.ctypes.data, n, t_end
@@ -135,10 +140,15 @@ class _Compiled:
         return Advance(filled.value, _FAILURES.get(status))
 
 
-class CompiledDOP853(_Compiled, DOP853):
-    """:class:`DOP853` in C: the same coefficients, error estimate and step control."""
+def _aligned(rows: int, columns: int) -> Array:
+    """Zeros that begin where vectors of the machine do."""
+    doubles = np.zeros(rows * columns + _ALIGNMENT // 8)
+    first = -doubles.ctypes.data % _ALIGNMENT // 8
+    return doubles[first : first + rows * columns].reshape(rows, columns)
 
-    kernel = "dop853"
+
+class _Interpolating(_Compiled):
+    """A kernel with an interpolant, and a slope at the start."""
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         super().__init__(rhs, t0, y0, t_end, control)
@@ -155,6 +165,18 @@ class CompiledDOP853(_Compiled, DOP853):
         return states
 
 
+class CompiledDOP853(_Interpolating, DOP853):
+    """:class:`DOP853` in C: the same coefficients, error estimate and step control."""
+
+    kernel = "dop853"
+
+
+class CompiledGauss16(_Interpolating, Gauss16):
+    """:class:`Gauss16` in C: the eight stages of an iteration are evaluated side by side."""
+
+    kernel = "gauss"
+
+
 class CompiledRK4(_Compiled, RK4):
     """:class:`RK4` in C."""
 
@@ -167,4 +189,4 @@ class CompiledRK4(_Compiled, RK4):
 
 
 #: The class in machine code of each method that has one.
-COMPILED = {method.name: method for method in (CompiledDOP853, CompiledRK4)}
+COMPILED = {method.name: method for method in (CompiledDOP853, CompiledRK4, CompiledGauss16)}

@@ -9,13 +9,16 @@ import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array
 
-__all__ = ["RHS", "NativeRhs"]
+__all__ = ["LANES", "RHS", "NativeRhs"]
 
 _DOUBLE = ctypes.c_double
 _POINTER = ctypes.c_void_p
 
 #: int f(double t, const double *y, const double *u, const void *p, double *work, double *out)
 RHS = ctypes.CFUNCTYPE(ctypes.c_int, _DOUBLE, *[_POINTER] * 5)
+
+#: The same at eight states: t and every array with the state as last index.
+LANES = ctypes.CFUNCTYPE(ctypes.c_int, *[_POINTER] * 6)
 
 
 class NativeRhs:
@@ -35,6 +38,10 @@ class NativeRhs:
     kernels
         The library of compiled integrators for this dimension, None where only
         the right-hand side is compiled.
+    lanes
+        The same C function at eight states at once, of type :data:`LANES`, where there is
+        one: ``out[8*i + l]`` from ``t[l]`` and ``y[8*i + l]``. It may return nonzero at any
+        state; then the states are evaluated one by one.
     """
 
     def __init__(
@@ -43,16 +50,23 @@ class NativeRhs:
         parameters: Array,
         work: Array,
         kernels: ctypes.CDLL | None = None,
+        lanes: Any = None,
     ) -> None:
         self.function = function
         self.parameters = np.ascontiguousarray(parameters, dtype=float)
         self.work = np.ascontiguousarray(work, dtype=float)
         self.kernels = kernels
+        self.lanes = lanes
 
     @property
     def address(self) -> int:
         """Address of the C function."""
         return int(ctypes.cast(self.function, _POINTER).value or 0)
+
+    @property
+    def lanes_address(self) -> int | None:
+        """Address of the function at eight states, None where there is none."""
+        return None if self.lanes is None else ctypes.cast(self.lanes, _POINTER).value
 
     def __call__(self, t: float, y: Array) -> Array:
         state = np.ascontiguousarray(y, dtype=float)

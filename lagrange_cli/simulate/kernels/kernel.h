@@ -51,7 +51,9 @@ typedef struct {
     int64_t rejections;
     int64_t evaluations;
     int64_t dense; /* whether the last step's interpolant is ready */
-    int64_t spare; /* of the method */
+    int64_t mode; /* of the method, as are the last two */
+    double rate;
+    double noise;
 } lagrange_run;
 
 #ifdef LAGRANGE_DIM
