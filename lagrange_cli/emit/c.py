@@ -254,7 +254,7 @@ class _Body:
                 text = expression(pivot, self.dialect)
                 if not block.definite:
                     test = f"{self.dialect.functions['abs']}({text}) > {self.real.value(0.0)}"
-                elif k:
+                elif k and not block.exact:
                     bound = Product((Variable(f"{self.names.prefix}_{EPSILON_NAME}"), scale), ())
                     test = f"{text} > {expression(bound, self.dialect)}"
                 else:

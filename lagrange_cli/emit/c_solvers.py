@@ -138,7 +138,7 @@ def helper_text(used: Collection[str], names: CNames, real: Real) -> str:
 def solver_text(blocks: Sequence[Block], names: CNames, real: Real) -> str:
     """What solving the blocks needs: the bound for pivots and the loops."""
     parts = []
-    if any(block.definite and len(block.coordinates) > 1 for block in blocks):
+    if any(b.definite and len(b.coordinates) > 1 and not b.exact for b in blocks):
         parts.append(
             "/* A pivot below this multiple of its diagonal entry is rounding error. */\n"
             f"#define {names.prefix}_{EPSILON_NAME} {real.literal(real.epsilon)}\n"

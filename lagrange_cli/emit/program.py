@@ -155,9 +155,7 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
     blocks: tuple[Block, ...] = ()
     for name in outputs:
         if name == "acceleration":
-            matrix = [[values.convert(m) for m in row] for row in equations.mass_matrix]
-            forcing = [values.convert(f) for f in equations.forcing]
-            blocks, solution = solve_blocks(values, matrix, forcing, equations.facts)
+            blocks, solution = solve_blocks(values, equations)
             wanted.extend(solution)
         else:
             wanted.append((name, [values.convert(e) for e in OUTPUTS[name](equations)]))

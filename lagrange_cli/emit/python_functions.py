@@ -9,7 +9,7 @@ return NaN.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from textwrap import fill, wrap
 from typing import TYPE_CHECKING
@@ -244,10 +244,8 @@ def _symmetric(
 
 def _accelerations(program: Program, dialect: Dialect) -> list[str]:
     """Check pivots, solve the blocks that need a loop, and return [v, a]."""
-    lines = [
-        f"if {test}:\n            return np.full({2 * program.coordinates}, nan)"
-        for test in _pivot_tests(program, dialect)
-    ]
+    failure = f"            return np.full({2 * program.coordinates}, nan)"
+    lines = [f"if {test}:\n{failure}" for test in _pivot_tests(program, dialect)]
     written = iter(program.output("acceleration"))
     dense_matrix = list(program.output("dense_matrix"))
     dense_forcing = list(program.output("dense_forcing"))
@@ -260,16 +258,33 @@ def _accelerations(program: Program, dialect: Dialect) -> list[str]:
             continue
         upper, dense_matrix = dense_matrix[: n * (n + 1) // 2], dense_matrix[n * (n + 1) // 2 :]
         right, dense_forcing = dense_forcing[:n], dense_forcing[n:]
-        entries, matrix = _symmetric(f"m{number}_", upper, n, dialect)
-        lines.extend(entries)
-        vector = f"np.array([{_join(right, dialect)}], dtype=float)"
-        lines.append(f"a{number} = np.linalg.solve({matrix}, {vector}).tolist()")
+        lines.extend(_dense_block(number, block.definite, upper, right, dialect, failure))
         for k, i in enumerate(block.coordinates):
             results[i] = f"a{number}[{k}]"
     velocities = [Variable(f"v{i}") for i in range(program.coordinates)]
     lines.append(
         f"return np.array([{_join(velocities, dialect)}, {', '.join(results)}], dtype=float)"
     )
+    return lines
+
+
+def _dense_block(
+    number: int,
+    definite: bool,
+    upper: Sequence[Operand],
+    right: Sequence[Operand],
+    dialect: Dialect,
+    failure: str,
+) -> list[str]:
+    """Solve a block with NumPy. Cholesky's factor holds the roots of the pivots."""
+    lines, matrix = _symmetric(f"m{number}_", upper, len(right), dialect)
+    lines.append(f"m{number} = {matrix}")
+    if definite:
+        bound = f"{expression(Number(ROUNDING), dialect)} * m{number}.diagonal()"
+        lines.append(f"d{number} = np.linalg.cholesky(m{number}).diagonal()")
+        lines.append(f"if not (d{number} * d{number} > {bound}).all():\n{failure}")
+    vector = f"np.array([{_join(right, dialect)}], dtype=float)"
+    lines.append(f"a{number} = np.linalg.solve(m{number}, {vector}).tolist()")
     return lines
 
 
@@ -281,7 +296,7 @@ def _pivot_tests(program: Program, dialect: Dialect) -> list[str]:
         for k in range(len(block.coordinates) if block.unrolled else 0):
             pivot, scale = next(pivots)
             text = expression(pivot, dialect)
-            if block.definite and k:
+            if block.definite and k and not block.exact:
                 bound = expression(Product((Number(ROUNDING), scale), ()), dialect)
                 tests.append(f"not {text} > {bound}")
             elif block.definite:

@@ -2,26 +2,32 @@
 
 The zero pattern of M splits the coordinates into blocks that do not couple.
 A block of one is a division. A small block whose mass matrix is proven
-positive definite becomes straight-line code, M = L D Lᵀ. Larger blocks are
-eliminated by a loop in the emitted code, without pivoting where M is proven
-positive definite (as stable as Cholesky's method; Higham, Accuracy and
-Stability of Numerical Algorithms, 2nd ed., ch. 10), else with partial pivoting.
+positive definite becomes straight-line code: the exact solution where that is
+known to lose no digits (:mod:`lagrange_cli.mechanics.closed_form`), else
+M = L D Lᵀ. Larger blocks are eliminated by a loop in the emitted code, without
+pivoting where M is proven positive definite (as stable as Cholesky's method;
+Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., ch. 10), else
+with partial pivoting.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from fractions import Fraction
+from typing import TYPE_CHECKING, NamedTuple
 
-from lagrange_cli.emit.values import Scaled, Values
+from lagrange_cli.emit.values import ONE, Scaled, Values
+from lagrange_cli.mechanics.closed_form import Solution, solve_exactly
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Facts
+    from lagrange_cli.mechanics.equations import Equations
 
 __all__ = ["LARGEST_UNROLLED", "Block", "solve_blocks"]
 
 #: Positive definite blocks up to this size are written out.
 LARGEST_UNROLLED = 4
+
+_ZERO: Scaled = (Fraction(0), ONE)
 
 
 @dataclass(frozen=True)
@@ -30,45 +36,53 @@ class Block:
 
     ``unrolled``: by straight-line code whose pivots are to be checked, else by
     a loop. ``definite``: the mass matrix is proven positive definite; a loop
-    needs partial pivoting where it is not.
+    needs partial pivoting where it is not. ``exact``: no digits cancel in the
+    pivots, so that each that is positive is known to be so.
     """
 
     coordinates: tuple[int, ...]
     unrolled: bool
     definite: bool
+    exact: bool = False
+
+
+class _Unrolled(NamedTuple):
+    """What straight-line code for one block computes."""
+
+    exact: bool
+    accelerations: list[Scaled]
+    pivots: list[Scaled]
+    scales: list[Scaled]
 
 
 def solve_blocks(
-    values: Values, matrix: list[list[Scaled]], forcing: list[Scaled], facts: Facts
+    values: Values, equations: Equations
 ) -> tuple[tuple[Block, ...], list[tuple[str, list[Scaled]]]]:
     """Blocks of the system M a = f and the outputs that solve it.
 
     The outputs are ``acceleration`` (of the coordinates of unrolled blocks, by
-    block), ``pivots`` and ``scales`` (of the same: a pivot that is not above
-    its rounding error, ε times the diagonal entry in ``scales``, means a
-    singular matrix), ``dense_matrix`` (the upper triangles of the other
-    blocks, by rows) and ``dense_forcing``.
+    block), ``pivots`` and ``scales`` (as many numbers: a pivot that is not
+    above its rounding error, ε times the diagonal entry in ``scales`` or 0 in an
+    exact block, means a singular matrix), ``dense_matrix`` (the upper triangles
+    of the other blocks, by rows) and ``dense_forcing``.
     """
+    facts = equations.facts
+    matrix = [[values.convert(m) for m in row] for row in equations.mass_matrix]
     definite = facts.positive_definite_mass_matrix
-    blocks = tuple(
-        Block(members, _unrolled(len(members), definite), definite)
-        for members in _components(matrix, facts.diagonal_mass_matrix)
-    )
     names = ("acceleration", "pivots", "scales", "dense_matrix", "dense_forcing")
     outputs: dict[str, list[Scaled]] = {name: [] for name in names}
-    for block in blocks:
-        of = block.coordinates
-        right = [forcing[i] for i in of]
-        if block.unrolled:
-            square = [[matrix[i][j] for j in of] for i in of]
-            accelerations, pivots = _ldl_solve(values, square, right)
-            outputs["acceleration"].extend(accelerations)
-            outputs["pivots"].extend(pivots)
-            outputs["scales"].extend(square[i][i] for i in range(len(of)))
+    blocks = []
+    for of in _components(matrix, facts.diagonal_mass_matrix):
+        if _unrolled(len(of), definite):
+            exact, *solution = _unroll(values, equations, of)
+            blocks.append(Block(of, unrolled=True, definite=definite, exact=exact))
+            for name, found in zip(names, solution, strict=False):
+                outputs[name].extend(found)
         else:
+            blocks.append(Block(of, unrolled=False, definite=definite))
             outputs["dense_matrix"].extend(matrix[i][j] for k, i in enumerate(of) for j in of[k:])
-            outputs["dense_forcing"].extend(right)
-    return blocks, list(outputs.items())
+            outputs["dense_forcing"].extend(values.convert(equations.forcing[i]) for i in of)
+    return tuple(blocks), list(outputs.items())
 
 
 def _unrolled(size: int, definite: bool) -> bool:
@@ -95,13 +109,32 @@ def _components(matrix: list[list[Scaled]], diagonal: bool) -> list[tuple[int, .
     return components
 
 
-def _ldl_solve(
-    values: Values, matrix: list[list[Scaled]], right: list[Scaled]
-) -> tuple[list[Scaled], list[Scaled]]:
-    """Straight-line solution by M = L D Lᵀ: accelerations and pivots D.
+def _unroll(values: Values, equations: Equations, of: tuple[int, ...]) -> _Unrolled:
+    """A block in straight-line code: exact where that is known to be stable and short."""
+    mass = [[equations.mass_matrix[i][j] for j in of] for i in of]
+    forcing = [equations.forcing[i] for i in of]
+    if len(of) > 1:
+        solution = solve_exactly(mass, forcing, [c.q for c in equations.coordinates])
+        if solution is not None:
+            return _substitute(values, solution)
+    matrix = [[values.convert(m) for m in row] for row in mass]
+    return _ldl_solve(values, matrix, [values.convert(f) for f in forcing])
 
-    Entries that are zero cost nothing.
-    """
+
+def _substitute(values: Values, solution: Solution) -> _Unrolled:
+    """The exact solution, step by step."""
+    found: dict[int, Scaled] = {}
+    for step in solution.steps:
+        rest = values.convert(step.numerator)
+        for other, coupling in step.coupling:
+            rest = _less(values, rest, values.convert(coupling), found[other])
+        found[step.coordinate] = _divide(values, rest, values.convert(step.denominator))
+    pivots = [values.convert(pivot) for pivot in solution.pivots]
+    return _Unrolled(True, [found[i] for i in sorted(found)], pivots, [_ZERO] * len(pivots))
+
+
+def _ldl_solve(values: Values, matrix: list[list[Scaled]], right: list[Scaled]) -> _Unrolled:
+    """Straight-line solution by M = L D Lᵀ. Entries that are zero cost nothing."""
     n = len(matrix)
     rows = [list(row) for row in matrix]
     y = list(right)
@@ -115,7 +148,8 @@ def _ldl_solve(
         for k in range(i + 1, n):
             y[i] = _less(values, y[i], rows[i][k], y[k])
         y[i] = _divide(values, y[i], rows[i][i])
-    return y, [rows[i][i] for i in range(n)]
+    diagonal = [matrix[i][i] for i in range(n)]
+    return _Unrolled(False, y, [rows[i][i] for i in range(n)], diagonal)
 
 
 def _divide(values: Values, a: Scaled, b: Scaled) -> Scaled:

@@ -29,12 +29,14 @@ __all__ = [
     "Splitter",
     "TermSum",
     "common_factor",
+    "exact",
     "expand_terms",
     "factored",
     "rational",
     "scaled",
     "term_count",
     "tidy",
+    "trig_factors",
 ]
 
 _ONE = sp.Integer(1)
@@ -225,11 +227,11 @@ class TermSum:
             for trig, weights in group.items():
                 number, mass = _weight_sum(weights)
                 if number != 0:
-                    yield sp.Mul(exact(number), mass, *powers, *_monomial(trig))
+                    yield sp.Mul(exact(number), mass, *powers, *trig_factors(trig))
 
 
-def _monomial(trig: TrigMonomial) -> list[sp.Expr]:
-    """Its factors, with sin/cos of one argument written as tan where it came from there."""
+def trig_factors(trig: TrigMonomial) -> list[sp.Expr]:
+    """Factors of a monomial; sin/cos of one argument is tan where it came from there."""
     powers = dict(trig)
     factors = []
     for (name, argument), power in trig:
