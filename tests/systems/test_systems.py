@@ -1,6 +1,6 @@
 """Every shipped scene, checked by routes that share nothing with the program.
 
-The Lagrangians and closed forms are those of ``textbook.py``, typed by hand;
+The Lagrangians are those of ``textbook.py``, typed by hand;
 the equations of motion come from SymPy's LagrangesMethod, the trajectories
 from SciPy's DOP853 at rtol 1e-13; emitted C is compiled and called.
 """
@@ -16,7 +16,7 @@ import subprocess
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import ModuleType
 
 import lagranges_method
 import mpmath
@@ -25,47 +25,31 @@ import pytest
 import sympy as sp
 from lagranges_method import Dynamics
 from numpy.typing import NDArray
-from textbook import CLOSED_FORMS, GENERALIZED_FORCES, LAGRANGIANS
+from shipped import (
+    REFUSED,
+    SCENES,
+    SYSTEMS,
+    derived,
+    every_scene,
+    parameter_values,
+    simulated,
+    start,
+)
+from textbook import GENERALIZED_FORCES, LAGRANGIANS
 
 from lagrange_cli.batch import check_paths
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.emit.report import derivation_report
 from lagrange_cli.errors import Mark
-from lagrange_cli.mechanics import derive, interpret
+from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
-from lagrange_cli.scene import parse_expression, read_file
-from lagrange_cli.simulate import Trajectory, simulate
+from lagrange_cli.scene import parse_expression
+from lagrange_cli.simulate import Trajectory
 
 Array = NDArray[np.float64]
 
-SYSTEMS = Path(__file__).parents[2] / "systems"
-SCENES = {p.stem: p for p in sorted(SYSTEMS.rglob("*.yaml")) if p.parent.name != "refused"}
-REFUSED = sorted((SYSTEMS / "refused").glob("*.yaml"))
 STATES = 20
 C_FLAGS = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror"]
-
-every_scene = pytest.mark.parametrize("name", list(SCENES))
-
-
-@cache
-def derived(name: str) -> Equations:
-    return derive(read_file(str(SCENES[name])))
-
-
-@cache
-def simulated(name: str) -> Trajectory:
-    return simulate(derived(name))
-
-
-def parameter_values(e: Equations) -> list[float]:
-    values = [p.value for p in e.parameters]
-    assert all(value is not None for value in values)
-    return [value for value in values if value is not None]
-
-
-def start(e: Equations) -> Array:
-    assert e.initial is not None
-    return np.array([*e.initial.positions, *e.initial.velocities])
 
 
 @cache
@@ -123,8 +107,7 @@ def assert_close(found: list[Array], expected: list[Array], tolerance: float) ->
 
 def test_every_scene_has_a_lagrangian_from_a_book() -> None:
     assert set(LAGRANGIANS) == set(SCENES)
-    assert len(SCENES) >= 20
-    assert set(CLOSED_FORMS) <= set(SCENES)
+    assert len(SCENES) >= 60
 
 
 def test_names_are_the_files() -> None:
@@ -188,7 +171,7 @@ def compare_dynamics(found: Dynamics, expected: Dynamics, name: str) -> None:
     """M and f at random states, with parameters shifted at random too.
 
     Entries are made comparable, whatever their units, by the kinetic metric:
-    M_ij/sqrt(M_ii M_jj) and f_i/sqrt(M_ii).
+    M_ij/sqrt(|M_ii M_jj|) and f_i/sqrt(|M_ii|).
     """
     random = np.random.default_rng(1)
     values = np.array(parameter_values(derived(name)))
@@ -197,7 +180,7 @@ def compare_dynamics(found: Dynamics, expected: Dynamics, name: str) -> None:
         p = list(values * (1 + 0.01 * random.uniform(0, 1, len(values))))
         m, expected_m = (np.asarray(d.mass_matrix(t, q, v, p)) for d in (found, expected))
         f, expected_f = (d.forcing(t, q, v, p).ravel() for d in (found, expected))
-        unit = 1 / np.sqrt(np.diag(expected_m))
+        unit = 1 / np.sqrt(np.abs(np.diag(expected_m)))
         matrices.append(np.abs(m - expected_m) * np.outer(unit, unit))
         forcings.append((np.abs(f - expected_f) * unit, np.abs(expected_f * unit).max()))
     assert np.max(matrices) <= 1e-12
@@ -317,7 +300,7 @@ def test_simulation_keeps_its_promise(name: str) -> None:
     names += [f"dot({c})" for c in names]
     for column, expected in zip(names, exact.T, strict=True):
         found = trajectory.columns[column][chosen]
-        assert np.abs(found - expected).max() <= 1e-9 * scale_of(e, column, exact)
+        assert np.abs(found - expected).max() <= trajectory.requested * scale_of(e, column, exact)
 
 
 def scale_of(e: Equations, column: str, exact: Array) -> float:
@@ -339,25 +322,6 @@ def scale_of(e: Equations, column: str, exact: Array) -> float:
         return float(scale)
     assert e.simulate.until is not None
     return max(float(np.abs(exact[:, n + k]).max()), scale / (e.simulate.until - e.simulate.start))
-
-
-@pytest.mark.parametrize("name", sorted(CLOSED_FORMS))
-def test_simulation_follows_the_closed_form(name: str) -> None:
-    e, trajectory = derived(name), simulated(name)
-    assert e.initial is not None
-    names = [c.name for c in e.coordinates]
-    exact = CLOSED_FORMS[name](
-        SimpleNamespace(**{p.name: p.value for p in e.parameters}),
-        SimpleNamespace(**dict(zip(names, e.initial.positions, strict=True))),
-        SimpleNamespace(**dict(zip(names, e.initial.velocities, strict=True))),
-        trajectory.t,
-    )
-    for column, expected in exact.items():
-        found = trajectory.columns[column]
-        # Cartesian names turn faster than the angles they are made of.
-        assert np.abs(found - expected).max() <= 1e-8 * max(
-            1e-300, np.ptp(expected), abs(expected[0])
-        )
 
 
 @every_scene

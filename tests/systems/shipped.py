@@ -1,0 +1,44 @@
+"""The shipped scenes, each derived and simulated once for all tests."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from lagrange_cli.mechanics import derive
+from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.scene import read_file
+from lagrange_cli.simulate import Trajectory, simulate
+
+Array = NDArray[np.float64]
+
+SYSTEMS = Path(__file__).parents[2] / "systems"
+SCENES = {p.stem: p for p in sorted(SYSTEMS.rglob("*.yaml")) if p.parent.name != "refused"}
+REFUSED = sorted((SYSTEMS / "refused").glob("*.yaml"))
+
+every_scene = pytest.mark.parametrize("name", list(SCENES))
+
+
+@cache
+def derived(name: str) -> Equations:
+    return derive(read_file(str(SCENES[name])))
+
+
+@cache
+def simulated(name: str) -> Trajectory:
+    return simulate(derived(name))
+
+
+def parameter_values(e: Equations) -> list[float]:
+    values = [p.value for p in e.parameters]
+    assert all(value is not None for value in values)
+    return [value for value in values if value is not None]
+
+
+def start(e: Equations) -> Array:
+    assert e.initial is not None
+    return np.array([*e.initial.positions, *e.initial.velocities])
