@@ -1,66 +1,22 @@
-"""A program in which every operation is off by its rounding error.
-
-Each result is multiplied by 1 + 2⁻⁵² or 1 − 2⁻⁵³, in a fixed pattern, after
-the stochastic arithmetic of Vignes, *Math. Comput. Simul.* 35 (1993) 233. How
-far its value is from that of the program itself shows how much of it is
-rounding: a sum in which digits cancel amplifies the errors of its terms. The
-factors are further parameters of the program, so that one text serves every
-pattern.
-"""
+"""Rounding errors to order: factors for a disturbed program, values off by their last place."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from itertools import count
+from collections.abc import Sequence
 from random import Random
 
 import numpy as np
 
-from lagrange_cli.emit.program import Call, Operand, Product, Program, Sum, Variable
 from lagrange_cli.simulate.integrators.base import Array
 
-__all__ = ["disturb", "off_by_one_ulp", "rounding_factors"]
+__all__ = ["off_by_one_ulp", "rounding_factors"]
 
 UP, DOWN = 1 + 2.0**-52, 1 - 2.0**-53
-
-
-def disturb(program: Program) -> Program:
-    """The program with every sum, product and call times a factor of its own.
-
-    The factors are parameters after those of the program, in order.
-    """
-    numbers = count(program.parameters)
-    factors = (Variable(f"p{number}") for number in numbers)
-    disturbed = replace(
-        program,
-        assignments=tuple((name, _off(operand, factors)) for name, operand in program.assignments),
-        outputs=tuple(
-            (name, tuple(_off(operand, factors) for operand in operands))
-            for name, operands in program.outputs
-        ),
-    )
-    return replace(disturbed, parameters=next(numbers))
 
 
 def rounding_factors(number: int, pattern: int) -> list[float]:
     """Factors for a disturbed program; each ``pattern``, a number, is another choice."""
     return Random(pattern).choices((UP, DOWN), k=number)
-
-
-def _off(operand: Operand, factors: Iterator[Variable]) -> Operand:
-    if isinstance(operand, Sum):
-        terms = tuple((c, _off(o, factors)) for c, o in operand.terms)
-        exact = len(terms) == 1 and abs(terms[0][0]) == 1
-        return Sum(terms) if exact else Product((Sum(terms), next(factors)), ())
-    if isinstance(operand, Product):
-        numerator = tuple(_off(o, factors) for o in operand.numerator)
-        denominator = tuple(_off(o, factors) for o in operand.denominator)
-        return Product((*numerator, next(factors)), denominator)
-    if isinstance(operand, Call):
-        of = tuple(_off(o, factors) for o in operand.arguments)
-        return Product((Call(operand.function, of), next(factors)), ())
-    return operand
 
 
 def off_by_one_ulp(values: Sequence[float] | Array, pattern: int) -> Array:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.c_simulation import library_source
 from lagrange_cli.emit.c_body import work_size
+from lagrange_cli.emit.c_simulation import library_source
+from lagrange_cli.emit.disturbed import disturb
 from lagrange_cli.emit.python_functions import module_source, program_of
-from lagrange_cli.simulate.disturbance import disturb
 from lagrange_cli.simulate.model import Code, Defaults, Model, ModelParameter
 
 if TYPE_CHECKING:

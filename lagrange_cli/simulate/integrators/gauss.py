@@ -1,3 +1,5 @@
 from lagrange_cli.simulate.integrators.base import Integrator
+
+
 class Gauss16(Integrator):
     name = "Gauss16"
