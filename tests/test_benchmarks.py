@@ -22,3 +22,19 @@ def test_derivation_compares_every_method_with_the_closed_form(tmp_path: Path) -
     assert (3, "SymPy LagrangesMethod") not in taking_part
     assert all(row["mismatch"] < 1e-12 for row in rows)
     assert run.stdout.count("\n| 2 |") == 1
+
+
+def test_startup_compares_whole_commands_cold_and_warm(tmp_path: Path) -> None:
+    output = tmp_path / "startup.json"
+    words = ["--repetitions", "1", "--json", str(output), "--mechanicsdsl", ""]
+    command = [sys.executable, str(BENCHMARKS / "startup.py"), *words]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert run.returncode == 0, run.stderr
+    rows = json.loads(output.read_text())["rows"]
+    taking_part = {(row["program"], row["cache"]) for row in rows}
+    commands = ("derive", "emit --to c", "simulate")
+    assert {(f"lagrange {c}", cache) for c in commands for cache in ("cold", "warm")} < taking_part
+    assert all(row["same_output"] for row in rows)
+    (reference,) = [row for row in rows if row["program"] == "import numpy"]
+    assert reference["ratio"] == 1
+    assert run.stdout.count("\n| `") == len(rows)
