@@ -65,12 +65,16 @@ def real_type(option: str) -> Real:
 @dataclass(frozen=True)
 class CNames:
     """Identifiers of one system: the prefix of all its symbols, the fields of
-    its parameters, and dummy name → text for every input of a program."""
+    its parameters, and dummy name → text for every input of a program.
+
+    ``parameter_array``: the array that holds the parameters, if one does.
+    """
 
     prefix: str
     fields: tuple[str, ...]
     inputs: Mapping[str, str]
     empty_field: str = "none"
+    parameter_array: str | None = None
 
     @classmethod
     def of(cls, equations: Equations) -> CNames:

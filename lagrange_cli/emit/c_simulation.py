@@ -64,4 +64,4 @@ def library_source(programs: Mapping[str, Program]) -> str:
 def _dummy_names(coordinates: int, parameters: int) -> CNames:
     inputs = {f"p{i}": f"p->p[{i}]" for i in range(parameters)}
     inputs |= {f"{kind}{i}": f"{kind}{i}" for kind in "qv" for i in range(coordinates)}
-    return CNames("system", (), inputs)
+    return CNames("system", (), inputs, parameter_array="p->p")

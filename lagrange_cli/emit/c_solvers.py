@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 from lagrange_cli.emit.c_names import CNames, Real
 from lagrange_cli.emit.solve import Block
 
-__all__ = ["EPSILON_NAME", "helper_text", "solver_text", "work_size"]
+__all__ = ["EPSILON_NAME", "dense_size", "helper_text", "solver_text"]
 
 #: Tail of the macro that tells a pivot from rounding error.
 EPSILON_NAME = "EPSILON"
@@ -36,54 +36,75 @@ static @REAL@ @NAME@_max(@REAL@ a, @REAL@ b)
 """,
 }
 
-_BACK_SUBSTITUTION = """\
-    for (i = n - 1; i >= 0; --i) {
-        const @REAL@ *row = a + i*n;
-        @REAL@ rest = b[i];
-        for (k = i + 1; k < n; ++k) {
-            rest -= row[k]*b[k];
+_DEFINITE = """\
+/*
+ * Solve a x = b for a symmetric positive definite matrix whose upper triangle
+ * is given by rows; x replaces b, behind which n more numbers are overwritten.
+ * a = L D L^T: D L^T replaces the upper triangle, the ratios L the lower one.
+ * Pivots are judged against the diagonal before elimination. Four of them at
+ * a time are taken from each row below, along memory: this makes vector
+ * instructions of the inner loops.
+ */
+static int @NAME@_solve_definite(int n, @REAL@ *a, @REAL@ *b)
+{
+    @REAL@ *const d = b + n; /* the diagonal, then reciprocals of the pivots */
+    int i, j, k, first;
+    for (i = 0; i < n; ++i) {
+        d[i] = a[i*n + i];
+    }
+    for (first = 0; first < n; first += 4) {
+        const int last = first + 4 < n ? first + 4 : n;
+        const @REAL@ *const row = a + first*n;
+        /* The four rows among themselves. */
+        for (j = first; j < last; ++j) {
+            const @REAL@ *const above = a + j*n;
+            if (!(above[j] > (j > 0 ? @NAME@_EPSILON*d[j] : @ZERO@))) {
+                return 1;
+            }
+            d[j] = @ONE@/above[j];
+            for (i = j + 1; i < last; ++i) {
+                @REAL@ *const below = a + i*n;
+                const @REAL@ ratio = above[i]*d[j];
+                for (k = i; k < n; ++k) {
+                    below[k] -= ratio*above[k];
+                }
+                b[i] -= ratio*b[j];
+                below[j] = ratio;
+            }
         }
-        b[i] = rest/row[i];
+        /* All rows below them (none if fewer than four were left). */
+        for (i = last; i < n; ++i) {
+            @REAL@ *const below = a + i*n;
+            const @REAL@ r0 = row[i]*d[first];
+            const @REAL@ r1 = row[n + i]*d[first + 1];
+            const @REAL@ r2 = row[2*n + i]*d[first + 2];
+            const @REAL@ r3 = row[3*n + i]*d[first + 3];
+            for (k = i; k < n; ++k) {
+                below[k] = below[k] - r0*row[k] - r1*row[n + k] - r2*row[2*n + k]
+                    - r3*row[3*n + k];
+            }
+            b[i] = b[i] - r0*b[first] - r1*b[first + 1] - r2*b[first + 2] - r3*b[first + 3];
+            below[first] = r0;
+            below[first + 1] = r1;
+            below[first + 2] = r2;
+            below[first + 3] = r3;
+        }
+    }
+    for (i = 0; i < n; ++i) {
+        b[i] *= d[i];
+    }
+    for (i = n - 1; i > 0; --i) {
+        const @REAL@ *const row = a + i*n;
+        const @REAL@ known = b[i];
+        for (k = 0; k < i; ++k) {
+            b[k] -= known*row[k];
+        }
     }
     return 0;
 }
 """
 
-#: Rows are updated along memory, which compilers turn into vector instructions.
-_DEFINITE = (
-    """\
-/*
- * Solve a x = b for a symmetric positive definite matrix whose upper triangle
- * is given by rows; x replaces b. The first column below the diagonal holds
- * the diagonal before elimination, against which pivots are judged.
- */
-static int @NAME@_solve_definite(int n, @REAL@ *a, @REAL@ *b)
-{
-    int i, j, k;
-    for (i = 1; i < n; ++i) {
-        a[i*n] = a[i*n + i];
-    }
-    for (j = 0; j < n; ++j) {
-        const @REAL@ *row = a + j*n;
-        const @REAL@ pivot = row[j];
-        if (!(pivot > (j > 0 ? @NAME@_EPSILON*row[0] : @ZERO@))) {
-            return 1;
-        }
-        for (i = j + 1; i < n; ++i) {
-            @REAL@ *other = a + i*n;
-            const @REAL@ ratio = row[i]/pivot;
-            for (k = i; k < n; ++k) {
-                other[k] -= ratio*row[k];
-            }
-            b[i] -= ratio*b[j];
-        }
-    }
-"""
-    + _BACK_SUBSTITUTION
-)
-
-_PIVOTED = (
-    """\
+_PIVOTED = """\
 /* Solve a x = b by elimination with partial pivoting; x replaces b. */
 static int @NAME@_solve_pivoted(int n, @REAL@ *a, @REAL@ *b)
 {
@@ -118,16 +139,24 @@ static int @NAME@_solve_pivoted(int n, @REAL@ *a, @REAL@ *b)
             b[i] -= ratio*b[j];
         }
     }
+    for (i = n - 1; i >= 0; --i) {
+        const @REAL@ *row = a + i*n;
+        @REAL@ rest = b[i];
+        for (k = i + 1; k < n; ++k) {
+            rest -= row[k]*b[k];
+        }
+        b[i] = rest/row[i];
+    }
+    return 0;
+}
 """
-    + _BACK_SUBSTITUTION
-)
 
 
-def work_size(blocks: Sequence[Block]) -> int:
-    """Numbers of workspace: matrix and right-hand side of the largest block
-    that a loop solves (at least 1, so that an array of that size exists)."""
+def dense_size(blocks: Sequence[Block]) -> int:
+    """Numbers of workspace for the largest block that a loop solves: matrix,
+    right-hand side, and as many numbers again."""
     sizes = [len(block.coordinates) for block in blocks if not block.unrolled]
-    return max((n * n + n for n in sizes), default=1)
+    return max((n * n + 2 * n for n in sizes), default=0)
 
 
 def helper_text(used: Collection[str], names: CNames, real: Real) -> str:

@@ -15,7 +15,19 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.emit import values as graph
+from lagrange_cli.emit.angles import expand_angle_sums
 from lagrange_cli.emit.factoring import factor_sums
+from lagrange_cli.emit.families import Assignment, by_family, ordered, rename
+from lagrange_cli.emit.operands import (
+    FUNCTIONS,
+    Call,
+    Number,
+    Operand,
+    Product,
+    Sum,
+    Variable,
+    variables,
+)
 from lagrange_cli.emit.sharing import share_products, share_scaled, share_sums
 from lagrange_cli.emit.solve import Block, solve_blocks
 from lagrange_cli.emit.values import ONE, Scaled, Values
@@ -44,54 +56,11 @@ __all__ = [
 #: An expression with more leaves than this gets a name of its own.
 LARGEST_INLINE = 12
 
+#: A program of more statements has those of one form brought together.
+LARGEST_IN_ORDER = 100
+
 #: Sums with more terms than this are added up in groups.
 LONGEST_SUM = 24
-
-
-@dataclass(frozen=True, slots=True)
-class Number:
-    value: Fraction
-
-
-@dataclass(frozen=True, slots=True)
-class Variable:
-    """An input or an assigned name."""
-
-    name: str
-
-
-@dataclass(frozen=True, slots=True)
-class Sum:
-    """Σ coefficient · operand; a constant term has a :class:`Number` of 1 as operand."""
-
-    terms: tuple[tuple[Fraction, Operand], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Product:
-    """Product of ``numerator`` over product of ``denominator`` (either may be empty)."""
-
-    numerator: tuple[Operand, ...]
-    denominator: tuple[Operand, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Call:
-    """One of :data:`FUNCTIONS` of one argument, or of two."""
-
-    function: str
-    arguments: tuple[Operand, ...]
-
-
-#: Functions that a program may call, with the number of arguments each takes.
-FUNCTIONS: dict[str, int] = {
-    **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan"), 1),
-    **dict.fromkeys(("sinh", "cosh", "tanh", "asinh", "acosh", "atanh"), 1),
-    **dict.fromkeys(("exp", "log", "sqrt", "abs", "sign"), 1),
-    **dict.fromkeys(("atan2", "pow", "min", "max"), 2),
-}
-
-Operand: TypeAlias = Number | Variable | Sum | Product | Call
 
 
 @dataclass(frozen=True)
@@ -107,6 +76,12 @@ class Program:
     assignments: tuple[tuple[str, Operand], ...]
     outputs: tuple[tuple[str, tuple[Operand, ...]], ...]
     blocks: tuple[Block, ...] = ()
+
+    @property
+    def is_large(self) -> bool:
+        """Whether statements of one form stand together, to be written as loops."""
+        results = sum(len(operands) for _, operands in self.outputs)
+        return len(self.assignments) + results > LARGEST_IN_ORDER
 
     def output(self, name: str) -> tuple[Operand, ...]:
         """The operands of one output."""
@@ -174,7 +149,7 @@ def _inputs(equations: Equations) -> list[tuple[Expr, str, int]]:
     return inputs
 
 
-_Assignments: TypeAlias = tuple[tuple[str, Operand], ...]
+_Assignments: TypeAlias = tuple[Assignment, ...]
 _Results: TypeAlias = tuple[tuple[str, tuple[Operand, ...]], ...]
 
 
@@ -184,6 +159,7 @@ def _schedule(
     """Order the nodes that ``wanted`` needs and write them as assignments."""
     scaled = [value for _, of in wanted for value in of]
     roots = [number for _, number in scaled]
+    expand_angle_sums(values, _order(values, roots))
     share_products(values, _order(values, roots))
     factor_sums(values, _order(values, roots))
     share_products(values, _order(values, roots))
@@ -198,7 +174,18 @@ def _schedule(
         writer.write(number, uses[number])
     operands = iter([writer.scaled(*value) for value in scaled])
     results = tuple((name, tuple(next(operands) for _ in of)) for name, of in wanted)
+    if len(writer.assignments) + len(scaled) > LARGEST_IN_ORDER:
+        return _in_families(writer.assignments, results)
     return tuple(writer.assignments), results
+
+
+def _in_families(assignments: list[Assignment], results: _Results) -> tuple[_Assignments, _Results]:
+    """Assignments of one form together, and named in their new order."""
+    grouped, new = by_family(assignments)
+    return tuple(grouped), tuple(
+        (name, tuple(ordered(rename(operand, new)) for operand in operands))
+        for name, operands in results
+    )
 
 
 def _order(values: Values, roots: Iterable[int]) -> list[int]:
@@ -363,17 +350,7 @@ def _product_operations(operand: Product) -> Operations:
 
 def input_names(program: Program) -> frozenset[str]:
     """The inputs that the program reads."""
-    names: set[str] = set()
-    stack: list[Operand] = [operand for _, operand in program.assignments]
-    stack.extend(operand for _, of in program.outputs for operand in of)
-    while stack:
-        operand = stack.pop()
-        if isinstance(operand, Variable):
-            names.add(operand.name)
-        elif isinstance(operand, Sum):
-            stack.extend(o for _, o in operand.terms)
-        elif isinstance(operand, Product):
-            stack.extend((*operand.numerator, *operand.denominator))
-        elif isinstance(operand, Call):
-            stack.extend(operand.arguments)
+    operands = [operand for _, operand in program.assignments]
+    operands += [operand for _, of in program.outputs for operand in of]
+    names = {variable.name for operand in operands for variable in variables(operand)}
     return frozenset(names - {name for name, _ in program.assignments})

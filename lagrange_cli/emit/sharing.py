@@ -226,9 +226,43 @@ def share_sums(values: Values, reachable: Iterable[int]) -> None:
         node = values.nodes[number]
         if isinstance(node, Sum) and 1 < len(node.terms) <= LONGEST_GROUP:
             sums[number] = dict(node.terms)
+    _nest(values, sums)
     _Extraction(values, _Sums(), sums).run()
     for number, terms in sums.items():
         values.nodes[number] = Sum(tuple(sorted((n, Fraction(c)) for n, c in terms.items())))
+
+
+def _nest(values: Values, sums: dict[int, Group]) -> None:
+    """Write every sum that holds all terms of another one by means of the longest such.
+
+    Running sums, of masses along a chain say, so become one addition each.
+    """
+    holders: dict[int, set[int]] = {}
+    for number, group in sums.items():
+        for part in group:
+            holders.setdefault(part, set()).add(number)
+    longest_first = sorted(sums, key=lambda n: (-len(sums[n]), n))
+    inner: dict[int, tuple[int, Fraction]] = {}
+    for number in longest_first:
+        group = sums[number]
+        for other in sorted(set.intersection(*(holders[part] for part in group))):
+            ratio = _ratio(sums[other], group) if other not in inner else None
+            if ratio is not None and len(group) < len(sums[other]):
+                inner[other] = (number, ratio)
+    for other in longest_first:
+        if other in inner:
+            number, ratio = inner[other]
+            for part in sums[number]:
+                del sums[other][part]
+            sums[other][number] = ratio
+
+
+def _ratio(whole: Group, part: Group) -> Fraction | None:
+    """What ``part`` is multiplied by in ``whole``, if all its terms are alike."""
+    first = next(iter(part))
+    ratio = Fraction(whole[first]) / part[first]
+    alike = all(whole[number] == ratio * weight for number, weight in part.items())
+    return ratio if alike else None
 
 
 def share_scaled(values: Values, reachable: Iterable[int], roots: list[Scaled]) -> list[Scaled]:

@@ -1,0 +1,357 @@
+"""Bodies of emitted C functions: assignments, loops, stores and solvers.
+
+A small program is straight-line code over named values. In a large one,
+statements of one form are loops over the values ``w[0], w[1], …``, which then
+live in the workspace; the others keep names of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from textwrap import wrap
+
+from lagrange_cli.emit.c_names import CNames, Real
+from lagrange_cli.emit.c_solvers import EPSILON_NAME, dense_size
+from lagrange_cli.emit.operands import Operand, Product, Variable, rebuilt
+from lagrange_cli.emit.printing import Dialect, expression
+from lagrange_cli.emit.program import Program, input_names
+from lagrange_cli.emit.rolling import Affine, Cell, Loop, Place, Repeated, Statement, roll
+from lagrange_cli.emit.solve import Block
+
+__all__ = ["body_text", "work_size"]
+
+#: Lines of arithmetic are broken before this column.
+WIDTH = 96
+
+#: Counters of nested loops, outermost first.
+COUNTERS = "ijkl"
+
+#: Arrays by what variables of a program are named after. ``d`` and ``o`` are entries of
+#: the workspace of a solver and of the results, which copies read.
+_ARRAYS = {"q": "y", "v": "y", "p": "p", "w": "w", "d": "work", "o": "out"}
+
+
+def work_size(program: Program) -> int:
+    """Numbers of workspace: what the solver needs, then values and parameters of loops
+    (at least 1, so that an array of that size exists)."""
+    values = len(program.assignments) + program.parameters if program.is_large else 0
+    return max(dense_size(program.blocks) + values, 1)
+
+
+def body_text(
+    function: str, program: Program, names: CNames, real: Real, dialect: Dialect
+) -> list[str]:
+    """The lines of a function that stores the outputs of a program.
+
+    A right-hand side if the program has blocks; ``mass_matrix`` stores a full
+    matrix; all others store their outputs one after the other.
+    """
+    parts: Sequence[_Part]
+    if program.blocks:
+        parts, results = _right_hand_side(program), 2 * program.coordinates
+    elif function == "mass_matrix":
+        parts, results = _matrix(program), program.coordinates**2
+    else:
+        stores = _in_order(program)
+        parts, results = [_Stores(stores)], len(stores)
+    return _Writer(program, names, real, dialect).text(parts, results)
+
+
+@dataclass(frozen=True)
+class _Stores:
+    """Results to store, in any order, and a comment for loops that do so."""
+
+    statements: Sequence[Statement]
+    comment: str = ""
+
+
+@dataclass(frozen=True)
+class _Pivots:
+    """Tests of the pivots of unrolled blocks."""
+
+
+@dataclass(frozen=True)
+class _Solve:
+    """A call of the solver for a block whose matrix stands in the workspace."""
+
+    block: Block
+
+
+_Part = _Stores | _Pivots | _Solve
+
+
+def _in_order(program: Program) -> list[Statement]:
+    operands = [operand for _, of in program.outputs for operand in of]
+    return [Statement(Cell("out", k), operand) for k, operand in enumerate(operands)]
+
+
+def _matrix(program: Program) -> list[_Stores]:
+    n = program.coordinates
+    upper = _upper("out", n, program.output("mass_matrix"))
+    return [_Stores(upper, "Upper triangle, by rows."), _Stores(_mirrored("out", "o", n))]
+
+
+def _upper(array: str, n: int, operands: Sequence[Operand]) -> list[Statement]:
+    """Stores of an upper triangle given by rows."""
+    indices = [i * n + j for i in range(n) for j in range(i, n)]
+    pairs = zip(indices, operands, strict=True)
+    return [Statement(Cell(array, index), operand) for index, operand in pairs]
+
+
+def _mirrored(array: str, kind: str, n: int) -> list[Statement]:
+    """Copies of the upper triangle of a matrix to the lower one."""
+    return [
+        Statement(Cell(array, j * n + i), Variable(f"{kind}{i * n + j}"))
+        for i in range(n)
+        for j in range(i + 1, n)
+    ]
+
+
+def _right_hand_side(program: Program) -> list[_Part]:
+    """Check the pivots, store velocities and accelerations."""
+    n = program.coordinates
+    parts: list[_Part] = [_Pivots()]
+    parts.append(_Stores([Statement(Cell("dydt", i), Variable(f"v{i}")) for i in range(n)]))
+    accelerations = iter(program.output("acceleration"))
+    matrix = iter(program.output("dense_matrix"))
+    forcing = iter(program.output("dense_forcing"))
+    for block in program.blocks:
+        of, size = block.coordinates, len(block.coordinates)
+        if block.unrolled:
+            found = [Statement(Cell("dydt", n + i), next(accelerations)) for i in of]
+            parts.append(_Stores(found))
+        else:
+            entries = [next(matrix) for _ in range(size * (size + 1) // 2)]
+            right = [next(forcing) for _ in range(size)]
+            parts += _dense_block(program, block, entries, right)
+    return parts
+
+
+def _dense_block(
+    program: Program, block: Block, entries: Sequence[Operand], right: Sequence[Operand]
+) -> Iterator[_Part]:
+    """Fill the workspace with matrix and right-hand side, and call the solver."""
+    n = len(block.coordinates)
+    yield _Stores(_upper("work", n, entries), "Upper triangle of the mass matrix, by rows.")
+    if not block.definite:
+        yield _Stores(_mirrored("work", "d", n))
+    forcing = [Statement(Cell("work", n * n + i), f) for i, f in enumerate(right)]
+    yield _Stores(forcing, "Forcing.")
+    yield _Solve(block)
+    yield _Stores(
+        [
+            Statement(Cell("dydt", program.coordinates + i), Variable(f"d{n * n + k}"))
+            for k, i in enumerate(block.coordinates)
+        ]
+    )
+
+
+class _Writer:
+    """Writes the body of one function line by line."""
+
+    def __init__(self, program: Program, names: CNames, real: Real, dialect: Dialect) -> None:
+        self.program = program
+        self.names = names
+        self.real = real
+        self.dialect = dialect
+        self.lines: list[str] = []
+        self.depth = 0
+        self.copied: set[int] = set()
+
+    def text(self, parts: Sequence[_Part], results: int) -> list[str]:
+        """Declarations, the assignments, the parts, and the check of the results."""
+        assigned = [Statement(self._cell(n), o) for n, o in self.program.assignments]
+        steps: list[tuple[_Part, list[Statement | Loop]]]
+        steps = [(_Stores([]), self._rolled(assigned, False))]
+        for part in parts:
+            statements = part.statements if isinstance(part, _Stores) else []
+            steps.append((part, self._rolled(statements, True)))
+        self._place_values([item for _, items in steps for item in items])
+        for part, items in steps:
+            self._write(part, items)
+        result = "dydt" if self.program.blocks else "out"
+        self._check(result, results)
+        return [*self._opening(parts, results), *self.lines]
+
+    # -- where values are ----------------------------------------------------
+
+    def _rolled(self, statements: Sequence[Statement], independent: bool) -> list[Statement | Loop]:
+        if not self.program.is_large:
+            return list(statements)
+        return roll(statements, self._locate, independent)
+
+    def _locate(self, name: str) -> Cell | None:
+        return None if name == "t" else self._cell(name)
+
+    def _cell(self, name: str) -> Cell:
+        kind, number = name[0], int(name[1:])
+        shift = self.program.coordinates if kind == "v" else 0
+        return Cell(_ARRAYS[kind], number + shift)
+
+    def _place_values(self, items: Sequence[Statement | Loop]) -> None:
+        """Tell how values are written: those that loops touch live in the workspace."""
+        cells = {cell for item in items if isinstance(item, Loop) for cell in item.cells()}
+        self.stored = {cell.index for cell in cells if cell.array == "w"}
+        if self.names.parameter_array is None:
+            self.copied = {cell.index for cell in cells if cell.array == "p"}
+        texts = {f"w{k}": f"w[{k}]" for k in self.stored}
+        if self.program.is_large:
+            n = self.program.coordinates
+            texts |= {f"q{k}": f"y[{k}]" for k in range(n)}
+            texts |= {f"v{k}": f"y[{n + k}]" for k in range(n)}
+        self.dialect = replace(self.dialect, names={**self.dialect.names, **texts})
+
+    # -- lines -----------------------------------------------------------------
+
+    def _opening(self, parts: Sequence[_Part], results: int) -> list[str]:
+        """Counters, what is read from the arguments, and the arguments that are not used."""
+        real, program = self.real.name, self.program
+        reads = input_names(program)
+        if program.blocks:
+            reads |= {f"v{i}" for i in range(program.coordinates)}
+        state = [name for name in self._state() if name in reads]
+        uses_work = self.stored or self.copied or any(isinstance(p, _Solve) for p in parts)
+        lines = []
+        if self.depth:
+            lines.append(f"    int {', '.join(COUNTERS[: self.depth])};")
+        if not program.is_large:
+            lines += [
+                f"    const {real} {self._name(s)} = y[{self._cell(s).index}];" for s in state
+            ]
+        unused = {
+            "t": "t" not in reads,
+            "y": not state,
+            "u": True,
+            "p": not any(name.startswith("p") for name in reads),
+            "work": not uses_work,
+            "out": not results,
+        }
+        lines += [f"    (void){name};" for name, is_so in unused.items() if is_so]
+        return lines + self._workspace()
+
+    def _state(self) -> list[str]:
+        return [f"{kind}{i}" for kind in "qv" for i in range(self.program.coordinates)]
+
+    def _name(self, dummy: str) -> str:
+        return self.dialect.names.get(dummy, dummy)
+
+    def _workspace(self) -> list[str]:
+        """Where loops find values and parameters."""
+        start = dense_size(self.program.blocks)
+        lines = []
+        if self.stored:
+            lines.append(f"    {self.real.name} *const w = work + {start};")
+        if self.copied:
+            start += len(self.program.assignments)
+            lines.append(f"    {self.real.name} *const c = work + {start};")
+            lines += [f"    c[{k}] = {self._name(f'p{k}')};" for k in sorted(self.copied)]
+        return lines
+
+    def _write(self, part: _Part, items: Sequence[Statement | Loop]) -> None:
+        if isinstance(part, _Pivots):
+            self._write_pivots()
+        elif isinstance(part, _Solve):
+            self._write_call(part.block)
+        else:
+            if part.comment and any(isinstance(item, Loop) for item in items):
+                self.lines.append(f"    /* {part.comment} */")
+            for item in items:
+                self._write_item(item)
+
+    def _write_item(self, item: Statement | Loop) -> None:
+        if isinstance(item, Loop):
+            self._write_loop(item)
+            return
+        target = f"{item.target.array}[{item.target.index}]"
+        if item.target.array == "w" and item.target.index not in self.stored:
+            target = f"const {self.real.name} w{item.target.index}"
+        operand = item.operand
+        if isinstance(operand, Variable) and operand.name[0] in "do":
+            cell = self._cell(operand.name)
+            operand = Variable(f"{cell.array}[{cell.index}]")
+        self._assign(target, operand, 1)
+
+    def _assign(self, target: str, operand: Operand, depth: int) -> None:
+        indent = " " * (4 * depth)
+        self.lines += wrap(
+            f"{target} = {expression(operand, self.dialect)};",
+            WIDTH,
+            initial_indent=indent,
+            subsequent_indent=indent + " " * 4,
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+
+    def _write_loop(self, loop: Loop) -> None:
+        depth = len(loop.counts)
+        self.depth = max(self.depth, depth)
+        for level, count in enumerate(loop.counts):
+            c = COUNTERS[level]
+            head = f"for ({c} = 0; {c} < {_index(count)}; ++{c}) {{"
+            self.lines.append("    " * (level + 1) + head)
+        for statement in loop.body:
+            self._write_repeated(statement, depth + 1)
+        self.lines += ["    " * level + "}" for level in range(depth, 0, -1)]
+
+    def _write_repeated(self, statement: Repeated, depth: int) -> None:
+        target, *texts = map(self._place, statement.places)
+        read = iter(texts)
+
+        def placed(variable: Variable) -> Variable:
+            text = next(read)
+            return variable if text is None else Variable(text)
+
+        self._assign(str(target), rebuilt(statement.operand, placed), depth)
+
+    def _place(self, place: Place | None) -> str | None:
+        if place is None:
+            return None
+        array, index = place
+        name = (self.names.parameter_array or "c") if array == "p" else array
+        return f"{name}[{_index(index)}]"
+
+    def _write_pivots(self) -> None:
+        program, zero = self.program, self.real.value(0.0)
+        pivots = zip(program.output("pivots"), program.output("scales"), strict=True)
+        for block in program.blocks:
+            for k in range(len(block.coordinates) if block.unrolled else 0):
+                pivot, scale = next(pivots)
+                text = expression(pivot, self.dialect)
+                if not block.definite:
+                    test = f"{self.dialect.functions['abs']}({text}) > {zero}"
+                elif k and not block.exact:
+                    bound = Product((Variable(f"{self.names.prefix}_{EPSILON_NAME}"), scale), ())
+                    test = f"{text} > {expression(bound, self.dialect)}"
+                else:
+                    test = f"{text} > {zero}"
+                self.lines += [f"    if (!({test})) {{", "        return 1;", "    }"]
+
+    def _write_call(self, block: Block) -> None:
+        n = len(block.coordinates)
+        solver = f"{self.names.prefix}_solve_{'definite' if block.definite else 'pivoted'}"
+        arguments = f"{n}, work, work + {n * n}"
+        self.lines += [f"    if ({solver}({arguments}) != 0) {{", "        return 1;", "    }"]
+
+    def _check(self, result: str, results: int) -> None:
+        if results:
+            self.depth = max(self.depth, 1)
+            self.lines += [
+                f"    for (i = 0; i < {results}; ++i) {{",
+                f"        if (!isfinite({result}[i])) {{",
+                "            return 2;",
+                "        }",
+                "    }",
+            ]
+        self.lines.append("    return 0;")
+
+
+def _index(affine: Affine) -> str:
+    """base+step*counter+…, without what is zero, and without a place to break a line."""
+    text = str(affine.base) if affine.base else ""
+    for step, counter in zip(affine.steps, COUNTERS, strict=False):
+        if step:
+            term = counter if abs(step) == 1 else f"{abs(step)}*{counter}"
+            sign = "-" if step < 0 else "+" if text else ""
+            text += sign + term
+    return text or "0"

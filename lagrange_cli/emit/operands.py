@@ -1,0 +1,95 @@
+"""Operands of a program: expressions over names, and walks over them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TypeAlias
+
+__all__ = [
+    "FUNCTIONS",
+    "Call",
+    "Number",
+    "Operand",
+    "Product",
+    "Sum",
+    "Variable",
+    "rebuilt",
+    "variables",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    value: Fraction
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """An input or an assigned name."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Sum:
+    """Σ coefficient · operand; a constant term has a :class:`Number` of 1 as operand."""
+
+    terms: tuple[tuple[Fraction, Operand], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Product:
+    """Product of ``numerator`` over product of ``denominator`` (either may be empty)."""
+
+    numerator: tuple[Operand, ...]
+    denominator: tuple[Operand, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """One of :data:`FUNCTIONS` of one argument, or of two."""
+
+    function: str
+    arguments: tuple[Operand, ...]
+
+
+#: Functions that a program may call, with the number of arguments each takes.
+FUNCTIONS: dict[str, int] = {
+    **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan"), 1),
+    **dict.fromkeys(("sinh", "cosh", "tanh", "asinh", "acosh", "atanh"), 1),
+    **dict.fromkeys(("exp", "log", "sqrt", "abs", "sign"), 1),
+    **dict.fromkeys(("atan2", "pow", "min", "max"), 2),
+}
+
+Operand: TypeAlias = Number | Variable | Sum | Product | Call
+
+
+def variables(operand: Operand) -> Iterator[Variable]:
+    """The variables of an operand from left to right, each as often as it stands there."""
+    if isinstance(operand, Variable):
+        yield operand
+    elif isinstance(operand, Sum):
+        for _, part in operand.terms:
+            yield from variables(part)
+    elif isinstance(operand, Product):
+        for part in (*operand.numerator, *operand.denominator):
+            yield from variables(part)
+    elif isinstance(operand, Call):
+        for part in operand.arguments:
+            yield from variables(part)
+
+
+def rebuilt(operand: Operand, change: Callable[[Variable], Operand]) -> Operand:
+    """The operand with every variable replaced, from left to right."""
+    if isinstance(operand, Variable):
+        return change(operand)
+    if isinstance(operand, Sum):
+        return Sum(tuple((c, rebuilt(part, change)) for c, part in operand.terms))
+    if isinstance(operand, Product):
+        numerator = tuple(rebuilt(part, change) for part in operand.numerator)
+        return Product(numerator, tuple(rebuilt(part, change) for part in operand.denominator))
+    if isinstance(operand, Call):
+        return Call(operand.function, tuple(rebuilt(part, change) for part in operand.arguments))
+    return operand
