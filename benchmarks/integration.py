@@ -18,6 +18,7 @@ from __future__ import annotations
 import argparse
 import gc
 import importlib.util
+import itertools
 import json
 import math
 import platform
@@ -170,8 +171,10 @@ def solvers(times: Array) -> list[Solver]:
 
 
 def timed(run: Callable[[float], Array], tolerance: float) -> float:
+    """Seconds of one run with warm caches."""
     gc.collect()
     gc.disable()
+    run(tolerance)
     started = time.perf_counter()
     run(tolerance)
     seconds = time.perf_counter() - started
@@ -207,7 +210,7 @@ def seconds_at(rows: Iterable[dict[str, Any]], error: float) -> float | None:
     """Least time at an error, between two runs that enclose it; None where none does."""
     points = sorted((row["error"], row["seconds"]) for row in rows)
     found = []
-    for (e0, s0), (e1, s1) in zip(points, points[1:], strict=False):
+    for (e0, s0), (e1, s1) in itertools.pairwise(points):
         if e0 <= error <= e1:
             part = math.log(error / e0) / math.log(e1 / e0) if e1 > e0 else 0.0
             found.append(s0 * (s1 / s0) ** part)

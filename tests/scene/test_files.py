@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from lagrange_cli.errors import InputError
-from lagrange_cli.scene import read_file
 from lagrange_cli.files import MAX_BYTES, read_bytes
+from lagrange_cli.scene import read_file
 
 
 def message(path: str) -> str:

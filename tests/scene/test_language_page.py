@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from lagrange_cli.files import MAX_BYTES
 from lagrange_cli.scene import read_text
 from lagrange_cli.scene.bounds import MAX_POWER
 from lagrange_cli.scene.expression import FUNCTIONS
-from lagrange_cli.files import MAX_BYTES
 from lagrange_cli.scene.grammar import MAX_LENGTH, MAX_NESTING
 from lagrange_cli.scene.reader import LATER_SECTIONS, SECTIONS
 from lagrange_cli.scene.source import MAX_ALIASED, MAX_DEPTH
