@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+import lagrange_cli
+from lagrange_cli.cli.main import COMMANDS
 from lagrange_cli.emit.registry import EMITTERS
 
 HEAVY = {"sympy", "numpy", "scipy", "yaml", "mpmath", "matplotlib"}
@@ -37,6 +39,9 @@ def after_command(*words: str) -> set[str]:
         ("emit", "--help"),
         ("emit", "--list"),
         ("check", "--help"),
+        ("cache", "--help"),
+        ("cache",),
+        ("cache", "--clear"),
     ],
 )
 def test_help_imports_click_alone(words):
@@ -45,8 +50,32 @@ def test_help_imports_click_alone(words):
     assert loaded & HEAVY == set()
 
 
+def test_a_command_imports_no_other_command():
+    program = (
+        "from lagrange_cli.cli.main import run\nassert run(['cache']) == 0\n"
+        "print(*(n for n in sys.modules if n.startswith('lagrange_cli.cli.')))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys\n{program}"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    loaded = {name.rpartition(".")[2] for name in done.stdout.splitlines()[-1].split()}
+    assert loaded & set(COMMANDS) == {"cache"}
+
+
 def test_python_package_imports_nothing_heavy():
     assert modules_after("import lagrange_cli") & (HEAVY | {"click"}) == set()
+
+
+def test_python_package_offers_its_interface_when_it_is_used():
+    program = "import lagrange_cli\nassert lagrange_cli.load and set(lagrange_cli.__all__) <= set("
+    assert "lagrange_cli" in modules_after(program + "dir(lagrange_cli))")
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = lagrange_cli.nothing
+    assert {name: getattr(lagrange_cli, name) for name in lagrange_cli.__all__}
 
 
 def test_registry_of_formats_imports_no_format():
