@@ -44,7 +44,7 @@ def _pleiades(p: Names, q: Names, v: Names) -> Array:
 def _schwarzschild_orbit(p: Names, q: Names, v: Names) -> Array:
     """The square of the four-velocity, -1 in proper time."""
     lapse = 1 - 2 * p.M / q.r
-    return np.asarray(-lapse * v.T**2 + v.r**2 / lapse + q.r**2 * v.phi**2)
+    return np.asarray(-lapse * v.t_far**2 + v.r**2 / lapse + q.r**2 * v.phi**2)
 
 
 #: Scene name → a function of parameters, positions and velocities that stays constant.

@@ -222,15 +222,15 @@ def _asymmetric_motion(p: Names, q0: Names, v0: Names, t: Array) -> dict[str, Ar
     The start has ω1 = 0, a quarter of a period after the origin of the book's time.
     """
     i1, i2, i3 = p.I1, p.I2, p.I3
-    energy2 = p.L**2 * (np.cos(p.delta) ** 2 / i2 + np.sin(p.delta) ** 2 / i3)
-    upper, lower = energy2 * i3 - p.L**2, p.L**2 - energy2 * i1
+    energy2 = p.J**2 * (np.cos(p.delta) ** 2 / i2 + np.sin(p.delta) ** 2 / i3)
+    upper, lower = energy2 * i3 - p.J**2, p.J**2 - energy2 * i1
     modulus = (i2 - i1) * upper / ((i3 - i2) * lower)
     rate = np.sqrt((i3 - i2) * lower / (i1 * i2 * i3))
     sn, cn, dn, _ = ellipj(rate * t + ellipk(modulus), modulus)
     first = i1 * np.sqrt(upper / (i1 * (i3 - i1))) * cn
     second = i2 * np.sqrt(upper / (i2 * (i3 - i2))) * sn
     third = i3 * np.sqrt(lower / (i3 * (i3 - i1))) * dn
-    return {"theta": np.arccos(third / p.L), "psi": np.unwrap(np.arctan2(first, second))}
+    return {"theta": np.arccos(third / p.J), "psi": np.unwrap(np.arctan2(first, second))}
 
 
 def _triangle_of_lagrange(p: Names, q0: Names, v0: Names, t: Array) -> dict[str, Array]:

@@ -334,7 +334,7 @@ def test_energy_stays_where_it_is_conserved(name: str) -> None:
 
 
 def test_check_passes_on_every_scene_and_every_refusal() -> None:
-    report = check_paths([str(SYSTEMS)])
+    report = check_paths([str(SYSTEMS)], jobs=2)
     assert [(s.path, s.problems) for s in report.scenes if s.outcome != "pass"] == []
     assert len(report.scenes) == len(SCENES) + len(REFUSED)
     assert len(REFUSED) >= 5

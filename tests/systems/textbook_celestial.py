@@ -81,7 +81,7 @@ def _two_centres(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
 
 def _schwarzschild_orbit(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     lapse = 1 - 2 * p.M / q.r
-    return HALF * (v.r**2 / lapse + q.r**2 * v.phi**2 - lapse * v.T**2)
+    return HALF * (v.r**2 / lapse + q.r**2 * v.phi**2 - lapse * v.t_far**2)
 
 
 #: Scene name → L(parameters, q, v, t).
