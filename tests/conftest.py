@@ -1,4 +1,4 @@
-"""What every test shares: a cache of its own, so that none sees another's, or the user's."""
+"""What every test shares: a cache that is not the user's, and on request one of its own."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 
 @pytest.fixture(scope="session", autouse=True)
 def caches(tmp_path_factory) -> Iterator[Iterator[Path]]:
-    """Names of folders for caches; what runs before a test has its own uses the first."""
+    """Names of folders for caches; tests share the first, with what was compiled for others."""
     base = tmp_path_factory.mktemp("caches")
     names = (base / str(number) for number in itertools.count())
     with pytest.MonkeyPatch.context() as patch:
@@ -23,7 +23,7 @@ def caches(tmp_path_factory) -> Iterator[Iterator[Path]]:
         yield names
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def cache_folder(caches, monkeypatch) -> Path:
     """Where this test's cache is, in its subprocesses too; nothing is there yet."""
     base = next(caches)

@@ -304,6 +304,7 @@ class TestInterruption:
         assert "Traceback" not in done.stderr
 
 
+@pytest.mark.usefixtures("cache_folder")
 class TestInternalErrors:
     def run(self, *words: str):
         program = (

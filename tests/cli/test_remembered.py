@@ -20,6 +20,8 @@ DOUBLE = "systems/pendulums/double_pendulum.yaml"
 HOLE = "systems/lecture/masses_through_hole.yaml"
 WARNED = "systems/lecture/rigid_tetrahedron_centre.yaml"
 
+pytestmark = pytest.mark.usefixtures("cache_folder")
+
 HEAVY = {"sympy", "mpmath", "numpy", "scipy", "yaml", "tempfile", "subprocess"}
 
 #: A particle on a line in a potential that depends on the last word.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from pathlib import Path
 
@@ -20,14 +21,17 @@ SCENES = sorted(path for path in SYSTEMS.rglob("*.yaml") if path.parent.name != 
 PART, STEPS = 0.02, 200
 
 
-def models():
-    for path in SCENES:
-        yield pytest.param(path, id=path.stem)
+BOTH = pytest.mark.parametrize("paths", SCENES, ids=lambda path: path.stem, indirect=True)
+
+
+@functools.cache
+def model_at(path):
+    return model_of(load(path).derive().equations)
 
 
 @pytest.fixture
 def paths(request):
-    model = model_of(load(request.param).derive().equations)
+    model = model_at(request.param)
     if model.initial is None or model.defaults.until is None:
         pytest.skip("the scene has nothing to simulate")
     native = right_hand_side(model)
@@ -37,7 +41,7 @@ def paths(request):
     return model, native, interpreted(model, "")
 
 
-@pytest.mark.parametrize("paths", models(), indirect=True)
+@BOTH
 def test_functions_and_motions_agree(paths):
     model, native, python = paths
     start = model.defaults.start
@@ -63,7 +67,7 @@ def test_functions_and_motions_agree(paths):
         assert found == pytest.approx(expected, rel=1e-11, abs=1e-11, nan_ok=True)
 
 
-@pytest.mark.parametrize("paths", models(), indirect=True)
+@BOTH
 def test_the_promise_holds_on_both(paths):
     model, native, python = paths
     start = model.defaults.start
