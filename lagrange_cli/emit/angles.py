@@ -2,8 +2,9 @@
 
 The positions of n links hold n angles, but their mass matrix holds the cosines
 of n(n - 1)/2 differences: cos(a - b) = cos a cos b + sin a sin b needs fewer
-calls. An error of the products is at most that of a change of the angles by
-their own rounding error.
+calls. The error of each is at most that of a change of its angles by their own
+rounding error, but no one change need explain all: where an exact solution of
+M a = f counts on small differences to fit together, they keep their own sines.
 """
 
 from __future__ import annotations

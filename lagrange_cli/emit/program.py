@@ -134,6 +134,8 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
             wanted.extend(solution)
         else:
             wanted.append((name, [values.convert(e) for e in OUTPUTS[name](equations)]))
+    if not any(block.exact for block in blocks):
+        expand_angle_sums(values, _order(values, [number for _, of in wanted for _, number in of]))
     assignments, results = _schedule(values, wanted)
     return Program(
         len(equations.coordinates), len(equations.parameters), assignments, results, blocks
@@ -159,7 +161,6 @@ def _schedule(
     """Order the nodes that ``wanted`` needs and write them as assignments."""
     scaled = [value for _, of in wanted for value in of]
     roots = [number for _, number in scaled]
-    expand_angle_sums(values, _order(values, roots))
     share_products(values, _order(values, roots))
     factor_sums(values, _order(values, roots))
     share_products(values, _order(values, roots))

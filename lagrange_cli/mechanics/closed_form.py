@@ -14,17 +14,21 @@ Appl. 112 (1989) 189–193).
 Coordinates whose inertia is a single term are eliminated first, since dividing
 by it is exact. One coordinate that is left is a quotient; of two, one follows
 Cramer's rule. A solution is given only where all that is divided by is proven to be a
-sum of terms that are not negative.
+sum of terms that are not negative, and where it solves the equations at a random point.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+import mpmath
 import sympy as sp
+from mpmath import mpf
 
+from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.fourier import Polynomial, refined
+from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.mechanics.terms import (
     Splitter,
     TermSum,
@@ -39,6 +43,9 @@ __all__ = ["Solution", "Solved", "solve_exactly"]
 #: Products that one entry may be multiplied out to, and terms of a numerator.
 PRODUCT_BUDGET = 250
 NUMERATOR_BUDGET = 40
+
+#: Digits carried and relative agreement asked for where a solution is tried; points tried.
+_DIGITS, _AGREEMENT, _DRAWS = 40, mpf(10) ** -25, 8
 
 _UNIT = [sp.Integer(1)]
 
@@ -89,9 +96,55 @@ def solve_exactly(
             solution = _System(mass, forcing, distribute).solution()
         except _OverBudgetError:
             return None
-        if solution is not None or not distribute.left_alone:
-            return solution
+        if solution is not None:
+            return solution if _is_confirmed(solution, mass, forcing) else None
+        if not distribute.left_alone:
+            return None
     return None
+
+
+def _is_confirmed(
+    solution: Solution, mass: Sequence[Sequence[sp.Expr]], forcing: Sequence[sp.Expr]
+) -> bool:
+    """Whether a point was found where all is real and finite.
+
+    Raises
+    ------
+    InternalError
+        M a = f does not hold there: a defect of this module.
+    """
+    parts = [
+        e for s in solution.steps for e in (s.numerator, s.denominator, *dict(s.coupling).values())
+    ]
+    expressions = [*parts, *forcing, *(e for row in mass for e in row)]
+    symbols = sorted(set().union(*(e.free_symbols for e in expressions)), key=str)
+    with mpmath.workdps(_DIGITS):
+        for first in range(1, _DRAWS + 1):
+            point = {s: mpmath.frac(mpmath.sqrt(2) * (k + first)) for k, s in enumerate(symbols, 7)}
+            try:
+                numbers = iter(values(expressions, point))
+                a = _substituted(solution, numbers)
+            except (DomainError, ZeroDivisionError):
+                continue
+            right = [next(numbers) for _ in forcing]
+            rows = [[next(numbers) * x for x in a] for _ in forcing]
+            if any(
+                abs(sum(row) - f) > _AGREEMENT * (sum(map(abs, row)) + abs(f))
+                for row, f in zip(rows, right, strict=True)
+            ):
+                raise InternalError(Problem("the exact solution does not solve M a = f"))
+            return True
+    return False
+
+
+def _substituted(solution: Solution, numbers: Iterator[mpf]) -> list[mpf]:
+    """Accelerations from the values of what the steps hold, in their order."""
+    found: dict[int, mpf] = {}
+    for step in solution.steps:
+        rest, denominator = next(numbers), next(numbers)
+        rest -= sum(next(numbers) * found[other] for other, _ in step.coupling)
+        found[step.coordinate] = rest / denominator
+    return [found[i] for i in range(len(found))]
 
 
 class _Distribution:

@@ -279,8 +279,9 @@ def test_operations_of_the_chain_grow_with_the_square():
         (systems.masses_through_hole, 21),
         (systems.driven_cart, 39),
         (systems.charged_particle, 19),
-        (lambda: systems.pendulum_chain(2), 51),
-        (lambda: systems.collected_chain(2), 42),
+        (lambda: systems.pendulum_chain(2), 35),
+        (lambda: systems.collected_chain(2), 35),
+        (lambda: systems.collected_chain(3), 93),
     ],
 )
 def test_operations_of_one_right_hand_side(make, bound):
