@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
 from lagrange_cli.simulate.integrators.compiled import COMPILED
+from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.implicit import BDF, LSODA, Radau
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4, RK45
@@ -12,7 +13,7 @@ __all__ = ["INTEGRATORS", "Control", "Integrator", "Rhs", "StepError", "start"]
 
 #: Every method by the name that the user types.
 INTEGRATORS: dict[str, type[Integrator]] = {
-    method.name: method for method in (DOP853, RK45, RK4, Radau, BDF, LSODA)
+    method.name: method for method in (DOP853, Gauss16, RK45, RK4, Radau, BDF, LSODA)
 }
 
 

@@ -1,5 +1,186 @@
-from lagrange_cli.simulate.integrators.base import Integrator
+"""Collocation at eight Gauss points, its equations solved by iteration.
+
+Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, II.7. The
+ends of the steps are of order 16; between them the collocation polynomial is
+of order 9, and its error is what steers the steps. The eight stages of an
+iteration do not depend on each other: machine code evaluates them side by side
+(Antoñana, Makazaga, Murua, *Numer. Algorithms* 76 (2017) 861), which makes it
+the fastest method here for smooth motion. The sum over steps is compensated as
+in :mod:`.runge_kutta`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
+from lagrange_cli.simulate.integrators.runge_kutta import two_sum
+
+__all__ = ["Gauss16"]
+
+STAGES = 8
+MOST_ITERATIONS = 16
+
+#: The error that iterations may leave beside the tolerance: it adds up over steps.
+LEFT = 1e-3
+
+#: The error beside the estimate, which is the last coefficient of the slope.
+CAUTION = 0.01
+
+#: Most growth of a step.
+GROW = 2.0
+
+
+def _coefficients() -> tuple[Array, Array, Array, Array]:
+    """Nodes and weights on [0, 1], the matrix of the stages, Legendre coefficients of a slope.
+
+    At Gauss points the coefficient of P_k in a polynomial of degree 7 is
+    exactly (2k + 1) Σ_j b_j P_k(x_j) f_j.
+    """
+    x, w = legendre.leggauss(STAGES)
+    values = legendre.legvander(x, STAGES)
+    expansion = ((2 * np.arange(STAGES) + 1) * values[:, :-1]).T * (w / 2)
+    return (1 + x) / 2, w / 2, _integrals(x) @ expansion, expansion
+
+
+def _integrals(x: Array) -> Array:
+    """∫ of P_0 … P_7 over half the distance from −1 to each x, shape (len(x), 8)."""
+    values = legendre.legvander(x, STAGES)
+    k = np.arange(1, STAGES)
+    higher = (values[:, 2:] - values[:, :-2]) / (2 * (2 * k + 1))
+    return np.column_stack([(1 + x) / 2, higher])
+
+
+_NODES, _WEIGHTS, _A, _EXPANSION = _coefficients()
+_AA = _A @ _A
 
 
 class Gauss16(Integrator):
+    """Gauss–Legendre collocation of order 16 by fixed-point iteration.
+
+    Where the first half of y' is the second half of y, as in mechanics, the
+    stages of the first half follow from the slopes of the second by A² in place
+    of A, which halves the iterations.
+    """
+
     name = "Gauss16"
+    title = "Gauss–Legendre collocation with eight stages, by iteration"
+    order = 16
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        self._rhs, self._control = self._counted(rhs), control
+        self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
+        self._start, self._low = self.y, np.zeros_like(self.y)
+        self._t_old, self._next = t0, min(control.first_step, t_end - t0)
+        n = len(self.y)
+        self._first = 0 if n % 2 else n // 2
+        self._rate = 0.1
+        # Legendre coefficients of the slope over the last step; a constant before the first.
+        self._shape = np.zeros((STAGES, n))
+        self._shape[0] = self._rhs(t0, self.y)
+
+    def step(self, limit: float) -> None:
+        t, control = self.t, self._control
+        smallest = 10 * (math.nextafter(t, math.inf) - t)
+        h = max(min(self._next, control.max_step), smallest)
+        start, rest = two_sum(self._start, self._low)
+        scale = 1 / (control.atol + control.rtol * np.abs(start))
+        while h >= smallest:
+            t_new = min(t + h, limit)
+            h = t_new - t
+            error, slopes, stages = self._solve(h, start, rest, scale)
+            if error <= 1 and self._first and not self._second_order(slopes, stages):
+                self._first = 0
+            elif error <= 1:
+                self._accept(t_new, h, start, rest, slopes)
+                self._next = h * _factor(error)
+                return
+            else:
+                h *= max(_factor(error), 0.2) if error > 1 else 0.5
+        raise StepError("the step size underflowed")
+
+    def _solve(
+        self, h: float, start: Array, rest: Array, scale: Array
+    ) -> tuple[float, Array, Array]:
+        """The error of a step beside the tolerance, its slopes, and the stages they belong to.
+
+        The error is NaN where the iteration does not converge.
+        """
+        first, started = self._first, self.t > self._t_old
+        weight = scale[first:]
+        if first:
+            weight = np.maximum(weight, h * scale[:first])
+        noise = float(np.max(2.0**-51 * np.abs(start) * scale, initial=0.0))
+        slopes = self._predicted(h) if started else np.tile(self._shape[0], (STAGES, 1))
+        stages = self._stages(h, start, rest, slopes)
+        before, rate = math.inf, self._rate
+        for k in range(MOST_ITERATIONS):
+            old = stages
+            slopes = np.array(
+                [self._rhs(self.t + h * c, y) for c, y in zip(_NODES.tolist(), old, strict=True)]
+            )
+            if not np.isfinite(slopes).all():
+                break
+            error = _estimate(h, slopes[:, first:], weight)
+            if k == 0 and started and error > 1:
+                return error, slopes, old
+            stages = self._stages(h, start, rest, slopes)
+            change = float(np.sqrt(np.mean(np.square((stages - old)[:, first:] * weight))))
+            rate = change / before if k else rate
+            if change * rate < LEFT * (1 - rate) or change < noise:
+                self._rate = max(rate, 1e-3)
+                return error, slopes, old
+            if not rate < 0.9:
+                break
+            before = change
+        return math.nan, slopes, stages
+
+    def _predicted(self, h: float) -> Array:
+        """The slope over the last step, continued over a step of ``h``."""
+        ratio = h / (self.t - self._t_old)
+        return legendre.legvander(1 + 2 * ratio * _NODES, STAGES - 1) @ self._shape
+
+    def _stages(self, h: float, start: Array, rest: Array, slopes: Array) -> Array:
+        first = self._first
+        following = start[first:] + (rest[first:] + h * (_A @ slopes[:, first:]))
+        if not first:
+            return np.asarray(following)
+        moved = h * (start[first:] + rest[first:]) * _NODES[:, None]
+        moved += h * h * (_AA @ slopes[:, first:])
+        return np.hstack([start[:first] + (rest[:first] + moved), following])
+
+    def _second_order(self, slopes: Array, stages: Array) -> bool:
+        half = self._first
+        return bool((slopes[:, :half] == stages[:, half:]).all())
+
+    def _accept(self, t_new: float, h: float, start: Array, rest: Array, slopes: Array) -> None:
+        if self._first:
+            velocities = self._stages(h, start, rest, slopes)[:, self._first :]
+            slopes = np.hstack([velocities, slopes[:, self._first :]])
+        low = rest + h * (_WEIGHTS @ slopes)
+        if not np.isfinite(start + low).all():
+            raise StepError("the state is no longer finite")
+        self._shape = _EXPANSION @ slopes
+        self._base, self._rest = start, rest
+        self._start, self._low = start, low
+        self._t_old, self.t, self.y = self.t, t_new, start + low
+
+    def interpolate(self, times: Array) -> Array:
+        h = self.t - self._t_old
+        x = 2 * ((np.asarray(times) - self._t_old) / h) - 1
+        return np.asarray(self._base + (self._rest + h * (_integrals(x) @ self._shape)))
+
+
+def _estimate(h: float, slopes: Array, weight: Array) -> float:
+    """The error beside the tolerance: how the expansion in Legendre polynomials ends."""
+    before, last = (_EXPANSION[-2:] @ slopes) * weight * h
+    last, before = (float(np.sqrt(np.mean(np.square(v)))) for v in (last, before))
+    return CAUTION * last * (last / before if last < before else 1.0)
+
+
+def _factor(error: float) -> float:
+    """The factor by which a step may change: the interpolant is of order 9."""
+    return min(0.9 * error ** (-1 / 9), GROW) if error > 0 else GROW

@@ -177,18 +177,6 @@ static void begin(lagrange_run *run)
     run->dense = 0;
 }
 
-/* The step cannot be made: stand where it began. */
-static int fail(lagrange_run *run)
-{
-    const double *const rest = lagrange_row(run, START_LOW);
-    double *const low = lagrange_row(run, LOW);
-    int64_t i;
-    for (i = 0; i < DIM(run); ++i) {
-        low[i] = rest[i];
-    }
-    return LAGRANGE_UNDERFLOW;
-}
-
 static int step(lagrange_run *run, double limit)
 {
     const double t = run->t, smallest = 10.0*(nextafter(t, HUGE_VAL) - t);
@@ -197,7 +185,7 @@ static int step(lagrange_run *run, double limit)
     for (;;) {
         double t_new, error;
         if (!(h >= smallest)) {
-            return fail(run);
+            return lagrange_stay(run, LAGRANGE_UNDERFLOW);
         }
         t_new = fmin(t + h, limit);
         h = t_new - t;

@@ -28,18 +28,16 @@ enum {
 
 enum { FIRST_ORDER = 1, STARTED = 2 };
 
-/* Most iterations of a step, and the error that they may leave beside the tolerance. */
+/* Most iterations of a step, and the error that they may leave beside the tolerance: it adds up,
+ * where the error of the method itself, of order 16, is only seen between the ends of steps. */
 enum { MOST_ITERATIONS = 16 };
-static const double LEFT = 0.02;
+static const double LEFT = 1e-3;
 
 /* The error beside the estimate, which is the last coefficient of the slope. */
 static const double CAUTION = 0.01;
 
 /* Most growth of a step. */
-static const double GROW = 4.0;
-
-/* An error after one iteration that more iterations do not mend. */
-static const double HOPELESS = 4.0;
+static const double GROW = 2.0;
 
 static double square(double x)
 {
@@ -83,24 +81,30 @@ static int evaluate(lagrange_run *run, double h, const double *y)
     return one_by_one(run, t, y, out);
 }
 
-/* out[l] = sum over j of matrix[j][l] x[j] */
-static inline void multiply(const double matrix[S][S], const double *x, double *out)
+/* Four lanes at a time: compilers make vectors of these, and not of loops of length S. */
+typedef double quad __attribute__((vector_size(32), aligned(8), may_alias));
+enum { QUADS = S/4 };
+
+static inline quad *quads(double *x)
 {
-    double even[S], odd[S];
-    int j, l;
-    for (l = 0; l < S; ++l) {
-        even[l] = matrix[0][l]*x[0];
-        odd[l] = matrix[1][l]*x[1];
-    }
+    return (quad *)x;
+}
+
+static inline const quad *const_quads(const double *x)
+{
+    return (const quad *)x;
+}
+
+/* Lanes k of the sum over j of matrix[j][.] x[j]. */
+static inline void multiply(const double matrix[S][S], const double *x, int k, quad *sum)
+{
+    quad even = const_quads(matrix[0])[k]*x[0], odd = const_quads(matrix[1])[k]*x[1];
+    int j;
     for (j = 2; j < S; j += 2) {
-        for (l = 0; l < S; ++l) {
-            even[l] += matrix[j][l]*x[j];
-            odd[l] += matrix[j + 1][l]*x[j + 1];
-        }
+        even += const_quads(matrix[j])[k]*x[j];
+        odd += const_quads(matrix[j + 1])[k]*x[j + 1];
     }
-    for (l = 0; l < S; ++l) {
-        out[l] = even[l] + odd[l];
-    }
+    *sum = even + odd;
 }
 
 /* The first of the rows that follow from slopes; those before it are integrals of them. */
@@ -122,65 +126,81 @@ static void weigh(lagrange_run *run, double h)
     }
 }
 
-/* Stages from slopes; returns the largest change from those `before` beside the tolerance. */
+/* Stages of the rows that follow from slopes; returns how far they are from those `before`,
+ * beside the tolerance. */
 static double stages(const lagrange_run *run, double h, const double *before, double *y)
 {
     const int64_t n = DIM(run), first = first_row(run);
     const double *const hi = lagrange_row(run, START_HI), *const low = lagrange_row(run, START_LOW);
     const double *const f = lagrange_row(run, SLOPES), *const weight = lagrange_row(run, WEIGHT);
-    double most[S] = {0.0}, sum[S], largest = 0.0;
+    quad squares = {0.0}, sum;
     int64_t i;
-    int l;
+    int k;
     for (i = first; i < n; ++i) {
-        const double unit = weight[i];
-        multiply(gauss_a, f + S*i, sum);
-        for (l = 0; l < S; ++l) {
-            const double now = hi[i] + (low[i] + h*sum[l]);
-            const double change = fabs(now - before[S*i + l])*unit;
-            most[l] = change > most[l] ? change : most[l];
-            y[S*i + l] = now;
+        for (k = 0; k < QUADS; ++k) {
+            quad now, change;
+            multiply(gauss_a, f + S*i, k, &sum);
+            now = hi[i] + (low[i] + h*sum);
+            change = (now - const_quads(before + S*i)[k])*weight[i];
+            squares += change*change;
+            quads(y + S*i)[k] = now;
         }
     }
+    return sqrt((squares[0] + squares[1] + squares[2] + squares[3])/(double)(S*(n - first)));
+}
+
+/* Stages of the rows that are integrals of the others. */
+static void integrals(const lagrange_run *run, double h, double *y)
+{
+    const int64_t first = first_row(run);
+    const double *const hi = lagrange_row(run, START_HI), *const low = lagrange_row(run, START_LOW);
+    const double *const f = lagrange_row(run, SLOPES);
+    quad sum;
+    int64_t i;
+    int k;
     for (i = 0; i < first; ++i) {
         const double v = h*(hi[first + i] + low[first + i]);
-        multiply(gauss_aa, f + S*(first + i), sum);
-        for (l = 0; l < S; ++l) {
-            y[S*i + l] = hi[i] + (low[i] + (v*gauss_node[l] + h*h*sum[l]));
+        for (k = 0; k < QUADS; ++k) {
+            multiply(gauss_aa, f + S*(first + i), k, &sum);
+            quads(y + S*i)[k] = hi[i] + (low[i] + (v*const_quads(gauss_node)[k] + h*h*sum));
         }
     }
-    for (l = 0; l < S; ++l) {
-        largest = most[l] > largest ? most[l] : largest;
-    }
-    return largest;
 }
 
 /* Slopes to begin with: those of the last step continued, or the slope at the start. */
-static int predict(lagrange_run *run, double h)
+static void predict(lagrange_run *run, double h)
 {
-    const double ratio = h/(run->t_new - run->t_old);
+    const double ratio = run->mode & STARTED ? h/(run->t_new - run->t_old) : 0.0;
+    const double origin = run->mode & STARTED ? 1.0 : 0.0;
     const double *const shape = lagrange_row(run, SHAPE);
     double *const f = lagrange_row(run, SLOPES);
-    double x[S];
     int64_t i;
-    int k, l;
-    for (l = 0; l < S; ++l) {
-        x[l] = run->mode & STARTED ? 1.0 + 2.0*ratio*gauss_node[l] : 0.0;
-    }
+    int j, k;
     for (i = first_row(run); i < DIM(run); ++i) {
-        double sum[S];
-        for (l = 0; l < S; ++l) {
-            sum[l] = shape[S*i + S - 1];
-        }
-        for (k = S - 2; k >= 0; --k) {
-            for (l = 0; l < S; ++l) {
-                sum[l] = sum[l]*x[l] + shape[S*i + k];
+        for (k = 0; k < QUADS; ++k) {
+            const quad x = origin + 2.0*ratio*const_quads(gauss_node)[k];
+            quad sum = x*shape[S*i + S - 1];
+            for (j = S - 2; j > 0; --j) {
+                sum = (sum + shape[S*i + j])*x;
             }
-        }
-        for (l = 0; l < S; ++l) {
-            f[S*i + l] = sum[l];
+            quads(f + S*i)[k] = sum + shape[S*i];
         }
     }
-    return 0;
+}
+
+/* Rows of SLOPES as polynomials. */
+static void fit(lagrange_run *run, int64_t from, int64_t to, double *shape)
+{
+    const double *const f = lagrange_row(run, SLOPES);
+    quad sum;
+    int64_t i;
+    int k;
+    for (i = from; i < to; ++i) {
+        for (k = 0; k < QUADS; ++k) {
+            multiply(gauss_power, f + S*i, k, &sum);
+            quads(shape + S*i)[k] = sum;
+        }
+    }
 }
 
 /* The slope as a polynomial, and how its expansion in Legendre polynomials ends: the error
@@ -188,12 +208,12 @@ static int predict(lagrange_run *run, double h)
 static double estimate(lagrange_run *run, double h)
 {
     const int64_t n = DIM(run), first = first_row(run);
-    const double *const f = lagrange_row(run, SLOPES), *const weight = lagrange_row(run, WEIGHT);
+    const double *const weight = lagrange_row(run, WEIGHT);
     double *const shape = lagrange_row(run, NEW_SHAPE);
     double last = 0.0, before = 0.0;
     int64_t i;
+    fit(run, first, n, shape);
     for (i = first; i < n; ++i) {
-        multiply(gauss_power, f + S*i, shape + S*i);
         last += square(shape[S*i + S - 1]*weight[i]);
         before += square(shape[S*i + S - 2]*weight[i]);
     }
@@ -202,37 +222,37 @@ static double estimate(lagrange_run *run, double h)
     return CAUTION*last*(last < before ? last/before : 1.0);
 }
 
-/* Solve the equations of a step of h; the stages they were last evaluated at are *at, those that
- * follow *next. Returns the error beside the tolerance, not a number where it does not converge. */
-static double solve(lagrange_run *run, double h, double **at, double **next)
+/* Solve the equations of a step of h: stages that slopes were last evaluated at, and those that
+ * follow from these. Returns the error beside the tolerance, not a number without convergence. */
+static double solve(lagrange_run *run, double h, const double **at, const double **next)
 {
-    double change, before = HUGE_VAL, rate = run->rate, error;
+    double *old = lagrange_row(run, STAGES), *new = lagrange_row(run, OTHER_STAGES);
+    double before = HUGE_VAL, rate = run->rate, error = 0.0;
     int k;
-    *at = lagrange_row(run, STAGES);
-    *next = lagrange_row(run, OTHER_STAGES);
+    *at = *next = new;
     weigh(run, h);
     predict(run, h);
-    stages(run, h, *next, *at);
-    for (k = 0; k < MOST_ITERATIONS; ++k) {
-        if (evaluate(run, h, *at)) {
+    stages(run, h, old, new);
+    integrals(run, h, new);
+    for (k = 0; k < MOST_ITERATIONS && rate < 0.9; ++k) {
+        double *const other = old;
+        double change;
+        old = new;
+        new = other;
+        if (evaluate(run, h, old)) {
             return NAN;
         }
-        if (k == 0 && (error = estimate(run, h)) > HOPELESS) {
+        if (k == 0 && run->mode & STARTED && (error = estimate(run, h)) > 1.0) {
             return error;
         }
-        change = stages(run, h, *at, *next);
+        change = stages(run, h, old, new);
+        integrals(run, h, new);
         rate = k ? change/before : rate;
         if (change*rate < LEFT*(1.0 - rate) || change < run->noise) {
             run->rate = rate > 1e-3 ? rate : 1e-3;
-            return k ? estimate(run, h) : error;
-        }
-        if (!(rate < 0.9)) {
-            return NAN;
-        }
-        {
-            double *const other = *at;
-            *at = *next;
-            *next = other;
+            *at = old;
+            *next = new;
+            return estimate(run, h);
         }
         before = change;
     }
@@ -252,32 +272,34 @@ static int second_order(const lagrange_run *run, const double *y)
     return !differ && n == 2*half;
 }
 
-/* The end of the step, and the slope as a polynomial, from the stages that the slopes gave. */
-static void finish(lagrange_run *run, double h, const double *y)
+/* The end of the step, and the slope as a polynomial, from the stages that the slopes gave;
+ * not 0 where the end is not finite. */
+static int finish(lagrange_run *run, double h, const double *y)
 {
     const int64_t n = DIM(run), first = first_row(run);
-    const double *const rest = lagrange_row(run, START_LOW);
+    const double *const hi = lagrange_row(run, HI), *const rest = lagrange_row(run, START_LOW);
     double *const f = lagrange_row(run, SLOPES), *const low = lagrange_row(run, LOW);
     double *const shape = lagrange_row(run, SHAPE);
     const double *const found = lagrange_row(run, NEW_SHAPE);
+    double zero = 0.0;
     int64_t i;
-    int l;
+    int k;
     for (i = 0; i < S*first; ++i) {
         f[i] = y[S*first + i];
     }
     for (i = 0; i < n; ++i) {
-        double sum = 0.0;
-        for (l = 0; l < S; ++l) {
-            sum += gauss_weight[l]*f[S*i + l];
+        quad sum = const_quads(gauss_weight)[0]*const_quads(f + S*i)[0];
+        for (k = 1; k < QUADS; ++k) {
+            sum += const_quads(gauss_weight)[k]*const_quads(f + S*i)[k];
         }
-        low[i] = rest[i] + h*sum;
+        low[i] = rest[i] + h*((sum[0] + sum[1]) + (sum[2] + sum[3]));
+        zero += 0.0*(hi[i] + low[i]);
     }
-    for (i = 0; i < first; ++i) {
-        multiply(gauss_power, f + S*i, shape + S*i);
-    }
+    fit(run, 0, first, shape);
     for (i = S*first; i < S*n; ++i) {
         shape[i] = found[i];
     }
+    return zero != 0.0;
 }
 
 static void begin(lagrange_run *run)
@@ -299,9 +321,10 @@ static void begin(lagrange_run *run)
     }
 }
 
+/* The factor by which a step may change: the interpolant is of order 9. */
 static double factor(double error)
 {
-    return error > 0.0 ? 0.9*pow(error, -1.0/9.0) : GROW;
+    return error > 0.0 ? fmin(0.9*pow(error, -1.0/9.0), GROW) : GROW;
 }
 
 static int step(lagrange_run *run, double limit)
@@ -310,7 +333,8 @@ static int step(lagrange_run *run, double limit)
     double h = fmax(fmin(run->h, run->max_step), smallest);
     begin(run);
     for (;;) {
-        double *at, *next, error, t_new;
+        const double *at, *next;
+        double error, t_new;
         if (!(h >= smallest)) {
             return LAGRANGE_UNDERFLOW;
         }
@@ -320,11 +344,13 @@ static int step(lagrange_run *run, double limit)
         if (error <= 1.0 && !(run->mode & FIRST_ORDER) && !second_order(run, at)) {
             run->mode |= FIRST_ORDER;
         } else if (error <= 1.0) {
-            finish(run, h, next);
+            if (finish(run, h, next)) {
+                return lagrange_stay(run, LAGRANGE_NOT_FINITE);
+            }
             run->t_old = t;
             run->t = run->t_new = t_new;
             run->mode |= STARTED;
-            run->h = h*fmin(factor(error), GROW);
+            run->h = h*factor(error);
             return LAGRANGE_OK;
         } else {
             h *= isnan(error) ? 0.5 : fmax(factor(error), 0.2);
@@ -376,6 +402,7 @@ int lagrange_gauss_start(lagrange_run *run)
         shape[S*i] = slope[i];
     }
     run->rate = 0.1;
+    run->mode = n%2 ? FIRST_ORDER : 0;
     return 0;
 }
 

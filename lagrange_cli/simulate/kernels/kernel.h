@@ -81,6 +81,18 @@ static inline void lagrange_fold(double *hi, double *low, int64_t n)
     }
 }
 
+/* The step cannot be made: stand where it began. */
+static inline int lagrange_stay(lagrange_run *run, int status)
+{
+    const double *const rest = lagrange_row(run, START_LOW);
+    double *const low = lagrange_row(run, LOW);
+    int64_t i;
+    for (i = 0; i < DIM(run); ++i) {
+        low[i] = rest[i];
+    }
+    return status;
+}
+
 /* A method: one step no further than `limit`, and states within the last step. */
 typedef int (*lagrange_step)(lagrange_run *run, double limit);
 typedef int (*lagrange_interpolate)(lagrange_run *run, double t, double *out);
