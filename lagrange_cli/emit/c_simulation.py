@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lagrange_cli.emit.c import function_names, function_text, functions_used
-from lagrange_cli.emit.c_names import CNames, real_type
+from lagrange_cli.emit.c_lanes import LANES_HEADER, lanes_text
+from lagrange_cli.emit.c_names import CNames, Real, real_type
 from lagrange_cli.emit.c_solvers import helper_text, solver_text
 from lagrange_cli.emit.printing import Dialect
 from lagrange_cli.emit.program import Program
@@ -56,9 +57,19 @@ def library_source(programs: Mapping[str, Program]) -> str:
         helper_text(used, names, real),
         solver_text(programs["rhs"].blocks, names, real),
         *(function_text(f, p, names, real, dialect) for f, p in programs.items()),
+        *_lanes(programs, names, real, dialect),
         _TABLE,
     ]
     return "\n".join(filter(None, parts))
+
+
+def _lanes(
+    programs: Mapping[str, Program], names: CNames, real: Real, dialect: Dialect
+) -> list[str]:
+    """The right-hand sides at eight states at once, where they have that form."""
+    sides = {f: p for f, p in programs.items() if p.blocks}
+    texts = [lanes_text(f, p, names, real, dialect) for f, p in sides.items()]
+    return [f'#include "{LANES_HEADER}"\n', *texts] if any(texts) else []
 
 
 def _dummy_names(coordinates: int, parameters: int) -> CNames:

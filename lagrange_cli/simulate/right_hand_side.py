@@ -86,12 +86,15 @@ def compiled(model: Model, cache: Cache) -> RightHandSide:
     if compiler is None:
         raise CompileError("no C compiler was found")
     stepping = Source(kernels.files(), kernels.options(2 * len(model.coordinates)))
-    system, stepper = load(compiler, [Source({"system.c": model.code.c}, OPTIONS), stepping], cache)
+    texts = {"system.c": model.code.c, **kernels.headers()}
+    system, stepper = load(compiler, [Source(texts, OPTIONS), stepping], cache)
     width = 2 * len(model.coordinates)
 
     def function(name: str, parameters: list[float]) -> NativeRhs:
         entry = RHS((f"system_{name}", system))
-        return NativeRhs(entry, np.array(parameters), np.empty(model.code.work), stepper)
+        lanes = getattr(system, f"system_{name}_lanes", None)
+        work = np.empty(model.code.work)
+        return NativeRhs(entry, np.array(parameters), work, stepper, lanes)
 
     def table(name: str, columns: int) -> Table:
         return _native_table(system, function(name, _given(model)), width, columns)

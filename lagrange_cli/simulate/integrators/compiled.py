@@ -8,6 +8,7 @@ release the GIL, and every run has memory of its own.
 from __future__ import annotations
 
 import ctypes
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -64,17 +65,18 @@ class _Compiled:
         self._native, self._control = rhs, control
         self._events: EventBuffer | None = None
         self.ended = False
-        n = len(y0)
-        self._memory = _aligned(self._function("rows", _ROWS)(), n)
+        n, rows = len(y0), self._function("rows", _ROWS)()
+        memory = _aligned(n * (rows + 3) + len(rhs.work))
+        self._memory = memory[: n * rows].reshape(rows, n)
+        self._tolerances = memory[n * rows : n * (rows + 2)].reshape(2, n)
+        self._scratch = memory[n * (rows + 2) : n * (rows + 3)].reshape(1, n)
         self._memory[0] = y0
-        self._tolerances = np.empty((2, n))
-        self._work = np.empty_like(rhs.work)
-        self._scratch = np.empty((1, n))
         self._run = run = _Run()
-        run.rhs, run.lanes = rhs.address, rhs.lanes_address
-        run.u, run.p, run.work = None, rhs.parameters.ctypes.data, self._work.ctypes.data
-        run.rtol, run.atol = (row.ctypes.data for row in self._tolerances)
-        run.memory, run.n, run.t_end = self._memory.ctypes.data, n, t_end
+        address, row = memory.ctypes.data, memory.itemsize * n
+        run.rhs, run.lanes, run.p = rhs.address, rhs.lanes_address, rhs.parameters_address
+        run.memory, run.n, run.t_end = address, n, t_end
+        run.rtol, run.atol = address + row * rows, address + row * (rows + 1)
+        run.work = address + row * (rows + 3)
         run.t = run.t_old = run.t_new = t0
         run.h = self._first_step(t_end - t0)
         self.t_end = t_end
@@ -85,7 +87,7 @@ class _Compiled:
         return min(self._control.first_step, span)
 
     def _function(self, name: str, prototype: Any) -> Any:
-        return prototype((f"lagrange_{self.kernel}_{name}", self._native.kernels))
+        return _kernel(self._native.kernels, f"lagrange_{self.kernel}_{name}", prototype)
 
     def _read(self) -> None:
         """Bring what Python shows up to date."""
@@ -140,11 +142,16 @@ class _Compiled:
         return Advance(filled.value, _FAILURES.get(status))
 
 
-def _aligned(rows: int, columns: int) -> Array:
+@cache
+def _kernel(library: ctypes.CDLL, name: str, prototype: Any) -> Any:
+    return prototype((name, library))
+
+
+def _aligned(size: int) -> Array:
     """Zeros that begin where vectors of the machine do."""
-    doubles = np.zeros(rows * columns + _ALIGNMENT // 8)
+    doubles = np.zeros(size + _ALIGNMENT // 8)
     first = -doubles.ctypes.data % _ALIGNMENT // 8
-    return doubles[first : first + rows * columns].reshape(rows, columns)
+    return doubles[first : first + size]
 
 
 class _Interpolating(_Compiled):

@@ -21,11 +21,16 @@ RHS = ctypes.CFUNCTYPE(ctypes.c_int, _DOUBLE, *[_POINTER] * 5)
 LANES = ctypes.CFUNCTYPE(ctypes.c_int, *[_POINTER] * 6)
 
 
+def _address(function: Any) -> int:
+    return int(ctypes.cast(function, _POINTER).value or 0)
+
+
 class NativeRhs:
     """A C function of the emitted interface with its parameters bound.
 
     It is called like any right-hand side, rhs(t, y), and gives NaN where the C
-    function returns nonzero. Compiled integrators call ``address`` themselves.
+    function returns nonzero. Compiled integrators call the functions at ``address`` and
+    ``lanes_address`` themselves.
 
     Parameters
     ----------
@@ -56,17 +61,10 @@ class NativeRhs:
         self.parameters = np.ascontiguousarray(parameters, dtype=float)
         self.work = np.ascontiguousarray(work, dtype=float)
         self.kernels = kernels
-        self.lanes = lanes
-
-    @property
-    def address(self) -> int:
-        """Address of the C function."""
-        return int(ctypes.cast(self.function, _POINTER).value or 0)
-
-    @property
-    def lanes_address(self) -> int | None:
-        """Address of the function at eight states, None where there is none."""
-        return None if self.lanes is None else ctypes.cast(self.lanes, _POINTER).value
+        self._lanes = lanes  # kept alive
+        self.address = _address(function)
+        self.lanes_address = None if lanes is None else _address(lanes)
+        self.parameters_address: int = self.parameters.ctypes.data
 
     def __call__(self, t: float, y: Array) -> Array:
         state = np.ascontiguousarray(y, dtype=float)

@@ -4,17 +4,31 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["files", "options"]
+__all__ = ["files", "headers", "options"]
 
 #: States of more numbers are integrated by loops of a length known only when they run.
 LARGEST_DIMENSION = 64
 
+_FOLDER = Path(__file__).parent
+
+
+#: What the text of a system includes.
+_HEADERS = ("lanes.h",)
+
 
 def files() -> dict[str, str]:
-    """Name → text of every file of C."""
-    folder = Path(__file__).parent
-    found = sorted(path for path in folder.iterdir() if path.suffix in (".c", ".h"))
-    return {path.name: path.read_text(encoding="ascii") for path in found}
+    """Name → text of every file that integrators are made of."""
+    found = sorted(path.name for path in _FOLDER.iterdir() if path.suffix in (".c", ".h"))
+    return {name: _text(name) for name in found if name not in _HEADERS}
+
+
+def headers() -> dict[str, str]:
+    """Name → text of the headers for a right-hand side."""
+    return {name: _text(name) for name in _HEADERS}
+
+
+def _text(name: str) -> str:
+    return (_FOLDER / name).read_text(encoding="ascii")
 
 
 def options(dimension: int) -> tuple[str, ...]:
