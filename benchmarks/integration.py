@@ -100,7 +100,7 @@ def powers(first: int, last: int, *, halves: bool = False) -> tuple[float, ...]:
     return tuple(10.0**x for x in np.arange(first, last - step / 2, -step))
 
 
-def lagrange_solver(times: Array) -> Solver:
+def lagrange_solver(times: Array, method: str) -> Solver:
     functions = right_hand_side(model_of(loads(SCENE).derive().equations))
     if not functions.implementation.startswith("compiled"):
         raise SystemExit(functions.implementation)
@@ -108,11 +108,11 @@ def lagrange_solver(times: Array) -> Solver:
 
     def run(tolerance: float) -> Array:
         control = Control(np.full(4, tolerance), np.full(4, tolerance / 100), 1e-3, 10.0)
-        ours = Run(INTEGRATORS["DOP853"], problem, control)
+        ours = Run(INTEGRATORS[method], problem, control)
         ours.advance(len(times), sys.maxsize)
         return ours.states
 
-    return Solver("lagrange, DOP853", powers(-5, -16, halves=True), run)
+    return Solver(f"lagrange, {method}", powers(-3, -16, halves=True), run)
 
 
 def lambdified() -> Callable[[float, Array], Array]:
@@ -163,7 +163,8 @@ def heyoka_solver(times: Array) -> Solver:
 
 
 def solvers(times: Array) -> list[Solver]:
-    found = [lagrange_solver(times), scipy_solver(times, "DOP853", -13)]
+    found = [lagrange_solver(times, "Gauss16"), lagrange_solver(times, "DOP853")]
+    found.append(scipy_solver(times, "DOP853", -13))
     found.append(scipy_solver(times, "LSODA", -12))
     if importlib.util.find_spec("heyoka"):
         found.append(heyoka_solver(times))

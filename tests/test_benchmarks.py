@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+
+import pytest
 
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 
@@ -38,3 +42,23 @@ def test_startup_compares_whole_commands_cold_and_warm(tmp_path: Path) -> None:
     (reference,) = [row for row in rows if row["program"] == "import numpy"]
     assert reference["ratio"] == 1
     assert run.stdout.count("\n| `") == len(rows)
+
+
+def test_right_hand_sides_agree_with_the_closed_form(tmp_path: Path) -> None:
+    if shutil.which("cc") is None:
+        message = "no C compiler is installed"
+        if os.environ.get("CI") == "true":
+            pytest.fail(message)
+        pytest.skip(message)
+    output = tmp_path / "right_hand_side.json"
+    command = [sys.executable, str(BENCHMARKS / "right_hand_side.py"), "--quick"]
+    run = subprocess.run(
+        [*command, "--json", str(output)], capture_output=True, text=True, timeout=300, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    found = json.loads(output.read_text())
+    taking_part = {(row["n"], row["method"]) for row in found["rows"]}
+    assert {(2, "lagrange, C"), (2, "written by hand, C"), (4, "lagrange, C")} <= taking_part
+    assert (4, "NumPy, lambdify and solve") in taking_part
+    assert all(row["mismatch"] < 1e-12 for row in found["rows"])
+    assert "-O2" in found["about"]["options"]

@@ -56,6 +56,9 @@ __all__ = [
 #: An expression with more leaves than this gets a name of its own.
 LARGEST_INLINE = 12
 
+#: The terms of a sum with more terms than this get names of their own.
+LONGEST_INLINE_SUM = 20
+
 #: A program of more statements has those of one form brought together.
 LARGEST_IN_ORDER = 100
 
@@ -255,12 +258,18 @@ class _Writer:
         else:
             operand = self._operand(node)
             size = sum(self.sizes[part] for part in self.values.parts(number))
-        if isinstance(operand, Sum | Product | Call) and (uses > 1 or size > LARGEST_INLINE):
-            name = f"w{len(self.assignments)}"
-            self.assignments.append((name, operand))
-            operand, size = Variable(name), 1
+        if uses > 1 or size > LARGEST_INLINE:
+            operand, size = self._named(operand), 1
         self.operands[number] = operand
         self.sizes[number] = size
+
+    def _named(self, operand: Operand) -> Operand:
+        """A name for what is not one (or a number) already."""
+        if isinstance(operand, Variable | Number):
+            return operand
+        name = f"w{len(self.assignments)}"
+        self.assignments.append((name, operand))
+        return Variable(name)
 
     def scaled(self, coefficient: Fraction, number: int) -> Operand:
         """A coefficient times a written node."""
@@ -284,6 +293,8 @@ class _Writer:
             return self.scaled(coefficient, number)
         # A sum starts with a positive term where it has one.
         terms = sorted(node.terms, key=lambda term: term[1] < 0)
+        if len(terms) > LONGEST_INLINE_SUM:
+            return Sum(tuple((c, self._named(operands[n])) for n, c in terms))
         return Sum(tuple((c, operands[n]) for n, c in terms)) if terms else Number(Fraction(0))
 
     def _product(self, node: graph.Product) -> Operand:

@@ -49,6 +49,73 @@ def test_every_function_agrees_with_the_equations(make, real, tmp_path):
             assert difference(out, expected) < 100 * TOLERANCE[real], function
 
 
+def coupled_masses(n):
+    """n masses on a line, each attracting each other one, in a mass matrix without zeros."""
+    masses = [systems.parameter(f"m{k}", 1.0 + 0.1 * k, positive=True) for k in range(n)]
+    xs = [systems.coordinate(f"x{k}") for k in range(n)]
+    pairs = [(i, j) for i in range(n) for j in range(i)]
+    kinetic = sum(m.symbol * c.v**2 for m, c in zip(masses, xs, strict=True)) / 2
+    kinetic += sum(xs[i].v * xs[j].v / (4 * n + (i - j) ** 2) for i, j in pairs)
+    potential = -sum(
+        masses[i].symbol * masses[j].symbol / sp.sqrt(1 + (xs[i].q - xs[j].q) ** 2)
+        for i, j in pairs
+    )
+    return systems.build(f"masses{n}", masses, xs, [], potential, kinetic=kinetic)
+
+
+LARGE = {
+    "chain": lambda: systems.collected_chain(19),
+    "masses": lambda: coupled_masses(9),
+    "indefinite": lambda: replace(
+        coupled_masses(9), facts=replace(systems.indefinite().facts), name="pivoted9"
+    ),
+}
+
+
+@pytest.mark.parametrize("real", list(TOLERANCE))
+@pytest.mark.parametrize("name", list(LARGE))
+def test_loops_agree_with_the_equations(name, real, tmp_path):
+    equations = LARGE[name]()
+    n = len(equations.coordinates)
+    compiled, reference = Compiled(equations, tmp_path, real), Reference(equations)
+    source = (tmp_path / f"{equations.name}.c").read_text()
+    assert len(re.findall(r"\] = [^;]*\[[^;]*\bi\b", source)) > 5  # assignments within loops
+    for t, y, p in states(equations, count=2):
+        condition = max(10, reference.condition(t, y, p))
+        status, dydt = compiled("rhs", t, y, p, 2 * n)
+        assert status == 0
+        assert difference(dydt, reference.rhs(t, y, p)) < 3 * TOLERANCE[real] * condition
+        for function, size in {"mass_matrix": n * n, "forcing": n, "energy": 3}.items():
+            status, out = compiled(function, t, y, p, size)
+            assert status == 0
+            expected = getattr(reference, function)(t, y, p)
+            assert difference(out, expected) < 100 * TOLERANCE[real], function
+
+
+@pytest.mark.parametrize("name", list(LARGE))
+def test_loops_stay_within_their_arrays(name, tmp_path):
+    equations = LARGE[name]()
+    n = len(equations.coordinates)
+    equations = replace(equations, initial=systems.InitialState((0.3,) * n, (0.1,) * n))
+    source = write(equations, tmp_path, main=True)
+    sanitize = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+    run(compiler(), "-std=c99", "-g", *sanitize, source, "-o", tmp_path / "a.out", "-lm")
+    assert len(run(tmp_path / "a.out", "until=0.01", "steps=1").splitlines()) == 502
+
+
+def test_text_of_a_chain_grows_with_its_length_alone():
+    lines = {}
+    for n in (12, 24):
+        (source,) = (
+            text
+            for name, text in EMITTERS["c"].emit(systems.collected_chain(n)).items()
+            if name.endswith(".c")
+        )
+        body = source.split("_mass_matrix(")[1].split("\nint ")[0]
+        lines[n] = sum("c[" not in line.split("=")[0] for line in body.splitlines())
+    assert lines[24] < lines[12] + 40
+
+
 STRICT = ["-Wconversion", "-Wsign-conversion", "-Wshadow", "-Wundef", "-Wdouble-promotion"]
 
 
@@ -62,7 +129,7 @@ STRICT = ["-Wconversion", "-Wsign-conversion", "-Wshadow", "-Wundef", "-Wdouble-
     ],
 )
 @pytest.mark.parametrize(
-    "make", [*systems.ALL, lambda: systems.collected_chain(16), lambda: unused()]
+    "make", [*systems.ALL, lambda: systems.collected_chain(16), *LARGE.values(), lambda: unused()]
 )
 def test_no_compiler_warns(make, real, command, tmp_path):
     source = write(make(), tmp_path, real, main=True)

@@ -1,0 +1,141 @@
+"""Loops found in statements: the same statements, in the same order."""
+
+from __future__ import annotations
+
+from collections import Counter
+from fractions import Fraction
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lagrange_cli.emit.operands import Call, Product, Sum, Variable, rebuilt
+from lagrange_cli.emit.rolling import Cell, Loop, Statement, roll
+
+
+def locate(name):
+    return None if name == "t" else Cell(name[0], int(name[1:]))
+
+
+def expanded(items):
+    """All statements that loops stand for, one by one."""
+    for item in items:
+        if isinstance(item, Loop):
+            yield from repeated(item, ())
+        else:
+            yield item
+
+
+def repeated(loop, counters):
+    if len(counters) < len(loop.counts):
+        for i in range(loop.counts[len(counters)].at(counters)):
+            yield from repeated(loop, (*counters, i))
+        return
+    for statement in loop.body:
+        target, *places = [
+            None if place is None else Cell(place[0], place[1].at(counters))
+            for place in statement.places
+        ]
+        read = iter(places)
+
+        def moved(variable, read=read):
+            cell = next(read)
+            return variable if cell is None else Variable(f"{cell.array}{cell.index}")
+
+        yield Statement(target, rebuilt(statement.operand, moved))
+
+
+def times(*names):
+    return Product(tuple(map(Variable, names)), ())
+
+
+def triangle(n):
+    """work[i, j] = a[i]*b[j] for i < j."""
+    return [
+        Statement(Cell("work", i * n + j), times(f"a{i}", f"b{j}"))
+        for i in range(n)
+        for j in range(i + 1, n)
+    ]
+
+
+def test_a_triangle_is_one_nest_of_loops():
+    statements = triangle(12)
+    items = roll(statements, locate)
+    nest = items[0]
+    assert isinstance(nest, Loop)
+    assert [(count.base, count.steps) for count in nest.counts] == [(8, ()), (11, (-1,))]
+    assert list(expanded(items)) == statements
+    # Rows of less than four entries stay written out.
+    assert len(items) == 1 + 3 + 2 + 1
+
+
+def test_a_cube_is_three_loops():
+    statements = [
+        Statement(Cell("w", 100 * i + 10 * j + k), times(f"a{i}", f"b{j}", f"c{k}", "t"))
+        for i in range(5)
+        for j in range(6)
+        for k in range(7)
+    ]
+    (loop,) = roll(statements, locate)
+    assert [count.base for count in loop.counts] == [5, 6, 7]
+    assert list(expanded([loop])) == statements
+
+
+def test_a_chain_is_a_loop():
+    statements = [
+        Statement(
+            Cell("w", k + 1),
+            Sum(((Fraction(1), Variable(f"p{9 - k}")), (Fraction(1), Variable(f"w{k}")))),
+        )
+        for k in range(10)
+    ]
+    (loop,) = roll(statements, locate)
+    assert list(expanded([loop])) == statements
+
+
+def test_sines_and_cosines_of_the_same_angles_share_a_loop():
+    calls = [
+        Statement(Cell("w", shift + k), Call(function, (Variable(f"y{k}"),)))
+        for function, shift in (("cos", 0), ("sin", 8))
+        for k in range(8)
+    ]
+    (loop,) = roll(calls, locate)
+    assert len(loop.body) == 2
+    assert Counter(expanded([loop])) == Counter(calls)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_few_repetitions_stay_written_out(count):
+    statements = [Statement(Cell("w", k), times(f"a{k}", "b0")) for k in range(count)]
+    assert roll(statements, locate) == statements
+
+
+def test_independent_statements_may_change_places():
+    rows = [
+        Statement(Cell("work", 20 * i + j), times(f"a{i}", f"b{j}" if j < 9 else "c0"))
+        for i in range(10)
+        for j in range(10)
+    ]
+    items = roll(rows, locate, independent=True)
+    assert len(items) == 2  # nine columns of one form, and the tenth
+    assert Counter(expanded(items)) == Counter(rows)
+    assert list(expanded(roll(rows, locate))) == rows
+
+
+cells = st.builds(Cell, st.sampled_from("ab"), st.integers(0, 5))
+names = st.builds(lambda cell: Variable(f"{cell.array}{cell.index}"), cells)
+operands = st.one_of(
+    names,
+    st.tuples(names, names).map(lambda ab: Product(ab, ())),
+    st.tuples(names, st.just(Variable("t"))).map(
+        lambda ab: Sum(((Fraction(2), ab[0]), (Fraction(-1), ab[1])))
+    ),
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(st.builds(Statement, cells, operands), max_size=40), st.integers(1, 5))
+def test_loops_repeat_the_statements(statements, times_over):
+    statements = statements * times_over
+    assert list(expanded(roll(statements, locate))) == statements
+    assert Counter(expanded(roll(statements, locate, independent=True))) == Counter(statements)
