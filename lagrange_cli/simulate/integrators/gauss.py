@@ -116,7 +116,7 @@ class Gauss16(Integrator):
         noise = float(np.max(2.0**-51 * np.abs(start) * scale, initial=0.0))
         slopes = self._predicted(h) if started else np.tile(self._shape[0], (STAGES, 1))
         stages = self._stages(h, start, rest, slopes)
-        before, rate = math.inf, self._rate
+        before, rate = math.inf, self._expected_rate(h)
         for k in range(MOST_ITERATIONS):
             old = stages
             slopes = np.array(
@@ -137,6 +137,11 @@ class Gauss16(Integrator):
                 break
             before = change
         return math.nan, slopes, stages
+
+    def _expected_rate(self, h: float) -> float:
+        """How errors shrink in an iteration: as in the last step, and slower if longer."""
+        ratio = h / (self.t - self._t_old) if self.t > self._t_old else 1.0
+        return min(self._rate * max(ratio, 1.0) ** 2, 0.5)
 
     def _predicted(self, h: float) -> Array:
         """The slope over the last step, continued over a step of ``h``."""

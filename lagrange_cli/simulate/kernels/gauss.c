@@ -222,12 +222,20 @@ static double estimate(lagrange_run *run, double h)
     return CAUTION*last*(last < before ? last/before : 1.0);
 }
 
+/* How errors are expected to shrink in an iteration: as in the last step, and slower if longer. */
+static double expected_rate(const lagrange_run *run, double h)
+{
+    const double ratio = h/(run->t_new - run->t_old);
+    const double rate = run->mode & STARTED && ratio > 1.0 ? run->rate*ratio*ratio : run->rate;
+    return rate < 0.5 ? rate : 0.5;
+}
+
 /* Solve the equations of a step of h: stages that slopes were last evaluated at, and those that
  * follow from these. Returns the error beside the tolerance, not a number without convergence. */
 static double solve(lagrange_run *run, double h, const double **at, const double **next)
 {
     double *old = lagrange_row(run, STAGES), *new = lagrange_row(run, OTHER_STAGES);
-    double before = HUGE_VAL, rate = run->rate, error = 0.0;
+    double before = HUGE_VAL, rate = expected_rate(run, h), error = 0.0;
     int k;
     *at = *next = new;
     weigh(run, h);
