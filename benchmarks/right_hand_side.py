@@ -198,15 +198,10 @@ def lagrange_c(n: int, states: Array, given: Array, folder: Path) -> Method:
     (folder / f"{name}.h").write_text(header)
     (line,) = [x for x in header.splitlines() if x.startswith(f"#define {name}_WORK ")]
     call = f"status |= {name}_rhs(0.0, state, 0, (const {name}_params *)given, work, out);"
+    texts, work = [source, f'#include "{name}.h"\n'], int(line.split()[-1])
     method = compiled(
-        "lagrange, C",
-        folder / "lagrange",
-        [source, f'#include "{name}.h"\n'],
-        call,
-        states,
-        given,
-        2 * n,
-        work=int(line.split()[-1]),
+        *("lagrange, C", folder / "lagrange", texts, call, states, given, 2 * n),
+        work=work,
         after=lambda out: out[n:],
     )
     method.seconds["emit"] = seconds
@@ -235,14 +230,9 @@ def casadi_c(n: int, states: Array, given: Array, folder: Path) -> Method:
         "status |= pendulum(arg, res, 0, work, 0);"
     )
     arguments = np.r_[given[1::2], given[2::2]]
+    texts = [generated.read_text(), prototype]
     return compiled(
-        "CasADi C, M and f alone",
-        folder / "casadi",
-        [generated.read_text(), prototype],
-        call,
-        states,
-        arguments,
-        n * n + n,
+        *("CasADi C, M and f alone", folder / "casadi", texts, call, states, arguments, n * n + n),
         work=function.sz_w(),
         of_matrix=True,
     )
@@ -271,14 +261,10 @@ def pinocchio_object(folder: Path) -> Path:
 
 
 def pinocchio_cpp(n: int, states: Array, given: Array, folder: Path, of: Path) -> Method:
+    texts = [of, "void accelerations(int, const double *, const double *, double *);\n"]
+    call = f"(void)work; accelerations({n}, state, given, out);"
     return compiled(
-        "Pinocchio ABA, C++",
-        folder / "pinocchio",
-        [of, "void accelerations(int, const double *, const double *, double *);\n"],
-        f"(void)work; accelerations({n}, state, given, out);",
-        _relative(states, n),
-        given,
-        n,
+        *("Pinocchio ABA, C++", folder / "pinocchio", texts, call, _relative(states, n), given, n),
         more=["-lstdc++"],
         after=np.cumsum,
     )
@@ -380,21 +366,19 @@ def measure(n: int, candidates: list[Method], repetitions: int) -> list[dict[str
     for _ in range(repetitions):
         for method in candidates:
             times[method.name].append(timed(method, counts[method.name]))
-    rows = []
-    for method in candidates:
-        of = times[method.name]
-        low, median, high = statistics.quantiles(of, n=4) if len(of) > 1 else of * 3
-        rows.append(
-            {
-                "n": n,
-                "method": method.name,
-                "microseconds": median,
-                "quartiles": [low, high],
-                "mismatch": errors[method.name],
-                "seconds_to_make": method.seconds,
-            }
-        )
-    return rows
+    return [_row(n, m, times[m.name], errors[m.name]) for m in candidates]
+
+
+def _row(n: int, method: Method, of: list[float], error: float) -> dict[str, Any]:
+    low, median, high = statistics.quantiles(of, n=4) if len(of) > 1 else of * 3
+    return {
+        "n": n,
+        "method": method.name,
+        "microseconds": median,
+        "quartiles": [low, high],
+        "mismatch": error,
+        "seconds_to_make": method.seconds,
+    }
 
 
 def table(rows: list[dict[str, Any]]) -> str:
@@ -442,9 +426,7 @@ def main() -> int:
     if shutil.which("cc") is None:
         print("a C compiler is needed (cc on the path)", file=sys.stderr)
         return 1
-    sizes, repetitions = options.sizes, options.repetitions
-    if options.quick:
-        sizes, repetitions = [2, 4], 3
+    sizes, repetitions = ([2, 4], 3) if options.quick else (options.sizes, options.repetitions)
     rows: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory() as root:
         pinocchio = pinocchio_object(Path(root)) if options.pinocchio_cpp else None
