@@ -136,6 +136,21 @@ def test_order_of_the_interpolant(name, order):
     assert math.log2(coarse / fine) == pytest.approx(order, abs=0.5)
 
 
+@pytest.mark.parametrize("tolerance", [1e-15, 1e-17, 1e-30])
+def test_collocation_ends_where_rounding_does(tolerance):
+    """Iterations that only shuffle the last digits stop, however small the tolerance."""
+    integrator = begun(
+        INTEGRATORS["Gauss16"],
+        native("kepler", 1.0),
+        [0.4, 0.0, 0.0, 2.0],
+        2 * math.pi,
+        control(4, tolerance),
+    )
+    end = samples(integrator, np.array([2 * math.pi]))[-1]
+    assert np.abs(end - [0.4, 0.0, 0.0, 2.0]).max() < 5e-14
+    assert integrator.evaluations < 30_000
+
+
 def test_a_million_steps_lose_no_digits():
     how = control(step=0.1)
     run = begun(INTEGRATORS["RK4"], native("constant"), [0.0, 0.0], 1e5, how)

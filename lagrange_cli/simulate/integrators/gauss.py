@@ -27,6 +27,9 @@ MOST_ITERATIONS = 16
 #: The error that iterations may leave beside the tolerance: it adds up over steps.
 LEFT = 1e-3
 
+#: Where iterations stop to converge, this many rounding errors are those of the slopes.
+STALLED = 2048.0
+
 #: The error beside the estimate, which is the last coefficient of the slope.
 CAUTION = 0.01
 
@@ -113,9 +116,9 @@ class Gauss16(Integrator):
         weight = scale[first:]
         if first:
             weight = np.maximum(weight, h * scale[:first])
-        noise = float(np.max(2.0**-51 * np.abs(start) * scale, initial=0.0))
         slopes = self._predicted(h) if started else np.tile(self._shape[0], (STAGES, 1))
         stages = self._stages(h, start, rest, slopes)
+        noise = _noise(stages[:, first:] * weight)
         before, rate = math.inf, self._expected_rate(h)
         for k in range(MOST_ITERATIONS):
             old = stages
@@ -124,14 +127,16 @@ class Gauss16(Integrator):
             )
             if not np.isfinite(slopes).all():
                 break
-            error = _estimate(h, slopes[:, first:], weight)
+            error = _estimate(h, slopes[:, first:], weight, noise)
             if k == 0 and started and error > 1:
                 return error, slopes, old
             stages = self._stages(h, start, rest, slopes)
-            change = float(np.sqrt(np.mean(np.square((stages - old)[:, first:] * weight))))
+            change = _mean((stages - old)[:, first:] * weight)
+            noise = _noise(stages[:, first:] * weight)
             rate = change / before if k else rate
-            if change * rate < LEFT * (1 - rate) or change < noise:
-                self._rate = max(rate, 1e-3)
+            stalled = k > 1 and rate > 0.5 and change < STALLED * noise
+            if change * rate < LEFT * (1 - rate) or change < noise or stalled:
+                self._rate = min(max(rate, 1e-3), 0.5)
                 return error, slopes, old
             if not rate < 0.9:
                 break
@@ -179,11 +184,22 @@ class Gauss16(Integrator):
         return np.asarray(self._base + (self._rest + h * (_integrals(x) @ self._shape)))
 
 
-def _estimate(h: float, slopes: Array, weight: Array) -> float:
-    """The error beside the tolerance: how the expansion in Legendre polynomials ends."""
+def _estimate(h: float, slopes: Array, weight: Array, noise: float) -> float:
+    """How the expansion in Legendre polynomials ends: the error beside the tolerance, or
+    beside the rounding of the stages where that is larger."""
     before, last = (_EXPANSION[-2:] @ slopes) * weight * h
-    last, before = (float(np.sqrt(np.mean(np.square(v)))) for v in (last, before))
-    return CAUTION * last * (last / before if last < before else 1.0)
+    last, before = _mean(last), _mean(before)
+    return CAUTION * last * (last / before if last < before else 1.0) / max(1.0, noise)
+
+
+def _noise(stages: Array) -> float:
+    """The rounding error of stages."""
+    return 2.0**-51 * _mean(stages)
+
+
+def _mean(values: Array) -> float:
+    """The root mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def _factor(error: float) -> float:

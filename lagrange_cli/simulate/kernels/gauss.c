@@ -33,6 +33,9 @@ enum { FIRST_ORDER = 1, STARTED = 2 };
 enum { MOST_ITERATIONS = 16 };
 static const double LEFT = 1e-3;
 
+/* Where iterations stop to converge, this many rounding errors are those of the slopes. */
+static const double STALLED = 2048.0;
+
 /* The error beside the estimate, which is the last coefficient of the slope. */
 static const double CAUTION = 0.01;
 
@@ -126,27 +129,36 @@ static void weigh(lagrange_run *run, double h)
     }
 }
 
+/* The root mean square over lanes and rows. */
+static double mean(quad squares, int64_t rows)
+{
+    return sqrt((squares[0] + squares[1] + squares[2] + squares[3])/(double)(S*rows));
+}
+
 /* Stages of the rows that follow from slopes; returns how far they are from those `before`,
- * beside the tolerance. */
-static double stages(const lagrange_run *run, double h, const double *before, double *y)
+ * beside the tolerance, and leaves their rounding error in `noise`. */
+static double stages(lagrange_run *run, double h, const double *before, double *y)
 {
     const int64_t n = DIM(run), first = first_row(run);
     const double *const hi = lagrange_row(run, START_HI), *const low = lagrange_row(run, START_LOW);
     const double *const f = lagrange_row(run, SLOPES), *const weight = lagrange_row(run, WEIGHT);
-    quad squares = {0.0}, sum;
+    quad changes = {0.0}, sizes = {0.0}, sum;
     int64_t i;
     int k;
     for (i = first; i < n; ++i) {
         for (k = 0; k < QUADS; ++k) {
-            quad now, change;
+            quad now, change, size;
             multiply(gauss_a, f + S*i, k, &sum);
             now = hi[i] + (low[i] + h*sum);
             change = (now - const_quads(before + S*i)[k])*weight[i];
-            squares += change*change;
+            size = now*weight[i];
+            changes += change*change;
+            sizes += size*size;
             quads(y + S*i)[k] = now;
         }
     }
-    return sqrt((squares[0] + squares[1] + squares[2] + squares[3])/(double)(S*(n - first)));
+    run->noise = 0x1p-51*mean(sizes, n - first);
+    return mean(changes, n - first);
 }
 
 /* Stages of the rows that are integrals of the others. */
@@ -204,7 +216,7 @@ static void fit(lagrange_run *run, int64_t from, int64_t to, double *shape)
 }
 
 /* The slope as a polynomial, and how its expansion in Legendre polynomials ends: the error
- * beside the tolerance. */
+ * beside the tolerance, or beside the rounding of the stages where that is larger. */
 static double estimate(lagrange_run *run, double h)
 {
     const int64_t n = DIM(run), first = first_row(run);
@@ -219,7 +231,7 @@ static double estimate(lagrange_run *run, double h)
     }
     last = gauss_last*h*sqrt(last/(double)(n - first));
     before = gauss_before*h*sqrt(before/(double)(n - first));
-    return CAUTION*last*(last < before ? last/before : 1.0);
+    return CAUTION*last*(last < before ? last/before : 1.0)/fmax(1.0, run->noise);
 }
 
 /* How errors are expected to shrink in an iteration: as in the last step, and slower if longer. */
@@ -256,8 +268,9 @@ static double solve(lagrange_run *run, double h, const double **at, const double
         change = stages(run, h, old, new);
         integrals(run, h, new);
         rate = k ? change/before : rate;
-        if (change*rate < LEFT*(1.0 - rate) || change < run->noise) {
-            run->rate = rate > 1e-3 ? rate : 1e-3;
+        if (change*rate < LEFT*(1.0 - rate) || change < run->noise
+            || (k > 1 && rate > 0.5 && change < STALLED*run->noise)) {
+            run->rate = rate < 1e-3 ? 1e-3 : rate < 0.5 ? rate : 0.5;
             *at = old;
             *next = new;
             return estimate(run, h);
@@ -316,16 +329,12 @@ static void begin(lagrange_run *run)
     double *const hi = lagrange_row(run, HI), *const low = lagrange_row(run, LOW);
     double *const start = lagrange_row(run, START_HI), *const rest = lagrange_row(run, START_LOW);
     double *const scale = lagrange_row(run, SCALE);
-    double noise;
     int64_t i;
     lagrange_fold(hi, low, n);
-    run->noise = 0.0;
     for (i = 0; i < n; ++i) {
         start[i] = hi[i];
         rest[i] = low[i];
         scale[i] = 1.0/(run->atol[i] + run->rtol[i]*fabs(hi[i]));
-        noise = 0x1p-51*fabs(hi[i])*scale[i];
-        run->noise = noise > run->noise ? noise : run->noise;
     }
 }
 
