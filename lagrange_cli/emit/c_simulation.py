@@ -16,7 +16,7 @@ from lagrange_cli.emit.c_solvers import helper_text, solver_text
 from lagrange_cli.emit.printing import Dialect
 from lagrange_cli.emit.program import Program
 
-__all__ = ["library_source"]
+__all__ = ["lanes_source", "library_source"]
 
 #: Evaluates a function at many states; what does not exist becomes NaN.
 _TABLE = """\
@@ -45,11 +45,8 @@ def library_source(programs: Mapping[str, Program]) -> str:
 
     The programs read parameters from an array of doubles at ``p``.
     """
-    parameters = max(program.parameters for program in programs.values())
-    n = programs["rhs"].coordinates
-    real = real_type("double")
-    names = _dummy_names(n, parameters)
-    dialect = Dialect(real.literal, function_names(names, real), names.inputs)
+    names, real, dialect = _language(programs)
+    parameters = _parameters(programs)
     used = set().union(*(functions_used(program) for program in programs.values()))
     parts = [
         "#include <math.h>\n",
@@ -57,19 +54,28 @@ def library_source(programs: Mapping[str, Program]) -> str:
         helper_text(used, names, real),
         solver_text(programs["rhs"].blocks, names, real),
         *(function_text(f, p, names, real, dialect) for f, p in programs.items()),
-        *_lanes(programs, names, real, dialect),
         _TABLE,
     ]
     return "\n".join(filter(None, parts))
 
 
-def _lanes(
-    programs: Mapping[str, Program], names: CNames, real: Real, dialect: Dialect
-) -> list[str]:
-    """The right-hand sides at eight states at once, where they have that form."""
+def lanes_source(programs: Mapping[str, Program]) -> str:
+    """What follows that text: right-hand sides at eight states at once, where they have that
+    form, as functions ``system_NAME_lanes``."""
+    names, real, dialect = _language(programs)
     sides = {f: p for f, p in programs.items() if p.blocks}
     texts = [lanes_text(f, p, names, real, dialect) for f, p in sides.items()]
-    return [f'#include "{LANES_HEADER}"\n', *texts] if any(texts) else []
+    return "\n".join([f'#include "{LANES_HEADER}"\n', *texts]) if any(texts) else ""
+
+
+def _language(programs: Mapping[str, Program]) -> tuple[CNames, Real, Dialect]:
+    real = real_type("double")
+    names = _dummy_names(programs["rhs"].coordinates, _parameters(programs))
+    return names, real, Dialect(real.literal, function_names(names, real), names.inputs)
+
+
+def _parameters(programs: Mapping[str, Program]) -> int:
+    return max(program.parameters for program in programs.values())
 
 
 def _dummy_names(coordinates: int, parameters: int) -> CNames:

@@ -9,7 +9,9 @@ arithmetic of Vignes, *Math. Comput. Simul.* 35 (1993) 233). The difference to
 the looser run bounds the error of truncation from above, since its own error
 is the larger; the difference to the disturbed one shows how rounding and the
 last place of the initial state grow. Where the sum exceeds eps the tolerance is tightened;
-at the smallest tolerance the result holds as far as the sum stays below.
+where rounding stands in the way the same is done in wider arithmetic, if the
+machine has one. At the smallest tolerance the result holds as far as the sum
+stays below.
 """
 
 from __future__ import annotations
@@ -38,6 +40,10 @@ SMALLEST_TOLERANCE = {False: 1e-16, True: 1e-13}
 
 MOST_ATTEMPTS = 5
 
+#: The first tolerance in wider arithmetic is no larger than this, since a larger one
+#: was not enough, and further ones are tried while each gets further by this factor.
+FIRST_WIDER_TOLERANCE, WORTHWHILE = 1e-15, 1.05
+
 
 @dataclass(frozen=True)
 class Measured:
@@ -47,7 +53,8 @@ class Measured:
     estimated error over its scale among them; ``failure`` says where the motion
     itself ends, ``stopped`` that the user or the budget ended it. ``choice``
     says why the method was taken; ``disproved`` is the time of a sample that a
-    conserved energy contradicts. ``steps`` and ``evaluations`` are those of the
+    conserved energy contradicts; ``wider`` whether the run was made in wider
+    arithmetic than doubles. ``steps`` and ``evaluations`` are those of the
     run, ``all_evaluations`` of everything.
     """
 
@@ -64,6 +71,7 @@ class Measured:
     run_seconds: float
     estimate_seconds: float
     disproved: float | None = None
+    wider: bool = False
 
 
 def integrate_to_accuracy(problem: InitialValueProblem, eps: float, watch: Watch) -> Measured:
@@ -82,10 +90,8 @@ def integrate_to_accuracy(problem: InitialValueProblem, eps: float, watch: Watch
         try:
             found = pilot(problem, FIRST_TOLERANCE * eps, watch)
             refuse_below_floor(problem, eps, found.scales[-1, : len(problem.kinds)])
-            for tolerance in tolerances(problem, eps, found, attempts):
-                watch.next_pass()
-                attempts.append(Attempt(problem, eps, found, tolerance, len(attempts)))
-                attempts[-1].go(watch)
+            _attempt(problem, eps, found, FIRST_TOLERANCE * eps, attempts, watch)
+            _attempt_wider(problem, eps, found, attempts, watch)
         except (StoppedError, KeyboardInterrupt):
             stopped = True
     if not attempts:
@@ -116,22 +122,67 @@ def _round_up(value: float) -> float:
     return float(np.ceil(value / power) * power)
 
 
+def _attempt(
+    problem: InitialValueProblem,
+    eps: float,
+    found: Pilot,
+    first: float,
+    attempts: list[Attempt],
+    watch: Watch,
+) -> None:
+    """Try smaller and smaller tolerances; ``attempts`` grows by those that are begun."""
+    mine: list[Attempt] = []
+    for tolerance in tolerances(problem, first, found, mine):
+        watch.next_pass()
+        mine.append(Attempt(problem, eps, found, tolerance, len(mine)))
+        attempts.append(mine[-1])
+        mine[-1].go(watch)
+
+
+def _attempt_wider(
+    problem: InitialValueProblem,
+    eps: float,
+    found: Pilot,
+    attempts: list[Attempt],
+    watch: Watch,
+) -> None:
+    """Try on in wider arithmetic where doubles were not enough."""
+    best = max(attempts, key=lambda attempt: attempt.judge().samples)
+    kept = best.judge().samples == len(problem.times)
+    if kept or best.failure is not None or found.stiff:
+        return
+    wider = problem.wider()
+    if wider is not None:
+        finer = found.finer(wider.epsilon / problem.epsilon)
+        first = min(attempts[-1].tolerance, FIRST_WIDER_TOLERANCE)
+        _attempt(wider, eps, finer, first, attempts, watch)
+
+
 def tolerances(
-    problem: InitialValueProblem, eps: float, found: Pilot, attempts: list[Attempt]
+    problem: InitialValueProblem, first: float, found: Pilot, attempts: list[Attempt]
 ) -> Iterator[float]:
     """Tolerances to try, until the last attempt settles the matter."""
     n = len(problem.kinds)
+    finer = problem.epsilon / float(np.finfo(float).eps)
     # Steps finer than the noise of the right-hand side are of no use.
-    ulps = spacing(problem.y0[:n]) / found.scales[-1, :n] / 8
+    ulps = finer * spacing(problem.y0[:n]) / found.scales[-1, :n] / 8
     noise = max(float(ulps.max(initial=0.0)), NOISE_PART * found.relative_noise)
-    smallest = max(SMALLEST_TOLERANCE[found.stiff], noise)
-    tolerance = max(smallest, FIRST_TOLERANCE * eps)
+    smallest = max(finer * SMALLEST_TOLERANCE[found.stiff], noise)
+    tolerance = max(smallest, first)
     yield tolerance
     while not attempts[-1].settled and len(attempts) < MOST_ATTEMPTS:
         if tolerance == smallest and not attempts[-1].loose_at_first:
             return
+        if finer < 1 and not _worthwhile(attempts):
+            return
         tolerance = max(smallest, tolerance / attempts[-1].reduction)
         yield tolerance
+
+
+def _worthwhile(attempts: list[Attempt]) -> bool:
+    """Whether the last attempt got clearly further than the one before."""
+    reached = [attempt.judge().samples for attempt in attempts[-2:]]
+    return len(reached) < 2 or reached[1] > WORTHWHILE * reached[0]
 
 
 def _measured(
@@ -156,6 +207,7 @@ def _measured(
         all_evaluations=found.evaluations + sum(a.evaluations for a in attempts),
         run_seconds=best.run_seconds,
         estimate_seconds=seconds - best.run_seconds,
+        wider=best.wider,
     )
 
 

@@ -84,7 +84,8 @@ class Attempt:
     def __init__(
         self, problem: InitialValueProblem, eps: float, found: Pilot, tolerance: float, number: int
     ) -> None:
-        self._problem, self._eps, self._found, self._tolerance = problem, eps, found, tolerance
+        self._problem, self._eps, self._found = problem, eps, found
+        self.tolerance = tolerance
         self._smallest = SMALLEST_SCALE[min(number, len(SMALLEST_SCALE) - 1)]
         self._longest = problem.longest_step / SHORTER**number
         method = found.method
@@ -127,7 +128,7 @@ class Attempt:
 
     def _disturb(self, method: type[Integrator]) -> Run:
         factor = OTHER_STEPS if method is self.run.method else OTHER_TOLERANCE
-        return self._start(method, self._tolerance * factor, off=2)
+        return self._start(method, self.tolerance * factor, off=2)
 
     @property
     def _runs(self) -> tuple[Run, Run, Run]:
@@ -154,6 +155,11 @@ class Attempt:
     def lost(self) -> bool:
         """Whether steps have become so small that only rounding can be the reason."""
         return any(run.evaluations > self._most for run in self._runs)
+
+    @property
+    def wider(self) -> bool:
+        """Whether the arithmetic is wider than that of doubles."""
+        return self._problem.epsilon < float(np.finfo(float).eps)
 
     def go(self, watch: Watch) -> None:
         """Advance the runs side by side until the end, a failure, or a hopeless error."""

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from random import Random
+from typing import Any
 
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.native import DOUBLE, NativeReal
 
 __all__ = ["off_by_one_ulp", "rounding_factors"]
 
-UP, DOWN = 1 + 2.0**-52, 1 - 2.0**-53
 
+def rounding_factors(number: int, pattern: int, real: NativeReal = DOUBLE) -> Any:
+    """Factors for a disturbed program, the neighbours of 1 among numbers of type ``real``.
 
-def rounding_factors(number: int, pattern: int) -> list[float]:
-    """Factors for a disturbed program; each ``pattern``, a number, is another choice."""
-    return Random(pattern).choices((UP, DOWN), k=number)
+    Each ``pattern``, a number, is another choice. Shape (number,).
+    """
+    one = real.dtype(1)
+    neighbours = one + np.finfo(real.dtype).eps, one - np.finfo(real.dtype).epsneg
+    return np.array(Random(pattern).choices(neighbours, k=number), dtype=real.dtype)
 
 
 def off_by_one_ulp(values: Sequence[float] | Array, pattern: int) -> Array:

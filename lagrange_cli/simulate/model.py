@@ -41,12 +41,14 @@ class Code:
     """The same functions in two languages, over dummy names.
 
     ``c``: the text of :func:`lagrange_cli.emit.c_simulation.library_source`;
+    ``lanes``: that of its neighbour ``lanes_source``, which follows it;
     ``python``: that of :func:`lagrange_cli.emit.python_functions.module_source`.
     ``work`` doubles of workspace; ``factors`` of rounding are read by the
     function ``disturbed`` after the scene's parameters.
     """
 
     c: str
+    lanes: str
     python: str
     work: int
     factors: int

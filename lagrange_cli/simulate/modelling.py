@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c_body import work_size
-from lagrange_cli.emit.c_simulation import library_source
+from lagrange_cli.emit.c_simulation import lanes_source, library_source
 from lagrange_cli.emit.disturbed import disturb
 from lagrange_cli.emit.python_functions import module_source, program_of
 from lagrange_cli.simulate.model import Code, Defaults, Model, ModelParameter
@@ -49,6 +49,7 @@ def _code(equations: Equations) -> Code:
     programs["disturbed"] = disturbed
     return Code(
         c=library_source(programs),
+        lanes=lanes_source(programs),
         python=module_source(programs),
         work=max(map(work_size, programs.values())),
         factors=disturbed.parameters - len(equations.parameters),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +27,9 @@ class InitialValueProblem:
     of the same dimension share. ``disturbed`` holds two more right-hand sides in
     which every given number and every operation is off by its rounding error,
     each in its own way: what they change is what rounding may change.
-    ``autonomous``: rhs does not depend on t.
+    ``autonomous``: rhs does not depend on t. ``epsilon``: the distance from 1
+    to the next number that rhs computes with; ``wider`` makes the same problem
+    in wider arithmetic, or None where there is none.
     """
 
     rhs: Rhs
@@ -35,6 +38,8 @@ class InitialValueProblem:
     kinds: tuple[str, ...]
     disturbed: tuple[Rhs, Rhs] | None = None
     autonomous: bool = True
+    epsilon: float = 2.0**-52
+    wider: Callable[[], InitialValueProblem | None] = lambda: None
 
     @property
     def start(self) -> float:

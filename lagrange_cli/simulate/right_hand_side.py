@@ -14,16 +14,25 @@ from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.disturbance import off_by_one_ulp, rounding_factors
 from lagrange_cli.simulate.integrators.base import Array, Rhs
-from lagrange_cli.simulate.integrators.native import RHS, NativeRhs
+from lagrange_cli.simulate.integrators.native import (
+    DOUBLE,
+    EXTENDED,
+    NativeReal,
+    NativeRhs,
+    function_type,
+)
 from lagrange_cli.simulate.library import Source, load
 from lagrange_cli.simulate.model import Model
 
-__all__ = ["RightHandSide", "compiled", "interpreted", "right_hand_side"]
+__all__ = ["RightHandSide", "Wider", "compiled", "interpreted", "right_hand_side"]
 
 #: Values at many states: t (m,), y (m, 2n) → (m, k).
 Table: TypeAlias = Callable[[Array, Array], Array]
 
 _LONG, _POINTER = ctypes.c_long, ctypes.c_void_p
+
+#: int64_t lagrange_digits(void)
+_DIGITS = ctypes.CFUNCTYPE(ctypes.c_int64)
 
 #: void system_table(f, rows, t, y, width, p, work, out, columns)
 _TABLE = ctypes.CFUNCTYPE(
@@ -35,6 +44,18 @@ OPTIONS = ("-O2",)
 
 
 @dataclass(frozen=True)
+class Wider:
+    """The right-hand sides of a system in numbers wider than doubles.
+
+    ``epsilon``: the distance from 1 to the next of these numbers.
+    """
+
+    rhs: Rhs
+    disturbed: tuple[Rhs, Rhs]
+    epsilon: float
+
+
+@dataclass(frozen=True)
 class RightHandSide:
     """Functions of t and y = [q, q̇], parameters bound.
 
@@ -42,7 +63,8 @@ class RightHandSide:
     parameters and operations off by their rounding error. The tables evaluate
     many states at once: ``energy`` Σ q̇ ∂L/∂q̇ − L, one column; ``positions`` and
     ``velocities`` the scene's Cartesian names. NaN stands for what does not
-    exist. ``implementation`` says in words what runs.
+    exist. ``implementation`` says in words what runs. ``wider`` makes the same
+    right-hand sides in wider arithmetic, or None where there is none.
     """
 
     rhs: Rhs
@@ -51,6 +73,7 @@ class RightHandSide:
     positions: Table
     velocities: Table
     implementation: str
+    wider: Callable[[], Wider | None] = lambda: None
 
 
 def right_hand_side(model: Model, cache: Cache | None = None) -> RightHandSide:
@@ -61,17 +84,58 @@ def right_hand_side(model: Model, cache: Cache | None = None) -> RightHandSide:
         return interpreted(model, error.reason)
 
 
-def _given(model: Model) -> list[float]:
-    return [0.0 if p.value is None else p.value for p in model.parameters]
+def _given(model: Model) -> Array:
+    return np.array([0.0 if p.value is None else p.value for p in model.parameters])
 
 
-def _off(model: Model, pattern: int) -> list[float]:
+def _off(model: Model, pattern: int, real: NativeReal = DOUBLE) -> Array:
     """Parameters off by their rounding error, then the factors of a pattern."""
-    given = off_by_one_ulp(_given(model), pattern).tolist()
-    return [*given, *rounding_factors(model.code.factors, pattern)]
+    given = off_by_one_ulp(_given(model), pattern)
+    return np.concatenate([given, rounding_factors(model.code.factors, pattern, real)])
 
 
 # Machine code.
+
+
+class _Libraries:
+    """A model's functions and the integrators for it, loaded for one type of numbers.
+
+    Raises
+    ------
+    CompileError
+        There is no compiler, or it failed.
+    """
+
+    def __init__(self, model: Model, cache: Cache, real: NativeReal) -> None:
+        compiler = find_compiler()
+        if compiler is None:
+            raise CompileError("no C compiler was found")
+        code, options = model.code, kernels.options(2 * len(model.coordinates))
+        system, stepping = {"system.c": code.c}, kernels.files()
+        if real is EXTENDED:
+            system, stepping = kernels.extended(system), kernels.extended(stepping)
+        else:
+            system = {"system.c": code.c + code.lanes, **kernels.headers()}
+        sources = [Source(system, OPTIONS), Source(stepping, options)]
+        self.system, self.stepper = load(compiler, sources, cache)
+        self._model, self._real = model, real
+
+    def function(self, name: str, parameters: Array) -> NativeRhs:
+        entry = function_type(self._real)((f"system_{name}", self.system))
+        lanes = getattr(self.system, f"system_{name}_lanes", None)
+        work = np.empty(self._model.code.work)
+        return NativeRhs(entry, parameters, work, self.stepper, lanes, self._real)
+
+    def sides(self) -> tuple[NativeRhs, tuple[NativeRhs, NativeRhs]]:
+        """The right-hand side, and the two disturbed ones."""
+        rhs = self.function("rhs", _given(self._model))
+        off = [self.function("disturbed", _off(self._model, k, self._real)) for k in (1, 2)]
+        return rhs, (off[0], off[1])
+
+    @property
+    def digits(self) -> int:
+        """Binary digits of the numbers that the compiler made of the type."""
+        return int(_DIGITS(("lagrange_digits", self.stepper))())
 
 
 def compiled(model: Model, cache: Cache) -> RightHandSide:
@@ -82,31 +146,36 @@ def compiled(model: Model, cache: Cache) -> RightHandSide:
     CompileError
         There is no compiler, or it failed.
     """
-    compiler = find_compiler()
-    if compiler is None:
-        raise CompileError("no C compiler was found")
-    stepping = Source(kernels.files(), kernels.options(2 * len(model.coordinates)))
-    texts = {"system.c": model.code.c, **kernels.headers()}
-    system, stepper = load(compiler, [Source(texts, OPTIONS), stepping], cache)
+    libraries = _Libraries(model, cache, DOUBLE)
     width = 2 * len(model.coordinates)
 
-    def function(name: str, parameters: list[float]) -> NativeRhs:
-        entry = RHS((f"system_{name}", system))
-        lanes = getattr(system, f"system_{name}_lanes", None)
-        work = np.empty(model.code.work)
-        return NativeRhs(entry, np.array(parameters), work, stepper, lanes)
-
     def table(name: str, columns: int) -> Table:
-        return _native_table(system, function(name, _given(model)), width, columns)
+        function = libraries.function(name, _given(model))
+        return _native_table(libraries.system, function, width, columns)
 
+    rhs, disturbed = libraries.sides()
     return RightHandSide(
-        rhs=function("rhs", _given(model)),
-        disturbed=(function("disturbed", _off(model, 1)), function("disturbed", _off(model, 2))),
+        rhs=rhs,
+        disturbed=disturbed,
         energy=table("energy", 1),
         positions=table("positions", len(model.cartesian)),
         velocities=table("velocities", len(model.cartesian)),
         implementation="compiled C",
+        wider=lambda: _wider(model, cache),
     )
+
+
+def _wider(model: Model, cache: Cache) -> Wider | None:
+    """Right-hand sides in long doubles, where they have more digits here and in C."""
+    if EXTENDED.epsilon >= DOUBLE.epsilon:
+        return None
+    try:
+        libraries = _Libraries(model, cache, EXTENDED)
+    except CompileError:
+        return None
+    if 2.0 ** (1 - libraries.digits) != EXTENDED.epsilon:
+        return None
+    return Wider(*libraries.sides(), EXTENDED.epsilon)
 
 
 def _native_table(library: ctypes.CDLL, function: NativeRhs, width: int, columns: int) -> Table:
@@ -144,9 +213,9 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
     functions: dict[str, Any] = {}
     exec(compile(model.code.python, "<right-hand side>", "exec"), functions)
 
-    def bound(name: str, parameters: list[float]) -> Callable[[float, Array], Any]:
-        function = functions[name]
-        return lambda t, y: function(t, y, parameters)
+    def bound(name: str, parameters: Array) -> Callable[[float, Array], Any]:
+        function, given = functions[name], parameters.tolist()
+        return lambda t, y: function(t, y, given)
 
     def table(name: str, columns: int) -> Table:
         return _interpreted_table(bound(name, _given(model)), columns)

@@ -122,7 +122,7 @@ def _undisproved(
 
 
 def _problem(model: Model, request: Request, functions: RightHandSide) -> InitialValueProblem:
-    return InitialValueProblem(
+    problem = InitialValueProblem(
         functions.rhs,
         request.initial,
         request.times,
@@ -130,6 +130,14 @@ def _problem(model: Model, request: Request, functions: RightHandSide) -> Initia
         functions.disturbed,
         model.facts["autonomous"],
     )
+    return replace(problem, wider=lambda: _wider(problem, functions))
+
+
+def _wider(problem: InitialValueProblem, functions: RightHandSide) -> InitialValueProblem | None:
+    sides = functions.wider()
+    if sides is None:
+        return None
+    return replace(problem, rhs=sides.rhs, disturbed=sides.disturbed, epsilon=sides.epsilon)
 
 
 def _trajectory(
@@ -159,7 +167,7 @@ def _trajectory(
         holds_until=float(t[-1]) if promised else None,
         energy_drift=_drift(energy, kinetic) if _energy_is_conserved(model) else None,
         method=measured.method,
-        implementation=functions.implementation,
+        implementation=functions.implementation + (", long double" if measured.wider else ""),
         choice=measured.choice,
         formulation=model.formulation,
         steps=measured.steps,

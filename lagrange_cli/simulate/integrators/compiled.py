@@ -16,19 +16,27 @@ import numpy as np
 from lagrange_cli.simulate.integrators.base import Advance, Array, Control, Rhs, StepError
 from lagrange_cli.simulate.integrators.events import Event, EventBuffer, NativeEvents
 from lagrange_cli.simulate.integrators.gauss import Gauss16
-from lagrange_cli.simulate.integrators.native import NativeRhs
+from lagrange_cli.simulate.integrators.native import NativeReal, NativeRhs
 from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4
 
 __all__ = ["COMPILED", "CompiledDOP853", "CompiledGauss16", "CompiledRK4"]
 
-_DOUBLE, _LONG, _POINTER = ctypes.c_double, ctypes.c_int64, ctypes.c_void_p
+_LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
 
 _ROWS = ctypes.CFUNCTYPE(_LONG)
 _START = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER)
-_INTERPOLATE = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, _DOUBLE, _POINTER)
-_ADVANCE = ctypes.CFUNCTYPE(
-    ctypes.c_int, _POINTER, _POINTER, _LONG, _POINTER, _POINTER, _LONG, _DOUBLE
-)
+
+
+@cache
+def _interpolate_type(real: NativeReal) -> Any:
+    return ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, real.ctype, _POINTER)
+
+
+@cache
+def _advance_type(real: NativeReal) -> Any:
+    arguments = (_POINTER, _POINTER, _LONG, _POINTER, _POINTER, _LONG, real.ctype)
+    return ctypes.CFUNCTYPE(ctypes.c_int, *arguments)
+
 
 #: What kernel.h says of the return value of a call.
 _FAILURES = {1: "the step size underflowed", 2: "the state is no longer finite"}
@@ -40,18 +48,19 @@ _MOST_STEPS = 2**62
 _ALIGNMENT = 64
 
 
-class _Run(ctypes.Structure):
+@cache
+def _run_type(real: NativeReal) -> Any:
     """``lagrange_run`` of kernel.h."""
-
-    _fields_ = (
+    fields = (
         *((name, _POINTER) for name in ("rhs", "lanes", "u", "p", "work", "rtol", "atol")),
         ("memory", _POINTER),
         ("events", _POINTER),
         ("n", _LONG),
-        *((name, _DOUBLE) for name in ("t_end", "max_step", "t", "t_old", "t_new", "h")),
+        *((name, real.ctype) for name in ("t_end", "max_step", "t", "t_old", "t_new", "h")),
         *((name, _LONG) for name in ("steps", "rejections", "evaluations", "dense", "mode")),
-        *((name, _DOUBLE) for name in ("rate", "noise")),
+        *((name, real.ctype) for name in ("rate", "noise")),
     )
+    return type("Run", (ctypes.Structure,), {"_fields_": fields})
 
 
 class _Compiled:
@@ -66,12 +75,12 @@ class _Compiled:
         self._events: EventBuffer | None = None
         self.ended = False
         n, rows = len(y0), self._function("rows", _ROWS)()
-        memory = _aligned(n * (rows + 3) + len(rhs.work))
+        memory = _aligned(n * (rows + 3) + len(rhs.work), rhs.real)
         self._memory = memory[: n * rows].reshape(rows, n)
         self._tolerances = memory[n * rows : n * (rows + 2)].reshape(2, n)
         self._scratch = memory[n * (rows + 2) : n * (rows + 3)].reshape(1, n)
         self._memory[0] = y0
-        self._run = run = _Run()
+        self._run = run = _run_type(rhs.real)()
         address, row = memory.ctypes.data, memory.itemsize * n
         run.rhs, run.lanes, run.p = rhs.address, rhs.lanes_address, rhs.parameters_address
         run.memory, run.n, run.t_end = address, n, t_end
@@ -80,7 +89,7 @@ class _Compiled:
         run.t = run.t_old = run.t_new = t0
         run.h = self._first_step(t_end - t0)
         self.t_end = t_end
-        self._advance = self._function("advance", _ADVANCE)
+        self._advance = self._function("advance", _advance_type(rhs.real))
         self._read()
 
     def _first_step(self, span: float) -> float:
@@ -93,7 +102,7 @@ class _Compiled:
         """Bring what Python shows up to date."""
         run = self._run
         self.t: float = run.t
-        self.y: Array = self._memory[0] + self._memory[1]
+        self.y: Array = np.asarray(self._memory[0] + self._memory[1], dtype=float)
         self.steps: int = run.steps
         self.rejections: int = run.rejections
         self.evaluations: int = run.evaluations
@@ -104,7 +113,7 @@ class _Compiled:
         """Look for zeros of event functions from here on; a terminal one ends the run."""
         if not self.interpolates:
             raise ValueError(f"steps of {self.kernel} have no interpolant to find events on")
-        self._events = EventBuffer(events, self._memory.shape[1])
+        self._events = EventBuffer(events, self._memory.shape[1], self._native.real)
         self._run.events = self._events.address
 
     @property
@@ -121,8 +130,10 @@ class _Compiled:
     def advance(
         self, times: Array, states: Array, *, most_steps: int, most_evaluations: float
     ) -> Advance:
-        times = np.ascontiguousarray(times, dtype=float)
-        out = states if states.flags.c_contiguous else np.empty(states.shape)
+        dtype = self._memory.dtype
+        times = np.ascontiguousarray(times, dtype)
+        fits = states.flags.c_contiguous and states.dtype == dtype
+        out = states if fits else np.empty(states.shape, dtype)
         filled, run = _LONG(), self._run
         run.max_step = self._control.max_step
         self._tolerances[:] = self._control.rtol, self._control.atol
@@ -147,11 +158,12 @@ def _kernel(library: ctypes.CDLL, name: str, prototype: Any) -> Any:
     return prototype((name, library))
 
 
-def _aligned(size: int) -> Array:
+def _aligned(size: int, real: NativeReal) -> Any:
     """Zeros that begin where vectors of the machine do."""
-    doubles = np.zeros(size + _ALIGNMENT // 8)
-    first = -doubles.ctypes.data % _ALIGNMENT // 8
-    return doubles[first : first + size]
+    width = ctypes.sizeof(real.ctype)
+    numbers = np.zeros(size + _ALIGNMENT // width, real.dtype)
+    first = -numbers.ctypes.data % _ALIGNMENT // width
+    return numbers[first : first + size]
 
 
 class _Interpolating(_Compiled):
@@ -164,12 +176,12 @@ class _Interpolating(_Compiled):
         self._read()
 
     def interpolate(self, times: Array) -> Array:
-        call = self._function("interpolate", _INTERPOLATE)
-        states = np.empty((len(times), self._memory.shape[1]))
+        call = self._function("interpolate", _interpolate_type(self._native.real))
+        states = np.empty((len(times), self._memory.shape[1]), self._memory.dtype)
         for time, row in zip(np.asarray(times, dtype=float).tolist(), states, strict=True):
             if call(ctypes.byref(self._run), time, row.ctypes.data):
                 row.fill(np.nan)
-        return states
+        return np.asarray(states, dtype=float)
 
 
 class CompiledDOP853(_Interpolating, DOP853):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.native import NativeReal
 
 __all__ = ["Event", "EventBuffer", "NativeEvents"]
 
@@ -38,8 +39,8 @@ class NativeEvents:
     Parameters
     ----------
     function
-        ``int g(t, y, u, p, work, out)`` of type :data:`.native.RHS`, which writes one
-        value for each event.
+        ``int g(t, y, u, p, work, out)`` of the :func:`.native.function_type` of the
+        run's numbers, which writes one value for each event.
     directions
         For each event: 1 where only a rising zero counts, −1 a falling one, 0 both.
     terminal
@@ -69,21 +70,21 @@ class _Events(ctypes.Structure):
 class EventBuffer:
     """Room for what one call of a kernel finds, and the list of all that was ``found``."""
 
-    def __init__(self, events: NativeEvents, dimension: int) -> None:
-        count = len(events.directions)
+    def __init__(self, events: NativeEvents, dimension: int, real: NativeReal) -> None:
+        count, dtype = len(events.directions), real.dtype
         capacity = _STEPS * _MOST * count
         self.found: list[Event] = []
-        self._times = np.empty(capacity)
+        self._times = np.empty(capacity, dtype)
         self._indices = np.empty(capacity, dtype=np.int64)
-        self._states = np.empty((capacity, dimension))
+        self._states = np.empty((capacity, dimension), dtype)
         arrays = {
-            "p": events.parameters,
-            "work": np.empty_like(events.work),
+            "p": np.ascontiguousarray(events.parameters, dtype),
+            "work": np.empty_like(events.work, dtype),
             "direction": np.array(events.directions, dtype=np.int64),
             "terminal": np.array(events.terminal, dtype=np.int64),
-            "sign": np.zeros(count),
-            "values": np.empty((_PARTS + 4, count)),
-            "state": np.empty(dimension),
+            "sign": np.zeros(count, dtype),
+            "values": np.empty((_PARTS + 4, count), dtype),
+            "state": np.empty(dimension, dtype),
             "times": self._times,
             "indices": self._indices,
             "states": self._states,
@@ -102,5 +103,5 @@ class EventBuffer:
         """Move what was found into the list."""
         for k in range(self._c.found):
             time, index = float(self._times[k]), int(self._indices[k])
-            self.found.append(Event(time, index, self._states[k].copy()))
+            self.found.append(Event(time, index, self._states[k].astype(float)))
         self._c.found = 0

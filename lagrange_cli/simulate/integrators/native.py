@@ -3,19 +3,46 @@
 from __future__ import annotations
 
 import ctypes
+from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array
 
-__all__ = ["LANES", "RHS", "NativeRhs"]
+__all__ = ["DOUBLE", "EXTENDED", "LANES", "RHS", "NativeReal", "NativeRhs", "function_type"]
 
-_DOUBLE = ctypes.c_double
 _POINTER = ctypes.c_void_p
 
-#: int f(double t, const double *y, const double *u, const void *p, double *work, double *out)
-RHS = ctypes.CFUNCTYPE(ctypes.c_int, _DOUBLE, *[_POINTER] * 5)
+
+@dataclass(frozen=True)
+class NativeReal:
+    """A floating-point type of C, as NumPy and ctypes know it."""
+
+    dtype: type[np.floating[Any]]
+    ctype: Any
+
+    @property
+    def epsilon(self) -> float:
+        """The distance from 1 to the next number."""
+        return float(np.finfo(self.dtype).eps)
+
+
+DOUBLE = NativeReal(np.float64, ctypes.c_double)
+
+#: On x86 the extended format of IEEE 754; on some machines nothing but double.
+EXTENDED = NativeReal(np.longdouble, ctypes.c_longdouble)
+
+
+@cache
+def function_type(real: NativeReal) -> Any:
+    """int f(real t, const real *y, const real *u, const void *p, real *work, real *out)"""
+    return ctypes.CFUNCTYPE(ctypes.c_int, real.ctype, *[_POINTER] * 5)
+
+
+#: The same for doubles.
+RHS = function_type(DOUBLE)
 
 #: The same at eight states: t and every array with the state as last index.
 LANES = ctypes.CFUNCTYPE(ctypes.c_int, *[_POINTER] * 6)
@@ -35,9 +62,9 @@ class NativeRhs:
     Parameters
     ----------
     function
-        The C function, of type :data:`RHS`.
+        The C function, of the :func:`function_type` of ``real``.
     parameters
-        Doubles, laid out as the function reads them.
+        Numbers of the type ``real``, laid out as the function reads them.
     work
         Workspace; used by one call at a time.
     kernels
@@ -47,6 +74,8 @@ class NativeRhs:
         The same C function at eight states at once, of type :data:`LANES`, where there is
         one: ``out[8*i + l]`` from ``t[l]`` and ``y[8*i + l]``. It may return nonzero at any
         state; then the states are evaluated one by one.
+    real
+        What the C function computes with. Callers give and receive doubles.
     """
 
     def __init__(
@@ -56,10 +85,12 @@ class NativeRhs:
         work: Array,
         kernels: ctypes.CDLL | None = None,
         lanes: Any = None,
+        real: NativeReal = DOUBLE,
     ) -> None:
         self.function = function
-        self.parameters = np.ascontiguousarray(parameters, dtype=float)
-        self.work = np.ascontiguousarray(work, dtype=float)
+        self.real = real
+        self.parameters = np.ascontiguousarray(parameters, dtype=real.dtype)
+        self.work = np.ascontiguousarray(work, dtype=real.dtype)
         self.kernels = kernels
         self._lanes = lanes  # kept alive
         self.address = _address(function)
@@ -67,7 +98,7 @@ class NativeRhs:
         self.parameters_address: int = self.parameters.ctypes.data
 
     def __call__(self, t: float, y: Array) -> Array:
-        state = np.ascontiguousarray(y, dtype=float)
+        state = np.ascontiguousarray(y, dtype=self.real.dtype)
         out = np.empty_like(state)
         failed = self.function(
             t,
@@ -79,4 +110,4 @@ class NativeRhs:
         )
         if failed:
             out.fill(np.nan)
-        return out
+        return np.asarray(out, dtype=float)

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from pathlib import Path
 
-__all__ = ["files", "headers", "options"]
+__all__ = ["extended", "files", "headers", "options"]
 
 #: States of more numbers are integrated by loops of a length known only when they run.
 LARGEST_DIMENSION = 64
 
 _FOLDER = Path(__file__).parent
 
-
 #: What the text of a system includes.
 _HEADERS = ("lanes.h",)
+
+#: What is written for doubles alone.
+_DOUBLES_ALONE = ("gauss.c", "gauss.h")
+
+#: Constants of C that are read as doubles.
+_CONSTANT = re.compile(
+    r"(?<![\w.])(0x[0-9a-f.]+p[+-]?\d+|\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)(?![\w.])"
+)
 
 
 def files() -> dict[str, str]:
@@ -25,6 +34,18 @@ def files() -> dict[str, str]:
 def headers() -> dict[str, str]:
     """Name → text of the headers for a right-hand side."""
     return {name: _text(name) for name in _HEADERS}
+
+
+def extended(sources: Mapping[str, str]) -> dict[str, str]:
+    """The same files computing with long doubles: with 64 binary digits on x86, where doubles
+    have 53."""
+    kept = {name: text for name, text in sources.items() if name not in _DOUBLES_ALONE}
+    return {name: _extended(text) for name, text in kept.items()}
+
+
+def _extended(text: str) -> str:
+    text = _CONSTANT.sub(r"\1L", text.replace("<math.h>", "<tgmath.h>"))
+    return re.sub(r"\bdouble\b", "long double", text)
 
 
 def _text(name: str) -> str:

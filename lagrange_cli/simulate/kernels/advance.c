@@ -3,6 +3,18 @@
 
 #include <math.h>
 
+/* Binary digits of the numbers that this is compiled for. */
+int64_t lagrange_digits(void)
+{
+    volatile double sum = 2.0, part = 1.0;
+    int64_t digits = 0;
+    for (; sum != 1.0; part /= 2.0) {
+        sum = 1.0 + part;
+        digits += 1;
+    }
+    return digits - 1;
+}
+
 static void current(const lagrange_run *run, double *out)
 {
     const double *hi = lagrange_row(run, HI), *low = lagrange_row(run, LOW);
