@@ -2,16 +2,35 @@
 
 from __future__ import annotations
 
+import importlib
 import json
+import math
 import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
+import numpy as np
 import pytest
 
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
+
+
+def _needs_compiler() -> None:
+    if shutil.which("cc") is None:
+        message = "no C compiler is installed"
+        if os.environ.get("CI") == "true":
+            pytest.fail(message)
+        pytest.skip(message)
+
+
+@pytest.fixture
+def integration(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """The module of the benchmark of that name."""
+    monkeypatch.syspath_prepend(BENCHMARKS)
+    return importlib.import_module("integration")
 
 
 def test_derivation_compares_every_method_with_the_closed_form(tmp_path: Path) -> None:
@@ -45,11 +64,7 @@ def test_startup_compares_whole_commands_cold_and_warm(tmp_path: Path) -> None:
 
 
 def test_right_hand_sides_agree_with_the_closed_form(tmp_path: Path) -> None:
-    if shutil.which("cc") is None:
-        message = "no C compiler is installed"
-        if os.environ.get("CI") == "true":
-            pytest.fail(message)
-        pytest.skip(message)
+    _needs_compiler()
     output = tmp_path / "right_hand_side.json"
     command = [sys.executable, str(BENCHMARKS / "right_hand_side.py"), "--quick"]
     run = subprocess.run(
@@ -62,3 +77,59 @@ def test_right_hand_sides_agree_with_the_closed_form(tmp_path: Path) -> None:
     assert (4, "NumPy, lambdify and solve") in taking_part
     assert all(row["mismatch"] < 1e-12 for row in found["rows"])
     assert "-O2" in found["about"]["options"]
+
+
+def test_integration_measures_errors_against_a_reference(tmp_path: Path) -> None:
+    _needs_compiler()
+    output = tmp_path / "integration.json"
+    words = ["--turns", "1", "--until", "2", "--samples", "51", "--json", str(output)]
+    command = [sys.executable, str(BENCHMARKS / "integration.py"), *words]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert run.returncode == 0, run.stderr
+    found = json.loads(output.read_text())
+    assert found["reference_error"] < 1e-25
+    errors: dict[str, list[float]] = {}
+    for row in found["rows"]:
+        errors.setdefault(row["solver"], []).append(row["error"])
+        # A solver of order 8 or more that is told rtol makes an error of that order.
+        assert row["error"] < 1e4 * row["rtol"]
+    methods = ["lagrange, Gauss16", "lagrange, DOP853"]
+    peers = ["SciPy DOP853 over lambdify", "SciPy LSODA over lambdify"]
+    assert list(errors)[:4] == [*methods, *peers]
+    assert all(min(own) < 1e-4 * own[0] for own in errors.values())
+    assert min(errors[methods[0]]) < 1e-12
+    of = {(entry["solver"], entry["error"]): entry for entry in found["summary"]}
+    assert set(of) == {(solver, error) for solver in errors for error in (1e-6, 1e-9, 1e-12)}
+    for (solver, error), entry in of.items():
+        assert "seconds" not in entry or (entry["reached"] and min(errors[solver]) <= error)
+    assert of[methods[0], 1e-9]["ratio"]["median"] == of[methods[0], 1e-9]["fastest_ratio"] == 1
+    assert "ratio" in of[peers[0], 1e-9]
+    assert run.stdout.count("\n| lagrange, Gauss16 |") == 2
+
+
+def test_times_at_an_error_lie_between_runs_that_enclose_it(integration: ModuleType) -> None:
+    errors = integration.falling([1e-2, 1e-5, 1e-3, 1e-6, 1e-6])
+    assert errors == pytest.approx([1e-2, 1e-4, 1e-4, 1e-6, 1e-6])
+    points = list(zip(errors, [1.0, 2.0, 3.0, 12.0, 50.0], strict=True))
+    assert integration.seconds_at(points, 1e-3) == pytest.approx(math.sqrt(2))
+    assert integration.seconds_at(points, 1e-5) == pytest.approx(6)
+    assert integration.seconds_at(points, 1.0001e-6) == pytest.approx(12, rel=1e-3)
+    assert integration.seconds_at(points, 1.1e-2) is None
+    assert integration.seconds_at(points, 0.9e-6) is None
+
+
+def test_runs_of_the_integration_are_cut(
+    integration: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _needs_compiler()
+    times = np.linspace(0, 2, 11)
+    exact = np.array(integration.reference(times, (1.5, 2.0)), dtype=float)
+    monkeypatch.setattr(integration, "MOST_EVALUATIONS", 60)
+    candidates = integration.solvers(times, (1.5, 2.0))
+    rows = integration.measure(candidates, exact, 1)
+    strict = [row for row in rows if row["rtol"] < 2e-13]
+    assert {row["solver"] for row in strict} == {solver.name for solver in candidates}
+    assert all(row["error"] is None and not row["seconds"] for row in strict)
+    entries = integration.summarized(rows)
+    assert not any(entry["reached"] for entry in entries)
+    assert "| not reached |" in integration.table(entries, integration.milliseconds)

@@ -33,12 +33,12 @@ SMALLEST_SCALE = (1e-9, 1e-60, 0.0)
 #: because some of them passed over something sharp.
 SHORTER = 3.0
 
-#: The tolerance that makes another method about as accurate, beside the run's,
-#: and the tolerance of the run below which none is.
+#: The tolerance of LSODA that makes it about as accurate, beside the run's, and the
+#: tolerance of the run below which it is not.
 OTHER_TOLERANCE, OTHER_FROM = 0.01, 1e-12
 
-#: The tolerance of a disturbed run by the same method beside the run's: its steps fall
-#: on other times, so that what lies between the steps of one is met by the other.
+#: The tolerance of any other disturbed run beside the run's. Its steps fall on other
+#: times, so that what lies between the steps of one is met by the other.
 OTHER_STEPS = 0.5
 
 #: Cost of the other method beside the run's, and evaluations to start with, beyond
@@ -94,9 +94,7 @@ class Attempt:
         self._schedule: dict[Run, tuple[Control, float]] = {}
         self.run = self._start(method, tolerance)
         self._looser = self._start(method, tolerance * LOOSER, longer=longer, off=1)
-        # Compiled steps are compared with compiled steps: another method would be interpreted.
-        alone = tolerance < OTHER_FROM or isinstance(problem.rhs, NativeRhs)
-        self._disturbed = self._disturb(method if alone else INTEGRATORS["LSODA"])
+        self._disturbed = self._disturb(self._other_method())
         growth = max(1.0, COARSE / tolerance) ** (1 / method.order)
         self._most: float = LOST * growth * found.evaluations
         self._given_up = 0
@@ -126,8 +124,16 @@ class Attempt:
         self._schedule[run] = control, tolerance
         return run
 
+    def _other_method(self) -> type[Integrator]:
+        """A method to compare with, the run's own where no other is as good and as fast."""
+        rhs = self._problem.rhs
+        if not isinstance(rhs, NativeRhs):
+            return INTEGRATORS["LSODA"] if self.tolerance >= OTHER_FROM else self.run.method
+        smooth = rhs.lanes_address is not None and not self._found.stiff
+        return INTEGRATORS["Gauss16"] if smooth else self.run.method
+
     def _disturb(self, method: type[Integrator]) -> Run:
-        factor = OTHER_STEPS if method is self.run.method else OTHER_TOLERANCE
+        factor = OTHER_TOLERANCE if method is INTEGRATORS["LSODA"] else OTHER_STEPS
         return self._start(method, self.tolerance * factor, off=2)
 
     @property
@@ -228,7 +234,8 @@ class Attempt:
         """Estimated error of the samples from ``first`` that all runs have reached."""
         common = min(run.filled for run in self._runs)
         own, looser, disturbed = (run.states[first:common] for run in self._runs)
-        weight = 1.0 if self._by_other_method else ROUNDING_WEIGHT
+        # LSODA's own error is larger than what rounding does.
+        weight = 1.0 if self._disturbed.method is INTEGRATORS["LSODA"] else ROUNDING_WEIGHT
         return np.asarray(LOOSER_WEIGHT * np.abs(looser - own) + weight * np.abs(disturbed - own))
 
     def _hopeless(self, first: int) -> bool:

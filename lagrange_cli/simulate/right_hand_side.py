@@ -112,7 +112,7 @@ class _Libraries:
             raise CompileError("no C compiler was found")
         code, options = model.code, kernels.options(2 * len(model.coordinates))
         system, stepping = {"system.c": code.c}, kernels.files()
-        if real is EXTENDED:
+        if real is not DOUBLE:
             system, stepping = kernels.extended(system), kernels.extended(stepping)
         else:
             system = {"system.c": code.c + code.lanes, **kernels.headers()}
