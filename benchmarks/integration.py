@@ -2,15 +2,17 @@
 
 All parameters 1, g = 9.81, released at (1.5, 2.0), 10 s. The error is the
 largest over 501 samples of any angle in radians and of any angular velocity
-over its largest value, against a Taylor series in 30 decimal digits (mpmath).
-Each solver is run over a range of tolerances, atol = rtol/100, in one
-process, the solvers taking turns and garbage collection off; compilation is
-not timed. The time at an error is interpolated between the runs that enclose
-it, on the logarithms.
+over its largest value, against a Taylor series in 36 decimal digits. Each
+solver is run at a range of tolerances, atol = rtol/100, in one process, garbage
+collection off, all in another order each turn; compilation is not timed. Errors
+wander; they are made to fall with the tolerance (monotone regression of their
+logarithms), and the time at an error is interpolated, on logarithms, between
+the two that enclose it. That and its ratio to the first solver's are found in
+every turn.
 
     python benchmarks/integration.py --json integration.json
 
-heyoka takes part where it is installed.
+heyoka takes part where it is installed, as it comes and with its fast_math.
 """
 
 from __future__ import annotations
@@ -21,100 +23,80 @@ import importlib.util
 import itertools
 import json
 import math
+import os
 import platform
+import random
+import shutil
 import statistics
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from importlib.metadata import version
 from typing import Any
 
-import mpmath
 import numpy as np
 import sympy
-from numpy.typing import NDArray
+from double_pendulum import GRAVITY, SCENE, Array, Release, reference, reference_error, slopes
 from scipy.integrate import solve_ivp
 
 from lagrange_cli import loads
+from lagrange_cli.simulate.compiler import processor
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
 from lagrange_cli.simulate.modelling import model_of
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.right_hand_side import right_hand_side
 from lagrange_cli.simulate.run import Run
 
-Array = NDArray[np.float64]
-GRAVITY = 9.81
-START = (1.5, 2.0, 0.0, 0.0)
 ERRORS = (1e-6, 1e-9, 1e-12)
-SCENE = f"""
-name: double_pendulum
-parameters: {{m1: 1, m2: 1, l1: 1, l2: 1, g: {GRAVITY}}}
-plane: xz
-particles:
-  upper: {{mass: m1, position: [x1, y1, z1]}}
-  lower: {{mass: m2, position: [x2, y2, z2]}}
-coordinates: [theta1, theta2]
-definitions:
-  x1: l1*sin(theta1)
-  z1: -l1*cos(theta1)
-  x2: x1 + l2*sin(theta2)
-  z2: z1 - l2*cos(theta2)
-potentials: {{weight: {{gravity: g}}}}
-initial: {{theta1: {START[0]}, theta2: {START[1]}}}
-"""
+
+#: A run that needs more right-hand sides, or a twentieth of that in Taylor steps, is cut.
+MOST_EVALUATIONS = 200_000
+EVALUATIONS_OF_A_STEP = 20
+
+#: Seconds of one timing: shorter runs are repeated within it. What takes longer than SLOW is
+#: timed in one turn of SELDOM.
+LENGTH, SLOW, SELDOM = 2e-3, 1e-2, 6
+
+
+class CutError(Exception):
+    """A run came to the bound of its work before its end."""
 
 
 @dataclass(frozen=True)
 class Solver:
-    """``run(tolerance)`` gives the states at the samples, shape (samples, 4)."""
+    """``run(tolerance)`` gives the states at the samples, shape (samples, 4).
+
+    It raises CutError where it would take too long.
+    """
 
     name: str
     tolerances: tuple[float, ...]
     run: Callable[[float], Array]
 
 
-def acceleration(y: Sequence[Any], sin: Callable[..., Any], cos: Callable[..., Any]) -> list[Any]:
-    """The double pendulum's equations, written by hand."""
-    a, b, u, v = y
-    s, c = sin(a - b), cos(a - b)
-    f = -(v**2) * s - 2 * GRAVITY * sin(a)
-    g = u**2 * s - GRAVITY * sin(b)
-    determinant = 1 + s**2
-    return [u, v, (f - c * g) / determinant, (2 * g - c * f) / determinant]
+# -- solvers ------------------------------------------------------------------
 
 
-def reference(times: Array) -> Array:
-    """The exact states to all digits of a double."""
-    with mpmath.workdps(30):
-        solution = mpmath.odefun(
-            lambda t, y: acceleration(y, mpmath.sin, mpmath.cos),
-            0,
-            [mpmath.mpf(value) for value in START],
-        )
-        return np.array([[float(value) for value in solution(mpmath.mpf(t))] for t in times])
+def powers(first: float, last: float, part: float) -> tuple[float, ...]:
+    """Powers of ten from 10^first down to 10^last in steps of a ``part`` of a decade."""
+    return tuple(10.0**x for x in np.arange(first, last - part / 2, -part))
 
 
-def powers(first: int, last: int, *, halves: bool = False) -> tuple[float, ...]:
-    """Powers of ten from 10^first down to 10^last."""
-    step = 0.5 if halves else 1.0
-    return tuple(10.0**x for x in np.arange(first, last - step / 2, -step))
-
-
-def lagrange_solver(times: Array, method: str) -> Solver:
-    functions = right_hand_side(model_of(loads(SCENE).derive().equations))
-    if not functions.implementation.startswith("compiled"):
-        raise SystemExit(functions.implementation)
-    problem = InitialValueProblem(functions.rhs, np.array(START), times, ("angle", "angle"))
+def lagrange_solver(times: Array, release: Release, method: str) -> Solver:
+    equations = loads(SCENE % (GRAVITY, *release)).derive().equations
+    rhs = right_hand_side(model_of(equations)).rhs
+    problem = InitialValueProblem(rhs, np.array([*release, 0.0, 0.0]), times, ("angle", "angle"))
 
     def run(tolerance: float) -> Array:
-        control = Control(np.full(4, tolerance), np.full(4, tolerance / 100), 1e-3, 10.0)
+        control = Control(np.full(4, tolerance), np.full(4, tolerance / 100), 1e-3, times[-1])
         ours = Run(INTEGRATORS[method], problem, control)
-        ours.advance(len(times), sys.maxsize)
+        ours.advance(len(times), sys.maxsize, MOST_EVALUATIONS)
+        if len(ours.states) < len(times):
+            raise CutError
         return ours.states
 
-    # Steps of the implicit method do not converge to less than rounding.
-    last = -13 if method == "Gauss16" else -16
-    return Solver(f"lagrange, {method}", powers(-3, last, halves=True), run)
+    return Solver(f"lagrange, {method}", powers(-4, -14, 0.25), run)
 
 
 def lambdified() -> Callable[[float, Array], Array]:
@@ -134,128 +116,250 @@ def lambdified() -> Callable[[float, Array], Array]:
     return rhs
 
 
-def scipy_solver(times: Array, method: str, last: int) -> Solver:
-    rhs = lambdified()
+def scipy_solver(times: Array, release: Release, method: str) -> Solver:
+    plain = lambdified()
+
+    start = (*release, 0.0, 0.0)
 
     def run(tolerance: float) -> Array:
-        how = {"rtol": tolerance, "atol": tolerance / 100}
-        found = solve_ivp(rhs, (0, times[-1]), START, method=method, t_eval=times, **how)
+        calls = itertools.count(1)
+
+        def rhs(t: float, y: Array) -> Array:
+            if next(calls) > MOST_EVALUATIONS:
+                raise CutError
+            return plain(t, y)
+
+        how: dict[str, Any] = {"method": method, "rtol": tolerance, "atol": tolerance / 100}
+        found = solve_ivp(rhs, (0.0, times[-1]), start, t_eval=times, **how)
+        if not found.success:
+            raise CutError
         return np.asarray(found.y.T)
 
-    return Solver(f"SciPy {method} over lambdify", powers(-5, last), run)
+    return Solver(f"SciPy {method} over lambdify", powers(-5, -13, 0.5), run)
 
 
-def heyoka_solver(times: Array) -> Solver:
+def heyoka_solver(times: Array, release: Release, **options: Any) -> Solver:
     import heyoka
 
     names = heyoka.make_vars("a", "b", "u", "v")
-    rates = acceleration(names, heyoka.sin, heyoka.cos)
-    system = list(zip(names, rates, strict=True))
+    rates = slopes(names, heyoka.sin, heyoka.cos)
+    system, start = list(zip(names, rates, strict=True)), [*release, 0.0, 0.0]
     compiled: dict[float, Any] = {}
 
     def run(tolerance: float) -> Array:
         if tolerance not in compiled:
-            compiled[tolerance] = heyoka.taylor_adaptive(system, list(START), tol=tolerance)
+            compiled[tolerance] = heyoka.taylor_adaptive(system, start, tol=tolerance, **options)
         integrator = compiled[tolerance]
         integrator.time = 0.0
-        integrator.state[:] = START
-        return np.asarray(integrator.propagate_grid(times)[-1])
+        integrator.state[:] = start
+        most = MOST_EVALUATIONS // EVALUATIONS_OF_A_STEP
+        outcome, *_, states = integrator.propagate_grid(times, max_steps=most)
+        if outcome != heyoka.taylor_outcome.time_limit:
+            raise CutError
+        return np.asarray(states)
 
-    return Solver("heyoka", (*powers(-4, -15), 2.3e-16), run)
+    name = ", ".join(["heyoka", *options])
+    return Solver(name, powers(-4, -15, 0.25), run)
 
 
-def solvers(times: Array) -> list[Solver]:
-    found = [lagrange_solver(times, "Gauss16"), lagrange_solver(times, "DOP853")]
-    found.append(scipy_solver(times, "DOP853", -13))
-    found.append(scipy_solver(times, "LSODA", -12))
+def solvers(times: Array, release: Release) -> list[Solver]:
+    found = [lagrange_solver(times, release, method) for method in ("Gauss16", "DOP853")]
+    found += [scipy_solver(times, release, method) for method in ("DOP853", "LSODA")]
     if importlib.util.find_spec("heyoka"):
-        found.append(heyoka_solver(times))
+        found.append(heyoka_solver(times, release))
+        found.append(heyoka_solver(times, release, fast_math=True))
     return found
 
 
-def timed(run: Callable[[float], Array], tolerance: float) -> float:
-    """Seconds of one run with warm caches."""
+# -- measuring ----------------------------------------------------------------
+
+
+def timed(run: Callable[[float], Array], tolerance: float, count: int) -> float:
+    """Seconds of one run of ``count``, after one to warm the caches where runs are short."""
+    if count > 1:
+        run(tolerance)
+    started = time.perf_counter()
+    for _ in range(count):
+        run(tolerance)
+    return (time.perf_counter() - started) / count
+
+
+def error_row(solver: Solver, tolerance: float, exact: Array) -> dict[str, Any]:
+    """The error of a solver at one tolerance, None where the run was cut."""
+    scales = np.concatenate([np.ones(2), np.abs(exact[:, 2:]).max(axis=0)])
+    row = {"solver": solver.name, "rtol": tolerance, "error": None, "seconds": {}}
+    try:
+        row["error"] = float((np.abs(solver.run(tolerance) - exact) / scales).max())
+    except CutError:
+        print(f"{solver.name} at rtol {tolerance:.1e} was cut", file=sys.stderr)
+    return row
+
+
+def measure(candidates: list[Solver], exact: Array, turns: int) -> list[dict[str, Any]]:
+    """Error of every solver at each of its tolerances, and its seconds: turn → s."""
+    jobs = [
+        (solver.run, error_row(solver, tolerance, exact))
+        for solver in candidates
+        for tolerance in solver.tolerances
+    ]
+    complete = [(run, row) for run, row in jobs if row["error"] is not None]
+    once = [timed(run, row["rtol"], 1) for run, row in complete]
+    order = list(range(len(complete)))
     gc.collect()
     gc.disable()
-    run(tolerance)
-    started = time.perf_counter()
-    run(tolerance)
-    seconds = time.perf_counter() - started
+    for turn in range(turns):
+        random.Random(turn).shuffle(order)
+        for number in order:
+            run, row = complete[number]
+            if once[number] < SLOW or turn % SELDOM == 0:
+                count = max(1, round(LENGTH / once[number]))
+                row["seconds"][turn] = timed(run, row["rtol"], count)
     gc.enable()
-    return seconds
+    return [row for _, row in jobs]
 
 
-def measure(candidates: list[Solver], exact: Array, repetitions: int) -> list[dict[str, Any]]:
-    """Error and median seconds of every solver at each of its tolerances."""
-    scales = np.concatenate([np.ones(2), np.abs(exact[:, 2:]).max(axis=0)])
-    jobs = [(solver, tolerance) for solver in candidates for tolerance in solver.tolerances]
-    errors = [float((np.abs(s.run(x) - exact) / scales).max()) for s, x in jobs]
-    seconds: list[list[float]] = [[] for _ in jobs]
-    for turn in range(repetitions):
-        for number, (solver, tolerance) in enumerate(jobs):
-            # What takes long is repeated less often.
-            if turn < 3 or seconds[number][0] < 0.02:
-                seconds[number].append(timed(solver.run, tolerance))
-    return [
-        {
-            "solver": solver.name,
-            "rtol": tolerance,
-            "error": error,
-            "seconds": statistics.median(of),
-            "fastest": min(of),
-            "slowest": max(of),
-        }
-        for (solver, tolerance), error, of in zip(jobs, errors, seconds, strict=True)
-    ]
+def falling(errors: Sequence[float]) -> list[float]:
+    """Errors at ever smaller tolerances made to fall: where they do not, neighbours share their
+    geometric mean. It is the monotone regression of the logarithms (pool adjacent violators)."""
+    pools: list[tuple[float, int]] = []
+    for error in errors:
+        mean, count = math.log(error), 1
+        while pools and pools[-1][0] <= mean:
+            before, many = pools.pop()
+            mean, count = (before * many + mean * count) / (many + count), many + count
+        pools.append((mean, count))
+    return [math.exp(mean) for mean, count in pools for _ in range(count)]
 
 
-def seconds_at(rows: Iterable[dict[str, Any]], error: float) -> float | None:
-    """Least time at an error, between two runs that enclose it; None where none does."""
-    points = sorted((row["error"], row["seconds"]) for row in rows)
-    found = []
+def seconds_at(points: Sequence[tuple[float, float]], error: float) -> float | None:
+    """Seconds at an error, between the two of ``points`` (error, seconds) that enclose it."""
     for (e0, s0), (e1, s1) in itertools.pairwise(points):
-        if e0 <= error <= e1:
-            part = math.log(error / e0) / math.log(e1 / e0) if e1 > e0 else 0.0
-            found.append(s0 * (s1 / s0) ** part)
-    return min(found, default=None)
+        if e0 > e1 and e0 >= error >= e1:
+            return float(s0 * (s1 / s0) ** (math.log(error / e0) / math.log(e1 / e0)))
+    return None
 
 
-def table(rows: list[dict[str, Any]], names: list[str]) -> str:
-    """Markdown: a row a solver, milliseconds at each error, and how many times ours that is."""
-    of = {name: [row for row in rows if row["solver"] == name] for name in names}
-    lines = ["| solver | smallest error | " + " | ".join(f"{e:g}" for e in ERRORS) + " |"]
-    lines.append("|---" * (len(ERRORS) + 2) + "|")
-    ours = [seconds_at(of[names[0]], error) for error in ERRORS]
-    for name in names:
-        cells = []
-        for error, own in zip(ERRORS, ours, strict=True):
-            found = seconds_at(of[name], error)
-            if found is None:
-                cells.append("–")
-            else:
-                ratio = f" ({found / own:.3g}×)" if own else ""
-                cells.append(f"{1e3 * found:.3g} ms{ratio}")
-        smallest = min(row["error"] for row in of[name])
-        lines.append(f"| {name} | {smallest:.1e} | " + " | ".join(cells) + " |")
+def spread(values: Sequence[float]) -> dict[str, Any]:
+    """Median and quartiles."""
+    low, median, high = statistics.quantiles(values, n=4) if len(values) > 1 else [values[0]] * 3
+    return {"median": median, "quartiles": [low, high]}
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Errors of one solver, made to fall, and the seconds of each: turn → s."""
+
+    errors: list[float]
+    seconds: list[dict[int, float]]
+
+    def at(self, error: float) -> dict[int, float]:
+        """Seconds at an error: turn → s, of those in which all was timed."""
+        common = set.intersection(*map(set, self.seconds)) if self.seconds else set()
+        found = {turn: self._between([s[turn] for s in self.seconds], error) for turn in common}
+        return {turn: seconds for turn, seconds in sorted(found.items()) if seconds is not None}
+
+    def fastest_at(self, error: float) -> float | None:
+        """Seconds at an error, of the fastest run at each tolerance."""
+        return self._between([min(s.values()) for s in self.seconds], error)
+
+    def _between(self, seconds: list[float], error: float) -> float | None:
+        return seconds_at(list(zip(self.errors, seconds, strict=True)), error)
+
+
+def curves(rows: Iterable[dict[str, Any]]) -> dict[str, Curve]:
+    """Of each solver, from the runs that were not cut."""
+    complete: dict[str, list[dict[str, Any]]] = {}
+    for row in rows:
+        complete.setdefault(row["solver"], []).extend([row] if row["seconds"] else [])
+    return {
+        name: Curve(falling([r["error"] for r in own]), [r["seconds"] for r in own])
+        for name, own in complete.items()
+    }
+
+
+def summarized(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Seconds of each solver at each error, and how many times those of the first solver."""
+    of, found = curves(rows), []
+    first = next(iter(of.values()))
+    for error, (name, curve) in itertools.product(ERRORS, of.items()):
+        entry: dict[str, Any] = {"solver": name, "error": error}
+        entry["reached"] = bool(curve.errors) and curve.errors[-1] <= error
+        own, ours = curve.at(error), first.at(error)
+        fastest, our_fastest = curve.fastest_at(error), first.fastest_at(error)
+        if own:
+            entry |= {"seconds": spread(list(own.values())), "fastest": fastest}
+        both = [own[turn] / ours[turn] for turn in own if turn in ours]
+        if both and fastest and our_fastest:
+            entry |= {"ratio": spread(both), "fastest_ratio": fastest / our_fastest}
+        found.append(entry)
+    return found
+
+
+# -- the answer ---------------------------------------------------------------
+
+
+def table(summary: list[dict[str, Any]], cell: Callable[[dict[str, Any]], str]) -> str:
+    """Markdown: a row a solver, a column an error."""
+    lines = ["| solver | " + " | ".join(f"{error:g}" for error in ERRORS) + " |"]
+    lines.append("|---" * (len(ERRORS) + 1) + "|")
+    for name in dict.fromkeys(entry["solver"] for entry in summary):
+        cells = [cell(entry) for entry in summary if entry["solver"] == name]
+        lines.append("| " + " | ".join([name, *cells]) + " |")
     return "\n".join(lines)
+
+
+def milliseconds(entry: dict[str, Any]) -> str:
+    if "seconds" not in entry:
+        return "smaller throughout" if entry["reached"] else "not reached"
+    return f"{1e3 * entry['seconds']['median']:.3g} (fastest {1e3 * entry['fastest']:.3g})"
+
+
+def ratios(entry: dict[str, Any]) -> str:
+    if "ratio" not in entry:
+        return "–"
+    median, (low, high) = entry["ratio"]["median"], entry["ratio"]["quartiles"]
+    return f"{median:.3g} ({low:.3g} to {high:.3g}; fastest {entry['fastest_ratio']:.3g})"
+
+
+def about() -> dict[str, Any]:
+    """What the figures depend on."""
+    peers = ("numpy", "scipy", "sympy", "mpmath", "heyoka")
+    return {
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+        "processor": processor().splitlines()[1:2],
+        "cores": os.cpu_count(),
+        **{name: version(name) for name in peers if importlib.util.find_spec(name)},
+    }
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--repetitions", type=int, default=31)
-    parser.add_argument("--until", type=float, default=10.0)
+    parser.add_argument("--turns", type=int, default=37)
+    parser.add_argument("--until", type=float, default=10.0, help="s")
     parser.add_argument("--samples", type=int, default=501)
+    parser.add_argument("--release", type=float, nargs=2, default=(1.5, 2.0), help="rad")
     parser.add_argument("--json", metavar="FILE")
     options = parser.parse_args()
-    times = np.linspace(0.0, options.until, options.samples)
-    candidates = solvers(times)
-    rows = measure(candidates, reference(times), options.repetitions)
-    print(table(rows, [solver.name for solver in candidates]))
+    if shutil.which("cc") is None:
+        print("a C compiler is needed (cc on the path)", file=sys.stderr)
+        return 1
+    times, release = np.linspace(0.0, options.until, options.samples), tuple(options.release)
+    exact = reference(times, release)
+    wrong = reference_error(times, exact)
+    states = np.array([[float(x) for x in state] for state in exact])
+    rows = measure(solvers(times, release), states, options.turns)
+    summary = summarized(rows)
+    print("Milliseconds (median; between the fastest runs)\n")
+    print(table(summary, milliseconds))
+    print(f"\nTimes that of {summary[0]['solver']} (median, quartiles; between the fastest runs)\n")
+    print(table(summary, ratios))
+    print(f"\nlargest error of the reference: {wrong:.1e}")
     if options.json:
-        about = {"python": platform.python_version(), "machine": platform.machine()}
+        found = {"about": about(), "reference_error": wrong, "summary": summary, "rows": rows}
         with open(options.json, "w", encoding="utf-8") as file:
-            json.dump({"about": about, "rows": rows}, file, indent=1)
-    return 0
+            json.dump(found, file, indent=1)
+    return 0 if wrong < 1e-25 else 1
 
 
 if __name__ == "__main__":
