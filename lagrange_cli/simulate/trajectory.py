@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import os
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -127,6 +125,8 @@ class Trajectory:
 
     def csv(self, *, energy: bool = False) -> str:
         """The samples as CSV: a header of names, then numbers with 17 significant digits."""
+        import csv
+
         table = self.table(energy=energy)
         text = io.StringIO()
         csv.writer(text, lineterminator="\n").writerow(table)
@@ -136,6 +136,8 @@ class Trajectory:
 
     def npz(self, *, energy: bool = False) -> bytes:
         """The samples as an NPZ archive, one array a name, the same bytes every time."""
+        import zipfile
+
         file = io.BytesIO()
         with zipfile.ZipFile(file, "w") as archive:
             for name, values in self.table(energy=energy).items():

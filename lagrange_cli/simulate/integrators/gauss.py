@@ -12,9 +12,10 @@ in :mod:`.runge_kutta`.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
-from numpy.polynomial import legendre
 
 from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
 from lagrange_cli.simulate.integrators.runge_kutta import two_sum
@@ -37,28 +38,41 @@ CAUTION = 0.01
 GROW = 2.0
 
 
-def _coefficients() -> tuple[Array, Array, Array, Array]:
-    """Nodes and weights on [0, 1], the matrix of the stages, Legendre coefficients of a slope.
+@dataclass(frozen=True)
+class _Tableau:
+    """Nodes and weights on [0, 1], the matrix of the stages and its square, and what gives
+    the Legendre coefficients of a slope.
 
     At Gauss points the coefficient of P_k in a polynomial of degree 7 is
     exactly (2k + 1) Σ_j b_j P_k(x_j) f_j.
     """
-    x, w = legendre.leggauss(STAGES)
-    values = legendre.legvander(x, STAGES)
-    expansion = ((2 * np.arange(STAGES) + 1) * values[:, :-1]).T * (w / 2)
-    return (1 + x) / 2, w / 2, _integrals(x) @ expansion, expansion
+
+    nodes: Array
+    weights: Array
+    a: Array
+    aa: Array
+    expansion: Array
+
+
+@cache
+def _tableau() -> _Tableau:
+    x, w = np.polynomial.legendre.leggauss(STAGES)
+    expansion = ((2 * np.arange(STAGES) + 1) * _legendre(x)[:, :-1]).T * (w / 2)
+    a = _integrals(x) @ expansion
+    return _Tableau((1 + x) / 2, w / 2, a, a @ a, expansion)
+
+
+def _legendre(x: Array) -> Array:
+    """P_0 … P_8 at each x, shape (len(x), 9)."""
+    return np.asarray(np.polynomial.legendre.legvander(x, STAGES))
 
 
 def _integrals(x: Array) -> Array:
     """∫ of P_0 … P_7 over half the distance from −1 to each x, shape (len(x), 8)."""
-    values = legendre.legvander(x, STAGES)
+    values = _legendre(x)
     k = np.arange(1, STAGES)
     higher = (values[:, 2:] - values[:, :-2]) / (2 * (2 * k + 1))
     return np.column_stack([(1 + x) / 2, higher])
-
-
-_NODES, _WEIGHTS, _A, _EXPANSION = _coefficients()
-_AA = _A @ _A
 
 
 class Gauss16(Integrator):
@@ -78,7 +92,7 @@ class Gauss16(Integrator):
         self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
         self._start, self._low = self.y, np.zeros_like(self.y)
         self._t_old, self._next = t0, min(control.first_step, t_end - t0)
-        n = len(self.y)
+        n, self._tableau = len(self.y), _tableau()
         self._first = 0 if n % 2 else n // 2
         self._rate = 0.1
         # Legendre coefficients of the slope over the last step; a constant before the first.
@@ -113,6 +127,7 @@ class Gauss16(Integrator):
         The error is NaN where the iteration does not converge.
         """
         first, started = self._first, self.t > self._t_old
+        nodes = self._tableau.nodes.tolist()
         weight = scale[first:]
         if first:
             weight = np.maximum(weight, h * scale[:first])
@@ -123,7 +138,7 @@ class Gauss16(Integrator):
         for k in range(MOST_ITERATIONS):
             old = stages
             slopes = np.array(
-                [self._rhs(self.t + h * c, y) for c, y in zip(_NODES.tolist(), old, strict=True)]
+                [self._rhs(self.t + h * c, y) for c, y in zip(nodes, old, strict=True)]
             )
             if not np.isfinite(slopes).all():
                 break
@@ -151,15 +166,15 @@ class Gauss16(Integrator):
     def _predicted(self, h: float) -> Array:
         """The slope over the last step, continued over a step of ``h``."""
         ratio = h / (self.t - self._t_old)
-        return legendre.legvander(1 + 2 * ratio * _NODES, STAGES - 1) @ self._shape
+        return _legendre(1 + 2 * ratio * self._tableau.nodes)[:, :-1] @ self._shape
 
     def _stages(self, h: float, start: Array, rest: Array, slopes: Array) -> Array:
         first = self._first
-        following = start[first:] + (rest[first:] + h * (_A @ slopes[:, first:]))
+        following = start[first:] + (rest[first:] + h * (self._tableau.a @ slopes[:, first:]))
         if not first:
             return np.asarray(following)
-        moved = h * (start[first:] + rest[first:]) * _NODES[:, None]
-        moved += h * h * (_AA @ slopes[:, first:])
+        moved = h * (start[first:] + rest[first:]) * self._tableau.nodes[:, None]
+        moved += h * h * (self._tableau.aa @ slopes[:, first:])
         return np.hstack([start[:first] + (rest[:first] + moved), following])
 
     def _second_order(self, slopes: Array, stages: Array) -> bool:
@@ -170,10 +185,10 @@ class Gauss16(Integrator):
         if self._first:
             velocities = self._stages(h, start, rest, slopes)[:, self._first :]
             slopes = np.hstack([velocities, slopes[:, self._first :]])
-        low = rest + h * (_WEIGHTS @ slopes)
+        low = rest + h * (self._tableau.weights @ slopes)
         if not np.isfinite(start + low).all():
             raise StepError("the state is no longer finite")
-        self._shape = _EXPANSION @ slopes
+        self._shape = self._tableau.expansion @ slopes
         self._base, self._rest = start, rest
         self._start, self._low = start, low
         self._t_old, self.t, self.y = self.t, t_new, start + low
@@ -187,7 +202,7 @@ class Gauss16(Integrator):
 def _estimate(h: float, slopes: Array, weight: Array, noise: float) -> float:
     """How the expansion in Legendre polynomials ends: the error beside the tolerance, or
     beside the rounding of the stages where that is larger."""
-    before, last = (_EXPANSION[-2:] @ slopes) * weight * h
+    before, last = (_tableau().expansion[-2:] @ slopes) * weight * h
     last, before = _mean(last), _mean(before)
     return CAUTION * last * (last / before if last < before else 1.0) / max(1.0, noise)
 
