@@ -126,11 +126,10 @@ class Attempt:
 
     def _other_method(self) -> type[Integrator]:
         """A method to compare with, the run's own where no other is as good and as fast."""
-        rhs = self._problem.rhs
-        if not isinstance(rhs, NativeRhs):
-            return INTEGRATORS["LSODA"] if self.tolerance >= OTHER_FROM else self.run.method
-        smooth = rhs.lanes_address is not None and not self._found.stiff
-        return INTEGRATORS["Gauss16"] if smooth else self.run.method
+        rhs, stiff = self._problem.rhs, self._found.stiff
+        if isinstance(rhs, NativeRhs) and not stiff:
+            return self.run.method if rhs.lanes_address is None else INTEGRATORS["Gauss16"]
+        return INTEGRATORS["LSODA"] if self.tolerance >= OTHER_FROM else self.run.method
 
     def _disturb(self, method: type[Integrator]) -> Run:
         factor = OTHER_TOLERANCE if method is INTEGRATORS["LSODA"] else OTHER_STEPS

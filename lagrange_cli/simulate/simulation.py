@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
 from lagrange_cli.simulate.chosen import integrate_with_method
 from lagrange_cli.simulate.conservation import first_contradiction
 from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.compiled import COMPILED
+from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.request import Request, resolve
@@ -76,13 +79,15 @@ def simulate(
     ------
     InputError
         Something needed is missing or a number cannot be used; ``accuracy``
-        is below what double precision can hold.
+        is below what double precision can hold; the equations of motion give
+        no accelerations at the start.
     """
     started = time.perf_counter()
     model = system if isinstance(system, Model) else _modelled(system)
     request = resolve(model, until, accuracy, method, rtol, atol, step, samples, budget)
     functions = right_hand_side(model) if functions is None else functions
     problem = _problem(model, request, functions)
+    _require_a_start(model, problem)
     compile_seconds = time.perf_counter() - started
     watch = Watch(progress, request.budget)
     if request.accuracy is not None:
@@ -93,6 +98,22 @@ def simulate(
     if not measured.stopped:
         watch.done()
     return _trajectory(model, request, functions, problem, measured, compile_seconds)
+
+
+def _require_a_start(model: Model, problem: InitialValueProblem) -> None:
+    """Refuse an initial state at which the equations give no accelerations."""
+    if np.isfinite(problem.rhs(problem.start, problem.y0)).all():
+        return
+    names = [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
+    state = ", ".join(f"{q} = {x:.9g}" for q, x in zip(names, problem.y0.tolist(), strict=True))
+    raise InputError(
+        Problem(
+            f"the equations of motion give no accelerations at the start, {state}:"
+            " the mass matrix is singular there, or a force is not finite",
+            hint="start elsewhere, or choose coordinates and parameters that are regular there",
+            rule="singular",
+        )
+    )
 
 
 def _modelled(equations: Equations) -> Model:
@@ -167,7 +188,7 @@ def _trajectory(
         holds_until=float(t[-1]) if promised else None,
         energy_drift=_drift(energy, kinetic) if _energy_is_conserved(model) else None,
         method=measured.method,
-        implementation=functions.implementation + (", long double" if measured.wider else ""),
+        implementation=_implementation(functions, measured),
         choice=measured.choice,
         formulation=model.formulation,
         steps=measured.steps,
@@ -179,6 +200,14 @@ def _trajectory(
             "estimate": measured.estimate_seconds,
         },
     )
+
+
+def _implementation(functions: RightHandSide, measured: Measured) -> str:
+    """What evaluated the equations and made the steps, in words."""
+    if not isinstance(functions.rhs, NativeRhs):
+        return functions.implementation
+    steps = "" if measured.method in COMPILED else ", stepped by SciPy"
+    return functions.implementation + (", long double" if measured.wider else steps)
 
 
 def _columns(model: Model, functions: RightHandSide, t: Array, states: Array) -> dict[str, Array]:

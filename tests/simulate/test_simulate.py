@@ -11,11 +11,14 @@ import warnings
 
 import numpy as np
 import pytest
+from compiling import compiled_or_skip
 
 from lagrange_cli import loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import INTEGRATORS, Trajectory, simulate
+from lagrange_cli.simulate.modelling import model_of
 from lagrange_cli.simulate.request import MOST_SAMPLES
+from lagrange_cli.simulate.right_hand_side import interpreted
 
 PENDULUM = """
 name: pendulum
@@ -427,3 +430,82 @@ def test_lost_digits_show_in_the_estimate():
     error = np.abs(measured.states[:, 0] - np.cos(t)).max() / measured.scales[0]
     assert error <= measured.estimate < 1e-6
     assert len(integrate_to_accuracy(of, 1e-9, Watch()).states) < 51
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        """
+name: pole
+particles: {p: {mass: 1, position: [sin(theta)*cos(phi), sin(theta)*sin(phi), -cos(theta)]}}
+coordinates: [theta, phi]
+initial: {theta: 0, phi: 0, dot(theta): 1, dot(phi): 0}
+""",
+        """
+name: nothing_turns
+parameters: {I: 0, k: 1}
+coordinates: [phi]
+kinetic: {spin: I/2*dot(phi)^2}
+potentials: {spring: k*phi^2/2}
+initial: {phi: 1, dot(phi): 1}
+""",
+    ],
+    ids=["chart singularity", "no inertia"],
+)
+@pytest.mark.parametrize("how", [{"accuracy": 1e-6}, {"method": "RK45", "rtol": 1e-6}])
+@pytest.mark.parametrize("way", ["compiled", "interpreted"])
+def test_no_accelerations_at_the_start(scene, how, way):
+    model = model_of(loads(scene).derive().equations)
+    functions = compiled_or_skip(model) if way == "compiled" else interpreted(model, "asked for")
+    with pytest.raises(InputError, match="no accelerations at the start"):
+        simulate(model, until=1.0, functions=functions, **how)
+
+
+@pytest.mark.parametrize("way", ["compiled", "interpreted"])
+def test_a_start_at_the_edge_of_where_the_equations_exist(way):
+    """Moved by its last place it lies beyond the edge, where nothing can be measured."""
+    scene = """
+name: edge
+particles: {p: {mass: 1, position: [x, 0, 0]}}
+coordinates: [x]
+potentials: {well: -(1 - x^2)^(3/2)}
+initial: {x: 1, dot(x): 0}
+"""
+    model = model_of(loads(scene).derive().equations)
+    functions = compiled_or_skip(model) if way == "compiled" else interpreted(model, "asked for")
+    found = simulate(model, until=1.0, accuracy=1e-6, functions=functions)
+    assert found.status in ("accuracy_not_reached", "blow_up")
+    assert found.holds_until == 0.0
+
+
+def test_the_report_says_who_makes_the_steps():
+    model = model_of(equations())
+    compiled_or_skip(model)
+    steps = {
+        method: simulate(model, until=0.1, method=method, rtol=1e-6).implementation
+        for method in ("DOP853", "Gauss16", "RK45", "Radau")
+    }
+    assert steps == {
+        "DOP853": "compiled C",
+        "Gauss16": "compiled C",
+        "RK45": "compiled C, stepped by SciPy",
+        "Radau": "compiled C, stepped by SciPy",
+    }
+
+
+def test_stiff_systems_take_as_much_work_compiled_as_interpreted():
+    scene = """
+name: relaxation_oscillator
+parameters: {mu: 200}
+coordinates: [x]
+kinetic: {inertia: dot(x)^2/2}
+potentials: {spring: x^2/2}
+forces: {valve: {on: x, force: mu*(1 - x^2)*dot(x)}}
+initial: {x: 2, dot(x): 0}
+"""
+    model = model_of(loads(scene).derive().equations)
+    ways = compiled_or_skip(model), interpreted(model, "asked for")
+    work = [simulate(model, until=50.0, accuracy=1e-4, functions=f) for f in ways]
+    assert [found.method for found in work] == ["Radau", "Radau"]
+    native, python = (found.all_evaluations for found in work)
+    assert native < 1.2 * python

@@ -171,9 +171,17 @@ class _Interpolating(_Compiled):
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         super().__init__(rhs, t0, y0, t_end, control)
-        if self._function("start", _START)(ctypes.byref(self._run)):
-            raise StepError("the right-hand side does not exist at the start")
+        self._nowhere = bool(self._function("start", _START)(ctypes.byref(self._run)))
         self._read()
+
+    def advance(
+        self, times: Array, states: Array, *, most_steps: int, most_evaluations: float
+    ) -> Advance:
+        if self._nowhere:
+            return Advance(0, "the right-hand side does not exist at the start")
+        return super().advance(
+            times, states, most_steps=most_steps, most_evaluations=most_evaluations
+        )
 
     def interpolate(self, times: Array) -> Array:
         call = self._function("interpolate", _interpolate_type(self._native.real))

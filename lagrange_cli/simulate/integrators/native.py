@@ -96,18 +96,17 @@ class NativeRhs:
         self.address = _address(function)
         self.lanes_address = None if lanes is None else _address(lanes)
         self.parameters_address: int = self.parameters.ctypes.data
+        # Where states are handed over, made at the first call.
+        self._state = self._slope = np.empty(0)
+        self._pointers: tuple[int, ...] = ()
 
     def __call__(self, t: float, y: Array) -> Array:
-        state = np.ascontiguousarray(y, dtype=self.real.dtype)
-        out = np.empty_like(state)
-        failed = self.function(
-            t,
-            state.ctypes.data,
-            None,
-            self.parameters.ctypes.data,
-            self.work.ctypes.data,
-            out.ctypes.data,
-        )
-        if failed:
-            out.fill(np.nan)
-        return np.asarray(out, dtype=float)
+        if len(y) != len(self._state):
+            self._state, self._slope = np.empty((2, len(y)), self.real.dtype)
+            arrays = self._state, self._slope, self.work
+            self._pointers = tuple(array.ctypes.data for array in arrays)
+        self._state[:] = y
+        state, slope, work = self._pointers
+        if self.function(t, state, None, self.parameters_address, work, slope):
+            return np.full(len(y), np.nan)
+        return self._slope.astype(float)
