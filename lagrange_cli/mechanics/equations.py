@@ -24,6 +24,7 @@ __all__ = [
     "BodyForce",
     "CartesianName",
     "Certificate",
+    "Closure",
     "Conserved",
     "ConstraintLine",
     "Coordinate",
@@ -135,12 +136,38 @@ class BodyForce:
 
 
 @dataclass(frozen=True)
+class Closure:
+    """An equation that is kept beside the coordinates, with its multiplier.
+
+    ``kind`` ``position``: φ(q, t) = 0 with ``expression`` φ = lhs − rhs,
+    φ̇ = ``gradient``·v + ``rate`` and φ̈ = ``gradient``·a + ``bias``.
+    ``kind`` ``velocity``: ψ(q, v, t) = 0, not integrable, with ``expression``
+    ψ = ``gradient``·v + ``rate`` and ψ̇ = ``gradient``·a + ``bias``.
+
+    ``gradient`` has one entry a coordinate, over q and t; ``rate`` is over q
+    and t, ``bias`` over q, v and t. ``multiplier`` is the symbol λ: λ·gradient
+    is the generalized force that the constraint exerts.
+    """
+
+    name: str
+    kind: Literal["position", "velocity"]
+    expression: Expr
+    gradient: tuple[Expr, ...]
+    rate: Expr
+    bias: Expr
+    multiplier: Symbol
+    text: str
+    mark: Mark | None = None
+
+
+@dataclass(frozen=True)
 class ShownEquation:
     """The textbook form of one equation of motion, ``Σ coefficient·factor = 0``.
 
     ``terms`` in display order: those in ddot (factor an acceleration symbol),
     then those in dot (factor a monomial in velocities), then the rest (factor
-    1). ``divided_by`` is the common factor that was divided out (1 if none).
+    1), then those with a multiplier as factor. ``divided_by`` is the common
+    factor that was divided out (1 if none).
     """
 
     coordinate: str
@@ -223,7 +250,10 @@ class SimulationDefaults:
 
 @dataclass(frozen=True)
 class Equations:
-    """Equations of motion ``mass_matrix · a = forcing`` with all that explains them.
+    """Equations of motion ``mass_matrix · a = forcing + Σ λ·gradient`` with all that explains them.
+
+    ``closures`` are the independent equations that the coordinates obey beside
+    them, each with its multiplier λ; none in the formulation ``minimal``.
 
     ``mass_matrix`` (n × n, over q, t) and ``forcing`` (n, over q, v, t) are
     unscaled; ``shown`` is the textbook form. ``kinetic`` and ``potential`` are
@@ -265,4 +295,13 @@ class Equations:
     literals: tuple[tuple[Fraction, str], ...] = ()
     warnings: tuple[Problem, ...] = ()
     remarks: tuple[str, ...] = ()
-    formulation: str = "minimal"
+    closures: tuple[Closure, ...] = ()
+
+    @property
+    def formulation(self) -> Literal["minimal", "multiplier"]:
+        return "multiplier" if self.closures else "minimal"
+
+    @property
+    def multipliers(self) -> tuple[str, ...]:
+        """Names of the constraints whose multipliers the equations hold."""
+        return tuple(closure.name for closure in self.closures)
