@@ -1,10 +1,11 @@
 """Entries of the cache: one file each, its name saying what its content must be.
 
 An entry is called ``KEY-HASH.json`` or ``KEY-HASH.so``: KEY is the hash of
-what the entry was made from, HASH that of its bytes. It is written to a
-temporary file and renamed, and what does not have the hash of its name is
-removed and counts as missing. So writers need no lock, and neither a crash nor
-a full disk nor decay of the disk yields a wrong result.
+what the entry was made from, HASH that of KEY, the suffix and the entry's
+bytes. It is written to a temporary file and renamed, and what does not have the
+hash of its name is removed and counts as missing. So writers need no lock, and
+neither a crash nor a full disk nor decay of the disk nor an entry under another's
+name yields a wrong result.
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ import stat
 import time
 from collections.abc import Iterator
 from contextlib import suppress
-from hashlib import sha256
 from typing import NamedTuple
 
+from lagrange_cli.cache.keys import digest
 from lagrange_cli.files import new_file
 
 __all__ = ["Cache", "Entry", "Removed"]
@@ -32,6 +33,10 @@ NOTED = 24 * 3600.0
 ABANDONED = 3600.0
 
 _SUFFIXES = (".json", ".so")
+
+#: The mark of a file system whose files cannot be run or loaded; 0 where none is known.
+_NO_EXECUTION = getattr(os, "ST_NOEXEC", 0)
+
 _DIGITS = frozenset("0123456789abcdef")
 
 
@@ -85,8 +90,11 @@ class Cache:
         _check(key, suffix)
         if self.folder is None or len(data) > LARGEST:
             return False
-        name = f"{key}-{sha256(data).hexdigest()}{suffix}"
+        name = _name(key, suffix, data)
         try:
+            if suffix == ".so" and _is_inert(self.folder):
+                self.reason = f"code in '{self.folder}' cannot be run"
+                return False
             self._write(os.path.join(self.folder, name), data)
             self._bound(name)
         except OSError as error:
@@ -109,9 +117,8 @@ class Cache:
         files = size = 0
         for entry in list(self._files()):
             if _is_entry(entry.name) or _is_temporary(entry.name):
-                with suppress(OSError):
-                    length = entry.stat(follow_symlinks=False).st_size
-                    os.unlink(entry.path)
+                length = _remove(entry.path)
+                if length is not None:
                     files, size = files + 1, size + length
         return Removed(files, size)
 
@@ -182,19 +189,43 @@ def _is_temporary(name: str) -> bool:
     return len(name) == 37 and name.startswith(".") and name.endswith(".tmp")
 
 
-def _remove(path: str) -> None:
-    with suppress(OSError):
-        os.unlink(path)
+def _name(key: str, suffix: str, data: bytes) -> str:
+    """The name of an entry; its hash binds what is kept to the question that it answers."""
+    return f"{key}-{digest(key, suffix, data)}{suffix}"
+
+
+def _is_inert(folder: str) -> bool:
+    """Say whether the system refuses to load code from the files of a folder."""
+    return bool(_NO_EXECUTION and os.statvfs(folder).f_flag & _NO_EXECUTION)
+
+
+def _remove(path: str) -> int | None:
+    """Remove what is called as a file of the cache; return its size, None if it stays.
+
+    A folder goes with all that is in it. No link is followed.
+    """
+    try:
+        found = os.lstat(path)
+        if stat.S_ISDIR(found.st_mode):
+            # Here and not above: it is slow to import, and hardly ever needed.
+            from shutil import rmtree
+
+            rmtree(path)
+        else:
+            os.unlink(path)
+    except OSError:
+        return None
+    return found.st_size
 
 
 def _verified(path: str) -> bytes | None:
-    """The content of an entry, if it has the hash of its name; a file that fails is removed."""
-    expected = os.path.splitext(path)[0][-64:]
+    """The content of an entry, if it is what its name says; else it is removed."""
+    name = os.path.basename(path)
     try:
         data = _read(path)
     except OSError:
         data = None
-    if data is not None and sha256(data).hexdigest() == expected:
+    if data is not None and _name(name[:64], os.path.splitext(name)[1], data) == name:
         return data
     _remove(path)
     return None
@@ -204,8 +235,9 @@ def _read(path: str) -> bytes | None:
     """The content of a regular file of this user, None of any other; notes that it was used."""
     flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
     flags |= getattr(os, "O_NONBLOCK", 0)
-    with os.fdopen(os.open(path, flags), "rb") as stream:
-        found = os.fstat(stream.fileno())
+    handle = os.open(path, flags)
+    try:
+        found = os.fstat(handle)
         if not stat.S_ISREG(found.st_mode) or found.st_size > LARGEST:
             return None
         if os.name == "posix" and found.st_uid != os.geteuid():
@@ -213,4 +245,7 @@ def _read(path: str) -> bytes | None:
         if abs(time.time() - found.st_mtime) > NOTED:
             with suppress(OSError):
                 os.utime(path)
-        return stream.read()
+        with os.fdopen(handle, "rb", closefd=False) as stream:
+            return stream.read()
+    finally:
+        os.close(handle)

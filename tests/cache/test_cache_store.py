@@ -9,7 +9,6 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
-from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -38,6 +37,14 @@ def files(cache: Cache) -> list[Path]:
 def only(cache: Cache) -> Path:
     (path,) = files(cache)
     return path
+
+
+def name_of(cache: Cache, data: bytes, suffix: str = ".json") -> str:
+    """The name that an entry of KEY with these bytes has; nothing is there any more."""
+    cache.put(KEY, data, suffix)
+    (name,) = (p.name for p in files(cache) if p.name.startswith(KEY) and p.suffix == suffix)
+    os.unlink(os.path.join(cache.folder, name))
+    return name
 
 
 def age(path: Path, seconds: float) -> None:
@@ -102,19 +109,34 @@ def test_damage_is_never_shown(data, draw):
 
 
 def test_a_planted_entry_is_not_used(cache):
-    honest = sha256(b"honest").hexdigest()
-    for name in (f"{KEY}-{honest}.json", f"{KEY}-{honest}.so"):
+    honest = name_of(cache, b"honest")
+    for name in (honest, name_of(cache, b"honest", ".so")):
         (Path(cache.folder) / name).write_bytes(b"planted")
-    for name in (f"{KEY}.json", f"{KEY}-.json", f"{KEY}-{honest}.json.json", f"{KEY}.so"):
+    for name in (f"{KEY}.json", f"{KEY}-.json", f"{honest}.json", f"{KEY}.so"):
         (Path(cache.folder) / name).write_bytes(b"honest")
     assert cache.get(KEY) is None
     assert cache.path(KEY) is None
 
 
+@pytest.mark.parametrize("suffix", [".json", ".so"])
+@pytest.mark.parametrize("key", [KEY, OTHER], ids=["same", "other"])
+@pytest.mark.parametrize("kind", [".json", ".so"])
+def test_an_intact_entry_under_the_name_of_another_is_not_used(cache, suffix, key, kind):
+    cache.put(KEY, b"answer", suffix)
+    name = only(cache).name
+    foreign = Path(cache.folder) / (key + name[64 : -len(suffix)] + kind)
+    only(cache).rename(foreign)
+    if foreign.name == name:
+        assert cache.get(KEY, suffix) == b"answer"
+        return
+    assert cache.path(key, kind) is None
+    assert files(cache) == []
+
+
 def test_a_link_in_place_of_an_entry_is_not_followed(cache, tmp_path):
     target = tmp_path / "target"
     target.write_bytes(b"honest")
-    link = Path(cache.folder) / f"{KEY}-{sha256(b'honest').hexdigest()}.json"
+    link = Path(cache.folder) / name_of(cache, b"honest")
     link.symlink_to(target)
     assert cache.get(KEY) is None
     assert target.read_bytes() == b"honest"
@@ -123,14 +145,49 @@ def test_a_link_in_place_of_an_entry_is_not_followed(cache, tmp_path):
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on this system")
 def test_a_pipe_in_place_of_an_entry_does_not_wait(cache):
-    os.mkfifo(Path(cache.folder) / f"{KEY}-{sha256(b'').hexdigest()}.json")
+    os.mkfifo(Path(cache.folder) / name_of(cache, b""))
     assert cache.get(KEY) is None
 
 
-def test_a_folder_in_place_of_an_entry_is_no_failure(cache):
-    (Path(cache.folder) / f"{KEY}-{sha256(b'x').hexdigest()}.json").mkdir()
+@pytest.fixture
+def folder_in_place(cache, tmp_path) -> Path:
+    """A folder that is called as an entry of KEY, with a link out of it."""
+    (tmp_path / "outside").mkdir()
+    (tmp_path / "outside" / "file").write_bytes(b"outside")
+    folder = Path(cache.folder) / name_of(cache, b"x")
+    (folder / "below").mkdir(parents=True)
+    (folder / "below" / "file").write_bytes(b"below")
+    (folder / "link").symlink_to(tmp_path / "outside")
+    return folder
+
+
+def test_a_folder_in_place_of_an_entry_goes(cache, folder_in_place, tmp_path):
+    open_files = os.listdir("/proc/self/fd") if os.path.isdir("/proc/self/fd") else []
+    assert cache.get(KEY) is None
+    assert not folder_in_place.exists()
+    assert cache.put(KEY, b"x")
+    assert cache.get(KEY) == b"x"
+    assert (tmp_path / "outside" / "file").read_bytes() == b"outside"
+    if open_files:
+        assert len(os.listdir("/proc/self/fd")) == len(open_files)
+
+
+def test_a_folder_in_place_of_an_entry_is_cleared(cache, folder_in_place, tmp_path):
+    (Path(cache.folder) / "folder").mkdir()
+    assert cache.clear().files == 1
+    assert [path.name for path in files(cache)] == ["folder"]
+    assert (tmp_path / "outside" / "file").read_bytes() == b"outside"
+
+
+def test_a_folder_that_cannot_be_removed_is_no_failure(cache, folder_in_place, monkeypatch):
+    def refuse(*words, **more):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(os, "rmdir", refuse)
     assert cache.get(KEY) is None
     assert not cache.put(KEY, b"x")
+    assert "cannot be written" in cache.reason
+    assert cache.clear().files == 0
 
 
 def test_an_entry_of_another_user_is_not_used(cache, monkeypatch):
