@@ -6,7 +6,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -47,6 +47,7 @@ class Session:
     verbosity: int = 0
     strict: bool = False
     traceback: bool = False
+    _explained: bool = field(default=False, init=False)
 
     @cached_property
     def cache(self) -> Cache:
@@ -54,18 +55,23 @@ class Session:
         from lagrange_cli.cache import open_cache
 
         opened = open_cache()
-        self._explain(opened)
+        self._explain(opened, "nothing")
         return opened
 
     def keep(self, key: str, data: bytes) -> None:
         """Keep data in the cache; that they cannot be kept is a detail."""
-        usable = self.cache.reason is None
-        if not self.cache.put(key, data) and usable:
-            self._explain(self.cache)
+        self.cache.put(key, data)
+        self._explain(self.cache, "nothing")
 
-    def _explain(self, cache: Cache) -> None:
-        if cache.reason is not None:
-            self.detail(f"nothing is kept in the cache: {cache.reason}")
+    def explain_code(self) -> None:
+        """Say why compiled code could not be kept in the cache, as a detail."""
+        self._explain(self.cache, "no compiled code")
+
+    def _explain(self, cache: Cache, what: str) -> None:
+        """Say why something is not kept, at the first time."""
+        if cache.reason is not None and not self._explained:
+            self._explained = True
+            self.detail(f"{what} is kept in the cache: {cache.reason}")
 
     def tell(self, warnings: Iterable[Problem], remarks: Iterable[str]) -> None:
         """Write warnings and remarks to stderr; see :meth:`warn` and :meth:`remark`."""

@@ -240,7 +240,8 @@ def simulate(
     from lagrange_cli.simulate import simulate as integrate
 
     with session.progress("integrating") as move:
-        trajectory = integrate(model, progress=move, **how)
+        trajectory = integrate(model, progress=move, cache=session.cache, **how)
+    session.explain_code()
     session.detail(f"method: {trajectory.choice}")
     if output is not None:
         trajectory.write(output, energy=columns == "energy")

@@ -25,6 +25,7 @@ from lagrange_cli.simulate.trajectory import Trajectory
 from lagrange_cli.simulate.watch import Watch
 
 if TYPE_CHECKING:
+    from lagrange_cli.cache import Cache
     from lagrange_cli.mechanics.equations import Equations
 
 __all__ = ["simulate"]
@@ -45,6 +46,7 @@ def simulate(
     budget: float | None = None,
     progress: Callable[[float], None] | None = None,
     functions: RightHandSide | None = None,
+    cache: Cache | None = None,
 ) -> Trajectory:
     """Integrate the equations of motion from their initial state.
 
@@ -74,6 +76,8 @@ def simulate(
     functions
         What evaluates the model; by default compiled where there is a C
         compiler, else interpreted.
+    cache
+        Keeps what is compiled; by default the user's.
 
     Raises
     ------
@@ -85,7 +89,7 @@ def simulate(
     started = time.perf_counter()
     model = system if isinstance(system, Model) else _modelled(system)
     request = resolve(model, until, accuracy, method, rtol, atol, step, samples, budget)
-    functions = right_hand_side(model) if functions is None else functions
+    functions = right_hand_side(model, cache) if functions is None else functions
     problem = _problem(model, request, functions)
     _require_a_start(model, problem)
     compile_seconds = time.perf_counter() - started

@@ -158,9 +158,15 @@ cache, key = open_cache(), digest("a key")
 print(cache.get(key), cache.put(digest("new"), bytes(100_000)), len(cache.entries()), cache.reason)
 """
 
+OBJECT = """
+from lagrange_cli.cache import digest, open_cache
+cache, key = open_cache(), digest("a key")
+print(cache.put(key, b"text"), cache.put(key, b"object", ".so"), len(cache.entries()), cache.reason)
+"""
 
-def mounted(options: str, folder: Path, keep: str = "pass") -> str:
-    """What the program prints where a small file system is mounted on a folder.
+
+def mounted(options: str, folder: Path, keep: str = "pass", program: str = PROGRAM) -> str:
+    """What a program prints where a small file system is mounted on a folder.
 
     ``keep`` is run before it is mounted again with the options.
     """
@@ -169,7 +175,7 @@ def mounted(options: str, folder: Path, keep: str = "pass") -> str:
         'mount -t tmpfs -o size=64k,mode=700 none "$1" && "$2" -c "$3" && '
         'mount -o "remount,$5" "$1" && exec "$2" -c "$4"'
     )
-    words = ["sh", "-c", script, "sh", str(folder), sys.executable, keep, PROGRAM, options]
+    words = ["sh", "-c", script, "sh", str(folder), sys.executable, keep, program, options]
     done = subprocess.run(
         ["unshare", "--mount", *words],
         env=os.environ | {"XDG_CACHE_HOME": str(folder)},
@@ -201,3 +207,7 @@ class TestFileSystems:
         said = mounted("ro", tmp_path / "fixed")
         assert said.startswith("None False 0 ")
         assert said.endswith("cannot be used: Read-only file system")
+
+    def test_without_execution(self, tmp_path):
+        said = mounted("noexec", tmp_path / "inert", program=OBJECT)
+        assert said == f"True False 1 code in '{tmp_path / 'inert' / 'lagrange'}' cannot be run"

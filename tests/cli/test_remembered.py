@@ -298,6 +298,71 @@ def test_a_disk_that_is_full_is_told_once_and_harms_nothing(monkeypatch):
     assert told.count("No space left on device") == 1
 
 
+def test_an_intact_answer_to_another_question_is_not_believed(cache_folder):
+    ask = ("derive", HOLE, "--json", "-p")
+    other = succeed(*ask, "m=1")
+    (answer,) = cache_folder.glob("*.json")
+    expected = succeed(*ask, "m=3")
+    assert other != expected
+    (entry,) = set(cache_folder.glob("*.json")) - {answer}
+    (cache_folder / (entry.name[:64] + answer.name[64:])).write_bytes(answer.read_bytes())
+    entry.unlink()
+    assert succeed(*ask, "m=3") == expected
+
+
+class TestCompiledCode:
+    """What ``simulate`` says where the answer can be kept and compiled code cannot."""
+
+    WORDS = ("simulate", HOLE, "--until", "0.1", "--samples", "3")
+    TOLD = "no compiled code is kept in the cache: "
+
+    @pytest.fixture(autouse=True)
+    def compiler(self):
+        if shutil.which("cc") is None and shutil.which("gcc") is None:
+            pytest.skip("no C compiler was found")
+
+    def test_a_disk_without_room_for_it(self, monkeypatch, cache_folder):
+        def refuse(self, path, data, write=Cache._write):
+            if path.endswith(".so"):
+                raise OSError(28, "No space left on device")
+            write(self, path, data)
+
+        monkeypatch.setattr(Cache, "_write", refuse)
+        for _ in range(2):
+            told = lagrange(*self.WORDS, "-v")
+            assert "Code      compiled C" in told.stdout
+            assert told.stderr.count(self.TOLD) == 1
+            assert f"'{cache_folder}' cannot be written: No space left on device" in told.stderr
+            assert "nothing is kept" not in told.stderr
+        assert "from the cache" in told.stderr
+        assert lagrange(*self.WORDS).stderr == ""
+        assert (kept(cache_folder), len(list(cache_folder.glob("*.so")))) == (1, 0)
+
+    @pytest.mark.skipif(not hasattr(os, "ST_NOEXEC"), reason="this system does not tell")
+    def test_a_disk_without_execution(self, monkeypatch, cache_folder):
+        inert = os.statvfs_result([0] * 8 + [os.ST_NOEXEC, 255])
+        monkeypatch.setattr(os, "statvfs", lambda path: inert)
+        told = lagrange(*self.WORDS, "-v")
+        assert "Code      compiled C" in told.stdout
+        assert told.stderr.count(self.TOLD) == 1
+        assert f"code in '{cache_folder}' cannot be run" in told.stderr
+        assert (kept(cache_folder), len(list(cache_folder.glob("*.so")))) == (1, 0)
+
+    def test_a_full_disk_is_told_once(self, monkeypatch):
+        def refuse(self, path, data):
+            raise OSError(28, "No space left on device")
+
+        monkeypatch.setattr(Cache, "_write", refuse)
+        told = lagrange(*self.WORDS, "-v").stderr
+        assert told.count("No space left on device") == 1
+        assert "nothing is kept in the cache: " in told
+
+    def test_all_is_well(self, cache_folder):
+        told = lagrange(*self.WORDS, "-v").stderr
+        assert "kept in the cache" not in told
+        assert len(list(cache_folder.glob("*.so"))) == 2
+
+
 def test_two_processes_at_the_same_time():
     command = [sys.executable, "-m", "lagrange_cli", "derive", HOLE, "--json"]
     pair = [
