@@ -210,7 +210,8 @@ def _unpack(targets: Sequence[str], source: str, dialect: Dialect) -> str:
 
 
 def _vector_result(program: Program, dialect: Dialect) -> list[str]:
-    ((_, operands),) = program.outputs
+    # A right-hand side of no coordinates has several outputs, all empty.
+    (_, operands), *_ = program.outputs
     return [f"return np.array([{_join(operands, dialect)}], dtype=float)"]
 
 

@@ -63,6 +63,7 @@ def resolve(
     and tolerances) replaces the scene's; both ways at once are refused.
     """
     defaults = model.defaults
+    _require_motion(model)
     initial = _initial(model)
     method = None if method == AUTO else method
     chosen = (method, rtol, atol)
@@ -95,6 +96,14 @@ def resolve(
 
 def _refused(message: str, hint: str) -> InputError:
     return InputError(Problem(message, hint=hint, rule="simulate"))
+
+
+def _require_motion(model: Model) -> None:
+    if not model.coordinates:
+        raise _refused(
+            f"nothing can move: '{model.name}' has no degrees of freedom",
+            "lagrange derive shows how the constraints use them up",
+        )
 
 
 def _initial(model: Model) -> Array:
