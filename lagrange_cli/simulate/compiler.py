@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import os
+import signal
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from lagrange_cli.errors import escape_controls
 
 if TYPE_CHECKING:
     from subprocess import Popen
@@ -26,16 +31,22 @@ TUNED = (("-march=native",), ())
 #: Seconds after which a compilation is given up.
 LONGEST = 120.0
 
+#: Characters of a reason; compilers can say much.
+LONGEST_REASON = 200
+
 #: Text of /proc/cpuinfo that holds the first processor.
 CPUINFO = 8192
 
 
 class CompileError(Exception):
-    """The compiler failed; ``reason`` is a phrase for a person."""
+    """There is no compiler or it failed; ``reason`` is a phrase for a person, safe to print."""
 
     def __init__(self, reason: str) -> None:
-        super().__init__(reason)
-        self.reason = reason
+        shown = escape_controls(reason[: LONGEST_REASON + 1])
+        if len(shown) > LONGEST_REASON:
+            shown = shown[: LONGEST_REASON - 3] + "..."
+        super().__init__(shown)
+        self.reason = shown
 
 
 @dataclass(frozen=True)
@@ -50,26 +61,44 @@ class Compiler:
         return os.path.basename(self.command[0])
 
 
-def find_compiler(environment: Mapping[str, str] = os.environ) -> Compiler | None:
-    """The compiler that ``CC`` names, else the first of :data:`COMMANDS` on the path."""
-    named = _words(environment["CC"]) if environment.get("CC") else []
+def find_compiler(environment: Mapping[str, str] = os.environ) -> Compiler:
+    """The compiler that ``CC`` names, else the first of :data:`COMMANDS` on the path.
+
+    Raises
+    ------
+    CompileError
+        There is none. Nothing stands in for what ``CC`` names.
+    """
+    folders = environment.get("PATH", os.defpath)
+    named = _words(environment.get("CC", ""))
     for command, *options in [named] if named else [[c] for c in COMMANDS]:
-        path = _executable(command, environment.get("PATH", os.defpath))
+        path = _executable(command, folders)
         if path is not None:
-            found = os.stat(path)
-            identity = f"{os.path.realpath(path)} {found.st_size} {found.st_mtime_ns} {options}"
-            return Compiler((path, *options), identity)
-    return None
+            # A word after the first can be the compiler that the first one calls.
+            called = [_executable(option, folders) for option in options]
+            files = [_file(file) for file in (path, *called) if file is not None]
+            return Compiler((path, *options), " ".join([*files, str(options)]))
+    if named:
+        raise CompileError(f"CC names '{named[0]}', which was not found")
+    raise CompileError("no C compiler was found")
 
 
 def _words(text: str) -> list[str]:
-    """A command as a shell divides it; one that cannot be divided is no command."""
+    """A command as a shell divides it."""
+    if not text:
+        return []
     import shlex
 
     try:
         return shlex.split(text)
-    except ValueError:
-        return [text]
+    except ValueError as error:
+        raise CompileError(f"CC cannot be read: {str(error).lower()}") from error
+
+
+def _file(path: str) -> str:
+    """What tells a file from others."""
+    found = os.stat(path)
+    return f"{os.path.realpath(path)} {found.st_size} {found.st_mtime_ns}"
 
 
 def _executable(command: str, path: str) -> str | None:
@@ -104,6 +133,9 @@ class Compilation:
         Name → text of the C files; headers are found beside them.
     options
         Further options of the compiler.
+    deadline
+        When to give up, in seconds of :func:`time.perf_counter`; at most
+        :data:`LONGEST` from now.
     """
 
     def __init__(
@@ -112,7 +144,11 @@ class Compilation:
         folder: Path,
         sources: Mapping[str, str],
         options: Sequence[str] = (),
+        deadline: float = math.inf,
     ) -> None:
+        started = time.perf_counter()
+        self._deadline = min(deadline, started + LONGEST)
+        self._longest = max(0.0, self._deadline - started)
         self._compiler, self._folder, self._options = compiler, folder, tuple(options)
         self._files = [name for name in sources if name.endswith(".c")]
         for name, text in sources.items():
@@ -142,10 +178,14 @@ class Compilation:
             raise CompileError(f"{self._compiler.name} failed: no object was made") from error
 
     def stop(self) -> None:
-        """End the compiler if it still runs, as when the user interrupts."""
-        if self._process.poll() is None:
-            self._process.kill()
-            self._process.communicate()
+        """End the compiler and all that it started, as when the user interrupts."""
+        # Not waited for yet: its number, which is that of its group, is no other's.
+        if self._process.returncode is None:
+            with self._process:
+                if hasattr(os, "killpg"):
+                    os.killpg(self._process.pid, signal.SIGKILL)
+                else:
+                    self._process.kill()
 
     def _start(self, tuned: Sequence[str]) -> Popen[str]:
         import subprocess
@@ -161,18 +201,23 @@ class Compilation:
                 text=True,
                 errors="replace",
                 env={**os.environ, "LC_ALL": "C", "TMPDIR": str(self._folder)},
+                start_new_session=True,
             )
         except OSError as error:
             raise CompileError(f"{self._compiler.name} cannot be run: {error.strerror}") from error
 
     def _wait(self) -> str | None:
-        """The first line of what went wrong, None if all went well."""
+        """The line that says what went wrong, None if all went well."""
         import subprocess
 
         try:
-            _, errors = self._process.communicate(timeout=LONGEST)
+            _, errors = self._process.communicate(timeout=self._deadline - time.perf_counter())
         except subprocess.TimeoutExpired:
-            raise CompileError(f"{self._compiler.name} took more than {LONGEST:g} s") from None
+            raise CompileError(
+                f"{self._compiler.name} took more than {self._longest:.1f} s"
+            ) from None
         if self._process.returncode == 0:
             return None
-        return next(iter(errors.strip().splitlines()), f"exit status {self._process.returncode}")
+        lines = errors.strip().splitlines()
+        lines = [line for line in lines if "error" in line.lower()] or lines
+        return next(iter(lines), f"exit status {self._process.returncode}")

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import math
+import os
+import re
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +23,9 @@ from lagrange_cli.simulate.compiler import (
 
 __all__ = ["Source", "load"]
 
+#: The head of a function that others can call.
+_FUNCTION = re.compile(r"^[a-z]\w* (\w+)\(", re.MULTILINE | re.ASCII)
+
 
 @dataclass(frozen=True)
 class Source:
@@ -28,25 +34,36 @@ class Source:
     files: Mapping[str, str]
     options: tuple[str, ...] = ()
 
+    @property
+    def functions(self) -> list[str]:
+        """Names that a library made of it has."""
+        texts = [text for name, text in self.files.items() if name.endswith(".c")]
+        return [name for text in texts for name in _FUNCTION.findall(text)]
 
-def load(compiler: Compiler, sources: Sequence[Source], cache: Cache) -> list[ctypes.CDLL]:
+
+def load(
+    compiler: Compiler, sources: Sequence[Source], cache: Cache, deadline: float = math.inf
+) -> list[ctypes.CDLL]:
     """Load each source as a library; those not in the cache are compiled side by side.
+
+    ``deadline``: when compilations are given up, in seconds of :func:`time.perf_counter`.
 
     Raises
     ------
     CompileError
-        One of them cannot be compiled or loaded.
+        One of them cannot be compiled or loaded, or lacks functions.
     """
     keys = [_key(compiler, source) for source in sources]
-    loaded = [_cached(cache, key) for key in keys]
+    loaded = [_cached(cache, key, of) for key, of in zip(keys, sources, strict=True)]
     with ExitStack() as stack:
         waiting = {
-            number: _start(stack, compiler, sources[number])
+            number: _start(stack, compiler, sources[number], deadline)
             for number, library in enumerate(loaded)
             if library is None
         }
         for number, compilation in waiting.items():
-            loaded[number] = _fetched(stack, compilation, cache, keys[number])
+            content = compilation.result()
+            loaded[number] = _fetched(stack, content, cache, keys[number], sources[number])
     return [library for library in loaded if library is not None]
 
 
@@ -56,17 +73,33 @@ def _key(compiler: Compiler, source: Source) -> str:
     return digest("object", processor(), compiler.identity, *options, "sources", *texts)
 
 
-def _cached(cache: Cache, key: str) -> ctypes.CDLL | None:
+def _cached(cache: Cache, key: str, source: Source) -> ctypes.CDLL | None:
+    """The library of a source in the cache; one that lacks functions is removed."""
     path = cache.path(key)
-    return None if path is None else _opened(path)
+    library = None if path is None else _opened(path)
+    if path is None or library is None or not _missing(library, source):
+        return library
+    with suppress(OSError):
+        os.unlink(path)
+    return None
 
 
 def _opened(path: str) -> ctypes.CDLL | None:
     """The library in a file, None where the system refuses it (a folder without execution)."""
     try:
         return ctypes.CDLL(path)
-    except OSError:
+    except (OSError, UnicodeDecodeError):  # the latter: the path in its message is no text
         return None
+
+
+def _missing(library: ctypes.CDLL, source: Source) -> str:
+    """The first function that a library made of the source should have and has not, or ""."""
+    for name in source.functions:
+        try:
+            library[name]
+        except (AttributeError, UnicodeDecodeError):  # the latter as above
+            return name
+    return ""
 
 
 def _folder(stack: ExitStack) -> Path:
@@ -79,21 +112,22 @@ def _folder(stack: ExitStack) -> Path:
         raise CompileError(f"no temporary folder: {error.strerror}") from error
 
 
-def _start(stack: ExitStack, compiler: Compiler, source: Source) -> Compilation:
+def _start(stack: ExitStack, compiler: Compiler, source: Source, deadline: float) -> Compilation:
     folder = _folder(stack)
     try:
-        compilation = Compilation(compiler, folder, source.files, source.options)
+        compilation = Compilation(compiler, folder, source.files, source.options, deadline)
         stack.callback(compilation.stop)
         return compilation
     except OSError as error:
         raise CompileError(f"'{folder}' cannot be written: {error.strerror}") from error
 
 
-def _fetched(stack: ExitStack, compilation: Compilation, cache: Cache, key: str) -> ctypes.CDLL:
-    """Keep what was compiled and load it, from the cache or from where it was made."""
-    content = compilation.result()
+def _fetched(
+    stack: ExitStack, content: bytes, cache: Cache, key: str, source: Source
+) -> ctypes.CDLL:
+    """Keep what was compiled and load it, from the cache or from a temporary file."""
     if cache.put(key, content, ".so"):
-        library = _cached(cache, key)
+        library = _cached(cache, key, source)
         if library is not None:
             return library
     # Once loaded the file is not needed any more.
@@ -105,4 +139,7 @@ def _fetched(stack: ExitStack, compilation: Compilation, cache: Cache, key: str)
     library = _opened(str(path))
     if library is None:
         raise CompileError("the compiled code cannot be loaded")
+    missing = _missing(library, source)
+    if missing:
+        raise CompileError(f"the compiled code lacks '{missing}'")
     return library

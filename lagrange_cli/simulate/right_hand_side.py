@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ctypes
+import math
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -23,6 +25,7 @@ from lagrange_cli.simulate.integrators.native import (
 )
 from lagrange_cli.simulate.library import Source, load
 from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.watch import StoppedError
 
 __all__ = ["RightHandSide", "Wider", "compiled", "interpreted", "right_hand_side"]
 
@@ -41,6 +44,9 @@ _TABLE = ctypes.CFUNCTYPE(
 
 #: Options for the text of a system.
 OPTIONS = ("-O2",)
+
+#: Part of a budget after which the compiler is given up, so that the rest is for Python.
+COMPILING = 0.5
 
 
 @dataclass(frozen=True)
@@ -76,10 +82,16 @@ class RightHandSide:
     wider: Callable[[], Wider | None] = lambda: None
 
 
-def right_hand_side(model: Model, cache: Cache | None = None) -> RightHandSide:
-    """The functions compiled where the machine has a C compiler, else interpreted."""
+def right_hand_side(
+    model: Model, cache: Cache | None = None, budget: float | None = None
+) -> RightHandSide:
+    """The functions compiled where the machine has a C compiler, else interpreted.
+
+    ``budget``: seconds for all that is done with them, from now on.
+    """
+    seconds = math.inf if budget is None else budget
     try:
-        return compiled(model, open_cache() if cache is None else cache)
+        return compiled(model, open_cache() if cache is None else cache, seconds)
     except CompileError as error:
         return interpreted(model, error.reason)
 
@@ -103,13 +115,10 @@ class _Libraries:
     Raises
     ------
     CompileError
-        There is no compiler, or it failed.
+        There is no compiler, or it failed, or had not ended at the deadline.
     """
 
-    def __init__(self, model: Model, cache: Cache, real: NativeReal) -> None:
-        compiler = find_compiler()
-        if compiler is None:
-            raise CompileError("no C compiler was found")
+    def __init__(self, model: Model, cache: Cache, real: NativeReal, deadline: float) -> None:
         code, options = model.code, kernels.options(2 * len(model.coordinates))
         system, stepping = {"system.c": code.c}, kernels.files()
         if real is not DOUBLE:
@@ -117,14 +126,16 @@ class _Libraries:
         else:
             system = {"system.c": code.c + code.lanes, **kernels.headers()}
         sources = [Source(system, OPTIONS), Source(stepping, options)]
-        self.system, self.stepper = load(compiler, sources, cache)
+        self.system, self.stepper = load(find_compiler(), sources, cache, deadline)
         self._model, self._real = model, real
+        self._functions = sources[0].functions
 
     def function(self, name: str, parameters: Array) -> NativeRhs:
         entry = function_type(self._real)((f"system_{name}", self.system))
-        lanes = getattr(self.system, f"system_{name}_lanes", None)
+        lanes = f"system_{name}_lanes"
+        at_once = self.system[lanes] if lanes in self._functions else None
         work = np.empty(self._model.code.work)
-        return NativeRhs(entry, parameters, work, self.stepper, lanes, self._real)
+        return NativeRhs(entry, parameters, work, self.stepper, at_once, self._real)
 
     def sides(self) -> tuple[NativeRhs, tuple[NativeRhs, NativeRhs]]:
         """The right-hand side, and the two disturbed ones."""
@@ -138,15 +149,16 @@ class _Libraries:
         return int(_DIGITS(("lagrange_digits", self.stepper))())
 
 
-def compiled(model: Model, cache: Cache) -> RightHandSide:
+def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandSide:
     """The functions of a model in machine code.
 
     Raises
     ------
     CompileError
-        There is no compiler, or it failed.
+        There is no compiler, or it failed, or took half of the ``budget``, in seconds.
     """
-    libraries = _Libraries(model, cache, DOUBLE)
+    started = time.perf_counter()
+    libraries = _Libraries(model, cache, DOUBLE, started + COMPILING * budget)
     width = 2 * len(model.coordinates)
 
     def table(name: str, columns: int) -> Table:
@@ -161,17 +173,25 @@ def compiled(model: Model, cache: Cache) -> RightHandSide:
         positions=table("positions", len(model.cartesian)),
         velocities=table("velocities", len(model.cartesian)),
         implementation="compiled C",
-        wider=lambda: _wider(model, cache),
+        wider=lambda: _wider(model, cache, started + budget),
     )
 
 
-def _wider(model: Model, cache: Cache) -> Wider | None:
-    """Right-hand sides in long doubles, where they have more digits here and in C."""
+def _wider(model: Model, cache: Cache, deadline: float) -> Wider | None:
+    """Right-hand sides in long doubles, where they have more digits here and in C.
+
+    Raises
+    ------
+    StoppedError
+        They were not ready at the deadline.
+    """
     if EXTENDED.epsilon >= DOUBLE.epsilon:
         return None
     try:
-        libraries = _Libraries(model, cache, EXTENDED)
+        libraries = _Libraries(model, cache, EXTENDED, deadline)
     except CompileError:
+        if time.perf_counter() >= deadline:
+            raise StoppedError from None
         return None
     if 2.0 ** (1 - libraries.digits) != EXTENDED.epsilon:
         return None

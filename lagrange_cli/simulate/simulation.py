@@ -70,7 +70,8 @@ def simulate(
     samples
         Number of samples, both ends included; 501 by default.
     budget
-        Seconds after which the run stops and keeps what it has.
+        Seconds after which the run stops and keeps what it has; the compiler
+        is given up after half of them.
     progress
         Called with a fraction from 0 to 1 that never falls.
     functions
@@ -89,11 +90,12 @@ def simulate(
     started = time.perf_counter()
     model = system if isinstance(system, Model) else _modelled(system)
     request = resolve(model, until, accuracy, method, rtol, atol, step, samples, budget)
-    functions = right_hand_side(model, cache) if functions is None else functions
+    watch = Watch(progress, request.budget)
+    if functions is None:
+        functions = right_hand_side(model, cache, request.budget)
     problem = _problem(model, request, functions)
     _require_a_start(model, problem)
     compile_seconds = time.perf_counter() - started
-    watch = Watch(progress, request.budget)
     if request.accuracy is not None:
         measured = integrate_to_accuracy(problem, request.accuracy, watch)
         measured = _undisproved(model, functions, problem, measured, request.accuracy)

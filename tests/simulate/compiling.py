@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import NoReturn
 
 import pytest
 
@@ -14,6 +15,11 @@ def compiled_or_skip(model: Model) -> RightHandSide:
     """The compiled functions; without a compiler the test is skipped, but never in CI."""
     found = right_hand_side(model)
     if not found.implementation.startswith("compiled"):
-        assert os.environ.get("CI") != "true", found.implementation
-        pytest.skip(found.implementation)
+        skip_without_compiler(found.implementation)
     return found
+
+
+def skip_without_compiler(reason: str) -> NoReturn:
+    """Skip the test, but never in CI."""
+    assert os.environ.get("CI") != "true", reason
+    pytest.skip(reason)
