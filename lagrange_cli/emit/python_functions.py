@@ -302,6 +302,8 @@ def _pivot_tests(program: Program, dialect: Dialect) -> list[str]:
                 tests.append(f"not {text} > {bound}")
             elif block.definite:
                 tests.append(f"not {text} > 0.0")
+            else:
+                tests.append(f"not abs({text}) > 0.0")
     return tests
 
 

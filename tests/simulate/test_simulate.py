@@ -449,8 +449,15 @@ kinetic: {spin: I/2*dot(phi)^2}
 potentials: {spring: k*phi^2/2}
 initial: {phi: 1, dot(phi): 1}
 """,
+        """
+name: nothing_turns_freely
+parameters: {I: 0}
+coordinates: [phi]
+kinetic: {spin: I/2*dot(phi)^2}
+initial: {phi: 0, dot(phi): 1}
+""",
     ],
-    ids=["chart singularity", "no inertia"],
+    ids=["chart singularity", "no inertia", "no inertia and no force"],
 )
 @pytest.mark.parametrize("how", [{"accuracy": 1e-6}, {"method": "RK45", "rtol": 1e-6}])
 @pytest.mark.parametrize("way", ["compiled", "interpreted"])
