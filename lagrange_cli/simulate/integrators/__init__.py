@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
+from lagrange_cli.simulate.integrators.base import (
+    Array,
+    Control,
+    Integrator,
+    Rhs,
+    StepError,
+    projection,
+)
 from lagrange_cli.simulate.integrators.compiled import COMPILED
 from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.implicit import BDF, LSODA, Radau
@@ -21,6 +28,8 @@ def start(
     method: type[Integrator], rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control
 ) -> Integrator:
     """Stand at (t0, y0) with a method, in machine code where it and ``rhs`` have one."""
+    if not method.projects and projection(rhs) is not None:
+        raise ValueError(f"{method.name} cannot move its states onto constraints")
     native = isinstance(rhs, NativeRhs) and rhs.kernels is not None
     implementation = COMPILED.get(method.name, method) if native else method
     return implementation(rhs, t0, y0, t_end, control)

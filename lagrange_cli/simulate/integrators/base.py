@@ -31,8 +31,13 @@ choices and tests derive from there. An implementer promises:
    work is divided into calls. What is written here in terms of single steps
    serves every method; compiled ones do it in one call.
 10. **Declared properties.** ``order``, ``variable_order``, ``adaptive``,
-   ``implicit``, ``symplectic`` and ``needs`` say what the method is; tests
-   measure each of them for every registered method.
+   ``implicit``, ``symplectic``, ``projects`` and ``needs`` say what the method is;
+   tests measure each of them for every registered method.
+11. **Constraints.** Where ``rhs`` has a :func:`projection`, the end of every accepted
+   step is projected and the next step starts from there, slope included; so are the
+   samples between. What :meth:`~Integrator.interpolate` gives is not. A projection that
+   fails is a step that cannot be made. A method that cannot do so has ``projects`` false
+   and is not started.
 """
 
 from __future__ import annotations
@@ -45,10 +50,44 @@ from typing import ClassVar, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Advance", "Array", "Control", "Integrator", "Rhs", "StepError"]
+__all__ = [
+    "UNMET",
+    "Advance",
+    "Array",
+    "ConstrainedRhs",
+    "Control",
+    "Integrator",
+    "Projection",
+    "Rhs",
+    "StepError",
+    "projection",
+]
 
 Array: TypeAlias = NDArray[np.float64]
 Rhs: TypeAlias = Callable[[float, Array], Array]
+
+#: (t, y) → the state moved onto the constraints, a fresh array; NaN where that fails.
+Projection: TypeAlias = Callable[[float, Array], Array]
+
+#: Why a run ends where its state cannot be projected.
+UNMET = "the constraints cannot be met"
+
+
+@dataclass(frozen=True)
+class ConstrainedRhs:
+    """A right-hand side whose states obey constraints: called like any, with a projection."""
+
+    rhs: Rhs
+    project: Projection
+
+    def __call__(self, t: float, y: Array) -> Array:
+        return self.rhs(t, y)
+
+
+def projection(rhs: Rhs) -> Projection | None:
+    """What moves a state onto the constraints of a right-hand side, None where it has none."""
+    found: Projection | None = getattr(rhs, "project", None)
+    return found
 
 
 class StepError(Exception):
@@ -91,7 +130,7 @@ class Integrator(ABC):
     or of fixed step; ``implicit`` (A-stable or stiffly stable, so that stiff
     systems do not force small steps); ``symplectic``; ``needs``, the structure
     facts it relies on (names of :class:`~lagrange_cli.mechanics.equations.Facts`);
-    ``interpolates``, see the fourth promise.
+    ``interpolates``, see the fourth promise; ``projects``, see the last.
     """
 
     name: ClassVar[str]
@@ -103,12 +142,14 @@ class Integrator(ABC):
     symplectic: ClassVar[bool] = False
     needs: ClassVar[tuple[str, ...]] = ()
     interpolates: ClassVar[bool] = True
+    projects: ClassVar[bool] = True
 
     t: float
     y: Array
     t_end: float
     evaluations: int = 0
     steps: int = 0
+    _projection: Projection | None = None
 
     @abstractmethod
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
@@ -164,11 +205,24 @@ class Integrator(ABC):
             found = self.interpolate(inside)
             if not np.isfinite(found).all():
                 raise StepError("the state is no longer finite")
+            if self._projection is not None:
+                between = zip(inside.tolist(), found, strict=True)
+                found = np.array([self._projected(t, y) for t, y in between])
             states[filled : filled + len(inside)] = found
         return reached
 
+    def _projected(self, t: float, y: Array) -> Array:
+        """The state moved onto the constraints; itself where there are none."""
+        if self._projection is None:
+            return y
+        found = self._projection(t, y)
+        if not np.isfinite(found).all():
+            raise StepError(UNMET)
+        return found
+
     def _counted(self, rhs: Rhs) -> Rhs:
-        """A right-hand side whose calls are counted."""
+        """A right-hand side whose calls are counted; its projection is kept."""
+        self._projection = projection(rhs)
 
         def counted(t: float, y: Array) -> Array:
             self.evaluations += 1

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Advance, Array, Control, Rhs, StepError
+from lagrange_cli.simulate.integrators.base import UNMET, Advance, Array, Control, Rhs, StepError
 from lagrange_cli.simulate.integrators.events import Event, EventBuffer, NativeEvents
 from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.native import NativeReal, NativeRhs
@@ -39,7 +39,7 @@ def _advance_type(real: NativeReal) -> Any:
 
 
 #: What kernel.h says of the return value of a call.
-_FAILURES = {1: "the step size underflowed", 2: "the state is no longer finite"}
+_FAILURES = {1: "the step size underflowed", 2: "the state is no longer finite", 4: UNMET}
 _ENDED = 3
 
 _MOST_STEPS = 2**62
@@ -52,8 +52,8 @@ _ALIGNMENT = 64
 def _run_type(real: NativeReal) -> Any:
     """``lagrange_run`` of kernel.h."""
     fields = (
-        *((name, _POINTER) for name in ("rhs", "lanes", "u", "p", "work", "rtol", "atol")),
-        ("memory", _POINTER),
+        *((name, _POINTER) for name in ("rhs", "lanes", "project", "u", "p", "work")),
+        *((name, _POINTER) for name in ("rtol", "atol", "memory")),
         ("events", _POINTER),
         ("n", _LONG),
         *((name, real.ctype) for name in ("t_end", "max_step", "t", "t_old", "t_new", "h")),
@@ -82,7 +82,8 @@ class _Compiled:
         self._memory[0] = y0
         self._run = run = _run_type(rhs.real)()
         address, row = memory.ctypes.data, memory.itemsize * n
-        run.rhs, run.lanes, run.p = rhs.address, rhs.lanes_address, rhs.parameters_address
+        run.rhs, run.lanes, run.project = rhs.address, rhs.lanes_address, rhs.projection_address
+        run.p = rhs.parameters_address
         run.memory, run.n, run.t_end = address, n, t_end
         run.rtol, run.atol = address + row * rows, address + row * (rows + 1)
         run.work = address + row * (rows + 3)

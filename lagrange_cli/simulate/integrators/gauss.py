@@ -186,12 +186,16 @@ class Gauss16(Integrator):
             velocities = self._stages(h, start, rest, slopes)[:, self._first :]
             slopes = np.hstack([velocities, slopes[:, self._first :]])
         low = rest + h * (self._tableau.weights @ slopes)
-        if not np.isfinite(start + low).all():
+        y = start + low
+        if not np.isfinite(y).all():
             raise StepError("the state is no longer finite")
+        projected = self._projected(t_new, y)
+        if projected is not y:
+            low = low + (projected - y)
         self._shape = self._tableau.expansion @ slopes
         self._base, self._rest = start, rest
         self._start, self._low = start, low
-        self._t_old, self.t, self.y = self.t, t_new, start + low
+        self._t_old, self.t, self.y = self.t, t_new, projected
 
     def interpolate(self, times: Array) -> Array:
         h = self.t - self._t_old

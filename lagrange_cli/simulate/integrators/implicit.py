@@ -66,10 +66,17 @@ class _ScipyImplicit(Integrator):
         crawls = solver.t < limit and solver.t - self.t < SMALLEST_STEP * np.spacing(abs(self.t))
         if solver.status == "failed" or crawls:
             raise StepError("the step size underflowed")
-        y = self._origin + solver.y
+        t, y = float(solver.t), self._origin + solver.y
         if not np.isfinite(y).all():
             raise StepError("the state is no longer finite")
-        self.t, self.y = float(solver.t), y
+        projected = self._projected(t, y)
+        if projected is not y:
+            self._move(projected - y)
+        self.t, self.y = t, projected
+
+    def _move(self, change: Array) -> None:
+        """Let the next step start from a state moved by ``change``."""
+        raise NotImplementedError(f"{self.name} does not project")
 
     def interpolate(self, times: Array) -> Array:
         return np.asarray(self._origin[:, None] + self._solver.dense_output()(times)).T
@@ -87,6 +94,11 @@ class Radau(_ScipyImplicit):
     solver = "Radau"
     interpolates = False
 
+    def _move(self, change: Array) -> None:
+        solver = self._solver
+        solver.y = solver.y + change
+        solver.f = solver.fun(solver.t, solver.y)
+
 
 class BDF(_ScipyImplicit):
     """Shampine and Reichelt, *SIAM J. Sci. Comput.* 18 (1997) 1, orders 1 to 5."""
@@ -97,12 +109,22 @@ class BDF(_ScipyImplicit):
     variable_order = True
     solver = "BDF"
 
+    def _move(self, change: Array) -> None:
+        # Row 0 is the state, the rows after it are backward differences: this moves the
+        # polynomial through the past states as a whole.
+        self._solver.D[0] += change
+        self._solver.y = self._solver.y + change
+
 
 class LSODA(_ScipyImplicit):
-    """Petzold, *SIAM J. Sci. Stat. Comput.* 4 (1983) 136: Adams to order 12, BDF where stiff."""
+    """Petzold, *SIAM J. Sci. Stat. Comput.* 4 (1983) 136: Adams to order 12, BDF where stiff.
+
+    Its past states are out of reach, so that they cannot be moved onto constraints.
+    """
 
     name = "LSODA"
     title = "Adams, switching to backward differentiation where stiff"
     order = 12
     variable_order = True
     solver = "LSODA"
+    projects = False

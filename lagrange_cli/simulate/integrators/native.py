@@ -9,9 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.base import Array, Projection
 
-__all__ = ["DOUBLE", "EXTENDED", "LANES", "RHS", "NativeReal", "NativeRhs", "function_type"]
+__all__ = [
+    "DOUBLE",
+    "EXTENDED",
+    "LANES",
+    "RHS",
+    "NativeReal",
+    "NativeRhs",
+    "function_type",
+    "projection_type",
+]
 
 _POINTER = ctypes.c_void_p
 
@@ -39,6 +48,12 @@ EXTENDED = NativeReal(np.longdouble, ctypes.c_longdouble)
 def function_type(real: NativeReal) -> Any:
     """int f(real t, const real *y, const real *u, const void *p, real *work, real *out)"""
     return ctypes.CFUNCTYPE(ctypes.c_int, real.ctype, *[_POINTER] * 5)
+
+
+@cache
+def projection_type(real: NativeReal) -> Any:
+    """int f(real t, real *y, const real *u, const void *p, real *work)"""
+    return ctypes.CFUNCTYPE(ctypes.c_int, real.ctype, *[_POINTER] * 4)
 
 
 #: The same for doubles.
@@ -76,6 +91,9 @@ class NativeRhs:
         state; then the states are evaluated one by one.
     real
         What the C function computes with. Callers give and receive doubles.
+    projection
+        Where states obey constraints, a C function of the :func:`projection_type` of
+        ``real`` with the same parameters, that moves a state onto them.
     """
 
     def __init__(
@@ -86,6 +104,7 @@ class NativeRhs:
         kernels: ctypes.CDLL | None = None,
         lanes: Any = None,
         real: NativeReal = DOUBLE,
+        projection: Any = None,
     ) -> None:
         self.function = function
         self.real = real
@@ -93,7 +112,10 @@ class NativeRhs:
         self.work = np.ascontiguousarray(work, dtype=real.dtype)
         self.kernels = kernels
         self._lanes = lanes  # kept alive
+        self._projection = projection
+        self.project: Projection | None = None if projection is None else self._projected
         self.address = _address(function)
+        self.projection_address = None if projection is None else _address(projection)
         self.lanes_address = None if lanes is None else _address(lanes)
         self.parameters_address: int = self.parameters.ctypes.data
         # Where states are handed over, made at the first call.
@@ -110,3 +132,11 @@ class NativeRhs:
         if self.function(t, state, None, self.parameters_address, work, slope):
             return np.full(len(y), np.nan)
         return self._slope.astype(float)
+
+    def _projected(self, t: float, y: Array) -> Array:
+        """The state moved onto the constraints, NaN where the C function returns nonzero."""
+        state = np.array(y, self.real.dtype)
+        parameters, work = self.parameters_address, self.work.ctypes.data
+        if self._projection(t, state.ctypes.data, None, parameters, work):
+            return np.full(len(y), np.nan)
+        return state.astype(float)

@@ -59,10 +59,15 @@ class _ScipyPair(Integrator):
         solver.step()
         if solver.status == "failed":
             raise StepError("the step size underflowed")
-        y = self._base + solver.y
+        t, y = float(solver.t), self._base + solver.y
         if not np.isfinite(y).all():
             raise StepError("the state is no longer finite")
-        self.t, self.y = float(solver.t), y
+        projected = self._projected(t, y)
+        if projected is not y:
+            # The slope is that of the next step's start.
+            solver.y = solver.y + (projected - y)
+            solver.f = solver.fun(t, solver.y)
+        self.t, self.y = t, projected
 
     def interpolate(self, times: Array) -> Array:
         return np.asarray(self._base[:, None] + self._solver.dense_output()(times)).T
@@ -114,4 +119,4 @@ class RK4(Integrator):
         y, low = two_sum(y, self._low + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
         if not np.isfinite(y).all():
             raise StepError("the state is no longer finite")
-        self.t, self.y, self._low = t_new, y, low
+        self.t, self.y, self._low = t_new, self._projected(t_new, y), low

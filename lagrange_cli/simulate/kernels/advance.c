@@ -34,19 +34,52 @@ static int finite(const double *y, int64_t n)
     return zero == 0.0;
 }
 
+int lagrange_project(const lagrange_run *run, double t, const double *hi, double *low,
+                     double *point)
+{
+    int64_t i;
+    if (!run->project) {
+        return 0;
+    }
+    for (i = 0; i < DIM(run); ++i) {
+        point[i] = hi[i] + low[i];
+    }
+    if (run->project(t, point, run->u, run->p, run->work) || !finite(point, DIM(run))) {
+        return 1;
+    }
+    for (i = 0; i < DIM(run); ++i) {
+        low[i] += point[i] - (hi[i] + low[i]);
+    }
+    return 0;
+}
+
+int lagrange_between(lagrange_run *run, lagrange_interpolate interpolate, double t, double *out)
+{
+    if (interpolate(run, t, out) || !finite(out, DIM(run))) {
+        return LAGRANGE_NOT_FINITE;
+    }
+    if (run->project &&
+        (run->project(t, out, run->u, run->p, run->work) || !finite(out, DIM(run)))) {
+        return LAGRANGE_UNMET;
+    }
+    return LAGRANGE_OK;
+}
+
 /* Fill the samples that the run has passed. */
 static int take(lagrange_run *run, lagrange_interpolate interpolate, const double *times,
                 int64_t count, double *states, int64_t *filled)
 {
-    for (; *filled < count && times[*filled] <= run->t; ++*filled) {
+    int status = LAGRANGE_OK;
+    while (!status && *filled < count && times[*filled] <= run->t) {
         double *out = states + *filled*DIM(run);
         if (times[*filled] == run->t || !interpolate) {
             current(run, out);
-        } else if (interpolate(run, times[*filled], out) || !finite(out, DIM(run))) {
-            return LAGRANGE_NOT_FINITE;
+        } else {
+            status = lagrange_between(run, interpolate, times[*filled], out);
         }
+        *filled += !status;
     }
-    return LAGRANGE_OK;
+    return status;
 }
 
 /* Step on until all samples are filled or a limit is reached.

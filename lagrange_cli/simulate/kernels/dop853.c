@@ -160,6 +160,15 @@ static double factor(double error)
     return 0.9/sqrt(sqrt(sqrt(error)));
 }
 
+/* Move the end of the step onto the constraints, and the slope there: that of the next step's
+ * start and of the interpolant's end. Not 0 where it does not exist. */
+static int settle(lagrange_run *run, double t)
+{
+    double *const point = lagrange_row(run, POINT);
+    return lagrange_project(run, t, lagrange_row(run, START_HI), lagrange_row(run, LOW), point) ||
+           slope(run, t, point, 12);
+}
+
 static void begin(lagrange_run *run)
 {
     const int64_t n = DIM(run);
@@ -190,7 +199,7 @@ static int step(lagrange_run *run, double limit)
         t_new = fmin(t + h, limit);
         h = t_new - t;
         error = stages(run, t, h) ? NAN : finish(run, h);
-        if (error < 1.0 && !slope(run, t_new, lagrange_row(run, POINT), 12)) {
+        if (error < 1.0 && !settle(run, t_new)) {
             run->t_old = t;
             run->t = run->t_new = t_new;
             run->h = h*(error > 0.0 ? fmin(grow, factor(error)) : grow);

@@ -18,7 +18,7 @@ static void evaluate(lagrange_run *run, lagrange_interpolate interpolate, double
 {
     lagrange_events *e = run->events;
     int64_t j;
-    if (interpolate(run, t, e->state) || e->function(t, e->state, e->u, e->p, e->work, out)) {
+    if (lagrange_between(run, interpolate, t, e->state) || e->function(t, e->state, e->u, e->p, e->work, out)) {
         for (j = 0; j < e->count; ++j) {
             out[j] = NAN;
         }
@@ -122,7 +122,7 @@ static void record(const along *g, double a, double ga, double b, double gb, int
     }
     e->times[k] = t;
     e->indices[k] = g->index;
-    g->interpolate(run, t, e->states + k*n);
+    lagrange_between(run, g->interpolate, t, e->states + k*n);
     e->found += 1;
 }
 

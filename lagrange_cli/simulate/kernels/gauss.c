@@ -364,6 +364,10 @@ static int step(lagrange_run *run, double limit)
             if (finish(run, h, next)) {
                 return lagrange_stay(run, LAGRANGE_NOT_FINITE);
             }
+            if (lagrange_project(run, t_new, lagrange_row(run, START_HI), lagrange_row(run, LOW),
+                                 lagrange_row(run, SPARE))) {
+                return lagrange_stay(run, LAGRANGE_UNMET);
+            }
             run->t_old = t;
             run->t = run->t_new = t_new;
             run->mode |= STARTED;

@@ -18,12 +18,17 @@ typedef int (*lagrange_lanes)(const double *t, const double *y, const double *u,
                               double *work, double *out);
 #define LAGRANGE_LANES 8
 
+/* Moves y onto the constraints that it obeys at t; not 0: they cannot be met from there. */
+typedef int (*lagrange_projection)(double t, double *y, const double *u, const void *p,
+                                   double *work);
+
 /* Why a call came back. */
 enum {
     LAGRANGE_OK = 0,       /* samples filled, or a limit of the call reached */
     LAGRANGE_UNDERFLOW,    /* no step is small enough */
     LAGRANGE_NOT_FINITE,   /* the state has overflowed */
-    LAGRANGE_ENDED         /* a terminal event: t and y are there */
+    LAGRANGE_ENDED,        /* a terminal event: t and y are there */
+    LAGRANGE_UNMET         /* the state cannot be moved onto the constraints */
 };
 
 struct lagrange_events;
@@ -33,6 +38,7 @@ struct lagrange_events;
 typedef struct {
     lagrange_function rhs;
     lagrange_lanes lanes; /* or null */
+    lagrange_projection project; /* or null */
     const double *u;
     const void *p;
     double *work;
@@ -96,6 +102,16 @@ static inline int lagrange_stay(lagrange_run *run, int status)
 /* A method: one step no further than `limit`, and states within the last step. */
 typedef int (*lagrange_step)(lagrange_run *run, double limit);
 typedef int (*lagrange_interpolate)(lagrange_run *run, double t, double *out);
+
+/* Move the state hi + low at t onto the constraints, if there are any; not 0 where that fails.
+ *
+ * What it changes goes into low, so that compensated sums stay compensated; `point` receives
+ * the rounded state. */
+int lagrange_project(const lagrange_run *run, double t, const double *hi, double *low,
+                     double *point);
+
+/* The state at t within the last step, on the constraints. */
+int lagrange_between(lagrange_run *run, lagrange_interpolate interpolate, double t, double *out);
 
 int lagrange_advance(lagrange_run *run, lagrange_step step, lagrange_interpolate interpolate,
                      const double *times, int64_t count, double *states, int64_t *filled,

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-enum { SLOPES = FIRST_OF_METHOD, POINT = SLOPES + 4, ROWS };
+enum { SLOPES = FIRST_OF_METHOD, POINT = SLOPES + 4, END, ROWS };
 
 #define K(j) k[(j)*n + i]
 
@@ -61,6 +61,10 @@ static int step(lagrange_run *run, double limit)
     if (slope(run, t, lagrange_row(run, HI), 0) || next_slope(run, t + h/2.0, h/2.0, 1) ||
         next_slope(run, t + h/2.0, h/2.0, 2) || next_slope(run, t + h, h, 3) || finish(run, h)) {
         return LAGRANGE_NOT_FINITE;
+    }
+    if (lagrange_project(run, t_new, lagrange_row(run, HI), lagrange_row(run, POINT),
+                         lagrange_row(run, END))) {
+        return LAGRANGE_UNMET;
     }
     accept(run);
     run->t_old = t;
