@@ -106,5 +106,7 @@ def latex_name(name: str, order: int = 0, override: str | None = None) -> str:
 
 def _latex_subscript(part: str) -> str:
     """A subscript may have one itself: that of ``p_theta1`` is θ₁."""
+    if re.fullmatch(r"-\d+", part):
+        return part
     inner = split_name(part)
     return latex_name(part) if inner.is_letter and not part[0].isdigit() else latex_word(part)

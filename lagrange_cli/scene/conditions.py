@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import re
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 from lagrange_cli.scene.expression import Equation, Expression
@@ -13,19 +14,17 @@ from lagrange_cli.scene.model import (
     SimulateDefaults,
     StateExpectation,
 )
+from lagrange_cli.scene.overrides import initial_name
 from lagrange_cli.scene.shapes import Reading, is_indexed
-from lagrange_cli.scene.source import Scalar, Sequence, SourceNode
+from lagrange_cli.scene.source import Mapping, Scalar, Sequence, SourceNode
 
 __all__ = [
-    "initial_name",
     "read_error_expectation",
     "read_expect",
     "read_initial",
     "read_near",
     "read_simulate",
 ]
-
-_VELOCITY = re.compile(r"\s*dot\s*\(\s*([^()\s]+)\s*\)\s*")
 
 _NUMBERS = ("until", "from", "accuracy", "samples", "step", "rtol", "atol")
 
@@ -43,32 +42,29 @@ def read_near(node: SourceNode, reading: Reading) -> tuple[InitialValue, ...]:
 
 def _initial_values(node: SourceNode, section: str, reading: Reading) -> tuple[InitialValue, ...]:
     mapping = reading.mapping(node, f"'{section}'", "a mapping of values")
-    found = []
-    for key, value in mapping.entries if mapping else ():
-        read = initial_value(key, value, f"'{section}'", reading)
-        if read:
-            found.append(read)
-    return tuple(found)
+    what = f"'{section}'"
+    entries = mapping.entries if mapping else ()
+    return tuple(v for key, value in entries for v in initial_values(key, value, what, reading))
 
 
-def initial_value(
+def initial_values(
     key: Scalar, node: SourceNode, what: str, reading: Reading
-) -> InitialValue | None:
-    """Read ``x: value`` or ``dot(x): value``."""
-    if is_indexed(key.text):
-        reading.unsupported("indexed families are", key.mark)
-        return None
-    expression = reading.expression(node, f"'{key.text}' in {what}")
-    if expression is None:
-        return None
-    name, order = initial_name(key.text)
-    return InitialValue(name, order, key.mark, expression)
-
-
-def initial_name(text: str) -> tuple[str, int]:
-    """The name and order of ``x`` (0) or ``dot(x)`` (1)."""
-    velocity = _VELOCITY.fullmatch(text)
-    return (velocity[1], 1) if velocity else (text, 0)
+) -> Iterator[InitialValue]:
+    """Read ``x: value`` or ``dot(x): value``, for every member where ``x`` is a family."""
+    text, order = initial_name(key.text)
+    name = replace(key, text=text)
+    if is_indexed(text):
+        if order and key.exact:
+            column = key.mark.column + key.text.index(text)
+            name = replace(name, mark=replace(key.mark, column=column, length=len(text)))
+        members = reading.members(name)
+    else:
+        members = iter((name,))
+    for member in members:
+        shown = f"dot({member.text})" if order else member.text
+        expression = reading.expression(node, f"'{shown}' in {what}")
+        if expression:
+            yield InitialValue(member.text, order, key.mark, expression)
 
 
 def read_simulate(node: SourceNode, reading: Reading) -> SimulateDefaults:
@@ -113,18 +109,28 @@ def _names(key: str) -> Any:
         sequence = reading.items(node, what, "a list of names")
         if sequence is None:
             return None
-        texts = [reading.text(item, what) for item in sequence.items]
-        return tuple(text for text in texts if text is not None)
+        names: list[str] = []
+        for item in sequence.items:
+            if isinstance(item, Scalar) and is_indexed(item.text):
+                names.extend(member.text for member in reading.members(item))
+            elif (text := reading.text(item, what)) is not None:
+                names.append(text)
+        return tuple(names)
 
     return read
 
 
 def _equations(node: SourceNode, reading: Reading) -> tuple[Equation, ...] | None:
+    """Read a list of equations, or a mapping of names to equations, which may be families."""
     what = "'equations' in 'expect'"
-    sequence = reading.items(node, what, "a list of equations")
-    if sequence is None:
-        return None
-    read = [reading.equation(item, what) for item in sequence.items]
+    if isinstance(node, Mapping):
+        named = reading.named(node, "equations", symbols=False)
+        read = [reading.equation(value, f"'{key.text}' of {what}") for key, value in named]
+    else:
+        sequence = reading.items(node, what, "a list of equations")
+        if sequence is None:
+            return None
+        read = [reading.equation(item, what) for item in sequence.items]
     return tuple(equation for equation in read if equation)
 
 
@@ -150,13 +156,15 @@ def _state(node: SourceNode, reading: Reading) -> StateExpectation | None:
             special[name] = reading.expression(entries.pop(name)[1], f"'{name}' in {what}")
         else:
             reading.problems.add(f"{what} has no '{name}'", mapping.mark, rule="missing")
-    read = [initial_value(key, value, what, reading) for key, value in entries.values()]
+    values = [
+        v for key, value in entries.values() for v in initial_values(key, value, what, reading)
+    ]
     if not entries:
         reading.problems.add(f"{what} names no coordinate", mapping.mark, rule="missing")
     time, within = special.get("t"), special.get("within")
     if time is None or within is None:
         return None
-    return StateExpectation(mapping.mark, time, tuple(v for v in read if v), within)
+    return StateExpectation(mapping.mark, time, tuple(values), within)
 
 
 def _drift(node: SourceNode, reading: Reading) -> tuple[tuple[str, Expression], ...]:

@@ -1,12 +1,13 @@
-"""Reading the sections that declare names: parameters, particles, points, coordinates,
-definitions."""
+"""Reading the sections that declare names: sizes, parameters, particles, points,
+coordinates, definitions."""
 
 from __future__ import annotations
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.expression import Expression, Name
 from lagrange_cli.scene.latex import check_latex
-from lagrange_cli.scene.model import Coordinate, Definition, Parameter, Particle, Point
+from lagrange_cli.scene.model import Coordinate, Definition, Parameter, Particle, Point, Size
+from lagrange_cli.scene.overrides import given_size
 from lagrange_cli.scene.shapes import Reading
 from lagrange_cli.scene.source import Mapping, Scalar, SourceNode
 
@@ -18,6 +19,7 @@ __all__ = [
     "read_parameters",
     "read_particles",
     "read_points",
+    "read_sizes",
 ]
 
 AXES = ("x", "y", "z")
@@ -28,6 +30,25 @@ _POSITION = "a list of three entries [x, y, z]"
 def component(axis: str, name: str) -> str:
     """The name of a component of a particle's or point's position: ``x_bob``."""
     return f"{axis}_{name}"
+
+
+def read_sizes(node: SourceNode, reading: Reading) -> tuple[Size, ...]:
+    """Read ``sizes``; values given beside the scene replace those of the file."""
+    found = []
+    mapping = reading.mapping(node, "'sizes'", "a mapping of names")
+    for key, value in mapping.entries if mapping else ():
+        if not reading.is_name(key, "sizes", symbols=True):
+            continue
+        number = reading.integer(value, f"size '{key.text}'")
+        if key.text in reading.given:
+            number = given_size(key.text, reading.given[key.text], reading.problems)
+        elif number is not None and number < 0:
+            reading.expected("a whole number from 0", f"size '{key.text}'", value)
+        if number is not None:
+            found.append(Size(key.text, key.mark, number))
+    reading.sizes = {size.name: size.value for size in found}
+    reading.indices = reading.sizes
+    return tuple(found)
 
 
 def read_parameters(node: SourceNode, reading: Reading) -> tuple[Parameter, ...]:
@@ -135,15 +156,9 @@ def read_coordinates(node: SourceNode, reading: Reading) -> tuple[Coordinate, ..
         entries = reading.named(node, "coordinates", symbols=True)
         return tuple(_coordinate(key, value, reading) for key, value in entries)
     sequence = reading.items(node, "'coordinates'", "a list of names or a mapping")
-    found: dict[str, Coordinate] = {}
-    for item in sequence.items if sequence else ():
-        if not isinstance(item, Scalar):
-            reading.expected("a name", "a coordinate", item)
-        elif item.text in found:
-            reading.problems.add(f"'{item.text}' is given twice", item.mark, rule="duplicate")
-        elif reading.is_name(item, "coordinates", symbols=True):
-            found[item.text] = Coordinate(item.text, item.mark)
-    return tuple(found.values())
+    items = sequence.items if sequence else ()
+    names = reading.listed(items, "coordinates", "a coordinate")
+    return tuple(Coordinate(name.text, name.mark) for name in names)
 
 
 def _coordinate(key: Scalar, node: SourceNode, reading: Reading) -> Coordinate:

@@ -16,7 +16,9 @@ from lagrange_cli.errors import Mark
 
 __all__ = [
     "FUNCTIONS",
+    "RANGE",
     "RESERVED",
+    "SUM",
     "Add",
     "Call",
     "Equation",
@@ -46,8 +48,13 @@ FUNCTIONS: dict[str, int | None] = {
     "ddot": 1,
 }
 
+#: A sum over ranges, until it is written out: ``Call(SUM, (body, range, ...))``.
+SUM = "sum"
+#: A range ``i=1..n``: ``Call(RANGE, (Name("i"), first, last))``.
+RANGE = ".."
+
 #: Names that a scene cannot declare.
-RESERVED = frozenset(FUNCTIONS) | {"t", "pi", "sum"}
+RESERVED = frozenset(FUNCTIONS) | {"t", "pi", SUM}
 
 Span: TypeAlias = tuple[int, int]
 """Start and end offset of a part within the expression's text."""
@@ -64,7 +71,11 @@ class Number:
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """A name, ``pi`` and ``t`` included; ``indices`` is kept for families."""
+    """A name, ``pi`` and ``t`` included.
+
+    ``indices`` are those of a family's member as written, ``x[i-1]``; written out,
+    the member is the plain name ``x[3]``.
+    """
 
     name: str
     span: Span
@@ -102,7 +113,7 @@ class Pow:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """A call of one of :data:`FUNCTIONS`."""
+    """A call of one of :data:`FUNCTIONS`; before it is written out, a sum or a range."""
 
     function: str
     arguments: tuple[Node, ...]
@@ -116,9 +127,10 @@ Node: TypeAlias = Number | Name | Neg | Add | Mul | Pow | Call
 class Expression:
     """A parsed expression with its text and the place where the text begins.
 
-    ``origin`` marks the first character of ``text`` in the file. ``exact`` says
-    that offsets in ``text`` are offsets in that line (false for block scalars
-    and quoted scalars with escapes, whose parts are reported at ``origin``).
+    ``origin`` marks the expression in the file. ``exact`` says that the spans of
+    its parts are offsets in that line (false for block scalars and quoted scalars
+    with escapes, whose parts are reported at ``origin``). In the ``text`` of a
+    family's member the indices have their values.
     """
 
     node: Node
@@ -129,8 +141,7 @@ class Expression:
     def mark(self, span: Span | None = None) -> Mark:
         """The place of a part of the expression, or of the whole."""
         if not self.exact or span is None:
-            length = len(self.text) if self.exact else self.origin.length
-            return replace(self.origin, length=max(1, length))
+            return self.origin
         start, end = span
         return replace(self.origin, column=self.origin.column + start, length=max(1, end - start))
 
@@ -145,7 +156,7 @@ class Equation:
     origin: Mark
 
     def mark(self) -> Mark:
-        return replace(self.origin, length=max(1, len(self.text)))
+        return self.origin
 
 
 def children(node: Node) -> tuple[Node, ...]:

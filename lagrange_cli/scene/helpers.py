@@ -23,10 +23,9 @@ from lagrange_cli.scene.expression import (
     Number,
     names_in,
 )
-from lagrange_cli.scene.grammar import parse_equation, parse_expression
 from lagrange_cli.scene.model import Constraint, Particle
 from lagrange_cli.scene.problems import shown, suggestion
-from lagrange_cli.scene.shapes import Reading, is_indexed
+from lagrange_cli.scene.shapes import Reading
 from lagrange_cli.scene.source import Mapping, Scalar, SourceNode
 from lagrange_cli.scene.tokens import ExpressionError
 
@@ -49,7 +48,7 @@ def read_constraint_helper(
         _unknown_helper(node, what, ("distance",), reading)
         return None
     fields = reading.fields(node, what, ("distance", "equals"), required=("distance", "equals"))
-    pair = _pair(fields["distance"], "distance", reading)
+    pair = _pair(fields["distance"], "distance", what, reading)
     length = None
     if "equals" in fields:
         length = reading.part(fields["equals"], "equals", what)
@@ -62,7 +61,7 @@ def read_constraint_helper(
         return None
     squares = " + ".join(f"({d})^2" for d in _differences(*pair))
     text = f"{squares} = {_as_factor(length)}^2"
-    return (parse_equation(text, _whole(node), exact=False, limited=False),)
+    return (reading.helper_equation(text, _whole(node)),)
 
 
 def _is_negative(node: Node) -> bool:
@@ -84,7 +83,7 @@ def read_potential_helper(node: Mapping, what: str, reading: Reading) -> Express
         text = _spring(node, what, reading)
     else:
         _unknown_helper(node, what, ("gravity", "spring"), reading)
-    return parse_expression(text, _whole(node), exact=False, limited=False) if text else None
+    return reading.helper_expression(text, _whole(node)) if text else None
 
 
 def read_plane(node: SourceNode, reading: Reading) -> Constraint | None:
@@ -99,8 +98,7 @@ def read_plane(node: SourceNode, reading: Reading) -> Constraint | None:
         reading.problems.add("'plane' without particles", node.mark, rule="missing")
         return None
     equations = tuple(
-        parse_equation(f"{component(across[0], p.name)} = 0", node.mark, exact=False)
-        for p in particles
+        reading.helper_equation(f"{component(across[0], p.name)} = 0", node.mark) for p in particles
     )
     return Constraint("plane", node.mark, equations)
 
@@ -117,6 +115,7 @@ def _gravity(node: Mapping, what: str, reading: Reading) -> str | None:
         reading.problems.add(f"gravity in {what} acts on no particle", node.mark, rule="missing")
     if strength is None or down is None or not particles:
         return None
+    reading.charge(3 * len(particles), _whole(node))
     # Against an axis, V = + m g z is what a person writes.
     against = [part for part in down if part] == ["-1"]
     along = tuple(part.removeprefix("-") for part in down) if against else down
@@ -199,7 +198,7 @@ def _spring(node: Mapping, what: str, reading: Reading) -> str | None:
     fields = reading.fields(
         node, what, ("spring", "stiffness", "length"), required=("spring", "stiffness")
     )
-    pair = _pair(fields["spring"], "spring", reading)
+    pair = _pair(fields["spring"], "spring", what, reading)
     stiffness = length = None
     if "stiffness" in fields:
         stiffness = reading.part(fields["stiffness"], "stiffness", what)
@@ -217,7 +216,7 @@ def _spring(node: Mapping, what: str, reading: Reading) -> str | None:
     return f"1/2*{_as_factor(stiffness)}*{stretch}"
 
 
-def _pair(node: SourceNode, helper: str, reading: Reading) -> tuple[str, str] | None:
+def _pair(node: SourceNode, helper: str, what: str, reading: Reading) -> tuple[str, str] | None:
     """Two different particles or points."""
     wanted = "two particles or points [A, B]"
     sequence = reading.items(node, f"'{helper}'", wanted)
@@ -227,22 +226,28 @@ def _pair(node: SourceNode, helper: str, reading: Reading) -> tuple[str, str] | 
     if len(ends) != 2 or len(sequence.items) != 2:
         reading.expected(wanted, f"'{helper}'", sequence)
         return None
-    for end in ends:
-        if is_indexed(end.text):
-            reading.unsupported("indexed families are", end.mark)
-            return None
-        if end.text not in reading.bodies:
-            reading.problems.add(
-                f"unknown particle or point {shown(end.text)} in '{helper}'",
-                end.mark,
-                hint=suggestion(end.text, reading.bodies),
-                rule="unknown-name",
-            )
-            return None
-    if ends[0].text == ends[1].text:
+    first, second = (_body(end, what, helper, reading) for end in ends)
+    if first is None or second is None:
+        return None
+    if first == second:
         reading.problems.add(f"'{helper}' needs two different ends", ends[1].mark, rule="shape")
         return None
-    return ends[0].text, ends[1].text
+    return first, second
+
+
+def _body(end: Scalar, what: str, helper: str, reading: Reading) -> str | None:
+    """A particle or point that a helper names."""
+    name = reading.reference(end)
+    if name is not None and name not in reading.bodies:
+        place = f" of {what}" if reading.in_family else ""
+        reading.problems.add(
+            f"unknown particle or point {shown(name)} in '{helper}'{place}",
+            end.mark,
+            hint=suggestion(name, reading.bodies),
+            rule="unknown-name",
+        )
+        return None
+    return name
 
 
 def _differences(first: str, second: str) -> tuple[str, ...]:

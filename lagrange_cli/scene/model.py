@@ -2,7 +2,8 @@
 
 Helpers (``gravity``, ``spring``, ``distance``) and ``plane`` are already
 written out as the expressions they stand for, in the component names
-``x_NAME, y_NAME, z_NAME``. Nothing here is evaluated.
+``x_NAME, y_NAME, z_NAME``; families are as their members, each with a name of
+its own such as ``p[3]``. Nothing else is evaluated.
 """
 
 from __future__ import annotations
@@ -25,9 +26,19 @@ __all__ = [
     "Point",
     "Scene",
     "SimulateDefaults",
+    "Size",
     "StateExpectation",
     "Term",
 ]
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """A number of members of families; expressions hold its value."""
+
+    name: str
+    mark: Mark
+    value: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,6 +201,7 @@ class Scene:
     digest: str
     title: str | None = None
     description: str | None = None
+    sizes: tuple[Size, ...] = ()
     parameters: tuple[Parameter, ...] = ()
     particles: tuple[Particle, ...] = ()
     points: tuple[Point, ...] = ()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.dependencies import (
@@ -30,22 +31,26 @@ _RATES = {
 
 
 def check_names(
-    scene: Scene, problems: Problems, parts: Iterable[tuple[Expression, str]] = ()
+    scene: Scene,
+    problems: Problems,
+    parts: Iterable[tuple[Expression, str]] = (),
+    indices: Mapping[str, Mark] = MappingProxyType({}),
 ) -> None:
     """Record every problem with the names of a scene.
 
     ``parts`` are the expressions that were given to helpers; unknown names are
-    reported there rather than in what the helper was written out to.
+    reported there rather than in what the helper was written out to. ``indices``
+    are those of families, with their places.
 
     A scene without problems has only known names, none declared twice, no
     circles among definitions or parameters, and in every expression only what
     may stand in its place.
     """
     table = name_table(scene)
-    check_clashes(scene, table, problems)
+    check_clashes(scene, table, problems, indices)
     found = list(uses(scene, table.cartesian))
     before = len(problems.errors)
-    reported: set[tuple[str, str]] = set()
+    reported: set[tuple[str, object]] = set()
     for expression, what in parts:
         _check_known(Use(expression, what, Place()), table, reported, problems)
     for use in found:
@@ -65,15 +70,19 @@ def check_names(
 
 
 def _check_known(
-    use: Use, table: NameTable, reported: set[tuple[str, str]], problems: Problems
+    use: Use, table: NameTable, reported: set[tuple[str, object]], problems: Problems
 ) -> None:
     only_parameters = use.place.names == "parameters"
     for node in _first_uses(use.expression):
+        if node.name in table and not only_parameters:
+            continue
         mark = use.expression.mark(node.span)
-        if (node.name, use.what) in reported:
+        # Once in what a helper was written out to, and once for all members of a family.
+        again = {(node.name, use.what), (node.name.partition("[")[0], mark)}
+        if reported & again:
             continue
         if node.name not in table:
-            reported.add((node.name, use.what))
+            reported |= again
             problems.add(
                 f"unknown name {shown(node.name)} in {use.what}",
                 mark,
@@ -98,6 +107,11 @@ def _first_uses(expression: Expression) -> Iterable[Name]:
 
 
 def _suggestion(name: str, table: NameTable) -> str:
+    family = name.partition("[")[0] + "["
+    members = [known for known in table.known() if known.startswith(family)]
+    if members:
+        others = f" to '{members[-1]}'" if len(members) > 1 else ""
+        return f"known are '{members[0]}'{others}"
     otherwise = "declare it in 'parameters', 'coordinates' or 'definitions'"
     if name == "e":
         otherwise = "for the exponential function write exp(...)"

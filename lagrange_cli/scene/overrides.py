@@ -2,24 +2,49 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.scene.conditions import initial_name
 from lagrange_cli.scene.expression import Expression
-from lagrange_cli.scene.grammar import parse_expression
+from lagrange_cli.scene.indices import read_expression, whole_number
 from lagrange_cli.scene.model import InitialValue, Scene
 from lagrange_cli.scene.problems import Problems, shown, suggestion
 
-__all__ = ["override_initial", "override_parameters"]
+__all__ = ["given_size", "initial_name", "override_initial", "override_parameters"]
+
+_VELOCITY = re.compile(r"\s*dot\s*\(\s*(.*\S)\s*\)\s*")
+
+
+def initial_name(text: str) -> tuple[str, int]:
+    """The name and order of ``x`` (0) or ``dot(x)`` (1)."""
+    velocity = _VELOCITY.fullmatch(text)
+    return (velocity[1], 1) if velocity else (text, 0)
+
+
+def given_size(name: str, text: str, problems: Problems) -> int | None:
+    """The value of a size that is given as ``-p NAME=VALUE``."""
+    expression, _ = _given("-p", name, text, {}, problems)
+    if expression is None:
+        return None
+    with problems.collect_at(expression):
+        value = whole_number(expression.node, {}, f"size '{name}'")
+        if value >= 0:
+            return value
+        problems.add(f"size '{name}' is negative", expression.mark(), rule="shape")
+    return None
 
 
 def override_parameters(scene: Scene, values: Mapping[str, str], problems: Problems) -> Scene:
-    """Replace the values of parameters."""
+    """Replace the values of parameters; those of sizes were when they were read."""
     known = {parameter.name: parameter for parameter in scene.parameters}
-    for name, text in values.items():
-        expression, mark = _given("-p", name, text, problems)
+    sizes = {size.name: size.value for size in scene.sizes}
+    for key, text in values.items():
+        if key in sizes:
+            continue
+        expression, mark = _given("-p", key, text, sizes, problems)
+        name = _without_blanks(key)
         if name not in known:
             hint = suggestion(name, known)
             problems.add(f"unknown parameter {shown(name)}", mark, hint=hint, rule="unknown-name")
@@ -33,18 +58,27 @@ def override_initial(scene: Scene, values: Mapping[str, str], problems: Problems
     if not values:
         return scene
     found = {(value.name, value.order): value for value in scene.initial}
+    sizes = {size.name: size.value for size in scene.sizes}
     for key, text in values.items():
-        expression, mark = _given("-i", key, text, problems)
+        expression, mark = _given("-i", key, text, sizes, problems)
         if expression:
-            name, order = initial_name(key)
+            name, order = initial_name(_without_blanks(key))
             found[name, order] = InitialValue(name, order, mark, expression)
     return replace(scene, initial=tuple(found.values()))
 
 
-def _given(option: str, name: str, text: str, problems: Problems) -> tuple[Expression | None, Mark]:
+def _without_blanks(name: str) -> str:
+    """The name of a family's member has none: ``x[1,2]``."""
+    return name.replace(" ", "") if "[" in name else name
+
+
+def _given(
+    option: str, name: str, text: str, sizes: Mapping[str, int], problems: Problems
+) -> tuple[Expression | None, Mark]:
     """The expression of ``NAME=VALUE`` and the place of ``NAME``."""
     shown = f"{name}={text}"
     mark = Mark(f"{option} {name}", 1, 1, shown, max(1, len(name)))
     with problems.collect():
-        return parse_expression(text, replace(mark, column=len(name) + 2)), mark
+        origin = replace(mark, column=len(name) + 2, length=max(1, len(text)))
+        return read_expression(text, origin, values=sizes), mark
     return None, mark

@@ -95,7 +95,10 @@ def _force(key: Scalar, node: SourceNode, reading: Reading) -> Force | None:
     if not isinstance(on, Scalar):
         reading.expected("a particle, point or coordinate", f"'on' of {what}", on)
         return None
-    return Force(key.text, key.mark, on.text, on.mark, components) if components else None
+    target = reading.reference(on)
+    if components is None or target is None:
+        return None
+    return Force(key.text, key.mark, target, on.mark, components)
 
 
 def _components(node: SourceNode, what: str, reading: Reading) -> tuple[Expression, ...] | None:

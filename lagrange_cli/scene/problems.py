@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.scene.expression import Expression
@@ -16,6 +18,7 @@ MAX_REPORTED = 20
 #: Reading stops at this many problems.
 MAX_COLLECTED = 100
 
+_INDICES = re.compile(r"\[[-\d,]*\]")
 _MAX_SHOWN = 40
 _MAX_CANDIDATES = 1000
 
@@ -42,21 +45,25 @@ class Problems:
     """A growing list of problems of one scene."""
 
     def __init__(self) -> None:
-        # Keys only: the same problem found twice is one problem.
-        self._found: dict[Problem, None] = {}
+        # The same problem found twice, or at several members of a family, is one problem.
+        self._found: dict[Problem, Problem] = {}
 
     def add(self, message: str, mark: Mark, *, hint: str = "", rule: str = "invalid") -> None:
         """Record an error."""
         self._append(Problem(message, mark, hint, rule))
 
     def _append(self, problem: Problem) -> None:
-        self._found[problem] = None
+        self._keep(problem)
         if len(self._found) >= MAX_COLLECTED:
             self.raise_if_any()
 
     def warn(self, message: str, mark: Mark, *, hint: str = "", rule: str = "warning") -> None:
         """Record a warning."""
-        self._found[Problem(message, mark, hint, rule, "warning")] = None
+        self._keep(Problem(message, mark, hint, rule, "warning"))
+
+    def _keep(self, problem: Problem) -> None:
+        of_all_members = replace(problem, message=_INDICES.sub("[]", problem.message), hint="")
+        self._found.setdefault(of_all_members, problem)
 
     @contextmanager
     def collect(self) -> Iterator[None]:
@@ -79,12 +86,12 @@ class Problems:
     @property
     def errors(self) -> list[Problem]:
         """The errors found so far, in the order they were found."""
-        return [p for p in self._found if p.severity == "error"]
+        return [p for p in self._found.values() if p.severity == "error"]
 
     @property
     def warnings(self) -> tuple[Problem, ...]:
         """The warnings found so far."""
-        return tuple(p for p in self._found if p.severity == "warning")
+        return tuple(p for p in self._found.values() if p.severity == "warning")
 
     def raise_if_any(self) -> None:
         """Raise :class:`InputError` with the errors found, in file order.

@@ -1,8 +1,8 @@
 """From a scene's text to a :class:`~lagrange_cli.scene.model.Scene`.
 
 The registry :data:`SECTIONS` lists every section with the function that reads
-it, in the order in which they are read: helpers refer to particles and points,
-so these come first. Suggestions for unknown sections derive from it.
+it, in the order in which they are read: families need the sizes, helpers refer to
+particles and points, so these come first. Suggestions for unknown sections derive from it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from lagrange_cli.scene.model import ErrorExpectation, Scene
 from lagrange_cli.scene.names import check_names
 from lagrange_cli.scene.overrides import override_initial, override_parameters
 from lagrange_cli.scene.problems import shown, suggestion
-from lagrange_cli.scene.shapes import Reading, is_indexed
+from lagrange_cli.scene.shapes import Reading
 from lagrange_cli.scene.source import Mapping, SourceNode, compose, decode
 from lagrange_cli.scene.tokens import IDENTIFIER
 
@@ -58,6 +58,7 @@ SECTIONS: dict[str, Section] = {
     "name": Section(_read_name),
     "title": Section(_read_title),
     "description": Section(_read_description),
+    "sizes": Section(declarations.read_sizes, declares=True),
     "parameters": Section(declarations.read_parameters, declares=True),
     "particles": Section(declarations.read_particles, declares=True),
     "points": Section(declarations.read_points, declares=True),
@@ -76,7 +77,7 @@ SECTIONS: dict[str, Section] = {
 }
 
 #: Sections of the language that this version does not read.
-LATER_SECTIONS = ("sizes", "inputs", "outputs")
+LATER_SECTIONS = ("inputs", "outputs")
 
 
 def read_file(
@@ -92,8 +93,8 @@ def read_file(
     path
         The file, as the user gave it.
     parameters, initial
-        Values that replace those of the scene: texts of expressions by name;
-        in ``initial`` a name may be ``dot(x)``.
+        Values that replace those of the scene: texts of expressions by name.
+        ``parameters`` may set sizes; in ``initial`` a name may be ``dot(x)``.
 
     Raises
     ------
@@ -117,7 +118,7 @@ def read_text(
     See :func:`read_file`.
     """
     root, digest = _root(data, file)
-    reading = Reading(file)
+    reading = Reading(file, given=parameters or {})
     nodes = _sections(root, reading)
     certain = not reading.problems.errors
     for name, section in SECTIONS.items():
@@ -130,7 +131,7 @@ def read_text(
         # Names are looked up only where every declaration was understood.
         scene = override_parameters(scene, parameters or {}, reading.problems)
         scene = override_initial(scene, initial or {}, reading.problems)
-        check_names(scene, reading.problems, reading.parts)
+        check_names(scene, reading.problems, reading.parts, reading.index_marks)
     reading.problems.raise_if_any()
     return replace(scene, warnings=reading.problems.warnings)
 
@@ -169,8 +170,6 @@ def _sections(root: SourceNode, reading: Reading) -> dict[str, SourceNode]:
             nodes[key.text] = value
         elif key.text in LATER_SECTIONS:
             reading.unsupported(f"the section '{key.text}' is", key.mark)
-        elif is_indexed(key.text):
-            reading.unsupported("indexed families are", key.mark)
         else:
             known = ", ".join(SECTIONS)
             reading.problems.add(

@@ -9,16 +9,39 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Mapping as AbstractMapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.scene.expression import RESERVED, Equation, Expression, Number
-from lagrange_cli.scene.grammar import parse_equation, parse_expression
+from lagrange_cli.scene.expression import (
+    RANGE,
+    RESERVED,
+    Call,
+    Equation,
+    Expression,
+    Name,
+    Node,
+    Number,
+    children,
+)
+from lagrange_cli.scene.grammar import parse_equation, parse_expression, parse_key
+from lagrange_cli.scene.indices import (
+    MAX_FAMILY,
+    Budget,
+    assignments,
+    family_size,
+    leaves,
+    member_name,
+    whole_number,
+    written_equation,
+    written_expression,
+)
 from lagrange_cli.scene.problems import Problems, shown, suggestion
 from lagrange_cli.scene.source import Mapping, Scalar, Sequence, SourceNode
-from lagrange_cli.scene.tokens import IDENTIFIER
+from lagrange_cli.scene.tokens import IDENTIFIER, ExpressionError
 
 __all__ = ["Reading", "is_indexed"]
 
@@ -27,7 +50,7 @@ _BOOLEANS = {
 }
 _BASED = re.compile(r"0o([0-7]+)|0x([0-9a-fA-F]+)")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,9}")
-_INDEXED = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\[")
+_INDEXED = re.compile(r"\s*[A-Za-z_][A-Za-z0-9_]*\s*\[")
 _LONGEST_NAME = 100
 
 
@@ -40,6 +63,17 @@ class Reading:
     values: dict[str, Any] = field(default_factory=dict)
     #: Expressions given to helpers, each with what it is part of.
     parts: list[tuple[Expression, str]] = field(default_factory=list)
+    #: Values given beside the scene, by name; those of sizes are needed while reading.
+    given: AbstractMapping[str, str] = field(default_factory=dict)
+    sizes: dict[str, int] = field(default_factory=dict)
+    #: Sizes, and the indices of the family's member that is being read.
+    indices: dict[str, int] = field(default_factory=dict)
+    #: Every index with the place where it was declared first.
+    index_marks: dict[str, Mark] = field(default_factory=dict)
+    budget: Budget = field(default_factory=Budget)
+    _expressions: dict[Scalar, tuple[Expression, int]] = field(default_factory=dict)
+    _equations: dict[Scalar, tuple[Equation, int]] = field(default_factory=dict)
+    _keys: dict[Scalar, Expression] = field(default_factory=dict)
     _bodies: frozenset[str] | None = None
 
     @property
@@ -89,9 +123,16 @@ class Reading:
         return None
 
     def integer(self, node: SourceNode, what: str) -> int | None:
+        """A whole number, perhaps in terms of sizes."""
         if isinstance(node, Scalar) and node.plain and _INTEGER.fullmatch(node.text):
             return int(node.text)
-        self.expected("an integer", what, node)
+        if not (self.indices and isinstance(node, Scalar)):
+            self.expected("an integer", what, node)
+            return None
+        parsed = self._parsed(node)
+        if parsed is not None:
+            with self.problems.collect_at(parsed[0]):
+                return whole_number(parsed[0].node, self.indices, what)
         return None
 
     def expression(self, node: SourceNode, what: str) -> Expression | None:
@@ -103,9 +144,57 @@ class Reading:
             value = int(based[1], 8) if based[1] else int(based[2], 16)
             number = Number(Fraction(value), str(value), (0, len(str(value))))
             return Expression(number, str(value), scalar.mark, exact=False)
-        with self.problems.collect():
-            return parse_expression(scalar.text, scalar.mark, exact=scalar.exact)
+        parsed = self._parsed(scalar)
+        if parsed is None:
+            return None
+        with self._writing_out(*parsed):
+            return written_expression(parsed[0], self.indices, self.budget)
         return None
+
+    def _parsed(self, scalar: Scalar) -> tuple[Expression, int] | None:
+        """An expression as it stands, with its number of names and numbers; read once."""
+        if scalar not in self._expressions:
+            with self.problems.collect():
+                parsed = parse_expression(scalar.text, scalar.mark, exact=scalar.exact)
+                self._expressions[scalar] = (parsed, leaves(parsed.node))
+        return self._expressions.get(scalar)
+
+    @contextmanager
+    def _writing_out(self, expression: Expression, terms: int) -> Iterator[None]:
+        """Count what a family's member is written out to; record what is wrong with it."""
+        with self.problems.collect(), self.problems.collect_at(expression):
+            if self.in_family:
+                self.budget.charge(terms, expression.node.span)
+            yield
+        if self.budget.exceeded:
+            self.problems.raise_if_any()
+
+    @property
+    def in_family(self) -> bool:
+        """A member of a family is being read."""
+        return len(self.indices) > len(self.sizes)
+
+    def charge(self, terms: int, mark: Mark) -> None:
+        """Count names and numbers that a helper is written out to, before that is done.
+
+        Raises
+        ------
+        InputError
+            All together would be more than a scene may be written out to.
+        """
+        at = Expression(Name("", (0, 0)), "", mark, exact=False)
+        with self._writing_out(at, 0):
+            self.budget.charge(terms, (0, 0))
+
+    def helper_expression(self, text: str, mark: Mark) -> Expression:
+        """The expression that a helper at ``mark`` stands for."""
+        parsed = parse_expression(text, mark, exact=False, limited=False)
+        return written_expression(parsed, self.indices, self.budget)
+
+    def helper_equation(self, text: str, mark: Mark) -> Equation:
+        """The equation that a helper at ``mark`` stands for."""
+        parsed = parse_equation(text, mark, exact=False, limited=False)
+        return written_equation(parsed, self.indices, self.budget)
 
     def part(self, node: SourceNode, key: str, what: str) -> Expression | None:
         """An expression that is given to the helper of ``what`` at ``key``."""
@@ -118,8 +207,16 @@ class Reading:
         scalar = self._expression_text(node, "an equation", what)
         if scalar is None:
             return None
-        with self.problems.collect():
-            return parse_equation(scalar.text, scalar.mark, exact=scalar.exact)
+        if scalar not in self._equations:
+            with self.problems.collect():
+                parsed = parse_equation(scalar.text, scalar.mark, exact=scalar.exact)
+                terms = leaves(parsed.left.node) + leaves(parsed.right.node)
+                self._equations[scalar] = (parsed, terms)
+        if scalar not in self._equations:
+            return None
+        equation, terms = self._equations[scalar]
+        with self._writing_out(equation.left, terms):
+            return written_equation(equation, self.indices, self.budget)
         return None
 
     def _expression_text(self, node: SourceNode, wanted: str, what: str) -> Scalar | None:
@@ -165,19 +262,103 @@ class Reading:
         """The entries of a section whose keys are names that the user chooses.
 
         ``symbols``: the names stand in expressions, so that reserved names are
-        refused.
+        refused. A family gives an entry for each of its members.
         """
         mapping = self.mapping(node, f"'{section}'", "a mapping of names")
+        first: dict[str, Mark] = {}
         for key, value in mapping.entries if mapping else ():
+            for name in self.names(key, section, symbols=symbols):
+                if self._is_new(name, first):
+                    yield name, value
+
+    def listed(self, items: tuple[SourceNode, ...], section: str, what: str) -> Iterator[Scalar]:
+        """The names of a section that is a list, families written out."""
+        first: dict[str, Mark] = {}
+        for item in items:
+            if not isinstance(item, Scalar):
+                self.expected("a name", what, item)
+                continue
+            for name in self.names(item, section, symbols=True):
+                if self._is_new(name, first):
+                    yield name
+
+    def _is_new(self, name: Scalar, first: dict[str, Mark]) -> bool:
+        earlier = first.setdefault(name.text, name.mark)
+        if earlier is not name.mark:
+            hint = f"it is given first on line {earlier.line}"
+            self.problems.add(
+                f"{shown(name.text)} is given twice", name.mark, hint=hint, rule="duplicate"
+            )
+        return earlier is name.mark
+
+    def names(self, key: Scalar, section: str, *, symbols: bool) -> Iterator[Scalar]:
+        """The name that is declared, or those of all members of a family."""
+        if not is_indexed(key.text):
             if self.is_name(key, section, symbols=symbols):
-                yield key, value
+                yield key
+            return
+        base = replace(key, text=key.text.partition("[")[0].strip())
+        if self.is_name(base, section, symbols=symbols):
+            yield from self.members(key)
+
+    def members(self, key: Scalar) -> Iterator[Scalar]:
+        """The members of ``x[i=1..n]``, or the one of ``x[0]``; a plain name is its own.
+
+        While a member is in hand, ``indices`` holds its values. After the first
+        member with a problem the others, which would have it too, are left out.
+        """
+        parsed = self._declared(key)
+        if parsed is None:
+            return
+        name = parsed.node
+        assert isinstance(name, Name)
+        ranges = [part for part in name.indices if _is_range(part)]
+        with self.problems.collect_at(parsed):
+            if family_size(ranges, self.sizes) > MAX_FAMILY:
+                raise ExpressionError(
+                    f"a family of more than {MAX_FAMILY} members", name.span, rule="limit"
+                )
+            for values in assignments(ranges, self.sizes, self.budget):
+                before = len(self.problems.errors)
+                indices = [_index(part, values) for part in name.indices]
+                self.indices = values
+                yield replace(key, text=member_name(name.name, indices))
+                if len(self.problems.errors) > before:
+                    break
+        self.indices = self.sizes
+        if self.budget.exceeded:
+            self.problems.raise_if_any()
+
+    def _declared(self, key: Scalar) -> Expression | None:
+        """What declares a family, read once; None where it is not one."""
+        if key not in self._keys:
+            with self.problems.collect():
+                parsed = parse_key(key.text, key.mark, exact=key.exact)
+                self._keys[key] = parsed
+                for part in children(parsed.node):
+                    if _is_range(part):
+                        index = children(part)[0]
+                        assert isinstance(index, Name)
+                        self.index_marks.setdefault(index.name, parsed.mark(index.span))
+        return self._keys.get(key)
+
+    def reference(self, node: Scalar) -> str | None:
+        """The name that a text refers to: ``p[i-1]`` is ``p[2]`` where ``i`` is 3."""
+        if not is_indexed(node.text):
+            return node.text
+        parsed = self._declared(node)
+        if parsed is None:
+            return None
+        assert isinstance(parsed.node, Name)
+        with self.problems.collect_at(parsed):
+            indices = [whole_number(part, self.indices) for part in parsed.node.indices]
+            return member_name(parsed.node.name, indices)
+        return None
 
     def is_name(self, key: Scalar, section: str, *, symbols: bool) -> bool:
         """Whether a scalar is a name that may be declared; records why not."""
         text = key.text
-        if is_indexed(text):
-            self.unsupported("indexed families are", key.mark)
-        elif not IDENTIFIER.fullmatch(text) or len(text) > _LONGEST_NAME:
+        if not IDENTIFIER.fullmatch(text) or len(text) > _LONGEST_NAME:
             self.problems.add(
                 f"expected a name in '{section}', found {shown(text)}",
                 key.mark,
@@ -201,6 +382,19 @@ def _described(node: SourceNode) -> str:
     if isinstance(node, Sequence):
         return f"a list of {len(node.items)}" if node.items else "an empty list"
     return shown(node.text)
+
+
+def _is_range(node: Node) -> bool:
+    return isinstance(node, Call) and node.function == RANGE
+
+
+def _index(node: Node, values: AbstractMapping[str, int]) -> int:
+    """The value of one index of a member: where it is a range, that of the range's index."""
+    if not _is_range(node):
+        return whole_number(node, values)
+    index = children(node)[0]
+    assert isinstance(index, Name)
+    return values[index.name]
 
 
 def is_indexed(text: str) -> bool:

@@ -82,9 +82,12 @@ def name_table(scene: Scene) -> NameTable:
     )
 
 
-def check_clashes(scene: Scene, table: NameTable, problems: Problems) -> None:
+def check_clashes(
+    scene: Scene, table: NameTable, problems: Problems, indices: Mapping[str, Mark]
+) -> None:
     """Report names declared twice, and names that print alike."""
-    _check_declared_twice(table, problems)
+    sizes = {size.name: size.mark for size in scene.sizes}
+    _check_declared_twice(table, sizes, indices, problems)
     _check_components(table, problems)
     particles = {p.name for p in scene.particles}
     for point in scene.points:
@@ -95,9 +98,13 @@ def check_clashes(scene: Scene, table: NameTable, problems: Problems) -> None:
     _check_alike(list(_printed(scene, table)), problems)
 
 
-def _check_declared_twice(table: NameTable, problems: Problems) -> None:
+def _check_declared_twice(
+    table: NameTable, sizes: Mapping[str, Mark], indices: Mapping[str, Mark], problems: Problems
+) -> None:
     first: dict[str, tuple[str, Mark]] = {}
     kinds = (
+        ("a size", sizes),
+        ("an index", indices),
         ("a parameter", table.parameters),
         ("a coordinate", table.coordinates),
         ("a definition", table.definitions),
@@ -113,6 +120,15 @@ def _check_declared_twice(table: NameTable, problems: Problems) -> None:
                     rule="clash",
                 )
             first.setdefault(name, (kind, mark))
+    for name, mark in table.cartesian.items():
+        if name in sizes or name in indices:
+            kind, place = first[name]
+            problems.add(
+                f"'{name}' stands in a position and is also {kind}",
+                mark,
+                hint=f"it is {kind} on line {place.line}",
+                rule="clash",
+            )
 
 
 def _check_components(table: NameTable, problems: Problems) -> None:
@@ -146,7 +162,7 @@ def _check_alike(printed: list[tuple[str, str, Mark]], problems: Problems) -> No
     """Refuse names that look alike in print, such as ``x1`` and ``x_1``."""
     first: dict[tuple[str, ...], tuple[str, Mark]] = {}
     for name, text, mark in printed:
-        key = tuple(_PARTS.findall(text))
+        key = tuple(part for part in _PARTS.findall(text) if text != name or part not in "[],")
         if not any(part.isalpha() for part in key) and text == name:
             problems.add(f"'{name}' holds no letter", mark, rule="name")
         elif key in first:

@@ -27,9 +27,9 @@ IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 _TOKEN = re.compile(
     r"""[ \t\r\n]*(?:
-        (?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)
+        (?P<number>(?:[0-9]+(?:\.(?!\.)[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)
       | (?P<name>[A-Za-z_][A-Za-z0-9_]*)
-      | (?P<operator>\*\*|<=|>=|==|[-+*/^(),\[\]=<>])
+      | (?P<operator>\*\*|\.\.|<=|>=|==|[-+*/^(),\[\]=<>])
       | (?P<end>\Z)
       | (?P<other>.)
     )""",
@@ -73,9 +73,10 @@ class ExpressionError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Token:
-    """A lexical unit of kind number, name, operator or end.
+    """A lexical unit of kind number, name, operator, range or end.
 
-    The operator ``**`` has the text ``^``, the end of the text ``""``.
+    The operator ``**`` has the text ``^``, the end of the text ``""``; ``range`` is
+    the ``=`` of a range ``i=1..n``.
     """
 
     kind: str

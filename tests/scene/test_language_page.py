@@ -10,6 +10,7 @@ from lagrange_cli.scene import read_text
 from lagrange_cli.scene.bounds import MAX_POWER
 from lagrange_cli.scene.expression import FUNCTIONS
 from lagrange_cli.scene.grammar import MAX_LENGTH, MAX_NESTING
+from lagrange_cli.scene.indices import MAX_FAMILY, MAX_TERMS
 from lagrange_cli.scene.reader import LATER_SECTIONS, SECTIONS
 from lagrange_cli.scene.source import MAX_ALIASED, MAX_DEPTH
 from lagrange_cli.scene.tokens import MAX_DIGITS, MAX_EXPONENT
@@ -45,4 +46,5 @@ def test_limits() -> None:
     table = PAGE.split("| limit | |")[1]
     numbers = [int(n) for n in re.findall(r"^\| .* \| (\d+)[^|]*\|$", table, re.MULTILINE)]
     limits = [MAX_BYTES // 2**20, MAX_DEPTH, MAX_ALIASED, MAX_LENGTH, MAX_NESTING]
-    assert numbers == [*limits, MAX_EXPONENT, MAX_DIGITS, MAX_POWER]
+    limits += [MAX_EXPONENT, MAX_DIGITS, MAX_POWER, MAX_FAMILY, MAX_TERMS]
+    assert numbers == limits

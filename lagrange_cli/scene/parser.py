@@ -1,0 +1,327 @@
+"""The operator-precedence parser behind the grammar: tokens in, one tree out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+from lagrange_cli.scene.expression import (
+    FUNCTIONS,
+    RANGE,
+    RESERVED,
+    SUM,
+    Add,
+    Call,
+    Mul,
+    Name,
+    Neg,
+    Node,
+    Number,
+    Pow,
+)
+from lagrange_cli.scene.problems import shown, suggestion
+from lagrange_cli.scene.tokens import ExpressionError, Token, number_value
+
+__all__ = ["MAX_NESTING", "parse_tokens"]
+
+MAX_NESTING = 200
+
+
+def parse_tokens(tokens: Sequence[Token]) -> Node:
+    """The tree of tokens, the last of which is the end.
+
+    Raises
+    ------
+    ExpressionError
+        At the token that cannot stand where it does.
+    """
+    return _Parser(tokens).parse()
+
+
+@dataclass(slots=True)
+class _Bracket:
+    """What has been read since an opening bracket (or the beginning).
+
+    ``pending`` holds the signs and bases that wait for the operand to their
+    right; ``factors`` the product and ``terms`` the sum so far. ``function`` is the
+    name before the bracket, ``index`` and ``first`` what was read of a range.
+    """
+
+    opener: Token | None = None
+    function: Token | None = None
+    arguments: list[Node] = field(default_factory=list)
+    terms: list[tuple[Literal["+", "-"], Node]] = field(default_factory=list)
+    sign: Token | None = None
+    start: int | None = None
+    factors: list[tuple[Literal["*", "/"], Node]] = field(default_factory=list)
+    operator: Literal["*", "/"] = "*"
+    pending: list[Token | Node] = field(default_factory=list)
+    index: Token | None = None
+    first: Node | None = None
+
+    @property
+    def at_start(self) -> bool:
+        """Nothing of the sum has been read."""
+        return not (self.terms or self.sign or self.factors or self.pending)
+
+
+class _Parser:
+    """Reads tokens into one tree; ``value`` is the operand just read, if any."""
+
+    def __init__(self, tokens: Sequence[Token]) -> None:
+        self.tokens = tokens
+        self.position = 0
+        self.brackets = [_Bracket()]
+        self.value: Node | None = None
+        self.depth = 0
+
+    def parse(self) -> Node:
+        while True:
+            token = self.tokens[self.position]
+            self.position += 1
+            if self.value is None:
+                self._operand(token)
+            elif token.kind == "end":
+                return self._finish(token)
+            else:
+                self._operator(token, self.value)
+
+    def _operand(self, token: Token) -> None:
+        if token.kind == "number":
+            self.value = Number(number_value(token), token.text, token.span)
+        elif token.kind == "name":
+            self._name(token)
+        elif token.text == "(":
+            self._open(token, None)
+        elif token.text in ("+", "-"):
+            self._sign(token)
+        else:
+            self._refuse_operand(token)
+
+    def _name(self, token: Token) -> None:
+        following = self.tokens[self.position]
+        if following.text == "(":
+            _refuse_function(token)
+            self.position += 1
+            self._open(following, token)
+        elif token.text in FUNCTIONS or token.text == SUM:
+            raise ExpressionError(
+                f"'{token.text}' is a function", token.span, f"write {token.text}(...)"
+            )
+        elif following.text == "[":
+            if token.text in RESERVED:
+                raise ExpressionError(f"'{token.text}' has no index", token.span)
+            self.position += 1
+            self._open(following, token)
+        else:
+            self.value = Name(token.text, token.span)
+
+    def _sign(self, token: Token) -> None:
+        bracket = self.brackets[-1]
+        if bracket.at_start:
+            bracket.sign = token
+            bracket.start = token.start
+        elif token.text == "-":
+            self._deeper(token)
+            bracket.pending.append(token)
+
+    def _refuse_operand(self, token: Token) -> None:
+        bracket = self.brackets[-1]
+        before = self.tokens[self.position - 2].text if self.position > 1 else ""
+        if token.text == ")" and bracket.function and before == "(":
+            name = bracket.function.text
+            raise ExpressionError(
+                f"{name}() needs an argument", (bracket.function.start, token.end)
+            )
+        if token.kind == "end" and not before:
+            raise ExpressionError("expected an expression, found nothing", (0, 1))
+        found = shown(token.text) if token.text else "the end"
+        after = f" after {shown(before)}" if before else ""
+        raise ExpressionError(f"expected an expression{after}, found {found}", _visible(token))
+
+    def _operator(self, token: Token, value: Node) -> None:
+        bracket = self.brackets[-1]
+        self.value = None
+        if token.text == "^":
+            self._deeper(token)
+            bracket.pending.append(value)
+        elif token.text in ("*", "/"):
+            self._end_factor(value)
+            bracket.operator = "*" if token.text == "*" else "/"
+        elif token.text in ("+", "-"):
+            self._end_term(value)
+            bracket.sign = token
+        elif token.text == ",":
+            self._comma(token, value)
+        elif token.text in (")", "]"):
+            self._close_bracket(token, value)
+        elif token.text == "..":
+            self._ends(token, value)
+        else:
+            self._refuse_juxtaposition(token)
+
+    def _comma(self, token: Token, value: Node) -> None:
+        bracket = self.brackets[-1]
+        if bracket.function is None:
+            raise ExpressionError("a comma separates the arguments of a function", token.span)
+        bracket.arguments.append(self._argument(value))
+        self._begin_range()
+
+    def _begin_range(self) -> None:
+        """Read the beginning ``i=`` of a range, if the next argument is one."""
+        index, equals = self.tokens[self.position], self.tokens[self.position + 1 :][:1]
+        if equals and equals[0].kind == "range":
+            if index.text in RESERVED:
+                raise ExpressionError(f"'{index.text}' cannot be an index", index.span)
+            self.brackets[-1].index = index
+            self.position += 2
+
+    def _ends(self, token: Token, value: Node) -> None:
+        bracket = self.brackets[-1]
+        if bracket.index is None or bracket.first is not None:
+            raise ExpressionError(
+                "'..' stands between the ends of a range",
+                token.span,
+                "ranges stand in declared names and sums: x[i=1..n], sum(x[i], i=1..n)",
+            )
+        bracket.first = self._end_sum(value)
+
+    def _argument(self, value: Node) -> Node:
+        """What stands between two commas: an expression or a range."""
+        bracket = self.brackets[-1]
+        node = self._end_sum(value)
+        index, first = bracket.index, bracket.first
+        if index is None:
+            return node
+        span = (index.start, node.span[1])
+        if first is None:
+            raise ExpressionError(
+                "a range has two ends, as in i=1..n", span, "a fixed index stands alone: x[0]"
+            )
+        bracket.index = bracket.first = None
+        return Call(RANGE, (Name(index.text, index.span), first, node), span)
+
+    def _close_bracket(self, token: Token, value: Node) -> None:
+        bracket = self.brackets[-1]
+        opener = bracket.opener
+        if opener is None:
+            raise ExpressionError(f"this '{token.text}' closes nothing", token.span)
+        if (opener.text == "(") != (token.text == ")"):
+            raise ExpressionError(f"this '{opener.text}' is never closed", opener.span)
+        node = self._argument(value)
+        self.brackets.pop()
+        self.depth -= 1
+        function = bracket.function
+        if function is not None:
+            arguments = (*bracket.arguments, node)
+            if opener.text == "[":
+                node = Name(function.text, (function.start, token.end), arguments)
+            else:
+                node = _call(function, arguments, token.end)
+        self.value = node
+
+    def _refuse_juxtaposition(self, token: Token) -> None:
+        before = self.tokens[self.position - 2]
+        span = (before.start, token.end)
+        hint = ""
+        if token.kind == "name" or token.text == "(":
+            second = "(...)" if token.text == "(" else token.text[:20]
+            hint = f"for a product write {before.text[-20:]}*{second}"
+        raise ExpressionError(
+            f"expected an operator between {shown(before.text)} and {shown(token.text)}", span, hint
+        )
+
+    def _open(self, opener: Token, function: Token | None) -> None:
+        self._deeper(opener)
+        self.brackets.append(_Bracket(opener, function))
+        if opener.text == "[":
+            self._begin_range()
+
+    def _deeper(self, token: Token) -> None:
+        self.depth += 1
+        if self.depth > MAX_NESTING:
+            raise ExpressionError(f"nested more than {MAX_NESTING} deep", token.span, rule="limit")
+
+    def _end_factor(self, value: Node) -> None:
+        """Close signs and powers from the right, and append the factor."""
+        bracket = self.brackets[-1]
+        while bracket.pending:
+            before = bracket.pending.pop()
+            self.depth -= 1
+            if isinstance(before, Token):
+                value = Neg(value, (before.start, value.span[1]))
+            else:
+                value = Pow(before, value, (before.span[0], value.span[1]))
+        bracket.factors.append((bracket.operator, value))
+        bracket.operator = "*"
+
+    def _end_term(self, value: Node) -> None:
+        self._end_factor(value)
+        bracket = self.brackets[-1]
+        factors = tuple(bracket.factors)
+        bracket.factors = []
+        node = factors[0][1]
+        if len(factors) > 1:
+            node = Mul(factors, (node.span[0], factors[-1][1].span[1]))
+        minus = bracket.sign is not None and bracket.sign.text == "-"
+        bracket.terms.append(("-" if minus else "+", node))
+        bracket.sign = None
+
+    def _end_sum(self, value: Node) -> Node:
+        self._end_term(value)
+        bracket = self.brackets[-1]
+        terms = tuple(bracket.terms)
+        bracket.terms = []
+        sign, node = terms[0]
+        start = node.span[0] if bracket.start is None else bracket.start
+        bracket.start = None
+        if len(terms) > 1:
+            return Add(terms, (start, terms[-1][1].span[1]))
+        return Neg(node, (start, node.span[1])) if sign == "-" else node
+
+    def _finish(self, token: Token) -> Node:
+        assert self.value is not None
+        bracket = self.brackets[-1]
+        if bracket.opener is not None:
+            raise ExpressionError(
+                f"this '{bracket.opener.text}' is never closed", bracket.opener.span
+            )
+        return self._end_sum(self.value)
+
+
+def _visible(token: Token) -> tuple[int, int]:
+    """A span of at least one character; the end is marked just after the text."""
+    return (token.start, max(token.end, token.start + 1))
+
+
+def _refuse_function(token: Token) -> None:
+    if token.text not in FUNCTIONS and token.text != SUM:
+        raise ExpressionError(
+            f"unknown function {shown(token.text)}",
+            token.span,
+            suggestion(token.text, FUNCTIONS, f"for a product write {token.text[:40]}*(...)"),
+            rule="unknown-function",
+        )
+
+
+def _call(function: Token, arguments: tuple[Node, ...], end: int) -> Call:
+    span = (function.start, end)
+    if function.text == SUM:
+        return _sum(arguments, span)
+    wanted = FUNCTIONS[function.text]
+    if wanted is not None and len(arguments) != wanted:
+        plural = "" if wanted == 1 else "s"
+        raise ExpressionError(
+            f"{function.text}(...) takes {wanted} argument{plural}, found {len(arguments)}", span
+        )
+    return Call(function.text, arguments, span)
+
+
+def _sum(arguments: tuple[Node, ...], span: tuple[int, int]) -> Call:
+    body, *ranges = arguments
+    if not ranges or not all(isinstance(r, Call) and r.function == RANGE for r in ranges):
+        raise ExpressionError(
+            "sum(...) takes an expression and ranges", span, "as in sum(x[i]^2, i=1..n)"
+        )
+    return Call(SUM, (body, *ranges), span)
