@@ -33,6 +33,9 @@ _DECIMAL = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,3})?", re.ASCII)
 
 ENDINGS = (".csv", ".npz")
 
+#: Columns beyond the state that files can have.
+EXTRA = ("energy", "positions", "forces")
+
 
 class _Method(click.Option):
     """An option whose help names the registry of integrators, imported only for that."""
@@ -53,6 +56,15 @@ def _ending(ctx: click.Context, option: click.Parameter, value: str | None) -> s
         raise click.BadParameter(f"'{value}' does not end in {' or '.join(ENDINGS)}", ctx, option)
     check_writable(value)
     return value
+
+
+def _extra(ctx: click.Context, option: click.Parameter, value: str | None) -> tuple[str, ...]:
+    """Names of further columns, as they are given with commas between them."""
+    names = tuple(dict.fromkeys(part.strip() for part in (value or "").split(",")))
+    unknown = [name for name in names if name not in EXTRA]
+    if value is not None and unknown:
+        raise click.BadParameter(f"'{unknown[0]}' is not one of {', '.join(EXTRA)}", ctx, option)
+    return names if value is not None else ()
 
 
 def _plottable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
@@ -114,7 +126,7 @@ def _promise(trajectory: Trajectory) -> str:
 
 def _text(trajectory: Trajectory, conserved: str) -> str:
     """The result for a person; ``conserved`` names the quantity whose drift is reported."""
-    drift = trajectory.energy_drift
+    drift, off = trajectory.energy_drift, trajectory.constraint_drift
     lines = [
         f"{trajectory.name} at t = {trajectory.t[-1]:.9g}",
         "",
@@ -122,6 +134,7 @@ def _text(trajectory: Trajectory, conserved: str) -> str:
         "",
         f"Accuracy  {_promise(trajectory)}",
         f"{conserved:<10}{'not conserved' if drift is None else f'relative drift {drift:.1e}'}",
+        *([] if off is None else [f"Constraints  largest drift {off:.1e}"]),
         f"Method    {trajectory.method}, {trajectory.steps} steps, "
         f"{trajectory.rhs_evaluations} evaluations of the right-hand side",
         f"Code      {trajectory.implementation}",
@@ -192,8 +205,11 @@ def _json(trajectory: Trajectory, derive_seconds: float) -> str:
 @click.option(
     "--with",
     "columns",
-    type=click.Choice(["energy"]),
-    help="Further columns of the file.  [default: none]",
+    callback=_extra,
+    metavar="NAMES",
+    help="Further columns of the file: energy; forces, the multipliers; positions, which are "
+    "there anyway. With commas between them.  "
+    "[default: none]",
 )
 @click.option(
     "-o",
@@ -221,7 +237,7 @@ def simulate(
     start: str | None,
     parameters: dict[str, str],
     initial: dict[str, str],
-    columns: str | None,
+    columns: tuple[str, ...],
     output: str | None,
     plot: str | None,
     as_json: bool,
@@ -238,13 +254,16 @@ def simulate(
     model = _model(session, source, parameters=parameters, initial=initial, times=times)
     derive_seconds = perf_counter() - started
     from lagrange_cli.simulate import simulate as integrate
+    from lagrange_cli.simulate.trajectory import require_multipliers
 
+    if "forces" in columns:
+        require_multipliers(model.name, model.multipliers)
     with session.progress("integrating") as move:
         trajectory = integrate(model, progress=move, cache=session.cache, **how)
     session.explain_code()
     session.detail(f"method: {trajectory.choice}")
     if output is not None:
-        trajectory.write(output, energy=columns == "energy")
+        trajectory.write(output, columns)
     # Where no energy is conserved the Jacobi integral may be: its drift is another thing.
     text = _text(trajectory, "Jacobi" if "jacobi" in model.conserved else "Energy")
     print_text(_json(trajectory, derive_seconds) if as_json else text)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.base import Array, projection
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.pilot import COARSE, LEAST, Pilot
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
@@ -129,7 +129,9 @@ class Attempt:
         rhs, stiff = self._problem.rhs, self._found.stiff
         if isinstance(rhs, NativeRhs) and not stiff:
             return self.run.method if rhs.lanes_address is None else INTEGRATORS["Gauss16"]
-        return INTEGRATORS["LSODA"] if self.tolerance >= OTHER_FROM else self.run.method
+        other = INTEGRATORS["LSODA"]
+        possible = self.tolerance >= OTHER_FROM and (other.projects or not projection(rhs))
+        return other if possible else self.run.method
 
     def _disturb(self, method: type[Integrator]) -> Run:
         factor = OTHER_TOLERANCE if method is INTEGRATORS["LSODA"] else OTHER_STEPS

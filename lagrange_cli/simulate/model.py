@@ -61,7 +61,10 @@ class Model:
     ``kinds`` has one entry a coordinate: ``angle``, or a word that coordinates
     of the same dimension share. ``initial`` is [q, v] at the start, None where
     the scene gives none. ``conserved``: the kinds of conserved quantities;
-    ``facts``: structure facts by name.
+    ``facts``: structure facts by name. ``multipliers`` names the constraints that
+    are kept beside the coordinates, if any; then the code has the functions
+    ``multipliers``, ``constraints``, which gives ``residuals`` numbers, and
+    ``project``.
     """
 
     name: str
@@ -75,6 +78,8 @@ class Model:
     facts: Mapping[str, bool]
     formulation: str
     code: Code
+    multipliers: tuple[str, ...] = ()
+    residuals: int = 0
 
     def to_json(self) -> dict[str, Any]:
         """The model as values that JSON holds; doubles keep all their digits."""
@@ -84,7 +89,7 @@ class Model:
     def from_json(cls, value: Mapping[str, Any]) -> Model:
         """The model that :meth:`to_json` gave."""
         found = dict(value)
-        for name in ("coordinates", "kinds", "cartesian", "conserved"):
+        for name in ("coordinates", "kinds", "cartesian", "conserved", "multipliers"):
             found[name] = tuple(found[name])
         found["parameters"] = tuple(ModelParameter(**p) for p in found["parameters"])
         found["initial"] = None if found["initial"] is None else tuple(found["initial"])

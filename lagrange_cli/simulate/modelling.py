@@ -40,6 +40,8 @@ def model_of(equations: Equations) -> Model:
         facts=facts,
         formulation=equations.formulation,
         code=_code(equations),
+        multipliers=equations.multipliers,
+        residuals=sum(1 + (c.kind == "position") for c in equations.closures),
     )
 
 

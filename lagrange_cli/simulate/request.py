@@ -219,10 +219,16 @@ def _check_method(
     rtol: float | None,
     atol: float | None,
 ) -> None:
-    unmet = [need for need in method.needs if not getattr(model.facts, need)]
+    unmet = [need for need in method.needs if not model.facts[need]]
     if unmet:
         raise _refused(
             f"{method.name} needs what this system has not: {', '.join(unmet).replace('_', ' ')}",
+            "--method DOP853 --rtol 1e-9",
+        )
+    if model.multipliers and not method.projects:
+        raise _refused(
+            f"{method.name} cannot move its past states onto the constraints that are kept"
+            f" beside the coordinates: {_and(list(model.multipliers))}",
             "--method DOP853 --rtol 1e-9",
         )
     if not method.adaptive and step is None:

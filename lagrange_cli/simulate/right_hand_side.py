@@ -15,13 +15,14 @@ from lagrange_cli.cache import Cache, open_cache
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.disturbance import off_by_one_ulp, rounding_factors
-from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.integrators.base import Array, ConstrainedRhs, Rhs
 from lagrange_cli.simulate.integrators.native import (
     DOUBLE,
     EXTENDED,
     NativeReal,
     NativeRhs,
     function_type,
+    projection_type,
 )
 from lagrange_cli.simulate.library import Source, load
 from lagrange_cli.simulate.model import Model
@@ -68,9 +69,12 @@ class RightHandSide:
     ``rhs`` gives [q̇, q̈], shape (2n,); ``disturbed`` two more of the same, with
     parameters and operations off by their rounding error. The tables evaluate
     many states at once: ``energy`` Σ q̇ ∂L/∂q̇ − L, one column; ``positions`` and
-    ``velocities`` the scene's Cartesian names. NaN stands for what does not
-    exist. ``implementation`` says in words what runs. ``wider`` makes the same
-    right-hand sides in wider arithmetic, or None where there is none.
+    ``velocities`` the scene's Cartesian names; ``multipliers`` and ``constraints``
+    (φ, then φ̇ and ψ) those of the closure equations, no columns where there are
+    none. NaN stands for what does not exist. ``implementation`` says in words what
+    runs. ``wider`` makes the same right-hand sides in wider arithmetic, or None
+    where there is none. Right-hand sides of systems with closure equations have a
+    projection, see :func:`.base.projection`.
     """
 
     rhs: Rhs
@@ -78,6 +82,8 @@ class RightHandSide:
     energy: Table
     positions: Table
     velocities: Table
+    multipliers: Table
+    constraints: Table
     implementation: str
     wider: Callable[[], Wider | None] = lambda: None
 
@@ -104,6 +110,10 @@ def _off(model: Model, pattern: int, real: NativeReal = DOUBLE) -> Array:
     """Parameters off by their rounding error, then the factors of a pattern."""
     given = off_by_one_ulp(_given(model), pattern)
     return np.concatenate([given, rounding_factors(model.code.factors, pattern, real)])
+
+
+def _no_columns(t: Array, y: Array) -> Array:
+    return np.empty((len(t), 0))
 
 
 # Machine code.
@@ -135,7 +145,12 @@ class _Libraries:
         lanes = f"system_{name}_lanes"
         at_once = self.system[lanes] if lanes in self._functions else None
         work = np.empty(self._model.code.work)
-        return NativeRhs(entry, parameters, work, self.stepper, at_once, self._real)
+        projection = self._projection if self._model.multipliers else None
+        return NativeRhs(entry, parameters, work, self.stepper, at_once, self._real, projection)
+
+    @property
+    def _projection(self) -> Any:
+        return projection_type(self._real)(("system_project", self.system))
 
     def sides(self) -> tuple[NativeRhs, tuple[NativeRhs, NativeRhs]]:
         """The right-hand side, and the two disturbed ones."""
@@ -162,6 +177,8 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
     width = 2 * len(model.coordinates)
 
     def table(name: str, columns: int) -> Table:
+        if columns == 0:
+            return _no_columns
         function = libraries.function(name, _given(model))
         return _native_table(libraries.system, function, width, columns)
 
@@ -172,6 +189,8 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
         energy=table("energy", 1),
         positions=table("positions", len(model.cartesian)),
         velocities=table("velocities", len(model.cartesian)),
+        multipliers=table("multipliers", len(model.multipliers)),
+        constraints=table("constraints", model.residuals),
         implementation="compiled C",
         wider=lambda: _wider(model, cache, started + budget),
     )
@@ -238,14 +257,22 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         return lambda t, y: function(t, y, given)
 
     def table(name: str, columns: int) -> Table:
-        return _interpreted_table(bound(name, _given(model)), columns)
+        return _interpreted_table(bound(name, _given(model)), columns) if columns else _no_columns
+
+    def side(name: str, parameters: Array) -> Rhs:
+        rhs = bound(name, parameters)
+        if not model.multipliers:
+            return rhs
+        return ConstrainedRhs(rhs, bound("project", parameters[: len(model.parameters)]))
 
     return RightHandSide(
-        rhs=bound("rhs", _given(model)),
-        disturbed=(bound("disturbed", _off(model, 1)), bound("disturbed", _off(model, 2))),
+        rhs=side("rhs", _given(model)),
+        disturbed=(side("disturbed", _off(model, 1)), side("disturbed", _off(model, 2))),
         energy=table("energy", 1),
         positions=table("positions", len(model.cartesian)),
         velocities=table("velocities", len(model.cartesian)),
+        multipliers=table("multipliers", len(model.multipliers)),
+        constraints=table("constraints", model.residuals),
         implementation=f"interpreted Python: {reason}",
     )
 

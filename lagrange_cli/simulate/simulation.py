@@ -14,6 +14,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
 from lagrange_cli.simulate.chosen import integrate_with_method
 from lagrange_cli.simulate.conservation import first_contradiction
+from lagrange_cli.simulate.constraints import constraint_drift
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.compiled import COMPILED
 from lagrange_cli.simulate.integrators.native import NativeRhs
@@ -193,6 +194,12 @@ def _trajectory(
         scales=dict(zip(names, measured.scales.tolist(), strict=True)),
         holds_until=float(t[-1]) if promised else None,
         energy_drift=_drift(energy, kinetic) if _energy_is_conserved(model) else None,
+        constraint_drift=constraint_drift(
+            functions.constraints, t, measured.states, measured.scales
+        ),
+        multipliers=dict(
+            zip(model.multipliers, functions.multipliers(t, measured.states).T, strict=True)
+        ),
         method=measured.method,
         implementation=_implementation(functions, measured),
         choice=measured.choice,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -15,7 +15,29 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import write_file
 from lagrange_cli.simulate.integrators.base import Array
 
-__all__ = ["Event", "Trajectory"]
+__all__ = ["EXTRA", "Event", "Trajectory", "require_multipliers"]
+
+#: Columns that can be asked for; every component of a particle is there without asking.
+EXTRA = ("energy", "positions", "forces")
+
+
+def require_multipliers(name: str, multipliers: Collection[str]) -> None:
+    """Refuse constraint forces of a system that keeps no constraints.
+
+    Raises
+    ------
+    InputError
+        There are no ``multipliers``.
+    """
+    if not multipliers:
+        raise InputError(
+            Problem(
+                f"no multipliers are computed for '{name}': its coordinates satisfy every"
+                " constraint, so that none is kept beside them",
+                hint="--with energy",
+                rule="no-multipliers",
+            )
+        )
 
 
 @dataclass(frozen=True)
@@ -41,7 +63,10 @@ class Trajectory:
     the promise holds until ``holds_until``. ``scales`` are those in which the
     errors of coordinates and their ``dot(...)`` count. ``energy_drift`` is the
     largest change of a conserved energy function over the largest kinetic
-    part of it, None where it is not conserved.
+    part of it, None where it is not conserved. ``constraint_drift`` is the
+    largest residual of the constraints that are kept beside the coordinates, as
+    :func:`.constraints.constraint_drift` measures it, None where there are none;
+    ``multipliers`` maps the name of each to its λ at the samples.
 
     ``implementation`` says what evaluated the equations and made the steps.
     ``steps`` and ``rhs_evaluations`` are those of the run itself,
@@ -70,6 +95,7 @@ class Trajectory:
     all_evaluations: int
     seconds: Mapping[str, float]
     constraint_drift: float | None = None
+    multipliers: Mapping[str, Array] = field(default_factory=dict)
     events: tuple[Event, ...] = field(default_factory=tuple)
 
     @property
@@ -106,47 +132,53 @@ class Trajectory:
             "seconds": {"derive": derive_seconds, **self.seconds},
         }
 
-    def table(self, *, energy: bool = False) -> dict[str, Array]:
-        """Column name → values: ``t``, the state, and ``energy`` where asked for.
+    def table(self, extra: Collection[str] = ()) -> dict[str, Array]:
+        """Column name → values: ``t``, the state, and of :data:`EXTRA` what is asked for.
+
+        ``energy``; ``positions``, which are part of the state; ``forces``, the
+        multiplier of each constraint as ``lambda(NAME)``.
 
         Raises
         ------
         InputError
-            The scene has a coordinate of its own named ``energy``.
+            The scene has a coordinate of its own named ``energy``, or no multipliers.
         """
         table = {"t": self.t, **self.columns}
-        if energy:
+        if "energy" in extra:
             if "energy" in table:
                 raise InputError(
                     Problem("the scene has a name 'energy' of its own", rule="column-clash")
                 )
             table["energy"] = self.energy
+        if "forces" in extra:
+            require_multipliers(self.name, self.multipliers)
+            table |= {f"lambda({name})": values for name, values in self.multipliers.items()}
         return table
 
-    def csv(self, *, energy: bool = False) -> str:
+    def csv(self, extra: Collection[str] = ()) -> str:
         """The samples as CSV: a header of names, then numbers with 17 significant digits."""
         import csv
 
-        table = self.table(energy=energy)
+        table = self.table(extra)
         text = io.StringIO()
         csv.writer(text, lineterminator="\n").writerow(table)
         for row in np.column_stack(list(table.values())).tolist():
             text.write(",".join(f"{value:.17g}" for value in row) + "\n")
         return text.getvalue()
 
-    def npz(self, *, energy: bool = False) -> bytes:
+    def npz(self, extra: Collection[str] = ()) -> bytes:
         """The samples as an NPZ archive, one array a name, the same bytes every time."""
         import zipfile
 
         file = io.BytesIO()
         with zipfile.ZipFile(file, "w") as archive:
-            for name, values in self.table(energy=energy).items():
+            for name, values in self.table(extra).items():
                 array = io.BytesIO()
                 np.lib.format.write_array(array, values, allow_pickle=False)
                 archive.writestr(zipfile.ZipInfo(f"{name}.npy"), array.getvalue())
         return file.getvalue()
 
-    def write(self, path: str | os.PathLike[str], *, energy: bool = False) -> None:
+    def write(self, path: str | os.PathLike[str], extra: Collection[str] = ()) -> None:
         """Write ``.csv`` or ``.npz`` by the name's ending, whole or not at all.
 
         Raises
@@ -163,7 +195,7 @@ class Trajectory:
                     rule="output",
                 )
             )
-        content = self.csv(energy=energy).encode() if ending == ".csv" else self.npz(energy=energy)
+        content = self.csv(extra).encode() if ending == ".csv" else self.npz(extra)
         write_file(path, content)
 
     def plot(self, path: str | os.PathLike[str]) -> None:

@@ -228,10 +228,10 @@ def test_scales_of_an_angle(trajectory):
 
 
 def test_csv_reads_back_bit_by_bit(trajectory):
-    rows = list(csv.reader(io.StringIO(trajectory.csv(energy=True))))
+    rows = list(csv.reader(io.StringIO(trajectory.csv(["energy"]))))
     assert rows[0][:3] == ["t", "theta", "dot(theta)"]
     assert rows[0][-1] == "energy"
-    table = trajectory.table(energy=True)
+    table = trajectory.table(["energy"])
     read = np.array([[float(v) for v in row] for row in rows[1:]])
     assert (read == np.column_stack(list(table.values()))).all()
 
@@ -251,7 +251,7 @@ def test_names_that_numpy_or_the_table_could_trip_over():
         assert (read["file"] == found.columns["file"]).all()
     clash = simulate(equations(scene=PENDULUM.replace("theta", "energy")), until=1.0)
     with pytest.raises(InputError, match="name 'energy' of its own"):
-        clash.csv(energy=True)
+        clash.csv(["energy"])
 
 
 def test_files_are_written_whole_or_not_at_all(trajectory, tmp_path):
@@ -343,7 +343,7 @@ def test_nothing_is_printed_or_warned(pendulum, capfd):
 
 def test_the_same_bytes_twice(pendulum, trajectory):
     again = simulate(pendulum, until=5.0, accuracy=1e-9, samples=51)
-    assert again.csv(energy=True) == trajectory.csv(energy=True)
+    assert again.csv(["energy"]) == trajectory.csv(["energy"])
     assert again.estimated == trajectory.estimated
 
 
