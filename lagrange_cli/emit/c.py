@@ -9,11 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.c_body import body_text, work_size
+from lagrange_cli.emit.c_body import body_text, result_name
 from lagrange_cli.emit.c_header import header_text
 from lagrange_cli.emit.c_main import main_text
 from lagrange_cli.emit.c_names import CNames, Real, file_stem, real_type
+from lagrange_cli.emit.c_project import project_text, workspace
 from lagrange_cli.emit.c_solvers import helper_text, solver_text
+from lagrange_cli.emit.constraints import INTERNAL, constraint_programs
 from lagrange_cli.emit.printing import Dialect, functions_in
 from lagrange_cli.emit.program import FUNCTIONS, Program, build_program
 
@@ -52,13 +54,13 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
     names = CNames.of(equations)
     programs = {
         function: build_program(equations, outputs) for function, outputs in _OUTPUTS.items()
-    }
-    work = max(map(work_size, programs.values()))
+    } | constraint_programs(equations)
     stem = file_stem(equations.name)
     source = _source(equations, names, real, programs, stem)
     if options["main"]:
         source += main_text(equations, names, real)
-    return {f"{stem}.h": header_text(equations, names, real, work), f"{stem}.c": source}
+    header = header_text(equations, names, real, workspace(programs))
+    return {f"{stem}.h": header, f"{stem}.c": source}
 
 
 def _source(
@@ -75,6 +77,7 @@ def _source(
     ]
     for function, program in programs.items():
         parts.append(function_text(function, program, names, real, dialect))
+    parts.append(project_text(programs, names, real))
     return "\n".join(part for part in parts if part)
 
 
@@ -107,10 +110,11 @@ def function_text(
     function: str, program: Program, names: CNames, real: Real, dialect: Dialect
 ) -> str:
     """The definition of one function of the interface: a right-hand side where it has blocks."""
-    result = "dydt" if program.blocks else "out"
+    result = result_name(function, program)
+    static = "static " if function in INTERNAL else ""
     return "\n".join(
         [
-            f"int {names.prefix}_{function}({names.arguments(real, result)})",
+            f"{static}int {names.prefix}_{function}({names.arguments(real, result)})",
             "{",
             *body_text(function, program, names, real, dialect),
             "}",

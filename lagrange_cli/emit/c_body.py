@@ -7,19 +7,20 @@ live in the workspace; the others keep names of their own.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from textwrap import wrap
 
 from lagrange_cli.emit.c_names import CNames, Real
 from lagrange_cli.emit.c_solvers import EPSILON_NAME, dense_size
-from lagrange_cli.emit.operands import Operand, Product, Variable, rebuilt
+from lagrange_cli.emit.operands import Number, Operand, Product, Variable, rebuilt
 from lagrange_cli.emit.printing import Dialect, expression
 from lagrange_cli.emit.program import Program, input_names
 from lagrange_cli.emit.rolling import Affine, Cell, Loop, Place, Repeated, Statement, roll
 from lagrange_cli.emit.solve import Block
 
-__all__ = ["body_text", "work_size"]
+__all__ = ["body_text", "result_name", "work_size"]
 
 #: Lines of arithmetic are broken before this column.
 WIDTH = 96
@@ -44,18 +45,33 @@ def body_text(
 ) -> list[str]:
     """The lines of a function that stores the outputs of a program.
 
-    A right-hand side if the program has blocks; ``mass_matrix`` stores a full
-    matrix; all others store their outputs one after the other.
+    What solves a system if the program has blocks: ``multipliers`` or changes
+    of coordinates, else a right-hand side; ``mass_matrix`` stores a full matrix;
+    all others store their outputs one after the other.
     """
     parts: Sequence[_Part]
-    if program.blocks:
-        parts, results = _right_hand_side(program), 2 * program.coordinates
+    n = program.coordinates
+    if function == "multipliers":
+        results = sum(len(block.closures) for block in program.blocks)
+        parts = _solution(program, {}, {k: Cell("out", k) for k in range(results)})
+    elif function.endswith("_change"):
+        parts, results = _change(program), n
+    elif program.blocks:
+        parts, results = _right_hand_side(program), 2 * n
     elif function == "mass_matrix":
         parts, results = _matrix(program), program.coordinates**2
     else:
         stores = _in_order(program)
         parts, results = [_Stores(stores)], len(stores)
-    return _Writer(program, names, real, dialect).text(parts, results)
+    return _Writer(program, names, real, dialect).text(
+        parts, results, result_name(function, program)
+    )
+
+
+def result_name(function: str, program: Program) -> str:
+    """The array that a function stores its results in."""
+    found = function == "multipliers" or function.endswith("_change")
+    return "dydt" if program.blocks and not found else "out"
 
 
 @dataclass(frozen=True)
@@ -80,6 +96,8 @@ class _Solve:
 
 _Part = _Stores | _Pivots | _Solve
 
+_RIGHT = "Right-hand sides: of the coordinates, then of the closures."
+
 
 def _in_order(program: Program) -> list[Statement]:
     operands = [operand for _, of in program.outputs for operand in of]
@@ -88,13 +106,13 @@ def _in_order(program: Program) -> list[Statement]:
 
 def _matrix(program: Program) -> list[_Stores]:
     n = program.coordinates
-    upper = _upper("out", n, program.output("mass_matrix"))
+    upper = _upper("out", n, n, program.output("mass_matrix"))
     return [_Stores(upper, "Upper triangle, by rows."), _Stores(_mirrored("out", "o", n))]
 
 
-def _upper(array: str, n: int, operands: Sequence[Operand]) -> list[Statement]:
-    """Stores of an upper triangle given by rows."""
-    indices = [i * n + j for i in range(n) for j in range(i, n)]
+def _upper(array: str, n: int, width: int, operands: Sequence[Operand]) -> list[Statement]:
+    """Stores of the upper triangle, given by rows, of the n rows first in a wider matrix."""
+    indices = [i * width + j for i in range(n) for j in range(i, n)]
     pairs = zip(indices, operands, strict=True)
     return [Statement(Cell(array, index), operand) for index, operand in pairs]
 
@@ -111,40 +129,64 @@ def _mirrored(array: str, kind: str, n: int) -> list[Statement]:
 def _right_hand_side(program: Program) -> list[_Part]:
     """Check the pivots, store velocities and accelerations."""
     n = program.coordinates
+    velocities = _Stores([Statement(Cell("dydt", i), Variable(f"v{i}")) for i in range(n)])
+    pivots, *rest = _solution(program, {i: Cell("dydt", n + i) for i in range(n)}, {})
+    return [pivots, velocities, *rest]
+
+
+def _change(program: Program) -> list[_Part]:
+    """Changes of the coordinates that closures hold; those of the others are zero."""
+    held = {i for block in program.blocks for i in block.coordinates}
+    free = [i for i in range(program.coordinates) if i not in held]
+    zeros = [Statement(Cell("out", i), Number(Fraction(0))) for i in free]
+    return [_Stores(zeros), *_solution(program, {i: Cell("out", i) for i in held}, {})]
+
+
+def _solution(
+    program: Program, coordinates: Mapping[int, Cell], closures: Mapping[int, Cell]
+) -> list[_Part]:
+    """Check the pivots, solve the blocks, store what is found for coordinates and closures."""
     parts: list[_Part] = [_Pivots()]
-    parts.append(_Stores([Statement(Cell("dydt", i), Variable(f"v{i}")) for i in range(n)]))
     accelerations = iter(program.output("acceleration"))
     matrix = iter(program.output("dense_matrix"))
     forcing = iter(program.output("dense_forcing"))
     for block in program.blocks:
         of, size = block.coordinates, len(block.coordinates)
         if block.unrolled:
-            found = [Statement(Cell("dydt", n + i), next(accelerations)) for i in of]
-            parts.append(_Stores(found))
-        else:
-            entries = [next(matrix) for _ in range(size * (size + 1) // 2)]
-            right = [next(forcing) for _ in range(size)]
-            parts += _dense_block(program, block, entries, right)
+            parts.append(_Stores([Statement(coordinates[i], next(accelerations)) for i in of]))
+            continue
+        entries = [next(matrix) for _ in range(size * (size + 1) // 2)]
+        gradients = [next(matrix) for _ in range(size * len(block.closures))]
+        right = [next(forcing) for _ in range(block.size)]
+        parts += _dense_block(block, entries, gradients, right)
+        targets = [coordinates.get(i) for i in of] + [closures.get(k) for k in block.closures]
+        start = block.size**2
+        found = [
+            Statement(target, Variable(f"d{start + k}"))
+            for k, target in enumerate(targets)
+            if target is not None
+        ]
+        parts.append(_Stores(found))
     return parts
 
 
 def _dense_block(
-    program: Program, block: Block, entries: Sequence[Operand], right: Sequence[Operand]
+    block: Block,
+    entries: Sequence[Operand],
+    gradients: Sequence[Operand],
+    right: Sequence[Operand],
 ) -> Iterator[_Part]:
     """Fill the workspace with matrix and right-hand side, and call the solver."""
-    n = len(block.coordinates)
-    yield _Stores(_upper("work", n, entries), "Upper triangle of the mass matrix, by rows.")
-    if not block.definite:
+    n, size = len(block.coordinates), block.size
+    upper = _upper("work", n, size, entries)
+    yield _Stores(upper, "Upper triangle of the mass matrix, by rows.")
+    if not (block.definite or block.closures):
         yield _Stores(_mirrored("work", "d", n))
-    forcing = [Statement(Cell("work", n * n + i), f) for i, f in enumerate(right)]
-    yield _Stores(forcing, "Forcing.")
+    below = [Cell("work", i * size + j) for i in range(n, size) for j in range(n)]
+    yield _Stores(list(map(Statement, below, gradients)), "Gradients of the closures, by rows.")
+    forcing = [Statement(Cell("work", size * size + i), f) for i, f in enumerate(right)]
+    yield _Stores(forcing, _RIGHT if block.closures else "Forcing.")
     yield _Solve(block)
-    yield _Stores(
-        [
-            Statement(Cell("dydt", program.coordinates + i), Variable(f"d{n * n + k}"))
-            for k, i in enumerate(block.coordinates)
-        ]
-    )
 
 
 class _Writer:
@@ -159,7 +201,7 @@ class _Writer:
         self.depth = 0
         self.copied: set[int] = set()
 
-    def text(self, parts: Sequence[_Part], results: int) -> list[str]:
+    def text(self, parts: Sequence[_Part], results: int, result: str) -> list[str]:
         """Declarations, the assignments, the parts, and the check of the results."""
         assigned = [Statement(self._cell(n), o) for n, o in self.program.assignments]
         steps: list[tuple[_Part, list[Statement | Loop]]]
@@ -170,9 +212,9 @@ class _Writer:
         self._place_values([item for _, items in steps for item in items])
         for part, items in steps:
             self._write(part, items)
-        result = "dydt" if self.program.blocks else "out"
         self._check(result, results)
-        return [*self._opening(parts, results), *self.lines]
+        velocities = result == "dydt"
+        return [*self._opening(parts, results, velocities), *self.lines]
 
     # -- where values are ----------------------------------------------------
 
@@ -204,11 +246,11 @@ class _Writer:
 
     # -- lines -----------------------------------------------------------------
 
-    def _opening(self, parts: Sequence[_Part], results: int) -> list[str]:
+    def _opening(self, parts: Sequence[_Part], results: int, velocities: bool) -> list[str]:
         """Counters, what is read from the arguments, and the arguments that are not used."""
         real, program = self.real.name, self.program
         reads = input_names(program)
-        if program.blocks:
+        if velocities:
             reads |= {f"v{i}" for i in range(program.coordinates)}
         state = [name for name in self._state() if name in reads]
         uses_work = self.stored or self.copied or any(isinstance(p, _Solve) for p in parts)
@@ -328,10 +370,11 @@ class _Writer:
                 self.lines += [f"    if (!({test})) {{", "        return 1;", "    }"]
 
     def _write_call(self, block: Block) -> None:
-        n = len(block.coordinates)
-        solver = f"{self.names.prefix}_solve_{'definite' if block.definite else 'pivoted'}"
-        arguments = f"{n}, work, work + {n * n}"
-        self.lines += [f"    if ({solver}({arguments}) != 0) {{", "        return 1;", "    }"]
+        n, size = len(block.coordinates), block.size
+        kind = "definite" if block.definite else "saddle" if block.closures else "pivoted"
+        sizes = f"{n}, {len(block.closures)}" if block.closures else f"{n}"
+        call = f"{self.names.prefix}_solve_{kind}({sizes}, work, work + {size * size})"
+        self.lines += [f"    if ({call} != 0) {{", "        return 1;", "    }"]
 
     def _check(self, result: str, results: int) -> None:
         if results:

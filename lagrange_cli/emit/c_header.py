@@ -34,6 +34,26 @@ int @NAME@_energy(@OUT@);
 int @NAME@_positions(@OUT@);
 """
 
+_CONSTRAINED = """
+/* out[0..@NAME@_MULTIPLIERS-1]: the multipliers, in the order of the closures above. */
+int @NAME@_multipliers(@OUT@);
+
+/* out[0..@NAME@_CONSTRAINTS-1]: lhs - rhs of the closures of positions, then
+ * what should be zero of the velocities, for each of the closures above: its
+ * time derivative, or lhs - rhs of one that holds velocities. */
+int @NAME@_constraints(@OUT@);
+
+/*
+ * Leads y back to the closures, which it leaves in the course of integration:
+ * q by the smallest changes, in the metric of the kinetic energy, until only
+ * rounding is left (Newton's method), then v in the same metric. To be called
+ * after each step, and before the first where the state is not known to obey
+ * the closures. Returns 1 in a singular configuration, 2 if a result is not
+ * finite, 3 if y is too far from any state that obeys them; y has then changed.
+ */
+int @NAME@_project(@PROJECT@);
+"""
+
 
 def header_text(equations: Equations, names: CNames, real: Real, work: int) -> str:
     """The text of ``NAME.h``."""
@@ -49,13 +69,13 @@ def header_text(equations: Equations, names: CNames, real: Real, work: int) -> s
             'extern "C" {',
             "#endif",
             "",
-            f"#define {prefix}_DOF {len(equations.coordinates)}",
+            *_sizes(equations, prefix),
             f"#define {prefix}_POSITIONS {len(equations.cartesian_names)}",
             f"#define {prefix}_WORK {work}",
             "",
             *_structure(equations, names, real),
             "",
-            _declarations(names, real),
+            _declarations(equations, names, real),
             "#ifdef __cplusplus",
             "}",
             "#endif",
@@ -66,10 +86,24 @@ def header_text(equations: Equations, names: CNames, real: Real, work: int) -> s
     )
 
 
-def _declarations(names: CNames, real: Real) -> str:
+def _sizes(equations: Equations, prefix: str) -> list[str]:
+    n, closures = len(equations.coordinates), equations.closures
+    if not closures:
+        return [f"#define {prefix}_DOF {n}"]
+    positions = sum(closure.kind == "position" for closure in closures)
+    return [
+        f"#define {prefix}_COORDINATES {n}",
+        f"#define {prefix}_MULTIPLIERS {len(closures)}",
+        f"#define {prefix}_CONSTRAINTS {positions + len(closures)}",
+    ]
+
+
+def _declarations(equations: Equations, names: CNames, real: Real) -> str:
+    text = _INTERFACE + (_CONSTRAINED if equations.closures else "")
     return (
-        _INTERFACE.replace("@RHS@", names.arguments(real, "dydt"))
+        text.replace("@RHS@", names.arguments(real, "dydt"))
         .replace("@OUT@", names.arguments(real, "out"))
+        .replace("@PROJECT@", names.state_arguments(real))
         .replace("@NAME@", names.prefix)
     )
 
@@ -81,7 +115,7 @@ def _comment(equations: Equations, names: CNames) -> list[str]:
         lines += ["", comment_text(equations.description)]
     lines += [
         "",
-        "Equations of motion M(q, t) a = f(q, v, t) with n degrees of freedom.",
+        *_statement(equations),
         f"Made by lagrange {__version__} from the scene with SHA-256",
         comment_text(equations.digest),
         "This output is yours: use it as you like, under any terms.",
@@ -94,14 +128,53 @@ def _comment(equations: Equations, names: CNames) -> list[str]:
     lines += ["", "Positions:"]
     for k, cartesian in enumerate(equations.cartesian_names):
         lines.append(f"  out[{k}]  {comment_text(cartesian.name)}")
-    lines += ["", *_CONVENTIONS.replace("@NAME@", names.prefix).splitlines()]
+    lines += _closures(equations)
+    lines += ["", *_conventions(equations, names.prefix).splitlines()]
     return ["/*", *(f" * {line}".rstrip() for line in lines), " */"]
 
 
-_CONVENTIONS = """\
+def _statement(equations: Equations) -> list[str]:
+    n, m, dof = len(equations.coordinates), len(equations.closures), equations.account.dof
+    if not m:
+        return ["Equations of motion M(q, t) a = f(q, v, t) with n degrees of freedom."]
+    return [
+        "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with closure",
+        "equations beside them and a multiplier l[k] of each. g[k] is the gradient of",
+        "closure k, so that l[k]*g[k] is the generalized force that it exerts.",
+        f"n = {n} coordinates, {m} multiplier{'s' * (m > 1)}, degrees of freedom: {dof}.",
+    ]
+
+
+def _closures(equations: Equations) -> list[str]:
+    """The closures in the order of the multipliers."""
+    if not equations.closures:
+        return []
+    lines = ["", "Closures, each with its multiplier:"]
+    for k, closure in enumerate(equations.closures):
+        kind = "" if closure.kind == "position" else " (of velocities)"
+        text = comment_text(f"{closure.name}: {closure.text}")
+        lines.append(f"  l[{k}]  {text}{kind}")
+    return lines
+
+
+def _conventions(equations: Equations, prefix: str) -> str:
+    status = _STATUS_CLOSED if equations.closures else _STATUS
+    return (status + _CONVENTIONS).replace("@NAME@", prefix)
+
+
+_STATUS = """\
 Every function returns 0, or 1 if the mass matrix is singular (or not
 positive definite where it must be), or 2 if a result is not finite; what it
 has written is then meaningless.
+"""
+
+_STATUS_CLOSED = """\
+Every function returns 0, or 1 if no accelerations and multipliers are
+determined (a singular configuration), or 2 if a result is not finite; what it
+has written is then meaningless.
+"""
+
+_CONVENTIONS = """\
 t is the time; u are inputs, of which this system has none (may be null);
 work holds @NAME@_WORK numbers of scratch space, unrelated to any other call.
 y and the array of results must not overlap. Nothing is allocated and no

@@ -25,7 +25,7 @@ _MAIN = """
 #include <stdlib.h>
 #include <string.h>
 
-#define @NAME@_STATE (2*@NAME@_DOF)
+#define @NAME@_STATE (2*@COUNT@)
 
 /* One step of size h from time t; y is advanced. */
 static int @NAME@_step(@REAL@ t, @REAL@ h, const @NAME@_params *p, @REAL@ *y)
@@ -45,7 +45,7 @@ static int @NAME@_step(@REAL@ t, @REAL@ h, const @NAME@_params *p, @REAL@ *y)
     for (i = 0; i < @NAME@_STATE; ++i) {
         y[i] += h/@SIX@*(k[0][i] + @TWO@*(k[1][i] + k[2][i]) + k[3][i]);
     }
-    return 0;
+    return @STEPPED@;
 }
 
 int main(int argc, char **argv)
@@ -89,7 +89,7 @@ int main(int argc, char **argv)
             return 2;
         }
     }
-@NEEDED@    printf("t");
+@NEEDED@@START_PROJECTED@    printf("t");
     for (k = 0; k < @NAME@_STATE; ++k) {
         printf(",%s", state[k]);
     }
@@ -103,7 +103,7 @@ int main(int argc, char **argv)
             status = @NAME@_step(start + (@REAL@)(row*steps + step)*h, h, &p, y);
             if (status != 0) {
                 fprintf(stderr, "\\nstopped: %s\\n",
-                        status == 1 ? "singular mass matrix" : "result is not finite");
+                        @REASON@);
                 return 1;
             }
         }
@@ -127,6 +127,23 @@ _NEEDED = """\
     }
 """
 
+_START_PROJECTED = """\
+    {
+        static @REAL@ work[@NAME@_WORK];
+        if (@NAME@_project(start, y, 0, &p, work) != 0) {
+            fprintf(stderr, "the initial state is too far from the closures\\n");
+            return 1;
+        }
+    }
+"""
+
+_REASON = 'status == 1 ? "singular mass matrix" : "result is not finite"'
+_REASON_CLOSED = (
+    'status == 1 ? "singular configuration"\n'
+    '                        : status == 2 ? "result is not finite"'
+    ' : "too far from the closures"'
+)
+
 
 def main_text(equations: Equations, names: CNames, real: Real) -> str:
     """The text of ``main`` and what it needs, to stand at the end of ``NAME.c``."""
@@ -136,6 +153,7 @@ def main_text(equations: Equations, names: CNames, real: Real) -> str:
     replacements = {
         "@PARAMETERS@": "".join(given),
         "@NEEDED@": "".join(needed),
+        **_projection(equations),
         **_state_replacements(equations, real),
         **_run_replacements(equations, real),
         "@NAME@": names.prefix,
@@ -151,6 +169,17 @@ def main_text(equations: Equations, names: CNames, real: Real) -> str:
     for token, replacement in replacements.items():
         text = text.replace(token, replacement)
     return text
+
+
+def _projection(equations: Equations) -> dict[str, str]:
+    """The places where a state is led back to the closures, where there are any."""
+    closed = bool(equations.closures)
+    return {
+        "@START_PROJECTED@": _START_PROJECTED if closed else "",
+        "@STEPPED@": "@NAME@_project(t + h, y, 0, p, work)" if closed else "0",
+        "@REASON@": _REASON_CLOSED if closed else _REASON,
+        "@COUNT@": "@NAME@_COORDINATES" if closed else "@NAME@_DOF",
+    }
 
 
 def _named(template: str, name: str, field: str) -> str:

@@ -93,6 +93,13 @@ class CNames:
             f"const {self.prefix}_params *p, {real.name} *work, {real.name} *{result}"
         )
 
+    def state_arguments(self, real: Real) -> str:
+        """The parameter list of the function that changes a state."""
+        return (
+            f"{real.name} t, {real.name} *y, const {real.name} *u, "
+            f"const {self.prefix}_params *p, {real.name} *work"
+        )
+
 
 def file_stem(name: str) -> str:
     """The name itself where it is a plain file name, else an identifier made of it."""

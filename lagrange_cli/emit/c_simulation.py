@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from lagrange_cli.emit.c import function_names, function_text, functions_used
 from lagrange_cli.emit.c_lanes import LANES_HEADER, lanes_text
 from lagrange_cli.emit.c_names import CNames, Real, real_type
+from lagrange_cli.emit.c_project import project_text
 from lagrange_cli.emit.c_solvers import helper_text, solver_text
 from lagrange_cli.emit.printing import Dialect
 from lagrange_cli.emit.program import Program
@@ -43,7 +44,10 @@ void system_table(function f, long rows, const double *t, const double *y, long 
 def library_source(programs: Mapping[str, Program]) -> str:
     """A text of C with a function ``system_NAME`` for each program, and ``system_table``.
 
-    The programs read parameters from an array of doubles at ``p``.
+    With those of :func:`lagrange_cli.emit.constraints.constraint_programs` there
+    is ``system_project`` too; :func:`lagrange_cli.emit.c_project.workspace` is the
+    size of ``work`` that serves all of them. The programs read parameters from an
+    array of doubles at ``p``.
     """
     names, real, dialect = _language(programs)
     parameters = _parameters(programs)
@@ -54,6 +58,7 @@ def library_source(programs: Mapping[str, Program]) -> str:
         helper_text(used, names, real),
         solver_text(programs["rhs"].blocks, names, real),
         *(function_text(f, p, names, real, dialect) for f, p in programs.items()),
+        project_text(programs, names, real),
         _TABLE,
     ]
     return "\n".join(filter(None, parts))

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.emit import values as graph
 from lagrange_cli.emit.angles import expand_angle_sums
+from lagrange_cli.emit.closures import CLOSURE_OUTPUTS, SYSTEMS
 from lagrange_cli.emit.factoring import factor_sums
 from lagrange_cli.emit.families import Assignment, by_family, ordered, rename
 from lagrange_cli.emit.operands import (
@@ -70,8 +71,8 @@ LONGEST_SUM = 24
 class Program:
     """Straight-line code for ``outputs`` (name, operands).
 
-    ``blocks`` says how accelerations are found where they are an output (see
-    :mod:`lagrange_cli.emit.solve`).
+    ``blocks`` says how accelerations, or what else solves a system, are found
+    where they are an output (see :mod:`lagrange_cli.emit.solve`).
     """
 
     coordinates: int
@@ -100,7 +101,7 @@ def _upper_triangle(e: Equations) -> Iterable[Expr]:
     return (e.mass_matrix[i][j] for i in range(n) for j in range(i, n))
 
 
-#: What can be asked for, besides ``acceleration``: each a function to its expressions.
+#: What can be asked for, besides what solves a system: each a function to its expressions.
 OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "mass_matrix": _upper_triangle,
     "forcing": lambda e: e.forcing,
@@ -110,6 +111,7 @@ OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "positions": lambda e: (c.position for c in e.cartesian_names),
     "velocities": lambda e: (c.velocity for c in e.cartesian_names),
     "momenta": _momenta,
+    **CLOSURE_OUTPUTS,
 }
 
 
@@ -119,9 +121,10 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
     Parameters
     ----------
     outputs
-        Names from :data:`OUTPUTS`, or ``acceleration``, which stands for the
-        outputs ``acceleration``, ``pivots``, ``scales``, ``dense_matrix`` and
-        ``dense_forcing`` that :func:`lagrange_cli.emit.solve.solve_blocks` explains.
+        Names from :data:`OUTPUTS`, or one of :data:`SYSTEMS` (``acceleration``),
+        which stands for the outputs ``acceleration``, ``pivots``, ``scales``,
+        ``dense_matrix`` and ``dense_forcing`` that
+        :func:`lagrange_cli.emit.solve.solve_blocks` explains.
 
     Raises
     ------
@@ -132,8 +135,8 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
     wanted: list[tuple[str, list[Scaled]]] = []
     blocks: tuple[Block, ...] = ()
     for name in outputs:
-        if name == "acceleration":
-            blocks, solution = solve_blocks(values, equations)
+        if name in SYSTEMS:
+            blocks, solution = solve_blocks(values, equations, SYSTEMS[name](equations))
             wanted.extend(solution)
         else:
             wanted.append((name, [values.convert(e) for e in OUTPUTS[name](equations)]))

@@ -1,6 +1,9 @@
 """How emitted code solves M a = f: block by block, by the cheapest stable way.
 
 The zero pattern of M splits the coordinates into blocks that do not couple.
+Closure equations couple those that they hold; such a block is solved for its
+accelerations and multipliers together, M a = f + Σ λ·gradient with
+gradient·a + bias = 0, by elimination with pivoting.
 A block of one is a division. A small block whose mass matrix is proven
 positive definite becomes straight-line code: the exact solution where that is
 known to lose no digits (:mod:`lagrange_cli.mechanics.closed_form`), else
@@ -12,6 +15,7 @@ with partial pivoting.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
@@ -20,9 +24,11 @@ from lagrange_cli.emit.values import ONE, Scaled, Values
 from lagrange_cli.mechanics.closed_form import Solution, solve_exactly
 
 if TYPE_CHECKING:
+    from sympy import Expr
+
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["LARGEST_UNROLLED", "Block", "solve_blocks"]
+__all__ = ["LARGEST_UNROLLED", "Block", "System", "solve_blocks"]
 
 #: Positive definite blocks up to this size are written out.
 LARGEST_UNROLLED = 4
@@ -37,13 +43,33 @@ class Block:
     ``unrolled``: by straight-line code whose pivots are to be checked, else by
     a loop. ``definite``: the mass matrix is proven positive definite; a loop
     needs partial pivoting where it is not. ``exact``: no digits cancel in the
-    pivots, so that each that is positive is known to be so.
+    pivots, so that each that is positive is known to be so. ``closures``
+    (indices, ascending) are solved with them; their block is never unrolled.
     """
 
     coordinates: tuple[int, ...]
     unrolled: bool
     definite: bool
     exact: bool = False
+    closures: tuple[int, ...] = ()
+
+    @property
+    def size(self) -> int:
+        """The number of unknowns."""
+        return len(self.coordinates) + len(self.closures)
+
+
+@dataclass(frozen=True)
+class System:
+    """M x = ``right`` + Σ λ·gradient and gradient·x + bias = 0 for each of ``closures``.
+
+    ``closures``: (gradient, bias) each. ``whole``: blocks without closures are
+    solved too; else only those with closures are.
+    """
+
+    right: Sequence[Expr]
+    closures: Sequence[tuple[Sequence[Expr], Expr]] = ()
+    whole: bool = True
 
 
 class _Unrolled(NamedTuple):
@@ -56,32 +82,40 @@ class _Unrolled(NamedTuple):
 
 
 def solve_blocks(
-    values: Values, equations: Equations
+    values: Values, equations: Equations, system: System
 ) -> tuple[tuple[Block, ...], list[tuple[str, list[Scaled]]]]:
-    """Blocks of the system M a = f and the outputs that solve it.
+    """Blocks of a system with the mass matrix and the outputs that solve it.
 
     The outputs are ``acceleration`` (of the coordinates of unrolled blocks, by
     block), ``pivots`` and ``scales`` (as many numbers: a pivot that is not
     above its rounding error, ε times the diagonal entry in ``scales`` or 0 in an
     exact block, means a singular matrix), ``dense_matrix`` (the upper triangles
-    of the other blocks, by rows) and ``dense_forcing``.
+    of the other blocks, by rows, each followed by the gradients of the block's
+    closures) and ``dense_forcing`` (right-hand sides, followed by −bias).
     """
     facts = equations.facts
     matrix = [[values.convert(m) for m in row] for row in equations.mass_matrix]
+    gradients = [[values.convert(g) for g in gradient] for gradient, _ in system.closures]
     definite = facts.positive_definite_mass_matrix
     names = ("acceleration", "pivots", "scales", "dense_matrix", "dense_forcing")
     outputs: dict[str, list[Scaled]] = {name: [] for name in names}
     blocks = []
-    for of in _components(matrix, facts.diagonal_mass_matrix):
-        if _unrolled(len(of), definite):
-            exact, *solution = _unroll(values, equations, of)
+    for of, closures in _components(matrix, gradients, facts.diagonal_mass_matrix):
+        if not (closures or system.whole):
+            continue
+        if not closures and _unrolled(len(of), definite):
+            exact, *solution = _unroll(values, equations, system.right, of)
             blocks.append(Block(of, unrolled=True, definite=definite, exact=exact))
             for name, found in zip(names, solution, strict=False):
                 outputs[name].extend(found)
         else:
-            blocks.append(Block(of, unrolled=False, definite=definite))
+            definitely = definite and not closures
+            blocks.append(Block(of, unrolled=False, definite=definitely, closures=closures))
             outputs["dense_matrix"].extend(matrix[i][j] for k, i in enumerate(of) for j in of[k:])
-            outputs["dense_forcing"].extend(values.convert(equations.forcing[i]) for i in of)
+            outputs["dense_matrix"].extend(gradients[k][j] for k in closures for j in of)
+            outputs["dense_forcing"].extend(values.convert(system.right[i]) for i in of)
+            biases = [values.convert(system.closures[k][1]) for k in closures]
+            outputs["dense_forcing"].extend((-c, number) for c, number in biases)
     return tuple(blocks), list(outputs.items())
 
 
@@ -89,30 +123,40 @@ def _unrolled(size: int, definite: bool) -> bool:
     return size == 1 or (definite and size <= LARGEST_UNROLLED)
 
 
-def _components(matrix: list[list[Scaled]], diagonal: bool) -> list[tuple[int, ...]]:
-    """The connected components of the graph whose edges are nonzero entries."""
+def _components(
+    matrix: list[list[Scaled]], gradients: list[list[Scaled]], diagonal: bool
+) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+    """The connected components of the graph whose edges are nonzero entries:
+    coordinates and closures of each."""
     n = len(matrix)
+    held = [[j for j, g in enumerate(gradient) if g[0] != 0] for gradient in gradients]
+    closures_at = [[k for k, of in enumerate(held) if i in of] for i in range(n)]
     left = set(range(n))
     components = []
     for start in range(n):
         if start not in left:
             continue
         left.discard(start)
-        members, stack = [start], [start]
-        while stack and not diagonal:
-            row = matrix[stack.pop()]
-            found = [j for j in sorted(left) if row[j][0] != 0]
+        members, closures, stack = [start], set[int](), [start]
+        while stack:
+            i = stack.pop()
+            found = [] if diagonal else [j for j in sorted(left) if matrix[i][j][0] != 0]
+            for k in closures_at[i]:
+                found.extend(j for j in held[k] if j in left and j not in found)
+            closures.update(closures_at[i])
             left.difference_update(found)
             members.extend(found)
             stack.extend(found)
-        components.append(tuple(sorted(members)))
+        components.append((tuple(sorted(members)), tuple(sorted(closures))))
     return components
 
 
-def _unroll(values: Values, equations: Equations, of: tuple[int, ...]) -> _Unrolled:
+def _unroll(
+    values: Values, equations: Equations, right: Sequence[Expr], of: tuple[int, ...]
+) -> _Unrolled:
     """A block in straight-line code: exact where that is known to be stable and short."""
     mass = [[equations.mass_matrix[i][j] for j in of] for i in of]
-    forcing = [equations.forcing[i] for i in of]
+    forcing = [right[i] for i in of]
     if len(of) > 1:
         solution = solve_exactly(mass, forcing, [c.q for c in equations.coordinates])
         if solution is not None:

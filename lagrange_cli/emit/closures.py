@@ -1,0 +1,98 @@
+"""Closure equations as systems to solve and expressions to evaluate.
+
+With accelerations a and multipliers λ, M a = f + Σ λ·gradient and
+gradient·a + bias = 0. A state that has left the closures is led back by the
+same matrix: M δ = Σ μ·gradient and gradient·δ + residual = 0 is the smallest
+change δ, in the metric of the kinetic energy, that makes the linearized
+residuals vanish (Hairer, Lubich, Wanner, *Geometric Numerical Integration*,
+2nd ed., IV.4 and VII.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import sympy
+
+from lagrange_cli.emit.solve import System
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Closure, Equations
+
+__all__ = ["CLOSURE_OUTPUTS", "SYSTEMS"]
+
+
+def _position_closures(e: Equations) -> list[Closure]:
+    return [c for c in e.closures if c.kind == "position"]
+
+
+def _rates(e: Equations) -> list[Expr]:
+    """What is zero of the velocities: φ̇ of position closures, ψ of velocity closures."""
+    return [sympy.Add(*_rate_terms(c, e)) for c in e.closures]
+
+
+def _rate_terms(closure: Closure, e: Equations) -> list[Expr]:
+    terms = [g * c.v for g, c in zip(closure.gradient, e.coordinates, strict=True)]
+    return [*terms, closure.rate]
+
+
+def _acceleration(e: Equations) -> System:
+    return System(e.forcing, [(c.gradient, c.bias) for c in e.closures])
+
+
+def _multipliers(e: Equations) -> System:
+    return System(e.forcing, [(c.gradient, c.bias) for c in e.closures], whole=False)
+
+
+def _position_change(e: Equations) -> System:
+    closures = [(c.gradient, c.expression) for c in _position_closures(e)]
+    return System([sympy.S.Zero] * len(e.coordinates), closures, whole=False)
+
+
+def _velocity_change(e: Equations) -> System:
+    closures = [(c.gradient, rate) for c, rate in zip(e.closures, _rates(e), strict=True)]
+    return System([sympy.S.Zero] * len(e.coordinates), closures, whole=False)
+
+
+#: What is found by solving a system with the mass matrix.
+SYSTEMS: dict[str, Callable[[Equations], System]] = {
+    "acceleration": _acceleration,
+    "multipliers": _multipliers,
+    "position_change": _position_change,
+    "velocity_change": _velocity_change,
+}
+
+
+def _sizes(e: Equations) -> Iterable[Expr]:
+    """Sums of the magnitudes that a residual is the difference of, each of which is rounded:
+    its terms, and what the coordinates contribute to first order."""
+    for closure in _position_closures(e):
+        yield _magnitude(
+            [
+                *sympy.Add.make_args(closure.expression),
+                *(g * c.q for g, c in zip(closure.gradient, e.coordinates, strict=True)),
+            ]
+        )
+
+
+def _rate_sizes(e: Equations) -> Iterable[Expr]:
+    return (_magnitude(_rate_terms(closure, e)) for closure in e.closures)
+
+
+def _magnitude(terms: Sequence[Expr]) -> Expr:
+    """Σ |term|, as it stands: SymPy need not look into the terms."""
+    numbers = [abs(term) for term in terms if term.is_Number]
+    others = [sympy.Abs(term, evaluate=False) for term in terms if not term.is_Number]
+    return sympy.Add(*numbers, *others)
+
+
+#: What can be asked for of the closures: each a function to its expressions.
+CLOSURE_OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
+    "closures": lambda e: [c.expression for c in _position_closures(e)],
+    "closure_sizes": _sizes,
+    "closure_rates": _rates,
+    "closure_rate_sizes": _rate_sizes,
+}
