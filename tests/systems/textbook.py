@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 from sympy import Expr, Rational, Symbol, cos, exp, sin, sqrt
 from textbook_celestial import CELESTIAL
+from textbook_chains import CHAINS
 
 Names = SimpleNamespace
 
@@ -363,6 +364,7 @@ LAGRANGIANS: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     "penning_trap": _penning_trap,
     "magnetic_dipole": _magnetic_dipole,
     **CELESTIAL,
+    **CHAINS,
 }
 
 #: Scene name → generalized forces by coordinate, beside the Lagrangian.

@@ -1,0 +1,65 @@
+"""Lagrangians of the chains, rings and nets, typed with loops over the members' names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from itertools import product
+from types import SimpleNamespace
+
+from sympy import Expr, Integer, Matrix, Rational, Symbol, cos, exp, sin
+
+Names = SimpleNamespace
+
+HALF = Rational(1, 2)
+
+
+def _row(names: Names, base: str, n: int) -> list[Symbol]:
+    return [getattr(names, f"{base}[{i}]") for i in range(1, n + 1)]
+
+
+def _toda_ring(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    x, w = _row(q, "q", 6), _row(v, "q", 6)
+    return sum(HALF * w[i] ** 2 - exp(x[i - 1] - x[i]) for i in range(6))
+
+
+def _pendulum_chain(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    theta, omega = _row(q, "theta", 4), _row(v, "theta", 4)
+    velocity, height, total = Matrix([0, 0]), Integer(0), Integer(0)
+    for angle, rate in zip(theta, omega, strict=True):
+        velocity += p.l * rate * Matrix([cos(angle), sin(angle)])
+        height -= p.l * cos(angle)
+        total += HALF * p.m * velocity.dot(velocity) - p.m * p.g * height
+    return total
+
+
+def _oscillator_ring(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    x, w = _row(q, "x", 6), _row(v, "x", 6)
+    return sum(HALF * p.m * w[i] ** 2 - HALF * p.K * (x[i] - x[i - 1]) ** 2 for i in range(6))
+
+
+def _fput(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    u = [Integer(0), *_row(q, "u", 15), Integer(0)]
+    kinetic = sum(HALF * w**2 for w in _row(v, "u", 15))
+    stretches = [after - before for before, after in zip(u, u[1:], strict=False)]
+    return kinetic - sum(HALF * d**2 + p.alpha * d**3 / 3 for d in stretches)
+
+
+def _net_of_springs(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    def u(i: int, j: int) -> Expr:
+        return getattr(q, f"u[{i},{j}]", Integer(0))
+
+    beads = list(product(range(1, 4), repeat=2))
+    kinetic = sum(HALF * p.m * getattr(v, f"u[{i},{j}]") ** 2 for i, j in beads)
+    pairs = [(u(i, j), u(i + 1, j)) for i, j in product(range(4), range(1, 4))]
+    pairs += [(u(i, j), u(i, j + 1)) for i, j in product(range(1, 4), range(4))]
+    return kinetic - sum(HALF * p.k * (p.a**2 + (a - b) ** 2) for a, b in pairs)
+
+
+#: Scene name → its Lagrangian.
+CHAINS: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
+    "toda_ring": _toda_ring,
+    "pendulum_chain": _pendulum_chain,
+    "oscillator_ring": _oscillator_ring,
+    "fput": _fput,
+    "net_of_springs": _net_of_springs,
+}
