@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.c_body import work_size
+from lagrange_cli.emit.c_project import workspace
 from lagrange_cli.emit.c_simulation import lanes_source, library_source
+from lagrange_cli.emit.constraints import constraint_programs
 from lagrange_cli.emit.disturbed import disturb
 from lagrange_cli.emit.python_functions import module_source, program_of
 from lagrange_cli.simulate.model import Code, Defaults, Model, ModelParameter
@@ -49,10 +50,11 @@ def _code(equations: Equations) -> Code:
     programs = {name: program_of(equations, name) for name in FUNCTIONS}
     disturbed = disturb(programs["rhs"])
     programs["disturbed"] = disturbed
+    programs |= constraint_programs(equations)
     return Code(
         c=library_source(programs),
         lanes=lanes_source(programs),
         python=module_source(programs),
-        work=max(map(work_size, programs.values())),
+        work=workspace(programs),
         factors=disturbed.parameters - len(equations.parameters),
     )

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
 from lagrange_cli.simulate.chosen import integrate_with_method
 from lagrange_cli.simulate.conservation import first_contradiction
@@ -22,6 +21,7 @@ from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.request import Request, resolve
 from lagrange_cli.simulate.right_hand_side import RightHandSide, right_hand_side
+from lagrange_cli.simulate.starting import require_a_start
 from lagrange_cli.simulate.trajectory import Trajectory
 from lagrange_cli.simulate.watch import Watch
 
@@ -86,7 +86,7 @@ def simulate(
     InputError
         Something needed is missing or a number cannot be used; ``accuracy``
         is below what double precision can hold; the equations of motion give
-        no accelerations at the start.
+        no accelerations at the start, or it is not on the constraints.
     """
     started = time.perf_counter()
     model = system if isinstance(system, Model) else _modelled(system)
@@ -95,7 +95,7 @@ def simulate(
     if functions is None:
         functions = right_hand_side(model, cache, request.budget)
     problem = _problem(model, request, functions)
-    _require_a_start(model, problem)
+    require_a_start(model, problem)
     compile_seconds = time.perf_counter() - started
     if request.accuracy is not None:
         measured = integrate_to_accuracy(problem, request.accuracy, watch)
@@ -105,22 +105,6 @@ def simulate(
     if not measured.stopped:
         watch.done()
     return _trajectory(model, request, functions, problem, measured, compile_seconds)
-
-
-def _require_a_start(model: Model, problem: InitialValueProblem) -> None:
-    """Refuse an initial state at which the equations give no accelerations."""
-    if np.isfinite(problem.rhs(problem.start, problem.y0)).all():
-        return
-    names = [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
-    state = ", ".join(f"{q} = {x:.9g}" for q, x in zip(names, problem.y0.tolist(), strict=True))
-    raise InputError(
-        Problem(
-            f"the equations of motion give no accelerations at the start, {state}:"
-            " the mass matrix is singular there, or a force is not finite",
-            hint="start elsewhere, or choose coordinates and parameters that are regular there",
-            rule="singular",
-        )
-    )
 
 
 def _modelled(equations: Equations) -> Model:
