@@ -10,8 +10,10 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c_names import file_stem
+from lagrange_cli.emit.constraints import INTERNAL, constraint_programs
 from lagrange_cli.emit.naming import PYTHON_RESERVED, comment_text, unique_identifiers
 from lagrange_cli.emit.python_functions import function_source, prelude, program_of
+from lagrange_cli.emit.python_project import project_source
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -70,6 +72,15 @@ if __name__ == "__main__":
     sys.exit(main(sys.argv[1:]))
 '''
 
+#: Lines of the script after which a state is led back to the closures.
+_STEP = "        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)\n"
+_START = "    p, y = Parameters(*parameters.values()), np.array(list(initial.values()))\n"
+_REFUSED = """\
+    if not np.isfinite(y).all():
+        return "the initial state is too far from the closures"
+"""
+_SINGULAR = "{t}: the mass matrix is singular or a result not finite"
+
 #: Rows that the script prints, and steps from one to the next.
 ROWS = 500
 STEPS_PER_ROW = 20
@@ -94,8 +105,15 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
         function_source(program_of(equations, name), name, names, "p=DEFAULTS")
         for name in _FUNCTIONS
     ]
+    programs = constraint_programs(equations)
+    functions += [
+        function_source(program, name, names, "p" if name in INTERNAL else "p=DEFAULTS")
+        for name, program in programs.items()
+    ]
+    functions += filter(None, [project_source(programs, "p=DEFAULTS")])
     parameters = _parameters(equations, fields)
-    imports, helpers = prelude("\n".join([parameters, *functions, _SCRIPT]))
+    script = _script(equations)
+    imports, helpers = prelude("\n".join([parameters, *functions, script]))
     standard = ["import sys", *imports, "from typing import NamedTuple"]
     parts = [
         _docstring(equations),
@@ -104,9 +122,19 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
         _constants(equations),
         parameters,
         *functions,
-        _SCRIPT,
+        script,
     ]
     return {f"{file_stem(equations.name)}.py": "\n\n".join(parts)}
+
+
+def _script(equations: Equations) -> str:
+    """What runs the module; states are led back to the closures where there are any."""
+    text = _SCRIPT
+    if equations.closures:
+        text = text.replace(_STEP, f"{_STEP}        y = project(s + h, y, p)\n")
+        text = text.replace(_START, f"{_START}    y = project(START, y, p)\n{_REFUSED}")
+        text = text.replace(_SINGULAR, "{t}: a singular configuration or a result not finite")
+    return text
 
 
 def _docstring(equations: Equations) -> str:
@@ -114,11 +142,12 @@ def _docstring(equations: Equations) -> str:
     lines = [f"{name}: {comment_text(equations.title)}" if equations.title else name]
     if equations.description:
         lines += ["", comment_text(equations.description)]
+    singular = "configuration" if equations.closures else "mass matrix"
     lines += [
         "",
-        "Equations of motion M(q, t) a = f(q, v, t). The state y holds the coordinates q in",
+        *_statement(equations),
         "the order of COORDINATES, then their velocities v. Every function takes (t, y, p) with",
-        "p a Parameters, and returns NaN where there is no result (a singular mass matrix, a",
+        f"p a Parameters, and returns NaN where there is no result (a singular {singular}, a",
         "domain error, overflow). With SciPy:",
         "",
         "    solve_ivp(rhs, (0, 10), INITIAL, args=(DEFAULTS,))",
@@ -128,6 +157,19 @@ def _docstring(equations: Equations) -> str:
         "This output is yours: use it as you like, under any terms.",
     ]
     return '"""' + "\n".join(lines) + '\n"""'
+
+
+def _statement(equations: Equations) -> list[str]:
+    if not equations.closures:
+        return [
+            "Equations of motion M(q, t) a = f(q, v, t). The state y holds the coordinates q in"
+        ]
+    return [
+        "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with the closures of",
+        "MULTIPLIERS beside them: l[k] is the multiplier and g[k] the gradient of closure k, so",
+        "that l[k]*g[k] is the generalized force that it exerts. project leads a state back to",
+        "the closures, to be called after each step. The state y holds the coordinates q in",
+    ]
 
 
 def _constants(equations: Equations) -> str:
@@ -144,12 +186,20 @@ def _constants(equations: Equations) -> str:
             f"COORDINATES = {_strings([c.name for c in equations.coordinates])}",
             f"CARTESIAN = {_strings([c.name for c in equations.cartesian_names])}",
             f"PARAMETERS = {_strings([p.name for p in equations.parameters])}",
+            *_closures(equations),
             "",
             f"INITIAL = {state!r}",
             f"START, UNTIL, ROWS, STEPS = {defaults.start!r}, {float(until)!r}, {ROWS}, {steps}",
             "",
         ]
     )
+
+
+def _closures(equations: Equations) -> list[str]:
+    if not equations.closures:
+        return []
+    texts = [f"# {comment_text(f'{c.name}: {c.text}')}" for c in equations.closures]
+    return [*texts, f"MULTIPLIERS = {_strings(equations.multipliers)}"]
 
 
 def _described_coordinates(coordinates: Sequence[Coordinate]) -> list[str]:

@@ -14,6 +14,7 @@ from fractions import Fraction
 from textwrap import fill, wrap
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.constraints import INTERNAL
 from lagrange_cli.emit.numbers import double_literal
 from lagrange_cli.emit.printing import Dialect, expression
 from lagrange_cli.emit.program import (
@@ -26,6 +27,8 @@ from lagrange_cli.emit.program import (
     build_program,
     input_names,
 )
+from lagrange_cli.emit.python_project import HELPERS, project_source
+from lagrange_cli.emit.solve import Block
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -77,6 +80,7 @@ def _max(a, b):
     """The larger of two numbers (NaN if one is)."""
     return a if a > b or a != a else b
 ''',
+    **HELPERS,
 }
 
 #: Every function of a program as the module calls it.
@@ -102,6 +106,12 @@ _DOCS = {
     "energy": "Energy function: the sum of v dL/dv, less L (T + V in most systems).",
     "positions": "Cartesian names, in the order of CARTESIAN.",
     "velocities": "Time derivatives of the Cartesian names, in the order of CARTESIAN.",
+    "multipliers": "Multipliers, in the order of MULTIPLIERS; all NaN where they do not exist.",
+    "constraints": "What is zero: lhs - rhs of closures of positions, then rates of all closures.",
+    "position_error": "Closures of positions, then the magnitudes behind them.",
+    "position_change": "The change of q that makes the linearized closures vanish.",
+    "velocity_error": "Rates of the closures, then the magnitudes behind them.",
+    "velocity_change": "The change of v that makes the rates of the closures vanish.",
 }
 
 FUNCTIONS_OF_STATE = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
@@ -126,8 +136,13 @@ def program_of(equations: Equations, name: str) -> Program:
 
 
 def module_source(programs: Mapping[str, Program]) -> str:
-    """Source of a module with a function ``f(t, y, p)`` for each program, over dummy names."""
-    body = "\n\n".join(function_source(p, name, {}, "p") for name, p in programs.items())
+    """Source of a module with a function ``f(t, y, p)`` for each program, over dummy names.
+
+    With those of :func:`lagrange_cli.emit.constraints.constraint_programs` there is
+    ``project(t, y, p)`` too, which returns a state.
+    """
+    functions = [function_source(p, name, {}, "p") for name, p in programs.items()]
+    body = "\n\n".join(filter(None, [*functions, project_source(programs, "p")]))
     imports, helpers = prelude(body)
     return "\n\n".join(["\n".join([*imports, "import numpy as np\n"]), *helpers, body])
 
@@ -153,22 +168,27 @@ def function_source(program: Program, name: str, names: Mapping[str, str], param
     Parameters
     ----------
     program
-        Of one output; with blocks to solve it is that of a right-hand side.
+        With blocks to solve it is that of a right-hand side, of ``multipliers``
+        or of a change.
     name
-        Of the function.
+        Of the function; those that others alone call get an underscore.
     names
         Dummy name → local name of the inputs.
     parameter
         The text of the last argument (``p``, or ``p=DEFAULTS``).
     """
     dialect = Dialect(double_literal, PYTHON_FUNCTIONS, names)
-    body = _load_inputs(program, dialect)
+    body = _load_inputs(program, dialect, velocities=_is_right_hand_side(program, name))
     for target, operand in program.assignments:
         body.append(_statement(target, expression(operand, dialect)))
-    write = _accelerations if program.blocks else _RESULTS.get(name, _vector_result)
-    body.extend(write(program, dialect))
     failure = "nan" if name == "energy" else f"np.full({_shape(program, name)}, nan)"
-    lines = [f"def {name}(t, y, {parameter}):", f'    """{_DOCS[name]}"""', "    try:"]
+    if name == "multipliers" or name.endswith("_change"):
+        body.extend(_unknowns(program, dialect, failure, closures=name == "multipliers"))
+    else:
+        write = _accelerations if program.blocks else _RESULTS.get(name, _vector_result)
+        body.extend(write(program, dialect))
+    label = f"_{name}" if name in INTERNAL else name
+    lines = [f"def {label}(t, y, {parameter}):", f'    """{_DOCS[name]}"""', "    try:"]
     lines.extend(f"        {line}" for line in body)
     lines.append("    except (ArithmeticError, ValueError, np.linalg.LinAlgError):")
     lines.append(f"        return {failure}")
@@ -187,13 +207,23 @@ def _shape(program: Program, name: str) -> str:
     n = program.coordinates
     if name == "mass_matrix":
         return f"({n}, {n})"
-    return str(2 * n if program.blocks else len(program.outputs[0][1]))
+    if name == "multipliers":
+        return str(sum(len(block.closures) for block in program.blocks))
+    if name.endswith("_change"):
+        return str(n)
+    if program.blocks:
+        return str(2 * n)
+    return str(sum(len(operands) for _, operands in program.outputs))
 
 
-def _load_inputs(program: Program, dialect: Dialect) -> list[str]:
+def _is_right_hand_side(program: Program, name: str) -> bool:
+    return bool(program.blocks) and name != "multipliers" and not name.endswith("_change")
+
+
+def _load_inputs(program: Program, dialect: Dialect, *, velocities: bool) -> list[str]:
     """Unpack parameters and state, whole or not at all."""
     used = input_names(program)
-    used |= {f"v{i}" for i in range(program.coordinates)} if program.blocks else set()
+    used |= {f"v{i}" for i in range(program.coordinates)} if velocities else set()
     lines = []
     parameters = [f"p{i}" for i in range(program.parameters)]
     state = [f"{kind}{i}" for kind in "qv" for i in range(program.coordinates)]
@@ -210,8 +240,7 @@ def _unpack(targets: Sequence[str], source: str, dialect: Dialect) -> str:
 
 
 def _vector_result(program: Program, dialect: Dialect) -> list[str]:
-    # A right-hand side of no coordinates has several outputs, all empty.
-    (_, operands), *_ = program.outputs
+    operands = [operand for _, of in program.outputs for operand in of]
     return [f"return np.array([{_join(operands, dialect)}], dtype=float)"]
 
 
@@ -245,48 +274,80 @@ def _symmetric(
 
 def _accelerations(program: Program, dialect: Dialect) -> list[str]:
     """Check pivots, solve the blocks that need a loop, and return [v, a]."""
-    failure = f"            return np.full({2 * program.coordinates}, nan)"
+    lines, results, _ = _solution(program, dialect, f"np.full({2 * program.coordinates}, nan)")
+    velocities = [Variable(f"v{i}") for i in range(program.coordinates)]
+    found = ", ".join(results[i] for i in range(program.coordinates))
+    return [*lines, f"return np.array([{_join(velocities, dialect)}, {found}], dtype=float)"]
+
+
+def _unknowns(program: Program, dialect: Dialect, failure: str, *, closures: bool) -> list[str]:
+    """Solve, and return the multipliers, or what was found of all coordinates."""
+    lines, results, multipliers = _solution(program, dialect, failure)
+    found = [results.get(i, "0.0") for i in range(program.coordinates)]
+    if closures:
+        found = [multipliers[k] for k in sorted(multipliers)]
+    return [*lines, f"return np.array([{', '.join(found)}], dtype=float)"]
+
+
+def _solution(
+    program: Program, dialect: Dialect, failed: str
+) -> tuple[list[str], dict[int, str], dict[int, str]]:
+    """Lines that solve the blocks; the texts of what is found for coordinates and closures."""
+    failure = f"            return {failed}"
     lines = [f"if {test}:\n{failure}" for test in _pivot_tests(program, dialect)]
     written = iter(program.output("acceleration"))
-    dense_matrix = list(program.output("dense_matrix"))
-    dense_forcing = list(program.output("dense_forcing"))
-    results = [""] * program.coordinates
+    dense_matrix = iter(program.output("dense_matrix"))
+    dense_forcing = iter(program.output("dense_forcing"))
+    results: dict[int, str] = {}
+    multipliers: dict[int, str] = {}
     for number, block in enumerate(program.blocks):
-        n = len(block.coordinates)
         if block.unrolled:
-            for i in block.coordinates:
-                results[i] = expression(next(written), dialect)
+            results |= {i: expression(next(written), dialect) for i in block.coordinates}
             continue
-        upper, dense_matrix = dense_matrix[: n * (n + 1) // 2], dense_matrix[n * (n + 1) // 2 :]
-        right, dense_forcing = dense_forcing[:n], dense_forcing[n:]
-        lines.extend(_dense_block(number, block.definite, upper, right, dialect, failure))
-        for k, i in enumerate(block.coordinates):
-            results[i] = f"a{number}[{k}]"
-    velocities = [Variable(f"v{i}") for i in range(program.coordinates)]
-    lines.append(
-        f"return np.array([{_join(velocities, dialect)}, {', '.join(results)}], dtype=float)"
-    )
-    return lines
+        n, m = len(block.coordinates), len(block.closures)
+        matrix = [next(dense_matrix) for _ in range(n * (n + 1) // 2 + n * m)]
+        right = [next(dense_forcing) for _ in range(block.size)]
+        lines.extend(_dense_block(number, block, matrix, right, dialect, failure))
+        results |= {i: f"a{number}[{k}]" for k, i in enumerate(block.coordinates)}
+        multipliers |= {i: f"a{number}[{n + k}]" for k, i in enumerate(block.closures)}
+    return lines, results, multipliers
 
 
 def _dense_block(
     number: int,
-    definite: bool,
-    upper: Sequence[Operand],
+    block: Block,
+    matrix: Sequence[Operand],
     right: Sequence[Operand],
     dialect: Dialect,
     failure: str,
 ) -> list[str]:
     """Solve a block with NumPy. Cholesky's factor holds the roots of the pivots."""
-    lines, matrix = _symmetric(f"m{number}_", upper, len(right), dialect)
-    lines.append(f"m{number} = {matrix}")
-    if definite:
+    upper = _bordered(block, matrix) if block.closures else matrix
+    lines, text = _symmetric(f"m{number}_", upper, block.size, dialect)
+    lines.append(f"m{number} = {text}")
+    if block.definite:
         bound = f"{expression(Number(ROUNDING), dialect)} * m{number}.diagonal()"
         lines.append(f"d{number} = np.linalg.cholesky(m{number}).diagonal()")
         lines.append(f"if not (d{number} * d{number} > {bound}).all():\n{failure}")
     vector = f"np.array([{_join(right, dialect)}], dtype=float)"
-    lines.append(f"a{number} = np.linalg.solve(m{number}, {vector}).tolist()")
+    if block.closures:
+        lines.append(f"b{number} = {vector}")
+        solver = f"_solve_saddle(m{number}, b{number}, {len(block.coordinates)})"
+        lines.append(f'with np.errstate(all="ignore"):\n            a{number} = {solver}.tolist()')
+    else:
+        lines.append(f"a{number} = np.linalg.solve(m{number}, {vector}).tolist()")
     return lines
+
+
+def _bordered(block: Block, matrix: Sequence[Operand]) -> list[Operand]:
+    """The upper triangle, by rows, of [[M, Gᵀ], [G, 0]], from that of M and the rows of G."""
+    n, m = len(block.coordinates), len(block.closures)
+    entries, gradients = iter(matrix[: n * (n + 1) // 2]), matrix[n * (n + 1) // 2 :]
+    upper: list[Operand] = []
+    for i in range(n):
+        upper.extend(next(entries) for _ in range(i, n))
+        upper.extend(gradients[k * n + i] for k in range(m))
+    return [*upper, *[Number(Fraction(0))] * (m * (m + 1) // 2)]
 
 
 def _pivot_tests(program: Program, dialect: Dialect) -> list[str]:

@@ -1,0 +1,116 @@
+"""What Python code of systems with closures has more: a solver, and ``project``."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from lagrange_cli.emit.c_project import FAR, NEAR, ROUNDS
+
+__all__ = ["HELPERS", "project_source"]
+
+#: Functions that evaluators and ``project`` call, by name.
+HELPERS = {
+    "_solve_saddle": '''\
+def _solve_saddle(a, b, n):
+    """[x, l] of M x = f + G^T l, G x = g, from [[M, G^T], [G, 0]], [f, g] and the number
+    of x; units do not matter (equilibration by powers of two after Bunch, J. ACM 18, 566).
+    """
+    s, size = len(b), np.abs(a[:n, :n]).max()
+    unit = np.ldexp(1.0, -np.frexp(size)[1]) if size > 0.0 else 1.0
+    a[:n, :n] *= unit
+    b[:n] *= unit
+    d = np.zeros(s)
+    stuck = False
+    while not d.all():
+        before = np.count_nonzero(d)
+        for i in np.flatnonzero(d == 0.0):
+            entries = np.abs(a[i]) * (1.0 if stuck else d)
+            size = max(entries.max(), np.sqrt(np.abs(a[i, i])))
+            if size > 0.0:
+                d[i] = 1.0 if stuck else np.ldexp(1.0, -np.frexp(size)[1])
+                stuck = False
+        if np.count_nonzero(d) == before:
+            if stuck:
+                raise ArithmeticError("a row of zeros")
+            stuck = True
+    a *= d[:, None]
+    a *= d
+    b *= d
+    for j in range(s):
+        best = j + np.argmax(np.abs(a[j:, j]))
+        if not abs(a[best, j]) > s * 2.0**-53:
+            raise ArithmeticError("a singular matrix")
+        a[[j, best]] = a[[best, j]]
+        b[[j, best]] = b[[best, j]]
+        ratio = a[j + 1 :, j] / a[j, j]
+        a[j + 1 :, j:] -= ratio[:, None] * a[j, j:]
+        b[j + 1 :] -= ratio * b[j]
+    for j in reversed(range(s)):
+        b[j] = (b[j] - a[j, j + 1 :] @ b[j + 1 :]) / a[j, j]
+    b *= d
+    b[n:] /= -unit
+    if not np.isfinite(b).all():
+        raise ArithmeticError("not finite")
+    return b
+''',
+    "_residual": '''\
+def _residual(out):
+    """The largest residual in units of the last place of the magnitudes that follow them."""
+    m = len(out) // 2
+    return (np.abs(out[:m]) / np.spacing(out[m:])).max()
+''',
+}
+
+_HEAD = '''\
+def project(t, y, @P@):
+    """The state led back to the closures (all NaN where it is too far from them): q by the
+    smallest changes in the metric of the kinetic energy, until only rounding is left
+    (Newton's method), then v in the same metric.
+    """
+    y = np.array(y, dtype=float)
+    n = len(y) // 2
+    with np.errstate(all="ignore"):
+'''
+
+_POSITIONS = """\
+        last = 0.0
+        for number in range(@ROUNDS@ + 1):
+            size = _residual(_position_error(t, y, p))
+            if size <= @NEAR@ or (number and size <= @FAR@ and 2.0 * size > last):
+                break
+            if number == @ROUNDS@ or size != size:
+                return np.full(2 * n, nan)
+            last = size
+            y[:n] += _position_change(t, y, p)
+"""
+
+_VELOCITIES = """\
+        if not _residual(_velocity_error(t, y, p)) <= @NEAR@:
+            y[n:] += _velocity_change(t, y, p)
+    return y if np.isfinite(y).all() else np.full(2 * n, nan)
+"""
+
+
+def project_source(functions: Collection[str], parameter: str) -> str:
+    """The definition of ``project``, empty where there are no closures.
+
+    Parameters
+    ----------
+    functions
+        The other functions of the module.
+    parameter
+        The text of the last argument (``p``, or ``p=DEFAULTS``).
+    """
+    if "velocity_change" not in functions:
+        return ""
+    positions = _POSITIONS if "position_change" in functions else ""
+    text = _HEAD + positions + _VELOCITIES
+    replacements = {
+        "@P@": parameter,
+        "@ROUNDS@": str(ROUNDS),
+        "@NEAR@": repr(NEAR),
+        "@FAR@": repr(FAR),
+    }
+    for token, replacement in replacements.items():
+        text = text.replace(token, replacement)
+    return text
