@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from itertools import product
+from itertools import pairwise, product
 from types import SimpleNamespace
 
 from sympy import Expr, Integer, Matrix, Rational, Symbol, cos, exp, sin
@@ -40,7 +40,7 @@ def _oscillator_ring(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
 def _fput(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     u = [Integer(0), *_row(q, "u", 15), Integer(0)]
     kinetic = sum(HALF * w**2 for w in _row(v, "u", 15))
-    stretches = [after - before for before, after in zip(u, u[1:], strict=False)]
+    stretches = [after - before for before, after in pairwise(u)]
     return kinetic - sum(HALF * d**2 + p.alpha * d**3 / 3 for d in stretches)
 
 
