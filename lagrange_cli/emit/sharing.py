@@ -254,7 +254,8 @@ def _nest(values: Values, sums: dict[int, Group]) -> None:
             number, ratio = inner[other]
             for part in sums[number]:
                 del sums[other][part]
-            sums[other][number] = ratio
+            # The sum may hold the other one as a term already.
+            sums[other][number] = sums[other].get(number, 0) + ratio
 
 
 def _ratio(whole: Group, part: Group) -> Fraction | None:
