@@ -9,97 +9,47 @@ feasible configurations; nothing is only counted.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import sympy as sp
-from mpmath import mpf
 
 from lagrange_cli.errors import Problem
 from lagrange_cli.mechanics import refusals
-from lagrange_cli.mechanics.elimination import Elimination
 from lagrange_cli.mechanics.equations import Account, ConstraintLine
+from lagrange_cli.mechanics.geometry import Geometry, examine
 from lagrange_cli.mechanics.names import Names
-from lagrange_cli.mechanics.ranks import (
-    TOLERANCE,
-    Point,
-    dependent_columns,
-    dependent_gradients,
-)
-from lagrange_cli.mechanics.sampling import Sampler
-from lagrange_cli.mechanics.tape import DomainError, values
+from lagrange_cli.mechanics.ranks import Point, dependent_columns, dependent_gradients
 
-__all__ = ["Geometry", "balance"]
-
-#: Configurations at which identities and ranks are looked at.
-POINTS = 3
+__all__ = ["balance"]
 
 
-@dataclass(frozen=True)
-class Geometry:
-    """An elimination and what came of it.
-
-    Attributes
-    ----------
-    resolved
-        Raw symbol → r(q, t).
-    coordinates
-        Symbols q.
-    reference
-        Values of symbols at ``initial``/``near``.
-    """
-
-    names: Names
-    found: Elimination
-    resolved: Mapping[sp.Symbol, sp.Expr]
-    coordinates: Sequence[sp.Symbol]
-    reference: Mapping[sp.Symbol, mpf]
-
-    @property
-    def positions(self) -> list[sp.Symbol]:
-        """Raw symbols of the particles' components, 3N of them."""
-        return [s for body in self.names.particle_symbols for s in body]
-
-    def without(self, q: sp.Symbol) -> list[str]:
-        """Names of the other coordinates."""
-        return [other.name for other in self.coordinates if other != q]
-
-
-@dataclass(frozen=True)
-class _Leftover:
-    """A stated equation that no unknown was solved from: what it says at feasible points."""
-
-    number: int
-    reduced: sp.Expr
-    identity: bool
-    constant: bool
-
-
-def balance(geometry: Geometry, sampler: Sampler) -> tuple[Account, list[Problem]]:
+def balance(
+    geometry: Geometry, points: Sequence[Point], kept: Sequence[int]
+) -> tuple[Account, list[Problem]]:
     """DOF = 3N + E − K with the status of each constraint; warnings for redundant ones.
+
+    Parameters
+    ----------
+    points
+        Feasible configurations.
+    kept
+        Numbers of the stated equations that are closures beside the coordinates.
 
     Raises
     ------
     InputError
-        Inconsistent constraints, dependent or superfluous coordinates, or no
-        feasible configuration.
+        An equation that its solution does not solve, or dependent coordinates.
     """
     names, found = geometry.names, geometry.found
-    points = [p for p in (sampler.draw() for _ in range(POINTS)) if p is not None]
-    if len(points) < POINTS:
-        raise refusals.no_configuration(names.scene, found)
-    leftovers = [_leftover(k, sides, points) for k, sides in found.pending.items()]
-    for leftover in leftovers:
-        _require_identity(geometry, leftover)
     _require_solutions(geometry, points)
-    _require_independent(geometry, points)
+    _require_independent(geometry, points, kept)
     dependent: dict[int, tuple[int, ...]] = {}
-    if leftovers:
+    if found.pending:
         phis = [_on_points(names, s.phi) for s in found.stated]
         dependent = dependent_gradients(phis, geometry.resolved, geometry.coordinates, points)
-    satisfied = _satisfied({x.number for x in leftovers}, dependent)
-    return _account(geometry, satisfied, dependent), _warnings(geometry, dependent)
+    satisfied = _satisfied(set(found.pending) - set(kept), dependent)
+    return _account(geometry, satisfied, dependent, kept), _warnings(geometry, dependent)
 
 
 def _on_points(names: Names, phi: sp.Expr) -> sp.Expr:
@@ -135,18 +85,22 @@ def _require_solutions(geometry: Geometry, points: Sequence[Point]) -> None:
         )
         if left == right:
             continue
-        checked = _leftover(number, (left, right), points)
+        checked = examine(number, (left, right), points)
         if not checked.identity:
             raise refusals.no_solution(stated)
 
 
 def _account(
-    geometry: Geometry, satisfied: set[int], dependent: Mapping[int, tuple[int, ...]]
+    geometry: Geometry,
+    satisfied: set[int],
+    dependent: Mapping[int, tuple[int, ...]],
+    kept: Sequence[int],
 ) -> Account:
     positions, found = geometry.positions, geometry.found
     inside = {s for p in positions for s in geometry.resolved[p].free_symbols}
     extra = sum(q not in inside for q in geometry.coordinates)
-    constraints = len(positions) + extra - len(geometry.coordinates)
+    dof = len(geometry.coordinates) - len(kept)
+    constraints = len(positions) + extra - dof
     # Equations that fix names of massless points restrict no particle.
     for_points = sum(
         s not in positions and number not in dependent for s, number in found.by.items()
@@ -156,53 +110,21 @@ def _account(
         cartesian=len(positions),
         extra=extra,
         constraints=constraints,
-        dof=len(geometry.coordinates),
+        dof=dof,
         implied=max(0, constraints - independent),
         lines=tuple(_lines(geometry, satisfied, dependent)),
         chosen_automatically=geometry.names.scene.coordinates is None,
     )
 
 
-def _leftover(number: int, sides: tuple[sp.Expr, sp.Expr], points: Sequence[Point]) -> _Leftover:
-    """Evaluate a reduced equation: an identity, a contradiction or a relation."""
-    left, right = sides
-    phi = left - right
-    if phi == 0:
-        return _Leftover(number, phi, identity=True, constant=True)
-    terms = [*sp.Add.make_args(left), *sp.Add.make_args(right)]
-    totals, sizes = [], []
-    for point in points:
-        try:
-            *parts, total = values([*terms, phi], point)
-        except DomainError:
-            # Not even real where the coordinates lead: it restricts them.
-            return _Leftover(number, phi, identity=False, constant=False)
-        scale = sum((abs(x) for x in parts), mpf(0))
-        totals.append(total)
-        sizes.append(scale)
-    identity = all(abs(x) <= TOLERANCE * size for x, size in zip(totals, sizes, strict=True))
-    spread, size = max(totals) - min(totals), max(sizes)
-    return _Leftover(number, phi, identity, constant=bool(spread <= TOLERANCE * size))
+def _require_independent(geometry: Geometry, points: Sequence[Point], kept: Sequence[int]) -> None:
+    """Refuse coordinates that move the particles in fewer independent ways than there are.
 
-
-def _require_identity(geometry: Geometry, leftover: _Leftover) -> None:
-    """Refuse a stated equation that the coordinates do not satisfy by themselves."""
-    if leftover.identity:
-        return
-    found = geometry.found
-    involved = [q for q in geometry.coordinates if q in leftover.reduced.free_symbols]
-    if leftover.constant or not involved:
-        raise refusals.contradiction(
-            geometry.names, found, leftover.number, leftover.reduced, geometry.reference
-        )
-    rest = geometry.without(involved[-1])
-    raise refusals.too_many(found.stated[leftover.number], involved, rest)
-
-
-def _require_independent(geometry: Geometry, points: Sequence[Point]) -> None:
-    """Refuse coordinates that move the particles in fewer independent ways than there are."""
-    resolved = geometry.resolved
+    A closure that a motion violates counts as a way.
+    """
+    resolved, pending = geometry.resolved, geometry.found.pending
     r = [resolved[s] for s in dict.fromkeys(geometry.positions) if resolved[s].free_symbols]
+    r += [pending[k][0] - pending[k][1] for k in kept]
     inside = {s for e in r for s in e.free_symbols}
     moving = [q for q in geometry.coordinates if q in inside]
     if all(q in r for q in moving):

@@ -8,6 +8,7 @@ At random feasible states, in high precision, the residual M q̈ − f is compar
 * with d/dt ∂L/∂q̇ − ∂L/∂q − Q, evaluated from the Lagrangian that is shown, by
   a backward sweep over series.
 
+Closures are checked beside them (:mod:`restraints`), at states that satisfy them.
 T, V, velocities and generalized forces, as reported, are compared with the
 scene's as well, since equations alone do not tell an energy from one that
 differs by a total derivative.
@@ -28,6 +29,7 @@ from mpmath import mpf
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import Certificate, ShownEquation
+from lagrange_cli.mechanics.restraints import Restraints
 from lagrange_cli.mechanics.sampling import double, working_digits
 from lagrange_cli.mechanics.tape import DomainError, Series, Tape
 from lagrange_cli.mechanics.tapes import Observation, Point, Tapes
@@ -59,11 +61,12 @@ class Evidence:
     Attributes
     ----------
     cyclic
-        For each coordinate, whether ∂L/∂q vanished at every state.
+        For each coordinate, whether ∂L/∂q vanished at every state, and no closure acts on it.
     forced
         For each coordinate, whether a generalized force did not vanish.
     energy_conserved
-        Whether d/dt (Σ q̇ ∂L/∂q̇ − L) = Q·q̇ − ∂L/∂t vanished at every state.
+        Whether d/dt (Σ q̇ ∂L/∂q̇ − L) = Q·q̇ − ∂L/∂t vanished at every state, and
+        no closure does work: none is moved in time.
     energy_is_sum
         Whether Σ q̇ ∂L/∂q̇ − L equals T + V (V without velocities) at every state.
     mass_matrices
@@ -71,7 +74,9 @@ class Evidence:
     states
         The states themselves (symbol → value).
     residuals
-        M q̈ − f at the first state, each with the size of its terms.
+        M q̈ − f − Σ λ·gradient at the first state, each with the size of its terms.
+    gradients
+        Gradients of the closures at each state, as doubles.
     """
 
     certificate: Certificate
@@ -82,6 +87,7 @@ class Evidence:
     mass_matrices: tuple[list[list[float]], ...]
     states: tuple[Point, ...]
     residuals: tuple[tuple[mpf, mpf], ...]
+    gradients: tuple[list[list[float]], ...]
 
 
 @dataclass
@@ -95,6 +101,7 @@ class _State:
     conserved: bool
     is_sum: bool
     residuals: list[tuple[mpf, mpf]]
+    gradients: list[list[float]]
 
 
 def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
@@ -119,13 +126,14 @@ def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
     with mpmath.workdps(working_digits(digits)):
         try:
             tapes = Tapes(derivation)
+            restraints = Restraints(derivation, tapes)
         except DomainError as error:
             raise _nowhere(derivation) from error
         states: list[Point] = []
         seen: list[_State] = []
-        for point in _points(derivation, points):
+        for point in _points(derivation, restraints, points):
             try:
-                seen.append(_look(tapes, point, thorough=len(seen) < _THOROUGH))
+                seen.append(_look(tapes, restraints, point, thorough=len(seen) < _THOROUGH))
                 states.append(point)
             except (DomainError, ZeroDivisionError, OverflowError):
                 continue
@@ -144,18 +152,22 @@ def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
     n = range(len(derivation.reduced.coordinates))
     return Evidence(
         Certificate(points, digits, double(worst)),
-        tuple(all(s.cyclic[j] for s in seen) for j in n),
+        tuple(
+            all(s.cyclic[j] for s in seen) and all(c.gradient[j] == 0 for c in derivation.closures)
+            for j in n
+        ),
         tuple(any(s.forced[j] for s in seen) for j in n),
-        all(s.conserved for s in seen),
+        all(s.conserved for s in seen) and all(c.rate == 0 for c in derivation.closures),
         all(s.is_sum for s in seen),
         tuple(s.mass for s in seen),
         tuple(states),
         tuple(seen[0].residuals) if seen else (),
+        tuple(s.gradients for s in seen),
     )
 
 
 def certify_shown(evidence: Evidence, shown: Sequence[ShownEquation]) -> None:
-    """Check that the textbook form, times what was divided out, is M q̈ − f.
+    """Check that the textbook form, times what was divided out, is M q̈ − f − Σ λ·gradient.
 
     Raises
     ------
@@ -192,7 +204,9 @@ def _nowhere(derivation: Derivation) -> InputError:
     )
 
 
-def _points(derivation: Derivation, points: int) -> Iterable[dict[sp.Symbol, mpf]]:
+def _points(
+    derivation: Derivation, restraints: Restraints, points: int
+) -> Iterable[dict[sp.Symbol, mpf]]:
     reduced = derivation.reduced
     sampler = reduced.sampler([])
     for k in range(_DRAWS + points):
@@ -204,16 +218,17 @@ def _points(derivation: Derivation, points: int) -> Iterable[dict[sp.Symbol, mpf
             scale = sampler.spread(c.q)
             point[c.v] = sampler.noise(scale)
             point[c.a] = sampler.noise(scale)
-        yield point
+        yield restraints.draw(point, sampler)
 
 
-def _look(tapes: Tapes, point: Point, thorough: bool) -> _State:
+def _look(tapes: Tapes, restraints: Restraints, point: Point, thorough: bool) -> _State:
     """Everything that one state shows; what is reported is compared where ``thorough``."""
     n = tapes.n
     mass, forcing = tapes.derived_parts(point)
     seen = tapes.observe(point)
     newton = tapes.newton(seen.series, seen.forces)
     momenta, slopes = tapes.momenta(seen), tapes.slopes(seen)
+    constraint = restraints.forces(point)
     mismatch = _ZERO
     residuals = []
     for j in range(n):
@@ -221,12 +236,15 @@ def _look(tapes: Tapes, point: Point, thorough: bool) -> _State:
         ours = sum(inertia, -forcing[j])
         lagrange = momenta[j][1] - slopes[j][0] - seen.forces[j]
         scale = sum((abs(x) for x in inertia), abs(forcing[j])) + abs(momenta[j][1])
-        residuals.append((ours, scale))
+        residuals.append((ours - sum(constraint[j]), sum(map(abs, constraint[j]), scale)))
         scale += newton[j][1]
         difference = max(abs(ours - newton[j][0]), abs(ours - lagrange))
         mismatch = max(mismatch, difference / scale if scale else difference)
     for reported, declared, scale in tapes.reports(seen) if thorough else ():
         mismatch = max(mismatch, abs(reported - declared) / scale if scale else _ZERO)
+    mismatch = max(mismatch, restraints.mismatch(point))
+    if thorough:
+        mismatch = max(mismatch, restraints.newton_mismatch(seen, mass, forcing))
     vanishes = _vanishing(tapes, seen, thorough)
     return _State(
         mismatch,
@@ -236,6 +254,7 @@ def _look(tapes: Tapes, point: Point, thorough: bool) -> _State:
         vanishes[2 * n],
         vanishes[2 * n + 1],
         residuals,
+        restraints.doubles(point),
     )
 
 

@@ -1,4 +1,4 @@
-"""Coordinates from given Cartesian values.
+"""Coordinates from given Cartesian values and from closures.
 
 Newton's method from several starts, so that configurations other than the
 nearest are seen too: a choice that nothing makes is not made in silence.
@@ -17,10 +17,10 @@ from mpmath import mpf
 from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.tape import DomainError, Tape
 
-__all__ = ["Configurations", "Search", "rank"]
+__all__ = ["STARTS", "Configurations", "Search", "rank"]
 
 _ZERO = mpf(0)
-_STARTS = 24
+STARTS = 24
 _NEWTON_STEPS = 60
 
 
@@ -36,21 +36,29 @@ class Configurations:
     nearest
         Where there are none: a configuration of least distance, with the
         ``values`` it has and their ``misses``.
+    regular
+        Whether what is asked for determines the coordinates to first order anywhere.
     """
 
     exact: list[list[mpf]] = field(default_factory=list)
     nearest: list[mpf] = field(default_factory=list)
     values: list[mpf] = field(default_factory=list)
     misses: list[mpf] = field(default_factory=list)
+    regular: bool = False
 
 
 class Search:
     """Search for the coordinates ``missing`` that give ``symbols`` the values ``target``.
 
+    They are to satisfy the positional closures as well, whose misses follow those of the
+    symbols.
+
     Parameters
     ----------
     constants
         Values of parameters and t.
+    length
+        The scene's length: distances are measured with angles times it.
     """
 
     def __init__(
@@ -60,34 +68,57 @@ class Search:
         symbols: Sequence[sp.Symbol],
         target: Sequence[mpf],
         missing: Sequence[int],
+        length: mpf,
     ) -> None:
         self._coordinates = reduced.coordinates
         self._constants = list(constants.values())
-        self._target = list(target)
         self._missing = list(missing)
+        self._length = length
+        self._given = len(symbols)
+        self._regular = False
+        closures = [c.left - c.right for c in reduced.closures if c.kind == "position"]
+        self._target = [*target, *(_ZERO for _ in closures)]
         inputs = [*(c.q for c in reduced.coordinates), *constants]
-        self._tape = Tape([reduced.resolved[s] for s in symbols], inputs)
-        self._everything = Tape(list(reduced.resolved.values()), inputs)
+        self._tape = Tape([*(reduced.resolved[s] for s in symbols), *closures], inputs)
+        self._everything = Tape([*reduced.resolved.values(), *_outside(reduced)], inputs)
 
     def configurations(self, guess: Sequence[mpf], tolerance: mpf) -> Configurations:
         """All configurations that were reached, from the guess and from around it."""
         found = Configurations()
+        self._regular = False
         kept: list[tuple[list[mpf], list[mpf]]] = []
         for start in self._starts(guess):
             q = self._gauss_newton(start)
             if q is None:
                 continue
             values = self._run(self._tape, q)
-            misses = [abs(x - y) for x, y in zip(self._target, values, strict=True)]
+            misses = self.misses(q)
             if max(misses) <= tolerance:
                 _keep(kept, self._turned_back(q), self._run(self._everything, q), self._plain)
             elif not found.misses or max(misses) < max(found.misses):
                 found.nearest, found.values, found.misses = q, values, misses
+        found.regular = self._regular
         found.exact = sorted(
             (q for q, _ in kept),
             key=lambda q: sum(abs(x - y) for x, y in zip(q, guess, strict=True)),
         )
         return found
+
+    def misses(self, q: Sequence[mpf]) -> list[mpf]:
+        """Distances from the given values, then from the closures (φ beside its gradient)."""
+        values, rows = self._linear(q)
+        found = []
+        for k, (target, value, row) in enumerate(zip(self._target, values, rows, strict=True)):
+            miss = abs(target - value)
+            found.append(miss if k < self._given else miss / (self._steepest(row) or mpf(1)))
+        return found
+
+    def _steepest(self, row: Sequence[mpf]) -> mpf:
+        """Largest slope for a length; an angle moves by the scene's length."""
+        return max(
+            abs(x) / (self._length if c.is_angle else 1)
+            for x, c in zip(row, self._coordinates, strict=True)
+        )
 
     def _run(self, tape: Tape, q: Sequence[mpf]) -> list[mpf]:
         return tape.run([(x, _ZERO, _ZERO) for x in [*q, *self._constants]], 0).values
@@ -108,8 +139,8 @@ class Search:
     def _starts(self, guess: Sequence[mpf]) -> list[list[mpf]]:
         """The guess and others around the circle or the origin (a golden-section spread)."""
         starts = [list(guess)]
-        scale = max((abs(v) for v in self._target), default=mpf(1)) or mpf(1)
-        for k in range(1, _STARTS):
+        scale = max((abs(v) for v in self._target), default=mpf(1)) or self._length
+        for k in range(1, STARTS):
             start = list(guess)
             for i, j in enumerate(self._missing):
                 step = mpmath.frac(k * mpmath.sqrt(2 + i)) - mpf(1) / 2
@@ -138,13 +169,36 @@ class Search:
         return None
 
     def _step(self, q: Sequence[mpf]) -> list[mpf] | None:
-        run = self._tape.run([(x, _ZERO, _ZERO) for x in [*q, *self._constants]], 0)
-        rows = [run.gradient({k: (mpf(1), _ZERO, _ZERO)}) for k in range(len(self._target))]
-        matrix = mpmath.matrix([[row[j][0] for j in self._missing] for row in rows])
+        values, rows = self._linear(q)
+        # A closure's size is arbitrary; its gradient's is made that of a Cartesian name's.
+        weights = [
+            mpf(1) if k < self._given else 1 / (self._steepest(row) or mpf(1))
+            for k, row in enumerate(rows)
+        ]
+        matrix = mpmath.matrix(
+            [[w * row[j] for j in self._missing] for w, row in zip(weights, rows, strict=True)]
+        )
         if rank(matrix) < len(self._missing):
             return None
-        residual = [x - y for x, y in zip(self._target, run.values, strict=True)]
+        self._regular = True
+        residual = [w * (x - y) for w, x, y in zip(weights, self._target, values, strict=True)]
         return list(mpmath.lu_solve(matrix, mpmath.matrix(residual)))
+
+    def _linear(self, q: Sequence[mpf]) -> tuple[list[mpf], list[list[mpf]]]:
+        """Values and gradients of everything that has a target."""
+        run = self._tape.run([(x, _ZERO, _ZERO) for x in [*q, *self._constants]], 0)
+        gradients = [run.gradient({k: (mpf(1), _ZERO, _ZERO)}) for k in range(len(self._target))]
+        return run.values, [[x[0] for x in row[: len(q)]] for row in gradients]
+
+
+def _outside(reduced: Reduced) -> list[sp.Expr]:
+    """What tells configurations apart beside positions: coordinates that positions do not hold."""
+    inside = set().union(*(e.free_symbols for e in reduced.resolved.values()))
+    found: list[sp.Expr] = []
+    for c in reduced.coordinates:
+        if c.q not in inside:
+            found += [sp.sin(c.q), sp.cos(c.q)] if c.is_angle else [c.q]
+    return found
 
 
 def _keep(

@@ -21,7 +21,8 @@ import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.calculus import Kinematics, derivative
-from lagrange_cli.mechanics.equations import BodyForce
+from lagrange_cli.mechanics.closures import closures
+from lagrange_cli.mechanics.equations import BodyForce, Closure
 from lagrange_cli.mechanics.grouping import grouped_sum
 from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.terms import (
@@ -59,6 +60,8 @@ class Derivation:
         Raw symbol of a particle's component → ṙ(q, v, t).
     collected
         False where the product budget was exceeded and sums were left factored.
+    closures
+        Equations beside the coordinates, whose multipliers enter M a = f + Σ λ·gradient.
     """
 
     reduced: Reduced
@@ -71,6 +74,7 @@ class Derivation:
     forces: tuple[BodyForce, ...]
     velocity: dict[sp.Symbol, sp.Expr]
     collected: bool
+    closures: tuple[Closure, ...] = ()
 
     @property
     def lagrangian(self) -> sp.Expr:
@@ -160,6 +164,7 @@ class _Builder:
             forces,
             velocity,
             collected,
+            closures(self.reduced),
         )
 
     # Inertia: M = Σ m JᵀJ and −h = −Σ m Jᵀγ.

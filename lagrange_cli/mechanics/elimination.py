@@ -3,7 +3,8 @@
 The order is that of a calculation by hand: names that stand alone on one side
 of an equation, then names in which an equation is linear (pivots that are
 numbers or parameters first), then closed-form solutions of single equations,
-whose branch the reference configuration picks.
+whose branch the reference configuration picks. A choice between branches that depend
+on another name still open would hold in one chart only: such an equation stays.
 """
 
 from __future__ import annotations
@@ -192,9 +193,10 @@ class Elimination:
         self._choose_factor(number)
         phi = self._phi(number)
         found = []
-        for unknown in self._open_in(number):
+        names = self._open_in(number)
+        for unknown in names:
             branches = solutions(phi, unknown, self._value)
-            if branches:
+            if branches and (len(branches) == 1 or len(names) == 1):
                 found.append((phi.diff(unknown), unknown, branches))
         if not found:
             return None

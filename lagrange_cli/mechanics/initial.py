@@ -2,7 +2,7 @@
 
 Values may be given in coordinates or in Cartesian names. What is given stays;
 missing positions follow from given Cartesian values, missing velocities are
-the smallest in the kinetic-energy metric that the given ones allow.
+the smallest in the kinetic-energy metric that the given ones and the closures allow.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.configuration import Configurations, Search, rank
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import InitialState
+from lagrange_cli.mechanics.restricted import Restricted
 from lagrange_cli.mechanics.tape import DomainError, Tape
 from lagrange_cli.scene.model import InitialValue
 
@@ -28,6 +29,8 @@ _TOLERANCE = mpf(10) ** -9
 _DIGITS = 34
 #: What is left of the arithmetic's rounding.
 _ROUNDING = mpf(10) ** -20
+#: Digits for the metric, whose inverse is huge where a coordinate has no inertia.
+_METRIC_DIGITS = 60
 _ZERO = mpf(0)
 
 
@@ -62,6 +65,7 @@ class _Initial:
         self.given: dict[int, dict[sp.Symbol, tuple[mpf, InitialValue]]] = {0: {}, 1: {}}
         for entry in self.reduced.scene.initial:
             self._take(entry)
+        self.restrictions = Restricted(self.reduced, self.constants, self._length())
 
     def _take(self, entry: InitialValue) -> None:
         symbol = self.reduced.names.lookup(entry.name)
@@ -79,10 +83,10 @@ class _Initial:
         self.given[entry.order][symbol] = (mpf(value.evalf(_DIGITS)), entry)
 
     def solve(self) -> InitialState:
-        start = self._positions()
-        tape = self._tape(1)
-        velocities = self._velocities(tape, start)
-        projected = self._check(start, velocities)
+        start, moved = self.restrictions.placed(self._positions())
+        velocities = self._velocities(self._tape(1), start)
+        velocities, turned = self.restrictions.tangent(start, velocities)
+        projected = max(self._check(start, velocities), moved, turned)
         return InitialState(
             tuple(float(x) for x in start), tuple(float(x) for x in velocities), float(projected)
         )
@@ -109,10 +113,13 @@ class _Initial:
         """The missing coordinates from given Cartesian values."""
         symbols = self._cartesian(0)
         target = [self.given[0][s][0] for s in symbols]
-        search = Search(self.reduced, self.constants, symbols, target, missing)
-        found = search.configurations(guess, _TOLERANCE * self._length())
+        length = self._length()
+        search = Search(self.reduced, self.constants, symbols, target, missing, length)
+        found = search.configurations(guess, _TOLERANCE * length)
         if not found.exact and found.nearest:
             raise self._unreachable(symbols, found)
+        if not found.exact and found.regular and self.reduced.closures:
+            raise self.restrictions.nowhere()
         if not found.exact:
             raise self._undetermined(missing)
         near = any(self.q[j] in self.reduced.reference for j in missing)
@@ -122,7 +129,9 @@ class _Initial:
 
     def _unreachable(self, symbols: Sequence[sp.Symbol], found: Configurations) -> InputError:
         """Given Cartesian values that no configuration has: the worst one is named."""
-        worst = max(range(len(symbols)), key=lambda k: found.misses[k])
+        worst = max(range(len(found.misses)), key=lambda k: found.misses[k])
+        if worst >= len(symbols):
+            raise self.restrictions.violated(worst - len(symbols), found.misses[worst])
         _, entry = self.given[0][symbols[worst]]
         return _contradiction(entry, found.values[worst])
 
@@ -160,16 +169,20 @@ class _Initial:
         velocities = [known.get(q, _ZERO) for q in self.q]
         missing = [j for j, q in enumerate(self.q) if q not in known]
         symbols = self._cartesian(1)
-        if not symbols or not missing:
+        kept, levels = self.restrictions.rates(start)
+        if not (symbols or kept) or not missing:
             return velocities
         rows, drift = self._rates(tape, start)
+        wanted = [self.given[1][s][0] - d for s, d in zip(symbols, drift, strict=True)]
+        rows, wanted = [*rows, *kept], [*wanted, *(-x for x in levels)]
         target = [
-            self.given[1][s][0] - d - sum(r * v for r, v in zip(row, velocities, strict=True))
-            for s, row, d in zip(symbols, rows, drift, strict=True)
+            x - sum(r * v for r, v in zip(row, velocities, strict=True))
+            for x, row in zip(wanted, rows, strict=True)
         ]
         matrix = [[row[j] for j in missing] for row in rows]
         metric = self._mass_matrix(start, missing)
-        solved = _smallest(matrix, target, metric)
+        with mpmath.workdps(_METRIC_DIGITS):
+            solved = _smallest(matrix, target, metric)
         for j, value in zip(missing, solved, strict=True):
             velocities[j] = value
         return velocities

@@ -105,6 +105,7 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
         literals=decimal_literals(_expressions(scene)),
         warnings=(*reduced.warnings, *_unused_warnings(scene, structure.unused_parameters)),
         remarks=_remarks(derivation, initial),
+        closures=derivation.closures,
     )
 
 
@@ -260,7 +261,7 @@ def _same(reduced: Reduced, evidence: Evidence, residual: sp.Expr, equation: Equ
 def interpret(equations: Equations, expression: Expression) -> sp.Expr:
     """An expression of the scene language over the symbols of ``equations``.
 
-    Names are coordinates, parameters, Cartesian names and abbreviations;
+    Names are coordinates, parameters, Cartesian names, abbreviations and multipliers;
     ``dot`` and ``ddot`` are total time derivatives.
 
     Raises
@@ -273,6 +274,7 @@ def interpret(equations: Equations, expression: Expression) -> sp.Expr:
     for particle in equations.particles:
         for axis, position in zip("xyz", particle.position, strict=True):
             meanings[f"{axis}_{particle.name}"] = position
+    meanings.update((c.multiplier.name, c.multiplier) for c in equations.closures)
     meanings.update((c.name, c.position) for c in equations.cartesian_names)
     meanings.update((p.name, p.symbol) for p in equations.parameters)
     meanings.update((c.name, c.q) for c in equations.coordinates)

@@ -12,7 +12,14 @@ from numpy.typing import NDArray
 from lagrange_cli.mechanics.sampling import double
 from lagrange_cli.mechanics.tape import Tape, values
 
-__all__ = ["TOLERANCE", "Point", "dependent_columns", "dependent_gradients"]
+__all__ = [
+    "TOLERANCE",
+    "Matrix",
+    "Point",
+    "dependent_columns",
+    "dependent_gradients",
+    "dependent_rows",
+]
 
 #: Relative tolerance of consistency and rank (so that √6/4 may be written in decimals).
 TOLERANCE = 1e-9
@@ -83,12 +90,12 @@ def dependent_gradients(
         symbols = [s for s in resolved if s not in everywhere]
         positions = values([resolved[s] for s in symbols], point)
         everywhere.update(zip(symbols, positions, strict=True))
-        here = _dependent_rows(_jacobian(functions, variables, everywhere))
+        here = dependent_rows(_jacobian(functions, variables, everywhere))
         found = here if found is None else {k: v for k, v in found.items() if k in here}
     return found or {}
 
 
-def _dependent_rows(matrix: Matrix) -> dict[int, tuple[int, ...]]:
+def dependent_rows(matrix: Matrix, tolerance: float = TOLERANCE) -> dict[int, tuple[int, ...]]:
     """Rows that are combinations of earlier independent rows, with the rows that take part."""
     basis: list[int] = []
     dependent: dict[int, tuple[int, ...]] = {}
@@ -99,7 +106,7 @@ def _dependent_rows(matrix: Matrix) -> dict[int, tuple[int, ...]]:
             continue
         if basis:
             shares, *_ = np.linalg.lstsq(matrix[basis].T, row, rcond=1e-12)
-            if np.linalg.norm(matrix[basis].T @ shares - row) <= TOLERANCE * size:
+            if np.linalg.norm(matrix[basis].T @ shares - row) <= tolerance * size:
                 part = np.abs(shares) > 1e-7 * np.abs(shares).max()
                 dependent[k] = tuple(b for b, p in zip(basis, part, strict=True) if p)
                 continue

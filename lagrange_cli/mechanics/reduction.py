@@ -1,13 +1,14 @@
 """From a scene to generalized coordinates: 3N Cartesian components, K constraints, 3N − K.
 
-The reduction eliminates Cartesian names (:mod:`elimination`), looks at what is
-left over (:mod:`account`) and yields every raw symbol as a function of q and t.
+The reduction eliminates Cartesian names (:mod:`elimination`), keeps the equations that
+have no closed form in one chart (:mod:`selection`), looks at what came of the others
+(:mod:`account`) and yields every raw symbol as a function of q and t.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import mpmath
@@ -15,15 +16,18 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.account import Geometry, balance
+from lagrange_cli.mechanics.account import balance
 from lagrange_cli.mechanics.angles import periodic_symbols
 from lagrange_cli.mechanics.elimination import Elimination, Stated, eliminate
 from lagrange_cli.mechanics.equations import Account, Coordinate
+from lagrange_cli.mechanics.geometry import Geometry, Restriction, related
 from lagrange_cli.mechanics.language import Rate, total_derivative
+from lagrange_cli.mechanics.manifold import Manifold
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.parameters import Values
-from lagrange_cli.mechanics.refusals import require_enough, require_solved
-from lagrange_cli.mechanics.sampling import Sampler, typical_length, working_digits
+from lagrange_cli.mechanics.refusals import no_configuration, require_enough
+from lagrange_cli.mechanics.sampling import Drawn, Sampler, typical_length, working_digits
+from lagrange_cli.mechanics.selection import independent_closures
 from lagrange_cli.mechanics.terms import tidy
 from lagrange_cli.scene.model import Particle, Scene
 
@@ -31,6 +35,18 @@ __all__ = ["Reduced", "reduce"]
 
 #: Decimal digits of the numbers that tests of identity and rank work with.
 _DIGITS = 30
+
+#: Configurations at which identities and ranks are looked at.
+POINTS = 3
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Coordinates of a geometry, with what points are drawn from."""
+
+    values: Values
+    geometry: Geometry
+    coordinates: tuple[Coordinate, ...]
 
 
 @dataclass(frozen=True)
@@ -45,6 +61,8 @@ class Reduced:
         One expression for each particle.
     reference
         Values of symbols that ``initial`` and ``near`` give.
+    closures
+        Independent equations that restrict the coordinates and their velocities.
     """
 
     scene: Scene
@@ -57,7 +75,8 @@ class Reduced:
     reference: Mapping[sp.Symbol, mpf]
     warnings: tuple[Problem, ...]
     remarks: tuple[str, ...]
-    geometry: Geometry
+    closures: tuple[Restriction, ...]
+    chart: Chart
 
     def resolve(self, expr: sp.Expr) -> sp.Expr:
         """``expr`` with raw symbols replaced by their r(q, t)."""
@@ -74,7 +93,11 @@ class Reduced:
 
     def sampler(self, domain: list[sp.Expr]) -> Sampler:
         """Random feasible configurations at which ``domain`` is real as well."""
-        return _sampler(self.values, self.geometry, self.coordinates, domain)
+        return _sampler(self.chart, domain, self.manifold())
+
+    def manifold(self) -> Manifold:
+        """The states that the closures leave."""
+        return _manifold(self.chart, self.closures)
 
 
 def _rate(reduced: Reduced, expr: sp.Expr) -> sp.Expr:
@@ -96,8 +119,7 @@ def reduce(scene: Scene) -> Reduced:
     ------
     InputError
         Located and explained: too few or too many coordinates, constraints that
-        contradict each other, a branch that nothing chooses, a constraint without a
-        closed-form solution, a mass that is not positive.
+        contradict each other, a branch that nothing chooses, a mass that is not positive.
     """
     with mpmath.workdps(working_digits(_DIGITS)):
         names, values = Names(scene), Values(scene)
@@ -105,25 +127,49 @@ def reduce(scene: Scene) -> Reduced:
         stated = list(_stated(names, scene))
         reference = _reference(names, values, scene)
         found = _eliminate(names, scene, stated, reference)
-        require_solved(scene, found)
+        require_enough(scene, found)
         symbols = _coordinate_symbols(names, found)
         resolved = {s: _placed(found, s) for s in names.cartesian.values()}
-        coordinates = tuple(_coordinates(scene, names, symbols, resolved))
         geometry = Geometry(names, found, resolved, symbols, reference)
-        account, warnings = balance(geometry, _sampler(values, geometry, coordinates, []))
+        chart = Chart(values, geometry, tuple(_coordinates(geometry, ())))
+        chart, points, kept = _restricted(chart)
+        account, warnings = balance(geometry, points, kept)
     return Reduced(
         scene,
         names,
         values,
-        coordinates,
+        chart.coordinates,
         resolved,
         masses,
         account,
         reference,
         (*scene.warnings, *warnings),
         tuple(found.remarks),
-        geometry,
+        tuple(geometry.restriction(k) for k in kept),
+        chart,
     )
+
+
+def _restricted(chart: Chart) -> tuple[Chart, list[Drawn], tuple[int, ...]]:
+    """The chart, feasible points of it, and the numbers of the equations that it keeps."""
+    geometry = chart.geometry
+    points = _drawn(geometry, _sampler(chart, [], _manifold(chart, ())), ())
+    numbers = related(geometry, points)
+    if not numbers:
+        return chart, points, ()
+    restrictions = [geometry.restriction(k) for k in numbers]
+    chart = replace(chart, coordinates=tuple(_coordinates(geometry, restrictions)))
+    manifold = _manifold(chart, restrictions)
+    sampler = _sampler(chart, [], manifold)
+    points = _drawn(geometry, sampler, numbers)
+    return chart, points, independent_closures(geometry, numbers, manifold, sampler, points)
+
+
+def _drawn(geometry: Geometry, sampler: Sampler, restricting: Sequence[int]) -> list[Drawn]:
+    points = [p for p in (sampler.draw() for _ in range(POINTS)) if p is not None]
+    if len(points) < POINTS:
+        raise no_configuration(geometry.names.scene, geometry.found, restricting)
+    return points
 
 
 def _placed(found: Elimination, symbol: sp.Symbol) -> sp.Expr:
@@ -197,22 +243,18 @@ def _eliminate(
 
 
 def _coordinate_symbols(names: Names, found: Elimination) -> list[sp.Symbol]:
-    """Declared coordinates, or the names that the constraints leave, in reading order."""
-    if names.scene.coordinates is not None:
-        return list(names.coordinates.values())
-    return [s for s in names.cartesian.values() if s in found.unknowns]
+    """Declared coordinates and the names that the constraints leave, in reading order."""
+    opened = [s for s in names.cartesian.values() if s in found.unknowns]
+    return [*names.coordinates.values(), *opened]
 
 
-def _coordinates(
-    scene: Scene,
-    names: Names,
-    symbols: list[sp.Symbol],
-    resolved: Mapping[sp.Symbol, sp.Expr],
-) -> Iterator[Coordinate]:
+def _coordinates(geometry: Geometry, restrictions: Sequence[Restriction]) -> Iterator[Coordinate]:
+    scene = geometry.names.scene
     declared = {c.name: c for c in scene.coordinates or ()}
-    positions = [resolved[s] for body in names.particle_symbols for s in body]
-    periodic = periodic_symbols(positions)
-    for q in symbols:
+    expressions = [geometry.resolved[s] for s in geometry.positions]
+    expressions += [side for r in restrictions for side in (r.left, r.right)]
+    periodic = periodic_symbols(expressions)
+    for q in geometry.coordinates:
         written = declared.get(q.name)
         unit = written.unit if written else None
         yield Coordinate(
@@ -228,25 +270,40 @@ def _coordinates(
         )
 
 
-def _sampler(
-    values: Values,
-    geometry: Geometry,
-    coordinates: Sequence[Coordinate],
-    domain: list[sp.Expr],
-) -> Sampler:
-    names, reference = geometry.names, geometry.reference
-    parameters = set(names.parameters.values())
-    angles = {c.q for c in coordinates if c.is_angle}
-    center = {c.q: reference.get(c.q, mpf(0)) for c in coordinates}
-    lengths = [x for s, x in reference.items() if s not in parameters | angles | {names.t}]
-    length = typical_length(lengths)
+def _scales(chart: Chart) -> dict[sp.Symbol, mpf]:
+    """Size of the motion of each coordinate."""
+    names, reference = chart.geometry.names, chart.geometry.reference
+    angles = {c.q for c in chart.coordinates if c.is_angle}
+    no_lengths = {*names.parameters.values(), *angles, names.t}
+    length = typical_length([x for s, x in reference.items() if s not in no_lengths])
+    center = {c.q: reference.get(c.q, mpf(0)) for c in chart.coordinates}
+    return {q: mpf(1) if q in angles else max(length, abs(x)) for q, x in center.items()}
+
+
+def _sampler(chart: Chart, domain: list[sp.Expr], manifold: Manifold) -> Sampler:
+    names, reference = chart.geometry.names, chart.geometry.reference
+    exact = chart.values.exact
     return Sampler(
         names.t,
-        list(center),
-        {names.parameters[n]: reference[names.parameters[n]] for n in values.exact},
-        [s for n, s in names.parameters.items() if n not in values.exact],
-        center,
-        {q: mpf(1) if q in angles else max(length, abs(x)) for q, x in center.items()},
-        [*geometry.resolved.values(), *domain],
+        [c.q for c in chart.coordinates],
+        {names.parameters[n]: reference[names.parameters[n]] for n in exact},
+        [s for n, s in names.parameters.items() if n not in exact],
+        {c.q: reference.get(c.q, mpf(0)) for c in chart.coordinates},
+        _scales(chart),
+        [*chart.geometry.resolved.values(), *domain],
         seed=names.scene.digest,
+        place=manifold.placed if manifold.all else None,
+    )
+
+
+def _manifold(chart: Chart, restrictions: Sequence[Restriction]) -> Manifold:
+    names = chart.geometry.names
+    return Manifold(
+        [(r.left, r.right) for r in restrictions if r.kind == "position"],
+        [r.left - r.right for r in restrictions if r.kind == "velocity"],
+        names.t,
+        [c.q for c in chart.coordinates],
+        [c.v for c in chart.coordinates],
+        list(names.parameters.values()),
+        _scales(chart),
     )

@@ -11,7 +11,7 @@ from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.elimination import Elimination, Stated, eliminate
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.ranks import TOLERANCE
-from lagrange_cli.mechanics.sampling import STARTS
+from lagrange_cli.mechanics.sampling import PLACED_STARTS, STARTS
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.scene.model import Scene
 
@@ -21,18 +21,10 @@ __all__ = [
     "no_configuration",
     "no_solution",
     "require_enough",
-    "require_solved",
+    "singular",
+    "too_few",
     "too_many",
 ]
-
-
-def require_solved(scene: Scene, found: Elimination) -> None:
-    """Refuse constraints without a closed-form solution, and names that nothing determines."""
-    for number in found.pending:
-        open_names = _open_names(found, number)
-        if open_names:
-            raise _no_closed_form(found.stated[number], open_names)
-    require_enough(scene, found)
 
 
 def require_enough(scene: Scene, found: Elimination) -> None:
@@ -40,7 +32,7 @@ def require_enough(scene: Scene, found: Elimination) -> None:
     usable = sum(bool(_open_names(found, number)) for number in found.pending)
     excess = len(found.unknowns) - usable
     if scene.coordinates is not None and excess > 0:
-        raise _too_few(scene, found, excess)
+        raise too_few(scene, found, excess)
 
 
 def _open_names(found: Elimination, number: int) -> list[sp.Symbol]:
@@ -53,19 +45,8 @@ def _quoted(names: Sequence[object]) -> str:
     return ", ".join(f"'{n}'" for n in names)
 
 
-def _no_closed_form(stated: Stated, unknowns: Sequence[sp.Symbol]) -> InputError:
-    return InputError(
-        Problem(
-            f"constraint '{stated.constraint}' has no closed-form solution for"
-            f" {_quoted(unknowns)}; implicit constraints are not supported yet",
-            stated.equation.mark(),
-            hint="declare 'coordinates' and give the Cartesian names in 'definitions'",
-            rule="not-supported-yet",
-        )
-    )
-
-
-def _too_few(scene: Scene, found: Elimination, excess: int) -> InputError:
+def too_few(scene: Scene, found: Elimination, excess: int) -> InputError:
+    """Declared coordinates and constraints leave names undetermined."""
     open_names = [u.name for u in found.unknowns]
     have = [c.name for c in scene.coordinates or ()]
     # Equations between coordinates alone take freedom from them.
@@ -113,13 +94,16 @@ def dependent_coordinates(
     )
 
 
-def no_configuration(scene: Scene, found: Elimination) -> InputError:
-    """No real configuration came up: the constraints that were solved are named."""
+def no_configuration(scene: Scene, found: Elimination, related: Sequence[int] = ()) -> InputError:
+    """No real configuration came up: the constraints that were solved, or kept, are named."""
     used = [found.stated[k] for k in sorted(set(found.by.values()))] or list(found.stated)
+    starts = PLACED_STARTS if related else STARTS
+    if related:
+        used = [found.stated[k] for k in related]
     named = _quoted(list(dict.fromkeys(s.constraint for s in used))) or "the scene"
     return InputError(
         Problem(
-            f"no configuration found in {STARTS} starts that satisfies {named}",
+            f"no configuration found in {starts} starts that satisfies {named}",
             used[0].equation.mark() if used else Mark(scene.file, 1, 1),
             hint="give one in 'initial' or 'near'",
             rule="inconsistent",
@@ -135,6 +119,23 @@ def no_solution(stated: Stated) -> InputError:
             stated.equation.mark(),
             hint="one side has a range that the other does not reach",
             rule="inconsistent",
+        )
+    )
+
+
+def singular(stated: Sequence[Stated]) -> InputError:
+    """Equations whose gradients depend on each other wherever they hold, though all are needed."""
+    named = list(dict.fromkeys(s.constraint for s in stated))
+    what, why = "constraint", "is singular: wherever it holds, its gradient vanishes"
+    if len(named) > 1:
+        what = "constraints"
+        why = "are singular: wherever they hold, their gradients depend on each other"
+    return InputError(
+        Problem(
+            f"{what} {_quoted(named)} {why}",
+            stated[-1].equation.mark(),
+            hint="write equations that cross zero: x = 0 in place of x^2 = 0",
+            rule="singular",
         )
     )
 

@@ -8,7 +8,7 @@ it while the scene's expressions are not real there.
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import mpmath
 import sympy as sp
@@ -16,12 +16,17 @@ from mpmath import mpf
 
 from lagrange_cli.mechanics.tape import DomainError, Tape
 
-__all__ = ["Sampler", "typical_length"]
+__all__ = ["Drawn", "Sampler", "double", "typical_length", "working_digits"]
 
 _ONE = mpf(1)
 
+Drawn = dict[sp.Symbol, mpf]
+"""A value for each symbol."""
+
 #: Draws before a scene is said to have no configuration.
 STARTS = 200
+#: The same where each is the start of a search for a point on closures.
+PLACED_STARTS = 48
 
 
 def typical_length(lengths: Sequence[mpf]) -> mpf:
@@ -47,6 +52,8 @@ class Sampler:
         Expressions that must be real and finite at a feasible point.
     seed
         Text that fixes the sequence.
+    place
+        Moves a point on to closures; its result is None where it finds no way.
     """
 
     def __init__(
@@ -59,8 +66,11 @@ class Sampler:
         spread: Mapping[sp.Symbol, mpf],
         domain: Sequence[sp.Expr],
         seed: str,
+        place: Callable[[Drawn], Drawn | None] | None = None,
     ) -> None:
         self._t = t
+        self._place = place
+        self._starts = STARTS if place is None else PLACED_STARTS
         self._coordinates = list(coordinates)
         self._values = dict(values)
         self._free = list(free)
@@ -70,30 +80,42 @@ class Sampler:
         self._symbols = [t, *self._coordinates, *self._values, *self._free]
         self._tape = Tape(domain, self._symbols)
 
-    def draw(
-        self, *, vary_parameters: bool = False, width: mpf = _ONE
-    ) -> dict[sp.Symbol, mpf] | None:
-        """One feasible point, or None after :data:`STARTS` draws.
+    def draw(self, *, vary_parameters: bool = False, width: mpf = _ONE) -> Drawn | None:
+        """One feasible point, or None after :data:`STARTS` (:data:`PLACED_STARTS`) draws.
 
         ``vary_parameters`` multiplies values of parameters by factors in (1/2, 3/2)
         as long as that leaves the point feasible; ``width`` scales the spread.
         """
-        for attempt in range(STARTS):
-            varied = vary_parameters and attempt < STARTS // 4
-            point = self._candidate(width, varied)
-            try:
-                self._tape.run([(point[s], mpf(0), mpf(0)) for s in self._symbols], order=0)
+        for attempt in range(self._starts):
+            varied = vary_parameters and attempt < self._starts // 4
+            point: Drawn | None = self._candidate(width, varied)
+            if point is not None and self._place is not None:
+                point = self._place(point)
+            if point is not None and self._is_real(point):
                 return point
-            except (DomainError, ZeroDivisionError, OverflowError):
-                # Around a given configuration shrink towards it; else keep looking.
-                width = width * 3 / 4 if attempt % 4 == 3 and width > mpf(2) ** -20 else width
+            # Around a given configuration shrink towards it; else keep looking.
+            width = width * 3 / 4 if attempt % 4 == 3 and width > mpf(2) ** -20 else width
         return None
+
+    def _is_real(self, point: Drawn) -> bool:
+        try:
+            self._tape.run([(point[s], mpf(0), mpf(0)) for s in self._symbols], order=0)
+        except (DomainError, ZeroDivisionError, OverflowError):
+            return False
+        return True
+
+    def near(self, point: Drawn, width: mpf) -> Drawn:
+        """The point with its coordinates moved at random by ``width`` times their spread."""
+        moved = dict(point)
+        for q in self._coordinates:
+            moved[q] += width * self._spread[q] * self._uniform(-1, 1)
+        return moved
 
     def _uniform(self, low: float, high: float) -> mpf:
         # 53 random bits and more, so that points are not special in any digit.
         return low + (high - low) * mpf(self._random.getrandbits(120)) / mpf(2) ** 120
 
-    def _candidate(self, width: mpf, varied: bool) -> dict[sp.Symbol, mpf]:
+    def _candidate(self, width: mpf, varied: bool) -> Drawn:
         point = {self._t: self._uniform(0, 1)}
         for q in self._coordinates:
             point[q] = self._center[q] + width * self._spread[q] * self._uniform(-1, 1)

@@ -1,6 +1,6 @@
 """The textbook form of the equations of motion.
 
-Terms are ordered by ddot, dot, none. A common factor is divided out when it is
+Terms are ordered by ddot, dot, none, multipliers. A common factor is divided out when it is
 a number, a mass or a ``positive`` parameter, since that can never hide
 anything. The equation of a cyclic coordinate is left as it is: it reads
 ṗ = 0 with the momentum that is reported beside it. A coordinate is divided out
@@ -70,6 +70,7 @@ def _groups(
             free = [c for c in cofactors if not c.free_symbols & set(velocities)]
             found.extend((c, sp.Integer(1)) for c in held)
             found.extend((c, sp.Integer(1)) for c in positional_groups(free, parameters))
+    found.extend((-c.gradient[row], c.multiplier) for c in derivation.closures)
     return [(c, f) for c, f in found if c != 0]
 
 

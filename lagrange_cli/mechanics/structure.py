@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
+import numpy as np
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Mark, Problem
@@ -13,6 +14,7 @@ from lagrange_cli.mechanics.certificate import Evidence
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import Conserved, Facts
 from lagrange_cli.mechanics.grouping import grouped_sum
+from lagrange_cli.mechanics.ranks import Matrix
 from lagrange_cli.mechanics.terms import TermSum, expand_terms, factored
 from lagrange_cli.scene.expression import names_in
 from lagrange_cli.scene.model import Scene
@@ -37,13 +39,16 @@ def facts(derivation: Derivation) -> Facts:
     constant = not any(e.free_symbols & moving for row in mass for e in row)
     diagonal = all(mass[j][k] == 0 for j in range(n) for k in range(n) if j != k)
     held = {s for row in mass for e in row for s in e.free_symbols} | forcing
+    for closure in derivation.closures:
+        held |= closure.expression.free_symbols
     velocities = {c.v for c in reduced.coordinates}
+    positions = [*reduced.resolved.values(), *(c.expression for c in derivation.closures)]
     return Facts(
         constant_mass_matrix=constant,
         diagonal_mass_matrix=diagonal,
-        separable=constant and not forcing & velocities,
+        separable=constant and not forcing & velocities and not derivation.closures,
         autonomous=reduced.names.t not in held,
-        rheonomic=any(reduced.names.t in e.free_symbols for e in reduced.resolved.values()),
+        rheonomic=any(reduced.names.t in e.free_symbols for e in positions),
         planar=_planar(derivation),
         positive_definite_mass_matrix=_positive_definite(derivation),
         unused_parameters=_unused(reduced.scene),
@@ -65,10 +70,19 @@ def _positive_definite(derivation: Derivation) -> bool:
     """M = Σ m JᵀJ with positive masses and full rank (which is checked), and nothing subtracted.
 
     Extra kinetic energy is admitted where each term is linear in velocities, or
-    quadratic and never negative.
+    quadratic and never negative. Full rank is checked without closures only; beside them
+    every coordinate must be a particle's component itself, whose mass it has.
     """
     velocities = [c.v for c in derivation.reduced.coordinates]
+    if derivation.closures and not _has_own_inertia(derivation):
+        return False
     return all(_adds_no_deficit(t, velocities) for t in sp.Add.make_args(derivation.extra))
+
+
+def _has_own_inertia(derivation: Derivation) -> bool:
+    reduced = derivation.reduced
+    components = {reduced.resolved[s] for body in reduced.names.particle_symbols for s in body}
+    return all(c.q in components for c in reduced.coordinates)
 
 
 def _adds_no_deficit(term: sp.Expr, velocities: Sequence[sp.Symbol]) -> bool:
@@ -102,25 +116,23 @@ def _unused(scene: Scene) -> tuple[str, ...]:
 
 
 def require_inertia(derivation: Derivation, evidence: Evidence) -> None:
-    """Refuse a mass matrix that is singular at every state, naming the coordinate.
+    """Refuse equations of motion that are singular at every state, naming the coordinate.
+
+    With closures it is not M that counts but [[M, Φᵀ], [Φ, 0]]: a coordinate without
+    inertia may follow from the others.
 
     Raises
     ------
     InputError
         Located at the coordinate without inertia of its own.
     """
-    import numpy as np
-
     coordinates = derivation.reduced.coordinates
     best = None
-    for matrix in evidence.mass_matrices:
-        m = np.array(matrix)
-        scale = np.sqrt(np.abs(np.diag(m)))
-        scale[scale == 0] = np.sqrt(np.abs(m).max(initial=0.0)) or 1.0
-        sizes, vectors = np.linalg.eigh(m / np.outer(scale, scale))
-        if not len(sizes) or np.abs(sizes).min() > _INERTIA:
+    for mass, gradients in zip(evidence.mass_matrices, evidence.gradients, strict=True):
+        direction = _null_direction(np.array(mass), np.array(gradients))
+        if direction is None:
             return
-        best = vectors[:, int(np.abs(sizes).argmin())]
+        best = direction
     if best is None:
         return
     weakest = coordinates[int(np.abs(best).argmax())]
@@ -134,6 +146,27 @@ def require_inertia(derivation: Derivation, evidence: Evidence) -> None:
             rule="no-inertia",
         )
     )
+
+
+def _null_direction(mass: Matrix, gradients: Matrix) -> Matrix | None:
+    """Direction of q that the equations leave open, None where they are regular (or there is none).
+
+    M is scaled by its diagonal, each gradient by its largest entry.
+    """
+    n = len(mass)
+    scale = np.sqrt(np.abs(np.diag(mass)))
+    scale[scale == 0] = np.sqrt(np.abs(mass).max(initial=0.0)) or 1.0
+    whole = np.zeros((n + len(gradients), n + len(gradients)))
+    whole[:n, :n] = mass / np.outer(scale, scale)
+    if len(gradients):
+        rows = gradients / scale
+        rows /= np.maximum(np.abs(rows).max(axis=1, keepdims=True), 1e-300)
+        whole[n:, :n], whole[:n, n:] = rows, rows.T
+    sizes, vectors = np.linalg.eigh(whole)
+    if not len(sizes) or np.abs(sizes).min() > _INERTIA:
+        return None
+    direction: Matrix = vectors[:n, int(np.abs(sizes).argmin())]
+    return direction
 
 
 def cyclic_names(derivation: Derivation, evidence: Evidence) -> tuple[str, ...]:

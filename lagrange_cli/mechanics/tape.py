@@ -37,7 +37,7 @@ from lagrange_cli.mechanics.functions import (
     root,
 )
 
-__all__ = ["DomainError", "Series", "Tape", "values"]
+__all__ = ["DomainError", "Run", "Series", "Tape", "values"]
 
 Series = tuple[Number, Number, Number]
 """Value, first and second derivative with respect to s."""

@@ -13,7 +13,8 @@ from mechanics_support import derived, few, number, refusal
 
 from lagrange_cli.mechanics.solving import linear_parts, solutions
 
-FLAT = "particles: {bead: {mass: 1, position: [x, y, z]}}\nplane: xz\n"
+FREE = "particles: {bead: {mass: 1, position: [x, y, z]}}\n"
+FLAT = FREE + "plane: xz\n"
 CIRCLE = FLAT + "parameters: {l: 1}\nconstraints: {ring: x^2 + z^2 = l^2}\n"
 QUADRATIC = FLAT + "constraints: {curve: z^2 + 2*z*x - 3 = 0}\ncoordinates: [x]\n"
 
@@ -54,7 +55,7 @@ def test_a_quadratic_with_a_linear_term(start: str, expected: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", [CIRCLE + "coordinates: [x]", CIRCLE, QUADRATIC, FLAT + "constraints: {c: z^2 = 4}"]
+    "text", [CIRCLE + "coordinates: [x]", QUADRATIC, FLAT + "constraints: {c: z^2 = 4}"]
 )
 def test_branches_that_nothing_chooses_are_listed(text: str) -> None:
     problem = refusal(text)
@@ -111,12 +112,21 @@ def test_every_period_of_an_angle_is_a_solution(equation: str, angle: str) -> No
     assert at_start(text, "angle") == pytest.approx(float(sp.sympify(angle)), rel=1e-14)
 
 
-def test_the_pivot_is_the_one_that_does_not_vanish_at_the_start() -> None:
-    """At the top of the ring z is no function of its own rate: x is kept."""
-    e = derived(CIRCLE + "initial: {x: 0, z: 1}")
-    assert [c.name for c in e.coordinates] == ["x"]
-    e = derived(CIRCLE + "initial: {x: 1, z: 0}")
-    assert [c.name for c in e.coordinates] == ["z"]
+@pytest.mark.parametrize(
+    ("start", "kept"), [("x: -2, y: 1, z: 5", "z"), ("x: -3, y: 9, z: 1", "y")]
+)
+def test_the_pivot_is_the_one_that_does_not_vanish_at_the_start(start: str, kept: str) -> None:
+    """Where x + 2 is zero the constraint gives no z, and where x + 3 is zero no y."""
+    text = FREE + f"constraints: {{c: x*z + 2*z = y*(x + 3) - 1}}\ninitial: {{{start}}}"
+    assert kept in [c.name for c in derived(text).coordinates]
+
+
+def test_no_chart_is_chosen_where_none_is_declared() -> None:
+    """A root would end at the diameter: both names stay."""
+    for initial in ("initial: {x: 0, z: 1}", "initial: {x: 1, z: 0}", ""):
+        e = derived(CIRCLE + initial)
+        assert [c.name for c in e.coordinates] == ["x", "z"]
+        assert e.formulation == "multiplier"
 
 
 def test_a_chart_that_ends_at_the_start_is_said_to_be_singular() -> None:

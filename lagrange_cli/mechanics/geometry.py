@@ -1,0 +1,162 @@
+"""What an elimination leaves: positions over coordinates, and equations that may restrict them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import Mark
+from lagrange_cli.mechanics import refusals
+from lagrange_cli.mechanics.elimination import Elimination
+from lagrange_cli.mechanics.names import Names
+from lagrange_cli.mechanics.ranks import TOLERANCE, Point
+from lagrange_cli.mechanics.solving import solutions
+from lagrange_cli.mechanics.tape import DomainError, values
+
+__all__ = ["Geometry", "Leftover", "Restriction", "examine", "related"]
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """An elimination and what came of it.
+
+    Attributes
+    ----------
+    resolved
+        Raw symbol → r(q, t).
+    coordinates
+        Symbols q.
+    reference
+        Values of symbols at ``initial``/``near``.
+    """
+
+    names: Names
+    found: Elimination
+    resolved: Mapping[sp.Symbol, sp.Expr]
+    coordinates: Sequence[sp.Symbol]
+    reference: Mapping[sp.Symbol, mpf]
+
+    @property
+    def positions(self) -> list[sp.Symbol]:
+        """Raw symbols of the particles' components, 3N of them."""
+        return [s for body in self.names.particle_symbols for s in body]
+
+    def restriction(self, number: int) -> Restriction:
+        """A pending equation as one that is kept."""
+        stated = self.found.stated[number]
+        left, right = self.found.pending[number]
+        equation = stated.equation
+        return Restriction(
+            stated.constraint, "position", left, right, equation.text, equation.mark()
+        )
+
+    def without(self, q: sp.Symbol) -> list[str]:
+        """Names of the other coordinates."""
+        return [other.name for other in self.coordinates if other != q]
+
+
+@dataclass(frozen=True)
+class Restriction:
+    """An equation kept beside the coordinates, ``left = right``.
+
+    Of ``position`` over q and t; of ``velocity`` over q, v and t. ``text`` and ``mark``
+    are those of the scene's equation.
+    """
+
+    name: str
+    kind: Literal["position", "velocity"]
+    left: sp.Expr
+    right: sp.Expr
+    text: str
+    mark: Mark | None
+
+
+@dataclass(frozen=True)
+class Leftover:
+    """A stated equation that no unknown was solved from: what it says at feasible points."""
+
+    number: int
+    reduced: sp.Expr
+    identity: bool
+    constant: bool
+
+
+def related(geometry: Geometry, points: Sequence[Point]) -> tuple[int, ...]:
+    """Numbers of the pending equations that restrict the coordinates: they are to stay.
+
+    Parameters
+    ----------
+    points
+        Configurations that need not satisfy them.
+
+    Raises
+    ------
+    InputError
+        A contradiction, or a declared coordinate that an equation gives in closed form.
+    """
+    kept = []
+    for number, sides in geometry.found.pending.items():
+        leftover = examine(number, sides, points)
+        if not leftover.identity:
+            _require_relation(geometry, leftover)
+            kept.append(number)
+    return tuple(kept)
+
+
+def examine(number: int, sides: tuple[sp.Expr, sp.Expr], points: Sequence[Point]) -> Leftover:
+    """Evaluate a reduced equation: an identity, a contradiction or a relation."""
+    left, right = sides
+    phi = left - right
+    if phi == 0:
+        return Leftover(number, phi, identity=True, constant=True)
+    terms = [*sp.Add.make_args(left), *sp.Add.make_args(right)]
+    totals, sizes = [], []
+    for point in points:
+        try:
+            *parts, total = values([*terms, phi], point)
+        except DomainError:
+            # Not even real where the coordinates lead: it restricts them.
+            return Leftover(number, phi, identity=False, constant=False)
+        scale = sum((abs(x) for x in parts), mpf(0))
+        totals.append(total)
+        sizes.append(scale)
+    identity = all(abs(x) <= TOLERANCE * size for x, size in zip(totals, sizes, strict=True))
+    spread, size = max(totals) - min(totals), max(sizes)
+    return Leftover(number, phi, identity, constant=bool(spread <= TOLERANCE * size))
+
+
+def _require_relation(geometry: Geometry, leftover: Leftover) -> None:
+    """Refuse an equation that cannot hold, or that gives a declared coordinate by others."""
+    found = geometry.found
+    involved = [q for q in geometry.coordinates if q in leftover.reduced.free_symbols]
+    if leftover.constant or not involved:
+        raise refusals.contradiction(
+            geometry.names, found, leftover.number, leftover.reduced, geometry.reference
+        )
+    if any(q in found.unknowns for q in involved):
+        return
+    if any(_is_given(leftover.reduced, q, set(involved)) for q in involved):
+        rest = geometry.without(involved[-1])
+        raise refusals.too_many(found.stated[leftover.number], involved, rest)
+
+
+def _is_given(phi: sp.Expr, q: sp.Symbol, coordinates: set[sp.Symbol]) -> bool:
+    """Whether φ = 0 gives q in closed form without a choice that holds in one chart only.
+
+    Several branches none of which ends in a root or an inverse function cross each other:
+    φ is a product in disguise.
+    """
+    branches = solutions(phi, q)
+    if not branches:
+        return False
+    return len(branches) == 1 or not any(_ends(b, coordinates) for b in branches)
+
+
+def _ends(branch: sp.Expr, coordinates: set[sp.Symbol]) -> bool:
+    roots = (p for p in branch.atoms(sp.Pow) if not p.exp.is_Integer)
+    inverses = branch.atoms(sp.asin, sp.acos, sp.acosh)
+    return any(e.free_symbols & coordinates for e in (*roots, *inverses))

@@ -1,0 +1,148 @@
+"""Closures checked as the rest of a derivation is: at random states, by other routes.
+
+Gradient, rate and bias are compared with derivatives along the motion of the equations
+as stated. Accelerations and multipliers that solve M a = f + Σ λ·gradient are put into
+Newton's law: what it lacks must be the constraint force Σ λ ∂φ/∂q, which no admissible
+displacement works against.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mpmath
+from mpmath import mpf
+
+from lagrange_cli.mechanics.derivation import Derivation
+from lagrange_cli.mechanics.sampling import Drawn, Sampler, double
+from lagrange_cli.mechanics.tape import Tape
+from lagrange_cli.mechanics.tapes import Observation, Point, Tapes
+
+__all__ = ["Restraints"]
+
+_ZERO = mpf(0)
+
+#: Above this number of unknowns accelerations and multipliers are not solved for.
+_LARGE = 64
+
+
+class Restraints:
+    """The closures of one derivation."""
+
+    def __init__(self, derivation: Derivation, tapes: Tapes) -> None:
+        self.closures = derivation.closures
+        self.tapes = tapes
+        self.manifold = derivation.reduced.manifold()
+        parts = [e for c in self.closures for e in (*c.gradient, c.rate, c.bias)]
+        self._parts = Tape(parts, tapes.moving)
+        expressions = [c.expression for c in self.closures]
+        self._expressions = Tape(expressions, tapes.moving)
+
+    def draw(self, point: Drawn, sampler: Sampler) -> Drawn:
+        """The point with velocities that satisfy the closures, and random multipliers."""
+        if not self.closures:
+            return point
+        moved = self.manifold.tangent(point)
+        for closure in self.closures:
+            moved[closure.multiplier] = sampler.noise(mpf(1))
+        return moved
+
+    def gradients(self, point: Point) -> list[list[mpf]]:
+        """The derived gradients."""
+        if not self.closures:
+            return []
+        return [gradient for gradient, _, _ in self._derived(point)]
+
+    def _derived(self, point: Point) -> list[tuple[list[mpf], mpf, mpf]]:
+        """Gradient, rate and bias of each closure, as derived."""
+        inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
+        pending = iter(self._parts.run(inputs, 0).values)
+        return [
+            ([next(pending) for _ in self.tapes.q], next(pending), next(pending))
+            for _ in self.closures
+        ]
+
+    def forces(self, point: Point) -> list[list[mpf]]:
+        """For each coordinate λ·gradient of each closure."""
+        multipliers = [point[c.multiplier] for c in self.closures]
+        gradients = self.gradients(point)
+        return [
+            [x * gradient[j] for x, gradient in zip(multipliers, gradients, strict=True)]
+            for j in range(self.tapes.n)
+        ]
+
+    def mismatch(self, point: Point) -> mpf:
+        """Largest relative difference between what was derived and the equations as stated."""
+        if not self.closures:
+            return _ZERO
+        v = [point[s] for s in self.tapes.v]
+        a = [point[s] for s in self.tapes.a]
+        levels, rates, gradients = self.manifold.motion(point, a)
+        worst = _ZERO
+        for k, (gradient, rate, bias) in enumerate(self._derived(point)):
+            size = max(map(abs, gradients[k]), default=_ZERO)
+            pairs = list(zip(gradient, gradients[k], [size] * len(v), strict=True))
+            pairs += zip(self._of_expression(point, k), gradients[k], [size] * len(v), strict=True)
+            for terms, extra, expected in ((v, rate, levels[k]), (a, bias, rates[k])):
+                products = [g * x for g, x in zip(gradient, terms, strict=True)]
+                pairs.append((sum(products, extra), expected, sum(map(abs, products), abs(extra))))
+            worst = max([worst, *(_relative(x - y, scale) for x, y, scale in pairs)])
+        return worst
+
+    def _of_expression(self, point: Point, number: int) -> list[mpf]:
+        """Gradient of the equation as shown, by positions or by velocities."""
+        inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
+        slopes = self._expressions.run(inputs, 0).gradient({number: (mpf(1), _ZERO, _ZERO)})
+        n = self.tapes.n
+        first = 1 if self.closures[number].kind == "position" else 1 + n
+        return [x[0] for x in slopes[first : first + n]]
+
+    def newton_mismatch(
+        self, seen: Observation, mass: Sequence[Sequence[mpf]], forcing: Sequence[mpf]
+    ) -> mpf:
+        """How far the solved accelerations and multipliers are from Newton's law."""
+        n, m = self.tapes.n, len(self.closures)
+        if not m or n + m > _LARGE:
+            return _ZERO
+        solution = self._solved(seen.point, mass, forcing)
+        if solution is None:
+            return _ZERO  # singular here: refused, or another state tells
+        a, multipliers = solution[:n], solution[n:]
+        point = {**seen.point, **dict(zip(self.tapes.a, a, strict=True))}
+        _, rates, gradients = self.manifold.motion(point, a)
+        worst = _ZERO
+        for rate, gradient in zip(rates, gradients, strict=True):
+            size = sum((abs(g * x) for g, x in zip(gradient, a, strict=True)), _ZERO)
+            worst = max(worst, _relative(rate, size))
+        newton = self.tapes.newton(self.tapes.series(point), seen.forces)
+        for j, (lacking, size) in enumerate(newton):
+            forces = [x * g[j] for x, g in zip(multipliers, gradients, strict=True)]
+            difference = lacking - sum(forces, _ZERO)
+            worst = max(worst, _relative(difference, sum(map(abs, forces), size)))
+        return worst
+
+    def _solved(
+        self, point: Point, mass: Sequence[Sequence[mpf]], forcing: Sequence[mpf]
+    ) -> list[mpf] | None:
+        """a and λ of [[M, −Φᵀ], [Φ, 0]] [a; λ] = [f; −bias]; None where that is singular."""
+        derived = self._derived(point)
+        n, m = self.tapes.n, len(derived)
+        matrix = mpmath.zeros(n + m)
+        right = mpmath.matrix([*forcing, *(-bias for _, _, bias in derived)])
+        for i in range(n):
+            for j in range(n):
+                matrix[i, j] = mass[i][j]
+            for k, (gradient, _, _) in enumerate(derived):
+                matrix[i, n + k], matrix[n + k, i] = -gradient[i], gradient[i]
+        try:
+            return list(mpmath.lu_solve(matrix, right))
+        except ZeroDivisionError:
+            return None
+
+    def doubles(self, point: Point) -> list[list[float]]:
+        """Gradients as doubles."""
+        return [[double(x) for x in row] for row in self.gradients(point)]
+
+
+def _relative(difference: mpf, size: mpf) -> mpf:
+    return abs(difference) / size if size else abs(difference)

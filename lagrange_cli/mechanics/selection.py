@@ -1,0 +1,108 @@
+"""Which of the equations that restrict coordinates are needed: independent ones, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from mpmath import mpf
+
+from lagrange_cli.mechanics import refusals
+from lagrange_cli.mechanics.geometry import Geometry
+from lagrange_cli.mechanics.manifold import Manifold
+from lagrange_cli.mechanics.ranks import TOLERANCE, Matrix, dependent_rows
+from lagrange_cli.mechanics.sampling import Drawn, Sampler, double
+
+__all__ = ["independent_closures"]
+
+#: A gradient below this part of what it is nearby has vanished.
+_FLAT = 1e-7
+#: Gradients this close to a combination of others depend on them; it is looked at nearby, too.
+_DEPENDENT = 1e-6
+#: How far around a configuration equations are tried that seem to follow from others.
+_AROUND = mpf("0.01")
+
+
+def independent_closures(
+    geometry: Geometry,
+    related: Sequence[int],
+    manifold: Manifold,
+    sampler: Sampler,
+    points: Sequence[Drawn],
+) -> tuple[int, ...]:
+    """Numbers of the stated equations that are kept beside the coordinates.
+
+    Parameters
+    ----------
+    related
+        Numbers of the equations that restrict the coordinates.
+    manifold
+        Of these equations, in that order.
+    points
+        Configurations that satisfy them all.
+
+    Raises
+    ------
+    InputError
+        Equations that are singular wherever they hold, or a name that is left undetermined
+        beside declared coordinates.
+    """
+    slopes = [_doubles(manifold.slopes(p)) for p in points]
+    beside = [_doubles(manifold.slopes(sampler.near(p, mpf(1)))) for p in points]
+    for k, number in enumerate(related):
+        if all(
+            _size(on[k]) <= _FLAT * _size(off[k]) for on, off in zip(slopes, beside, strict=True)
+        ):
+            raise refusals.singular([geometry.found.stated[number]])
+    everywhere = [dependent_rows(rows, _DEPENDENT) for rows in slopes]
+    dropped = {k: by for k, by in everywhere[0].items() if all(k in other for other in everywhere)}
+    kept = [k for k in manifold.all if k not in dropped]
+    _require_implied(geometry, related, manifold, sampler, points, dropped)
+    _require_determined(geometry, [rows[kept] for rows in slopes])
+    return tuple(related[k] for k in kept)
+
+
+def _doubles(rows: Sequence[Sequence[mpf]]) -> Matrix:
+    return np.array([[double(x) for x in row] for row in rows])
+
+
+def _size(row: Matrix) -> float:
+    return float(np.abs(row).max(initial=0.0))
+
+
+def _require_implied(
+    geometry: Geometry,
+    related: Sequence[int],
+    manifold: Manifold,
+    sampler: Sampler,
+    points: Sequence[Drawn],
+    dropped: dict[int, tuple[int, ...]],
+) -> None:
+    """Refuse equations whose gradients depend on others' though the others do not imply them."""
+    kept = [k for k in manifold.all if k not in dropped]
+    around = [manifold.placed(sampler.near(p, _AROUND), kept) for p in points if dropped]
+    for point in around:
+        if point is None:
+            continue
+        violations = manifold.violations(point)
+        for k, by in dropped.items():
+            if violations[k] > TOLERANCE:
+                taking_part = [related[j] for j in (*by, k)]
+                raise refusals.singular([geometry.found.stated[j] for j in taking_part])
+
+
+def _require_determined(geometry: Geometry, slopes: Sequence[Matrix]) -> None:
+    """With declared coordinates, closures determine the other names."""
+    names, found = geometry.names, geometry.found
+    opened = [k for k, q in enumerate(geometry.coordinates) if q in found.unknowns]
+    if names.scene.coordinates is None or not opened:
+        return
+    ranks = [_rank(rows[:, opened]) for rows in slopes]
+    if max(ranks) < len(opened):
+        raise refusals.too_few(names.scene, found, len(opened) - max(ranks))
+
+
+def _rank(matrix: Matrix) -> int:
+    largest = np.abs(matrix).max(axis=1, initial=0.0, keepdims=True)
+    scaled = matrix / np.where(largest == 0, 1.0, largest)
+    return int(np.linalg.matrix_rank(scaled, rtol=TOLERANCE)) if scaled.size else 0
