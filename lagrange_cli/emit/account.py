@@ -21,6 +21,8 @@ __all__ = [
     "energy_is_sum",
     "implied_line",
     "is_generalized_potential",
+    "multipliers_line",
+    "nonholonomic",
     "quantity_labels",
     "remark_on",
     "telling_definitions",
@@ -40,14 +42,37 @@ def quantity_labels(equations: Equations) -> dict[str, str]:
     return {short: long if short in taken else short for short, long in _LABELS.items()}
 
 
-def counting(account: Account) -> tuple[tuple[str, int], ...]:
-    """What is counted: 3N, E where there is one, K, DOF."""
+def counting(equations: Equations) -> tuple[tuple[str, int], ...]:
+    """What is counted: 3N, E where there is one, K, DOF, nonholonomic constraints."""
+    account = equations.account
+    count = nonholonomic(equations)
     extra = (("E", account.extra),) if account.extra else ()
     return (
         ("3N", account.cartesian),
         *extra,
         ("K", account.constraints),
         ("DOF", account.dof),
+        *((("nonholonomic", count),) if count else ()),
+    )
+
+
+def nonholonomic(equations: Equations) -> int:
+    """The number of constraints that hold velocities and do not lower the DOF."""
+    return sum(closure.kind == "velocity" for closure in equations.closures)
+
+
+def multipliers_line(equations: Equations) -> str:
+    """What the multipliers mean (``""``: there are none)."""
+    if not equations.closures:
+        return ""
+    by = {
+        frozenset({"position"}): "",
+        frozenset({"velocity"}): " by the velocities",
+        frozenset({"position", "velocity"}): " (by the velocities where it holds them)",
+    }[frozenset(closure.kind for closure in equations.closures)]
+    return (
+        f"The multiplier times the gradient of the left side{by} is the force that the "
+        "constraint exerts"
     )
 
 

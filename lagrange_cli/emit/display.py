@@ -26,6 +26,7 @@ from lagrange_cli.emit.nodes import (
     as_terms,
     factors_of,
 )
+from lagrange_cli.emit.symbols import multiplier_name
 from lagrange_cli.errors import InternalError, Problem
 
 if TYPE_CHECKING:
@@ -86,11 +87,14 @@ class Vocabulary:
 
 
 def vocabulary(equations: Equations) -> Vocabulary:
-    """Parameters, time and coordinates, in order of declaration."""
+    """Parameters, multipliers, time and coordinates, in order of declaration."""
     atoms = {
         p.symbol: ordering.atom(p.name, Level.PARAMETER, rank, latex=p.latex)
         for rank, p in enumerate(equations.parameters)
     }
+    for rank, closure in enumerate(equations.closures, len(equations.parameters)):
+        name = multiplier_name(closure.name)
+        atoms[closure.multiplier] = ordering.atom(name, Level.PARAMETER, rank)
     atoms[equations.t] = ordering.atom("t", Level.TIME, 0)
     for rank, c in enumerate(equations.coordinates):
         for order, symbol in enumerate((c.q, c.v, c.a)):
@@ -120,12 +124,16 @@ def display_row(shown: ShownEquation, words: Vocabulary) -> Node:
     """The left side of an equation of motion: its terms in their order.
 
     Each coefficient and its factor print as one product. Terms without a
-    factor (factor 1), which may be sums, come last in the order of a sum.
+    factor (factor 1), which may be sums, are in the order of a sum; those with
+    multipliers follow them.
     """
-    terms = [_product(term, words) for term in shown.terms if term[1] != 1]
-    rest = [_term(coefficient, words) for coefficient, factor in shown.terms if factor == 1]
-    terms.extend(as_terms(ordering.sum_of(rest)))
-    return ordering.sum_of(terms, ordered=True)
+    alone = [k for k, (_, factor) in enumerate(shown.terms) if factor == 1]
+    last = alone[-1] if alone else len(shown.terms)
+    products = [(k, term) for k, term in enumerate(shown.terms) if term[1] != 1]
+    before = [_product(term, words) for k, term in products if k < last]
+    rest = as_terms(ordering.sum_of([_term(shown.terms[k][0], words) for k in alone]))
+    after = [_product(term, words) for k, term in products if k > last]
+    return ordering.sum_of([*before, *rest, *after], ordered=True)
 
 
 def _term(expression: sympy.Expr, words: Vocabulary) -> Term:

@@ -9,7 +9,7 @@ import sympy
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["coupled_blocks", "explicit_accelerations"]
+__all__ = ["coupled_blocks", "explicit_accelerations", "right_sides"]
 
 #: Larger coupled systems are left as M q̈ = f: their closed forms fill pages.
 _LARGEST_SOLVED = 2
@@ -33,8 +33,18 @@ def coupled_blocks(equations: Equations) -> list[list[int]]:
     return blocks
 
 
+def right_sides(equations: Equations) -> list[sympy.Expr]:
+    """What M a equals: the forcing, and what multipliers add to it."""
+    return [
+        sympy.Add(f, *(k.multiplier * k.gradient[i] for k in equations.closures))
+        for i, f in enumerate(equations.forcing)
+    ]
+
+
 def explicit_accelerations(equations: Equations) -> tuple[sympy.Expr | None, ...]:
-    """q̈ over (q, v, t), one for each coordinate; None where more than two are coupled.
+    """q̈ over (q, v, t) and multipliers, one for each coordinate.
+
+    None where more than two are coupled, or where no inertia is.
 
     Solved from the shown equations, whose terms are collected as a person
     would: single ones are divided, pairs follow Cramer's rule, and common
@@ -45,6 +55,8 @@ def explicit_accelerations(equations: Equations) -> tuple[sympy.Expr | None, ...
         if len(block) > _LARGEST_SOLVED:
             continue
         mass, forcing = _linear_system(equations, block)
+        if len(block) == 1 and mass[0][0] == 0:
+            continue
         if len(block) == 1:
             (i,) = block
             solved[i] = _quotient(forcing[0], mass[0][0])

@@ -12,9 +12,10 @@ from lagrange_cli.emit.account import (
 )
 from lagrange_cli.emit.display import Vocabulary, display, display_row, vocabulary
 from lagrange_cli.emit.escape import latex_text
-from lagrange_cli.emit.explicit import explicit_accelerations
+from lagrange_cli.emit.explicit import explicit_accelerations, right_sides
 from lagrange_cli.emit.latex_formula import LatexPrinter
 from lagrange_cli.emit.layout import Piece, fill, joined, prefixed, suffixed
+from lagrange_cli.emit.linear import solid
 from lagrange_cli.emit.nodes import Node
 from lagrange_cli.emit.symbols import latex_name
 
@@ -60,7 +61,7 @@ def snippet(equations: Equations, form: str = "lagrange") -> str:
     title = equations.title or equations.name
     lines = [
         f"% {latex_text(title)}: equations of motion (needs amsmath)",
-        *setter.align(setter.motion(form)),
+        *setter.align([*setter.motion(form), *setter.closures()]),
     ]
     return "\n".join(lines) + "\n"
 
@@ -72,9 +73,11 @@ def equation_latex(equations: Equations, index: int) -> str:
 
 
 def equations_latex(equations: Equations) -> str:
-    """All equations of motion in an ``aligned`` environment, without math delimiters."""
+    """All equations of motion, then those of closures, in an ``aligned`` environment,
+    without math delimiters."""
     setter = Typesetter.of(equations)
     rows = [f"& {joined(setter.row(i))}" for i in range(len(equations.shown))]
+    rows += [f"& {joined(row.pieces)}" for row in setter.closures()]
     return "\n".join([r"\begin{aligned}", " \\\\\n".join(rows), r"\end{aligned}"])
 
 
@@ -156,14 +159,26 @@ class Typesetter:
                 for i, c in enumerate(coordinates)
             ]
         solved = explicit_accelerations(self.equations)
+        right = right_sides(self.equations)
         rows = [
             self.definition(self.coordinate(c, 2), value)
             for c, value in zip(coordinates, solved, strict=True)
             if value is not None
         ]
-        return rows + self._coupled([i for i, value in enumerate(solved) if value is None])
+        coupled = [i for i, value in enumerate(solved) if value is None]
+        return rows + self._coupled(coupled, right)
 
-    def _coupled(self, indices: list[int]) -> list[Row]:
+    def closures(self) -> list[Row]:
+        """The closure equations, each with its name."""
+        return [
+            Row(
+                rf"\text{{{latex_text(c.name)}}}\colon\quad",
+                suffixed(self.pieces(c.expression), " = 0", 3),
+            )
+            for c in self.equations.closures
+        ]
+
+    def _coupled(self, indices: list[int], forcing: Sequence[Expr]) -> list[Row]:
         """``Σ M a = f`` for coordinates that are coupled by more than two."""
         rows = []
         for i in indices:
@@ -175,9 +190,9 @@ class Typesetter:
                         display(entry * self.equations.coordinates[j].a, self.words)
                     )
                     terms += product if not terms else _added(product)
-            right = self.pieces(self.equations.forcing[i])
+            right = self.pieces(forcing[i])
             equal = Piece(right[0].text, right[0].width + 3, " = ", "= ", 0)
-            rows.append(Row("", [*terms, equal, *right[1:]]))
+            rows.append(Row("", [*(terms or solid("0")), equal, *right[1:]]))
         return rows
 
     # -- layout ---------------------------------------------------------------------

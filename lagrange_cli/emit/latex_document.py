@@ -12,6 +12,7 @@ from lagrange_cli.emit.account import (
     energy_is_sum,
     implied_line,
     is_generalized_potential,
+    multipliers_line,
     quantity_labels,
     remark_on,
     telling_definitions,
@@ -52,6 +53,7 @@ def document(equations: Equations, form: str = "lagrange") -> str:
         page.energies(),
         page.forces(),
         page.motion(form),
+        page.closures(),
         page.conserved(),
         page.certificate(),
         [r"\end{document}"],
@@ -117,7 +119,7 @@ class _Document:
     def freedom(self) -> list[str]:
         account = self.equations.account
         counts = ",\\quad ".join(
-            f"{_COUNTED.get(name, name)} = {value}" for name, value in counting(account)
+            f"{_COUNTED.get(name, name)} = {value}" for name, value in counting(self.equations)
         )
         lines = [r"\section*{Degrees of freedom}", rf"\[ {counts} \]"]
         if account.lines:
@@ -218,12 +220,41 @@ class _Document:
             if self._dissipates()
             else ""
         )
-        right = "Q_j" if self.equations.forces else "0"
+        right = " + ".join([*(["Q_j"] if self.equations.forces else []), *self._multiplied()])
         return (
             rf"\[ \frac{{\mathrm{{d}}}}{{\mathrm{{d}} t}} \frac{{\partial {label}}}"
             rf"{{\partial \dot{{q}}_j}} - \frac{{\partial {label}}}{{\partial q_j}}"
-            rf"{dissipation} = {right} \]"
+            rf"{dissipation} = {right or '0'} \]"
         )
+
+    def _multiplied(self) -> list[str]:
+        """The generalized forces of the constraints, by kinds of closures."""
+        kinds = {closure.kind for closure in self.equations.closures}
+        return [
+            rf"\sum_k \lambda_k \frac{{\partial {phi}_k}}{{\partial {by}_j}}"
+            for kind, phi, by in (
+                ("position", r"\varphi", "q"),
+                ("velocity", r"\psi", r"\dot{q}"),
+            )
+            if kind in kinds
+        ]
+
+    def closures(self) -> list[str]:
+        """The equations beside those of motion, and what their multipliers mean."""
+        rows = self.setter.closures()
+        if not rows:
+            return []
+        kinds = {closure.kind for closure in self.equations.closures}
+        letters = {"position": r"$\varphi_k$", "velocity": r"$\psi_k$"}
+        sides = f"the {letters[min(kinds)]}"
+        if len(kinds) > 1:
+            sides = rf"{letters['position']}, or {letters['velocity']} where they hold velocities"
+        return [
+            r"\section*{Closure equations}",
+            f"These hold beside the equations of motion; their left sides are {sides}.",
+            *self.setter.align(rows),
+            f"{multipliers_line(self.equations)}.",
+        ]
 
     def _divided(self) -> str:
         """Which common factors were divided out of which equations."""
@@ -288,7 +319,7 @@ class _Document:
 #: Rows of a table that is kept on one page.
 _LONGEST_TABLE = 24
 
-_COUNTED = {"DOF": r"\text{DOF}"}
+_COUNTED = {"DOF": r"\text{DOF}", "nonholonomic": r"\text{nonholonomic}"}
 
 _BULLETS = r"Constraints: \begin{itemize}\setlength{\itemsep}{0pt}\setlength{\parskip}{0pt}"
 

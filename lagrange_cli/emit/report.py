@@ -1,6 +1,7 @@
 """The derivation as JSON values: what ``lagrange derive --format json`` writes.
 
-Expressions are in the scene language, so that they can be read back.
+Expressions are in the scene language, so that they can be read back;
+``lambda(NAME)`` is the multiplier of the constraint of that name.
 """
 
 from __future__ import annotations
@@ -8,11 +9,13 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.emit.account import nonholonomic
 from lagrange_cli.emit.display import Vocabulary, display, display_row, vocabulary
-from lagrange_cli.emit.explicit import explicit_accelerations
+from lagrange_cli.emit.explicit import explicit_accelerations, right_sides
 from lagrange_cli.emit.nodes import Node, Term, as_terms
 from lagrange_cli.emit.ordering import sum_of
 from lagrange_cli.emit.scene_language import ScenePrinter
+from lagrange_cli.emit.symbols import multiplier_name
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -53,7 +56,7 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         "extra": account.extra,
         "constraints": account.constraints,
         "dof": account.dof,
-        "nonholonomic": 0,
+        "nonholonomic": nonholonomic(equations),
         "unilateral": 0,
         "coordinates": [c.name for c in equations.coordinates],
         "formulation": equations.formulation,
@@ -67,8 +70,11 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         "conserved": [
             {"name": c.name, "expression": say(c.expression)} for c in equations.conserved
         ],
-        "multipliers": [],
-        "closure": [],
+        "multipliers": [multiplier_name(name) for name in equations.multipliers],
+        "closure": [
+            {"name": c.name, "kind": c.kind, "expression": say(c.expression)}
+            for c in equations.closures
+        ],
         "facts": {
             **asdict(equations.facts),
             "unused_parameters": list(equations.facts.unused_parameters),
@@ -104,13 +110,13 @@ def _residuals(equations: Equations, form: str, say: _Speaker) -> list[dict[str,
 
 
 def _explicit_rows(equations: Equations, say: _Speaker) -> list[Node]:
-    rows = []
+    rows, right = [], right_sides(equations)
     for i, value in enumerate(explicit_accelerations(equations)):
         if value is not None:
             rows.append(_difference([(1, i)], value, equations, say))
         else:
             entries = [(m, j) for j, m in enumerate(equations.mass_matrix[i]) if m != 0]
-            rows.append(_difference(entries, equations.forcing[i], equations, say))
+            rows.append(_difference(entries, right[i], equations, say))
     return rows
 
 

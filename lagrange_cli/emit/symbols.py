@@ -13,7 +13,15 @@ from dataclasses import dataclass
 
 from lagrange_cli.emit.escape import GREEK, latex_text
 
-__all__ = ["DOT_WORDS", "NameParts", "latex_name", "latex_word", "split_name", "text_name"]
+__all__ = [
+    "DOT_WORDS",
+    "NameParts",
+    "latex_name",
+    "latex_word",
+    "multiplier_name",
+    "split_name",
+    "text_name",
+]
 
 _GREEK_NAMES = {letter: name for name, letter in GREEK.items()}
 
@@ -36,8 +44,23 @@ class NameParts:
         return len(self.base) == 1 or self.base in GREEK
 
 
+_MULTIPLIER = re.compile(r"lambda\((.+)\)")
+
+
+def multiplier_name(constraint: str) -> str:
+    """What the multiplier of a constraint is called: ``lambda(rod)``.
+
+    No name of a scene holds parentheses, so that none can be meant by it.
+    """
+    return f"lambda({constraint})"
+
+
 def split_name(name: str) -> NameParts:
-    """Split ``theta1``, ``x_bob``, ``x[1,2]`` into base and subscripts."""
+    """Split ``theta1``, ``x_bob``, ``x[1,2]``, ``lambda(rod)`` into base and subscripts."""
+    multiplier = _MULTIPLIER.fullmatch(name)
+    if multiplier:
+        inner = split_name(multiplier[1])
+        return NameParts("lambda", (inner.base, *inner.subscripts))
     indexed = re.fullmatch(r"([^\[\]]+)\[([^\[\]]+)\]", name)
     if indexed:
         inner = split_name(indexed[1])
@@ -61,6 +84,9 @@ def text_name(name: str, order: int = 0) -> str:
     Words keep the scene's ``dot(...)``: a dot over one letter of a word reads
     as an accent.
     """
+    multiplier = _MULTIPLIER.fullmatch(name)
+    if multiplier:
+        return f"{GREEK['lambda']}_{text_name(multiplier[1])}"
     parts = split_name(name)
     base = GREEK.get(parts.base, parts.base)
     head, *subscripts = name[len(parts.base) :].split("_")

@@ -12,13 +12,14 @@ from lagrange_cli.emit.account import (
     energy_is_sum,
     implied_line,
     is_generalized_potential,
+    multipliers_line,
     quantity_labels,
     remark_on,
     telling_definitions,
     was_divided,
 )
 from lagrange_cli.emit.display import Vocabulary, display, display_row, vocabulary
-from lagrange_cli.emit.explicit import explicit_accelerations
+from lagrange_cli.emit.explicit import explicit_accelerations, right_sides
 from lagrange_cli.emit.formula import FormulaPrinter
 from lagrange_cli.emit.layout import Piece, fill, joined, suffixed
 from lagrange_cli.emit.linear import LinearPrinter, columns, solid
@@ -68,6 +69,7 @@ def derivation_text(equations: Equations, *, ascii: bool = False, form: str = "l
         page.energies(),
         page.forces(),
         page.accelerations() if form == "explicit" else page.motion(),
+        page.closures(),
         page.conserved(),
         [certificate_line(equations.certificate)],
     ]
@@ -90,8 +92,7 @@ class _Page:
     # -- degrees of freedom -------------------------------------------------------
 
     def account(self) -> list[str]:
-        account = self.equations.account
-        counts = ", ".join(f"{name} = {value}" for name, value in counting(account))
+        counts = ", ".join(f"{name} = {value}" for name, value in counting(self.equations))
         return [f"Degrees of freedom   {counts}", *self.constraints(), *self.coordinates()]
 
     def constraints(self) -> list[str]:
@@ -202,9 +203,22 @@ class _Page:
                 entry = self.equations.mass_matrix[i][j]
                 if j >= i and entry != 0:
                     lines += self.formula(f"  M[{names[i]}, {names[j]}]", entry)
+        right = right_sides(self.equations)
         for i in open_rows:
-            lines += self.formula(f"  f[{names[i]}]", self.equations.forcing[i])
+            lines += self.formula(f"  f[{names[i]}]", right[i])
         return lines
+
+    def closures(self) -> list[str]:
+        """The equations beside those of motion, and what their multipliers mean."""
+        if not self.equations.closures:
+            return []
+        rows = [(escape_controls(c.name), c.expression) for c in self.equations.closures]
+        width = max(columns(name) for name, _ in rows)
+        lines = ["Closure equations"]
+        for name, expression in rows:
+            left = suffixed(self.pieces(expression), " = 0", 4)
+            lines += self.hung(f"  {_padded(name, width)}   ", left)
+        return [*lines, *self.listed("  ", multipliers_line(self.equations).split(" "))]
 
     # -- what is conserved ------------------------------------------------------------
 

@@ -1,0 +1,206 @@
+"""Equations with closures as text, LaTeX and JSON."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+
+import emit_closures as closures
+import pytest
+import sympy as sp
+
+from lagrange_cli.emit.latex import equations_latex
+from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.emit.report import derivation_report
+from lagrange_cli.emit.symbols import latex_name, multiplier_name, text_name
+from lagrange_cli.emit.text import derivation_text
+
+
+def parsed(text, equations):
+    """An expression of the scene language, with multipliers, as SymPy's."""
+    names = {"dot": {}, "ddot": {}, "lambda": {c.name: c.multiplier for c in equations.closures}}
+    for c in equations.coordinates:
+        names["dot"][c.name], names["ddot"][c.name] = c.v, c.a
+    symbols = {}
+
+    def symbol(found):
+        key = f"s{len(symbols)}"
+        symbols[key] = names[found[1]][found[2]]
+        return key
+
+    text = re.sub(r"\b(ddot|dot|lambda)\((\w+)\)", symbol, text)
+    own = {x.name: x for c in equations.coordinates for x in [c.q]}
+    own |= {p.name: p.symbol for p in equations.parameters} | {"t": equations.t}
+    return sp.sympify(text.replace("^", "**"), locals={**own, **symbols})
+
+
+MAKE = {
+    "pendulum": closures.pendulum,
+    "chain": lambda: closures.chain(2),
+    "sleigh": closures.sleigh,
+    "moving_circle": closures.moving_circle,
+}
+
+
+@pytest.mark.parametrize("form", ["lagrange", "explicit"])
+@pytest.mark.parametrize("name", list(MAKE))
+def test_json_holds_the_whole_system(name, form):
+    equations = MAKE[name]()
+    report = json.loads(json.dumps(derivation_report(equations, form)))
+    kinds = [k.kind for k in equations.closures]
+    assert report["formulation"] == "multiplier"
+    assert report["dof"] == len(equations.coordinates) - kinds.count("position")
+    assert report["nonholonomic"] == kinds.count("velocity")
+    assert report["multipliers"] == [f"lambda({k.name})" for k in equations.closures]
+    for entry, k in zip(report["closure"], equations.closures, strict=True):
+        assert (entry["name"], entry["kind"]) == (k.name, k.kind)
+        assert sp.expand(parsed(entry["expression"], equations) - k.expression) == 0
+    # The residuals are M a − f − Σ λ·gradient: solved for a, or up to the factor shown.
+    residuals = [parsed(row["residual"], equations) for row in report["equations"]]
+    accelerations = [c.a for c in equations.coordinates]
+    mass = sp.Matrix(equations.mass_matrix)
+    right = sp.Matrix(equations.forcing)
+    for k in equations.closures:
+        right += k.multiplier * sp.Matrix(k.gradient)
+    found = sp.solve(residuals, accelerations, dict=True)[0]
+    expected = mass.LUsolve(right)
+    for a, value in zip(accelerations, expected, strict=True):
+        assert sp.simplify(found[a] - value) == 0
+
+
+def test_minimal_reports_have_no_multipliers():
+    equations = closures.closed(closures.pendulum(), [], "free")
+    report = derivation_report(equations)
+    assert report["formulation"] == "minimal"
+    assert report["multipliers"] == []
+    assert report["closure"] == []
+    assert "Closure" not in derivation_text(equations)
+    assert "λ" not in derivation_text(equations)
+
+
+def test_text_of_the_pendulum():
+    lines = derivation_text(closures.pendulum()).splitlines()
+    start = lines.index("Equations of motion")
+    assert lines[start : start + 8] == [
+        "Equations of motion",
+        "  x   m ẍ - 2 λ_rod x = 0",
+        "  z   m z̈ + m g - 2 λ_rod z = 0",
+        "",
+        "Closure equations",
+        "  rod   x² + z² - l² = 0",
+        "  The multiplier times the gradient of the left side is the force that the constraint"
+        " exerts",
+        "",
+    ]
+    plain = derivation_text(closures.pendulum(), ascii=True, form="explicit")
+    assert plain.isascii()
+    assert "  ddot(x) = 2*lambda(rod)*x/m\n" in plain
+    assert "  rod   x^2 + z^2 - l^2 = 0\n" in plain
+
+
+def test_text_of_velocity_constraints():
+    text = derivation_text(closures.sleigh())
+    assert "3N = 3, K = 0, DOF = 3, nonholonomic = 1\n" in text
+    assert "  blade   cos θ ẏ - sin θ ẋ = 0\n" in text
+    assert "gradient of the left side by the velocities is the force" in text
+    explicit = derivation_text(closures.sleigh(), form="explicit")
+    assert "f[x] = m a cos θ θ̇² - λ_blade sin θ\n" in explicit
+
+
+def both():
+    """The sleigh with its heading also on a curve: closures of both kinds."""
+    equations = closures.sleigh()
+    x, _, theta = equations.coordinates
+    curve = closures.closure("curve", theta.q - x.q**2, equations.coordinates)
+    return closures.closed(equations, [curve, *equations.closures], "both")
+
+
+def test_closures_of_both_kinds():
+    text = derivation_text(both())
+    assert "DOF = 2, nonholonomic = 1" in text
+    assert "(by the velocities where it holds them)" in " ".join(text.split())
+    (latex,) = EMITTERS["latex"].emit(both()).values()
+    assert r"\sum_k \lambda_k \frac{\partial \varphi_k}{\partial q_j} + \sum_k" in latex
+    assert r"$\psi_k$ where they hold velocities" in latex
+
+
+@pytest.mark.parametrize("form", ["lagrange", "explicit"])
+def test_a_coordinate_without_inertia_is_not_divided_by_it(form):
+    equations = closures.moving_circle()
+    row = (sp.Integer(0),) * 3
+    mass = (equations.mass_matrix[0], equations.mass_matrix[1], row)
+    of = equations.coordinates
+    follow = closures.closure("follow", of[2].q - of[0].q, of)
+    bare = replace(equations, mass_matrix=mass)
+    bare = closures.closed(bare, [*equations.closures, follow], "massless")
+    for text in (
+        derivation_text(bare, form=form),
+        *EMITTERS["latex"].emit(bare, {"form": form}).values(),
+    ):
+        assert "zoo" not in text
+        assert "nan" not in text.split("System")[0]
+        assert "follow" in text
+    report = derivation_report(bare, form)
+    assert "lambda(follow)" in report["equations"][2]["residual"]
+    assert "zoo" not in json.dumps(report)
+
+
+def test_names_of_multipliers():
+    assert multiplier_name("rod") == "lambda(rod)"
+    for constraint, text, latex in (
+        ("rod", "λ_rod", r"\lambda_{\mathrm{rod}}"),
+        ("rod1", "λ_rod1", r"\lambda_{\mathrm{rod},1}"),
+        ("rod[1,2]", "λ_rod[1,2]", r"\lambda_{\mathrm{rod},1,2}"),
+        ("mu", "λ_μ", r"\lambda_{\mu}"),
+        ("left_rope", "λ_left_rope", r"\lambda_{\mathrm{left},\mathrm{rope}}"),
+    ):
+        assert text_name(multiplier_name(constraint)) == text
+        assert latex_name(multiplier_name(constraint)) == latex
+
+
+def test_a_parameter_of_the_name_lambda_stays_itself():
+    """A scene's ``lambda_rod`` is not the multiplier of ``rod``."""
+    equations = closures.pendulum()
+    m, g, length = equations.parameters
+    own = sp.Symbol("lambda_rod", positive=True)
+    swap = {length.symbol: own}
+    (rod,) = equations.closures
+    rod = replace(rod, expression=rod.expression.subs(swap))
+    renamed = replace(length, name="lambda_rod", symbol=own)
+    equations = replace(equations, parameters=(m, g, renamed), closures=(rod,))
+    report = derivation_report(equations)
+    assert report["closure"][0]["expression"] == "x^2 + z^2 - lambda_rod^2"
+    assert report["equations"][0]["residual"] == "m*ddot(x) - 2*lambda(rod)*x"
+
+
+def test_snippet_and_aligned_hold_the_closures():
+    (snippet,) = EMITTERS["latex"].emit(closures.pendulum(), {"style": "snippet"}).values()
+    assert r"z\colon\quad & m \ddot{z} + m g - 2 \lambda_{\mathrm{rod}} z = 0 \\" in snippet
+    assert r"\text{rod}\colon\quad & x^{2} + z^{2} - l^{2} = 0" in snippet
+    aligned = equations_latex(closures.pendulum())
+    assert aligned.count("= 0") == 3
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
+@pytest.mark.parametrize("name", [*MAKE, "both"])
+def test_documents_compile(name, tmp_path):
+    equations = (MAKE | {"both": both})[name]()
+    (rod, *others) = equations.closures
+    hostile = replace(rod, name=r"a_b%$\&{", text=r"\input{x}")
+    equations = replace(equations, closures=(hostile, *others))
+    ((file, text),) = EMITTERS["latex"].emit(equations).items()
+    (tmp_path / file).write_text(text, encoding="utf-8")
+    done = subprocess.run(
+        ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", file],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert "Overfull" not in done.stdout
