@@ -24,6 +24,7 @@ from lagrange_cli.mechanics.calculus import Kinematics, derivative
 from lagrange_cli.mechanics.closures import closures
 from lagrange_cli.mechanics.equations import BodyForce, Closure
 from lagrange_cli.mechanics.grouping import grouped_sum
+from lagrange_cli.mechanics.recurrence import Moving, recurring_products
 from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.terms import (
     Splitter,
@@ -34,13 +35,13 @@ from lagrange_cli.mechanics.terms import (
     term_count,
     tidy,
 )
-from lagrange_cli.mechanics.trigonometry import Rational, Weights
+from lagrange_cli.mechanics.trigonometry import Weights
 from lagrange_cli.scene.model import Force
 
 __all__ = ["Derivation", "derive_uncertified", "raw_terms"]
 
 #: Products that are multiplied out and collected; beyond it sums are left factored.
-PRODUCT_BUDGET = 8_000
+PRODUCT_BUDGET = 50_000
 
 #: Terms that one factor of a force may be multiplied out to.
 _TERM_BUDGET = 200
@@ -138,6 +139,7 @@ class _Builder:
             if reduced.resolved[symbol].free_symbols
         ]
         self.jacobians = {s: self.kinematics.jacobian(s) for s, _ in self.components}
+        self._masses: dict[int, Weights] = {}
 
     def build(self) -> Derivation:
         collected = self._add_inertia()
@@ -170,44 +172,39 @@ class _Builder:
     # Inertia: M = Σ m JᵀJ and −h = −Σ m Jᵀγ.
 
     def _add_inertia(self) -> bool:
-        products = list(self._inertia_products())
-        gathered = _gather(products)
-        fits = len(gathered) <= PRODUCT_BUDGET
+        gathered = recurring_products(self._moving_components(factored=False))
+        fits = gathered.number <= PRODUCT_BUDGET
         if not fits:
-            gathered = _gather(self._factored_products())
-        for (row, column, a, b), weights in gathered.items():
+            gathered = recurring_products(self._moving_components(factored=True))
+        for row, column, a, b, carried in gathered:
             target = self.forcing[row] if column < 0 else self.mass[row, column]
+            weights = self._carried(carried, sign=-1 if column < 0 else 1)
             if fits:
                 target.add_product(a, b, weights)
             else:
                 target.add(a * b, weights)
         return fits
 
-    def _inertia_products(self) -> Iterator[tuple[int, int, sp.Expr, sp.Expr, sp.Expr]]:
-        """(row, column, factor, factor, signed mass); column −1 is the forcing."""
-        for symbol, mass in self.components:
-            rows = list(self.jacobians[symbol].items())
-            convective = self.kinematics.convective(symbol)
-            for i, (j, parts) in enumerate(rows):
-                for k, others in rows[i:]:
-                    first, second = (parts, others) if j <= k else (others, parts)
-                    for a in first:
-                        for b in second:
-                            yield min(j, k), max(j, k), a, b, mass
-                for a in parts:
-                    for g in convective:
-                        yield j, -1, a, g, -mass
+    def _moving_components(self, *, factored: bool) -> Iterator[Moving]:
+        """Parts of each component's Jacobian and convective term, or each as one factor."""
+        for symbol, _ in self.components:
+            rows = [(j, tuple(parts)) for j, parts in self.jacobians[symbol].items()]
+            convective = tuple(self.kinematics.convective(symbol))
+            if factored:
+                rows = [(j, (sp.Add(*parts),)) for j, parts in rows]
+                convective = (sp.Add(*convective),) if convective else ()
+            yield Moving(rows, tuple(g for g in convective if g != 0))
 
-    def _factored_products(self) -> Iterator[tuple[int, int, sp.Expr, sp.Expr, sp.Expr]]:
-        """The same with each Jacobian entry and convective term as one factor."""
-        for symbol, mass in self.components:
-            rows = [(j, sp.Add(*parts)) for j, parts in self.jacobians[symbol].items()]
-            convective = sp.Add(*self.kinematics.convective(symbol))
-            for i, (j, a) in enumerate(rows):
-                for k, b in rows[i:]:
-                    yield min(j, k), max(j, k), a, b, mass
-                if convective != 0:
-                    yield j, -1, a, convective, -mass
+    def _carried(self, components: int, sign: int) -> Weights:
+        """The mass of a set of components, times a sign."""
+        if components not in self._masses:
+            weights: Weights = {}
+            for number, (_, mass) in enumerate(self.components):
+                if components >> number & 1:
+                    count, rest = mass.as_coeff_Mul(rational=True)
+                    weights[rest] = weights.get(rest, 0) + rational(count)
+            self._masses[components] = self.splitter.as_one(weights)
+        return {m: sign * c for m, c in self._masses[components].items()}
 
     # Forces.
 
@@ -358,19 +355,3 @@ def _terms(expr: sp.Expr) -> Sequence[sp.Expr]:
         return ()
     expanded = expand_terms(expr, _TERM_BUDGET)
     return [e for e in expanded if e != 0] if expanded is not None else sp.Add.make_args(expr)
-
-
-def _gather(
-    products: Iterable[tuple[int, int, sp.Expr, sp.Expr, sp.Expr]],
-) -> dict[tuple[int, int, sp.Expr, sp.Expr], Weights]:
-    """Sum the masses of equal products, before any product is formed."""
-    gathered: dict[tuple[int, int, sp.Expr, sp.Expr], Weights] = {}
-    parts: dict[sp.Expr, tuple[sp.Expr, Rational]] = {}
-    for row, column, a, b, mass in products:
-        weights = gathered.setdefault((row, column, a, b), {})
-        if mass not in parts:
-            number, rest = mass.as_coeff_Mul(rational=True)
-            parts[mass] = (rest, rational(number))
-        rest, number = parts[mass]
-        weights[rest] = weights.get(rest, 0) + number
-    return gathered

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
+from functools import lru_cache
 from typing import NamedTuple
 
 import sympy as sp
@@ -116,6 +117,8 @@ class Splitter:
     def __init__(self, masses: frozenset[sp.Expr] = frozenset()) -> None:
         self.masses = masses
         self._known: dict[sp.Expr, Split] = {}
+        #: Sums of masses that are treated as one, and what they are made of.
+        self._sums: dict[sp.Expr, Weights] = {}
         #: Order of first appearance: the canonical order within a monomial.
         self.rank: dict[TrigFactor, int] = {}
 
@@ -173,6 +176,21 @@ class Splitter:
             trig[key] = trig.get(key, 0) + exponent
         return Split(number, mass, rest, {k: p for k, p in trig.items() if p})
 
+    def as_one(self, weights: Weights) -> Weights:
+        """The same weights with a sum of several masses as a single one."""
+        number, mass = _weight_sum(weights)
+        if mass.is_Add:
+            self._sums[mass] = {m: exact_quotient(c, number) for m, c in weights.items()}
+        return {mass: number}
+
+    def taken_apart(self, weights: Weights) -> Weights:
+        """The same weights with sums that were made one as their masses."""
+        found: Weights = {}
+        for mass, count in weights.items():
+            for m, c in self._sums.get(mass, {mass: 1}).items():
+                found[m] = found.get(m, 0) + count * c
+        return found
+
     def canonical(self, trig: dict[TrigFactor, int]) -> TrigMonomial:
         """The monomial as a sorted tuple."""
         if len(trig) < 2:
@@ -212,6 +230,8 @@ class TermSum:
         trig = self._splitter.canonical(split.trig)
         group = self._groups.setdefault(frozenset(split.rest.items()), {})
         into = group.setdefault(trig, {})
+        if weights is not None and split.mass is not _ONE:
+            weights = self._splitter.taken_apart(weights)
         for mass, count in (weights or _UNIT).items():
             key = split.mass if mass is _ONE else split.mass * mass
             into[key] = into.get(key, 0) + split.number * count
@@ -222,8 +242,11 @@ class TermSum:
 
     def _collect(self) -> Iterator[sp.Expr]:
         for rest, group in self._groups.items():
+            if len({mass for weights in group.values() for mass in weights}) > 1:
+                for trig, weights in group.items():
+                    group[trig] = self._splitter.taken_apart(weights)
             shorten(group, self._splitter.canonical)
-            powers = [base**exponent for base, exponent in rest]
+            powers = [_power(base, exponent) for base, exponent in rest]
             for trig, weights in group.items():
                 number, mass = _weight_sum(weights)
                 if number != 0:
@@ -240,10 +263,15 @@ def trig_factors(trig: TrigMonomial) -> list[sp.Expr]:
             power += tangents if name == "cos" else -tangents
             if name == "sin":
                 factors.append(sp.tan(argument) ** tangents)
-        factors.append(_function(name, argument) ** power)
+        factors.append(_power(_function(name, argument), power))
     return factors
 
 
+def _power(base: sp.Expr, exponent: int | sp.Expr) -> sp.Expr:
+    return base if exponent == 1 else base**exponent
+
+
+@lru_cache(maxsize=65536)
 def _function(name: str, argument: sp.Expr) -> sp.Expr:
     """sin or cos; of a sum of plain symbols there is nothing for SymPy to evaluate."""
     function = sp.sin if name == "sin" else sp.cos
@@ -263,7 +291,16 @@ def _weight_sum(weights: Weights) -> tuple[Rational, sp.Expr]:
     content = rational_content(present.values())
     if all(c < 0 for c in present.values()):
         content = -content
-    return content, sp.Add(*(m * exact(c / content) for m, c in present.items()))
+    shares = {m: exact_quotient(c, content) for m, c in present.items()}
+    return content, sp.Add(*(m if c == 1 else m * exact(c) for m, c in shares.items()))
+
+
+def exact_quotient(a: Rational, b: Rational) -> Rational:
+    """a/b, an integer where it is one."""
+    if a == b:
+        return 1
+    quotient = Fraction(a) / Fraction(b)
+    return quotient.numerator if quotient.denominator == 1 else quotient
 
 
 def rational(number: sp.Rational) -> Rational:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import lru_cache
 from typing import TypeAlias
 
 import sympy as sp
@@ -83,21 +84,33 @@ def _addition_theorem(
             continue
         if f == g:
             # (cos cos) + sign (sin sin) = cos(a − sign b)
-            name, argument = "cos", a - sign * b
+            name, (argument, negative) = "cos", _angle(a, b, -sign)
             scale = 1 if f == "cos" else sign
         elif f == "sin":
             # (sin a cos b) + sign (cos a sin b) = sin(a + sign b)
-            name, argument, scale = "sin", a + sign * b, 1
+            name, (argument, negative), scale = "sin", _angle(a, b, sign), 1
         else:
             # (cos a sin b) + sign (sin a cos b) = sin(b + sign a)
-            name, argument, scale = "sin", b + sign * a, 1
+            name, (argument, negative), scale = "sin", _angle(b, a, sign), 1
         if argument == 0:
             continue
-        if argument.could_extract_minus_sign():
-            argument, scale = -argument, scale * (1 if name == "cos" else -1)
+        if negative and name == "sin":
+            scale = -scale
         target = canonical(_changed(base, {(name, argument): 1}))
         return _merge(group, trig, partner, target, sign, scale)
     return None
+
+
+@lru_cache(maxsize=65536)
+def _angle(a: sp.Expr, b: sp.Expr, sign: int) -> tuple[sp.Expr, bool]:
+    """a ± b without a leading minus, and whether its sign was changed for that."""
+    if sign < 0 and a.is_Symbol and b.is_Symbol:
+        # As could_extract_minus_sign decides, which takes much longer.
+        negative = b.sort_key() < a.sort_key()
+        return (b - a, True) if negative else (a - b, False)
+    angle = a + sign * b
+    negative = angle.could_extract_minus_sign()
+    return (-angle if negative else angle), negative
 
 
 def _partner(name: str) -> str:

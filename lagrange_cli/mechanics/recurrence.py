@@ -1,0 +1,122 @@
+"""Products of Jacobian parts that recur from particle to particle.
+
+In a chain the same term stands in the positions of all particles beyond a
+link, so that of the products in Σ m JᵀJ few are different. Each different
+part is given the set of components that hold it, as the bits of a number; the
+set of a product is the intersection. The work is the number of different
+products instead of that number times the number of particles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+__all__ = ["Moving", "RecurringProducts", "recurring_products"]
+
+
+@dataclass(frozen=True)
+class Moving:
+    """A Cartesian component: parts of ∂r/∂q by coordinate number, and of its convective term."""
+
+    jacobian: Sequence[tuple[int, Sequence[sp.Expr]]]
+    convective: Sequence[sp.Expr]
+
+
+@dataclass(frozen=True)
+class _Part:
+    """An expression in the Jacobian column ``coordinate`` (−1: convective) of some components."""
+
+    coordinate: int
+    expression: sp.Expr
+    components: int
+
+
+class RecurringProducts:
+    """The different products; iterating gives (row, column, factor, factor, components).
+
+    ``column`` −1 is the forcing. ``components`` has the bit k where component k
+    holds the product.
+    """
+
+    def __init__(self, clusters: Sequence[Sequence[_Part]]) -> None:
+        self._clusters = clusters
+        self.number = sum(1 for _ in self)
+
+    def __iter__(self) -> Iterator[tuple[int, int, sp.Expr, sp.Expr, int]]:
+        for parts in self._clusters:
+            moving = [p for p in parts if p.coordinate >= 0]
+            convective = [p for p in parts if p.coordinate < 0]
+            for i, first in enumerate(moving):
+                yield from _squares(first, moving[i:])
+                for g in convective:
+                    shared = first.components & g.components
+                    if shared:
+                        yield first.coordinate, -1, first.expression, g.expression, shared
+
+
+def _squares(
+    first: _Part, others: Sequence[_Part]
+) -> Iterator[tuple[int, int, sp.Expr, sp.Expr, int]]:
+    """Products of a part with itself and with those after it, for the upper triangle."""
+    for other in others:
+        shared = first.components & other.components
+        if not shared:
+            continue
+        a, b = (first, other) if first.coordinate <= other.coordinate else (other, first)
+        yield a.coordinate, b.coordinate, a.expression, b.expression, shared
+        if a.coordinate == b.coordinate and first is not other:
+            yield a.coordinate, b.coordinate, b.expression, a.expression, shared
+
+
+def recurring_products(components: Iterable[Moving]) -> RecurringProducts:
+    """All products of Jacobian parts with each other and with convective terms."""
+    found: dict[tuple[int, sp.Expr, int], int] = {}
+    clusters = _Clusters()
+    for number, moving in enumerate(components):
+        keys = list(_keys(moving))
+        for key in keys:
+            found[key] = found.get(key, 0) | 1 << number
+        clusters.join(keys)
+    parts = {key: _Part(key[0], key[1], mask) for key, mask in found.items()}
+    return RecurringProducts([[parts[key] for key in keys] for keys in clusters.sorted(found)])
+
+
+def _keys(moving: Moving) -> Iterator[tuple[int, sp.Expr, int]]:
+    """(coordinate, expression, how often it came before) of each part of a component."""
+    seen: dict[tuple[int, sp.Expr], int] = {}
+    rows = [*moving.jacobian, (-1, moving.convective)]
+    for coordinate, expressions in rows:
+        for expression in expressions:
+            before = seen.get((coordinate, expression), 0)
+            seen[coordinate, expression] = before + 1
+            yield coordinate, expression, before
+
+
+class _Clusters:
+    """Keys that share a component, directly or through others (union–find)."""
+
+    def __init__(self) -> None:
+        self._parent: dict[object, object] = {}
+
+    def _root(self, key: object) -> object:
+        self._parent.setdefault(key, key)
+        while self._parent[key] != key:
+            self._parent[key] = self._parent[self._parent[key]]
+            key = self._parent[key]
+        return key
+
+    def join(self, keys: Sequence[object]) -> None:
+        for key in keys:
+            self._parent[self._root(key)] = self._root(keys[0])
+
+    def sorted(
+        self, keys: Iterable[tuple[int, sp.Expr, int]]
+    ) -> list[list[tuple[int, sp.Expr, int]]]:
+        """The clusters, in the order of their first keys."""
+        found: dict[object, list[tuple[int, sp.Expr, int]]] = {}
+        for key in keys:
+            found.setdefault(self._root(key), []).append(key)
+        return list(found.values())
