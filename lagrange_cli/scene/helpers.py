@@ -31,6 +31,9 @@ from lagrange_cli.scene.tokens import ExpressionError
 
 __all__ = ["read_constraint_helper", "read_plane", "read_potential_helper"]
 
+#: What one particle's weight counts as where a family of potentials repeats it.
+_TERMS_OF_WEIGHT = 20
+
 _LATER_CONSTRAINTS = ("unilateral",)
 _LATER_POTENTIALS = ("newton", "coulomb")
 
@@ -115,7 +118,8 @@ def _gravity(node: Mapping, what: str, reading: Reading) -> str | None:
         reading.problems.add(f"gravity in {what} acts on no particle", node.mark, rule="missing")
     if strength is None or down is None or not particles:
         return None
-    reading.charge(3 * len(particles), _whole(node))
+    if reading.in_family:
+        reading.charge(_TERMS_OF_WEIGHT * len(particles), _whole(node))
     # Against an axis, V = + m g z is what a person writes.
     against = [part for part in down if part] == ["-1"]
     along = tuple(part.removeprefix("-") for part in down) if against else down

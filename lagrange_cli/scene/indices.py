@@ -41,7 +41,7 @@ __all__ = [
     "MAX_TERMS",
     "Budget",
     "assignments",
-    "family_size",
+    "check_family",
     "leaves",
     "member_name",
     "read_equation",
@@ -243,9 +243,7 @@ def assignments(ranges: Sequence[Node], values: Values, budget: Budget) -> Itera
         a range or number of indices beyond the limits.
     """
     if len(ranges) > _MAX_INDICES:
-        raise ExpressionError(
-            f"more than {_MAX_INDICES} indices", ranges[_MAX_INDICES].span, rule="limit"
-        )
+        raise _too_many_indices(ranges[_MAX_INDICES])
     if not ranges:
         yield dict(values)
         return
@@ -266,24 +264,48 @@ def _ends(node: Node, values: Values) -> tuple[str, range]:
         )
     start = whole_number(first, values, "the end of a range")
     stop = whole_number(last, values, "the end of a range")
-    if stop < start and isinstance(first, Number) and isinstance(last, Number):
-        raise ExpressionError("this range runs backwards", node.span, rule="index")
     if stop - start >= MAX_FAMILY:
         raise ExpressionError(f"a range of more than {MAX_FAMILY} values", node.span, rule="limit")
     return index.name, range(start, stop + 1)
 
 
-def family_size(ranges: Sequence[Node], values: Values) -> int:
-    """How many members the ranges of a family make; see :func:`assignments`."""
-    if len(ranges) != _MAX_INDICES:
-        return sum(1 for _ in assignments(ranges, values, Budget()))
+def check_family(name: Name, ranges: Sequence[Node], values: Values) -> None:
+    """Check what declares a family before its members are made.
+
+    Raises
+    ------
+    ExpressionError
+        It has too many indices or members, or a range whose numbers run backwards.
+    """
+    if len(name.indices) > _MAX_INDICES:
+        raise _too_many_indices(name)
+    for part in ranges:
+        first, last = children(part)[1:]
+        if isinstance(first, Number) and isinstance(last, Number) and last.value < first.value:
+            raise ExpressionError("this range runs backwards", part.span, rule="index")
+    if _family_size(ranges, values) > MAX_FAMILY:
+        raise ExpressionError(
+            f"a family of more than {MAX_FAMILY} members", name.span, rule="limit"
+        )
+
+
+def _family_size(ranges: Sequence[Node], values: Values) -> int:
+    """How many members the ranges make; counting ends where they are too many."""
+    if not ranges:
+        return 1
     index, span = _ends(ranges[0], values)
+    if len(ranges) == 1:
+        return len(span)
     total = 0
     for value in span:
         total += len(_ends(ranges[1], {**values, index: value})[1])
         if total > MAX_FAMILY:
             break
     return total
+
+
+def _too_many_indices(node: Node) -> ExpressionError:
+    return ExpressionError(f"more than {_MAX_INDICES} indices", node.span, rule="limit")
 
 
 class _Writer:
@@ -326,7 +348,7 @@ class _Writer:
 
     def member(self, node: Name) -> str:
         if len(node.indices) > _MAX_INDICES:
-            raise ExpressionError(f"more than {_MAX_INDICES} indices", node.span, rule="limit")
+            raise _too_many_indices(node)
         return member_name(node.name, [whole_number(n, self.values) for n in node.indices])
 
     def sum(self, node: Call) -> Node:

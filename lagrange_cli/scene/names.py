@@ -79,10 +79,11 @@ def _check_known(
         mark = use.expression.mark(node.span)
         # Once in what a helper was written out to, and once for all members of a family.
         again = {(node.name, use.what), (node.name.partition("[")[0], mark)}
-        if reported & again:
+        known_already = not reported.isdisjoint(again)
+        reported |= again
+        if known_already:
             continue
         if node.name not in table:
-            reported |= again
             problems.add(
                 f"unknown name {shown(node.name)} in {use.what}",
                 mark,
@@ -239,7 +240,7 @@ def _check_places(
             names[name] = traits_of(meanings[name].node, names)
     for use in found:
         names = numeric if use.place.names == "parameters" else symbolic
-        with problems.collect_at(use.expression):
+        with problems.collect_at(use.expression, use.what):
             _check_place(use, names, problems)
 
 

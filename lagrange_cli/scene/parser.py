@@ -170,8 +170,9 @@ class _Parser:
 
     def _begin_range(self) -> None:
         """Read the beginning ``i=`` of a range, if the next argument is one."""
-        index, equals = self.tokens[self.position], self.tokens[self.position + 1 :][:1]
-        if equals and equals[0].kind == "range":
+        index = self.tokens[self.position]
+        # Only the end has no token after it.
+        if index.kind == "name" and self.tokens[self.position + 1].kind == "range":
             if index.text in RESERVED:
                 raise ExpressionError(f"'{index.text}' cannot be an index", index.span)
             self.brackets[-1].index = index

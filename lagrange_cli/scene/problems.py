@@ -66,22 +66,28 @@ class Problems:
         self._found.setdefault(of_all_members, problem)
 
     @contextmanager
-    def collect(self) -> Iterator[None]:
-        """Record the problems of an :class:`InputError` raised inside, and go on after it."""
+    def collect(self, what: str = "") -> Iterator[None]:
+        """Record the problems of an :class:`InputError` raised inside, and go on after it.
+
+        Where ``what`` is of one member of a family, they name it.
+        """
         try:
             yield
         except InputError as error:
             for problem in error.problems:
-                self._append(problem)
+                self._append(replace(problem, message=_of_member(problem.message, what)))
 
     @contextmanager
-    def collect_at(self, expression: Expression) -> Iterator[None]:
-        """Record an :class:`ExpressionError` raised inside, at its place in an expression."""
+    def collect_at(self, expression: Expression, what: str = "") -> Iterator[None]:
+        """Record an :class:`ExpressionError` raised inside, at its place in an expression.
+
+        Where ``what`` is of one member of a family, it is named.
+        """
         try:
             yield
         except ExpressionError as error:
             mark = expression.mark(error.span)
-            self.add(error.message, mark, hint=error.hint, rule=error.rule)
+            self.add(_of_member(error.message, what), mark, hint=error.hint, rule=error.rule)
 
     @property
     def errors(self) -> list[Problem]:
@@ -111,6 +117,10 @@ class Problems:
             note = f"{hint}and {count} more problem{'s' if more > 1 else ''}"
             shown[-1] = Problem(last.message, last.mark, note, last.rule)
         raise InputError(*shown)
+
+
+def _of_member(message: str, what: str) -> str:
+    return f"{message} in {what}" if _INDICES.search(what) else message
 
 
 def _place(problem: Problem) -> tuple[int, int]:

@@ -29,10 +29,9 @@ from lagrange_cli.scene.expression import (
 )
 from lagrange_cli.scene.grammar import parse_equation, parse_expression, parse_key
 from lagrange_cli.scene.indices import (
-    MAX_FAMILY,
     Budget,
     assignments,
-    family_size,
+    check_family,
     leaves,
     member_name,
     whole_number,
@@ -41,7 +40,7 @@ from lagrange_cli.scene.indices import (
 )
 from lagrange_cli.scene.problems import Problems, shown, suggestion
 from lagrange_cli.scene.source import Mapping, Scalar, Sequence, SourceNode
-from lagrange_cli.scene.tokens import IDENTIFIER, ExpressionError
+from lagrange_cli.scene.tokens import IDENTIFIER
 
 __all__ = ["Reading", "is_indexed"]
 
@@ -147,7 +146,7 @@ class Reading:
         parsed = self._parsed(scalar)
         if parsed is None:
             return None
-        with self._writing_out(*parsed):
+        with self._writing_out(*parsed, what):
             return written_expression(parsed[0], self.indices, self.budget)
         return None
 
@@ -160,9 +159,9 @@ class Reading:
         return self._expressions.get(scalar)
 
     @contextmanager
-    def _writing_out(self, expression: Expression, terms: int) -> Iterator[None]:
+    def _writing_out(self, expression: Expression, terms: int, what: str) -> Iterator[None]:
         """Count what a family's member is written out to; record what is wrong with it."""
-        with self.problems.collect(), self.problems.collect_at(expression):
+        with self.problems.collect(what), self.problems.collect_at(expression, what):
             if self.in_family:
                 self.budget.charge(terms, expression.node.span)
             yield
@@ -183,7 +182,7 @@ class Reading:
             All together would be more than a scene may be written out to.
         """
         at = Expression(Name("", (0, 0)), "", mark, exact=False)
-        with self._writing_out(at, 0):
+        with self._writing_out(at, 0, ""):
             self.budget.charge(terms, (0, 0))
 
     def helper_expression(self, text: str, mark: Mark) -> Expression:
@@ -215,7 +214,7 @@ class Reading:
         if scalar not in self._equations:
             return None
         equation, terms = self._equations[scalar]
-        with self._writing_out(equation.left, terms):
+        with self._writing_out(equation.left, terms, what):
             return written_equation(equation, self.indices, self.budget)
         return None
 
@@ -314,10 +313,7 @@ class Reading:
         assert isinstance(name, Name)
         ranges = [part for part in name.indices if _is_range(part)]
         with self.problems.collect_at(parsed):
-            if family_size(ranges, self.sizes) > MAX_FAMILY:
-                raise ExpressionError(
-                    f"a family of more than {MAX_FAMILY} members", name.span, rule="limit"
-                )
+            check_family(name, ranges, self.sizes)
             for values in assignments(ranges, self.sizes, self.budget):
                 before = len(self.problems.errors)
                 indices = [_index(part, values) for part in name.indices]
