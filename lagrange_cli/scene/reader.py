@@ -192,6 +192,9 @@ def _scene(reading: Reading, nodes: dict[str, SourceNode], file: str, digest: st
                     "'plane' is both a section and a constraint", constraint.mark, rule="clash"
                 )
         values["constraints"] = (plane, *constraints)
+    if "expect" in values and not reading.sizes.keys().isdisjoint(reading.given):
+        # Expected states are those of the file's sizes.
+        values["expect"] = replace(values["expect"], states=())
     values.setdefault("name", _identifier(PurePath(file).stem))
     mark = nodes["coordinates"].mark if "coordinates" in nodes else None
     return Scene(file=file, digest=digest, coordinates_mark=mark, **values)

@@ -179,6 +179,15 @@ def test_sizes_and_members_are_set_beside_the_scene() -> None:
     assert (given["x[2]", 0], given["z[1]", 1]) == ("-2", "1")
 
 
+def test_expected_states_are_those_of_the_files_sizes() -> None:
+    text = CHAIN + "expect: {dof: n, state: {t: 1, 'x[3]': 0, within: 1}}\n"
+    assert len(read_text(text).expect.states) == 1
+    assert (
+        read_text(text, parameters={"n": "2"}).expect.dof,
+        read_text(text, parameters={"n": "2"}).expect.states,
+    ) == (2, ())
+
+
 @pytest.mark.parametrize(
     ("value", "message"),
     [
