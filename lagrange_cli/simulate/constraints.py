@@ -59,7 +59,9 @@ def _residual_scales(constraints: Constraints, t: Array, states: Array, scales: 
     picked = np.unique(np.linspace(0, len(t) - 1, SAMPLES).round().astype(int))
     times, at = t[picked], states[picked]
     total = np.zeros_like(constraints(times, at))
-    for move in np.diag(MOVE * scales):
-        change = constraints(times, at + move) - constraints(times, at - move)
-        total += np.abs(change) / (2 * MOVE)
+    for i, scale in enumerate(scales):
+        above, below = at.copy(), at.copy()
+        above[:, i] += MOVE * scale
+        below[:, i] -= MOVE * scale
+        total += np.abs(constraints(times, above) - constraints(times, below)) / (2 * MOVE)
     return np.asarray(total.max(axis=0))

@@ -14,7 +14,7 @@ from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
 from lagrange_cli.simulate.chosen import integrate_with_method
 from lagrange_cli.simulate.conservation import first_contradiction
 from lagrange_cli.simulate.constraints import constraint_drift
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.base import Array, projection
 from lagrange_cli.simulate.integrators.compiled import COMPILED
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.model import Model
@@ -263,8 +263,10 @@ def _reason(
             " --method RK4 with a --step that resolves it goes on"
         )
     if measured.failure is not None:
+        kept = " a position where the constraints are singular," if projection(problem.rhs) else ""
         return (
-            f"the motion cannot be continued past t = {measured.failure.time:.9g}: "
-            f"{measured.failure.reason} (a singularity, or the edge of where the equations exist)"
+            f"the motion cannot be continued past t = {measured.failure.time:.9g}:"
+            f" {measured.failure.reason} (a singularity,{kept}"
+            " or the edge of where the equations exist)"
         )
     return f"accuracy {request.accuracy:g} holds until t = {last:.9g} of {problem.until:.9g}"

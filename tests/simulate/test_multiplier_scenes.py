@@ -320,3 +320,50 @@ def test_forces_are_columns(pendulum):
     assert (table["lambda(rod)"] == run.multipliers["rod"]).all()
     assert run.csv(["forces"]).splitlines()[0].endswith(",lambda(rod)")
     assert run.summary()["constraint_drift"] == run.constraint_drift
+
+
+PARALLELOGRAM = """
+name: parallelogram
+parameters: {m: 1, l: 2}
+particles:
+  a: {mass: m, position: [xa, 0, za]}
+  b: {mass: m, position: [xb, 0, zb]}
+constraints:
+  left: xa^2 + za^2 = 1
+  right: (xb - l)^2 + zb^2 = 1
+  bar: (xb - xa)^2 + (zb - za)^2 = l^2
+initial:
+  {xa: cos(A), za: sin(A), xb: l + cos(A), zb: sin(A), dot(xa): -5*sin(A), dot(xb): -5*sin(A)}
+simulate: {until: 4, samples: 401}
+"""
+
+
+@pytest.mark.parametrize("angle", ["0.5", "0.9", "0.2"])
+def test_through_a_folded_linkage_or_not_at_all(angle):
+    """In line, the cranks may turn either way: what is kept is the motion that goes on."""
+    run = simulate(model(PARALLELOGRAM.replace("A", angle)), accuracy=1e-7)
+    turned = float(angle) + 5 * run.t
+    exact = {"xa": np.cos(turned), "za": np.sin(turned), "xb": 2 + np.cos(turned)}
+    assert difference(run, exact) < 1e-7
+    if run.status == "blow_up":
+        assert "a position where the constraints are singular" in run.reason
+        # It is where the linkage is in line.
+        assert abs(math.sin(float(angle) + 5 * run.t[-1])) < 0.1
+    else:
+        assert run.status in ("ok", "accuracy_not_reached")
+
+
+def test_a_crossing_of_the_wire():
+    """A lemniscate, against the form in which its crossing is a point like any other."""
+    text = OVAL.replace("x^4/a^4 + z^4/b^4 = 1", "(x^2 + z^2)^2 = a^2*(x^2 - z^2)")
+    text = text.replace("x: 0, z: -b, dot(x): 8", "x: a, z: 0, dot(z): 8")
+    run = simulate(model(text), accuracy=1e-6)
+    regular = text.replace(
+        "constraints: {wire: (x^2 + z^2)^2 = a^2*(x^2 - z^2)}",
+        "coordinates: [s]\ndefinitions:\n  x: a*cos(s)/(1 + sin(s)^2)\n"
+        "  z: a*sin(s)*cos(s)/(1 + sin(s)^2)",
+    ).replace("x: a, z: 0, dot(z): 8", "s: 0, dot(s): 8/a")
+    other = simulate(model(regular), accuracy=1e-9)
+    assert len(run.t) > 30
+    exact = {name: other.columns[name] for name in ("x", "z")}
+    assert difference(run, exact) < 1e-6
