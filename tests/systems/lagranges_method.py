@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 Names = SimpleNamespace
 Typed = Callable[[Names, Names, Names, Symbol], Expr]
 TypedForces = Callable[[Names, Names, Names, Symbol], dict[str, Expr]]
+TypedClosures = Callable[[Names, Names, Symbol], list[Expr]]
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,59 @@ class Dynamics:
     def accelerations(self, t: float, q: Array, v: Array, p: Sequence[float]) -> Array:
         m = self.mass_matrix(t, q, v, p)
         return np.asarray(np.linalg.solve(m, self.forcing(t, q, v, p).ravel()))
+
+
+@dataclass(frozen=True)
+class Constrained(Dynamics):
+    """The same beside φ(q, t) = 0, with Φ = ∂φ/∂q, φ̇ = Φ v + rate and φ̈ = Φ a + bias."""
+
+    closures: Callable[..., Array]
+    jacobian: Callable[..., Array]
+    rate: Callable[..., Array]
+    bias: Callable[..., Array]
+
+    def accelerations(self, t: float, q: Array, v: Array, p: Sequence[float]) -> Array:
+        """From M a − Φᵀλ = f and Φ a = −bias."""
+        arguments = t, q, v, p
+        m, jacobian = self.mass_matrix(*arguments), self.jacobian(*arguments)
+        k = len(jacobian)
+        matrix = np.block([[m, -jacobian.T], [jacobian, np.zeros((k, k))]])
+        right = [self.forcing(*arguments).ravel(), -self.bias(*arguments).ravel()]
+        return np.asarray(np.linalg.solve(matrix, np.concatenate(right))[: len(q)])
+
+    def nearest(self, t: float, q: Array, v: Array, p: Sequence[float]) -> tuple[Array, Array]:
+        """A state that the closures allow, near to this one (Gauss and Newton)."""
+        for _ in range(50):
+            step = np.linalg.lstsq(
+                self.jacobian(t, q, v, p), -self.closures(t, q, v, p).ravel(), rcond=None
+            )[0]
+            q = q + step
+        jacobian = self.jacobian(t, q, v, p)
+        excess = jacobian @ v + self.rate(t, q, v, p).ravel()
+        return q, v - np.linalg.lstsq(jacobian, excess, rcond=None)[0]
+
+
+def constrained(
+    dynamics: Dynamics, typed: TypedClosures, coordinates: Sequence[str], parameters: Sequence[str]
+) -> Constrained:
+    """Closures typed over namespaces, beside dynamics of the same coordinates."""
+    t = sp.Symbol("time", real=True)
+    p, q, v = (
+        [sp.Symbol(prefix + name, real=True) for name in names]
+        for prefix, names in (("p_", parameters), ("q_", coordinates), ("v_", coordinates))
+    )
+    named = [
+        SimpleNamespace(**dict(zip(names, symbols, strict=True)))
+        for names, symbols in ((parameters, p), (coordinates, q))
+    ]
+    closures = sp.Matrix(typed(*named, t))
+    jacobian, rate = closures.jacobian(q), closures.diff(t)
+    velocity = jacobian * sp.Matrix(v) + rate
+    bias = velocity.jacobian(q) * sp.Matrix(v) + velocity.diff(t)
+    made = [
+        sp.lambdify((t, q, v, p), e, "numpy", cse=True) for e in (closures, jacobian, rate, bias)
+    ]
+    return Constrained(dynamics.mass_matrix, dynamics.forcing, *made)
 
 
 def from_lagrangian(

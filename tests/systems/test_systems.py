@@ -23,7 +23,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from lagranges_method import Dynamics
+from lagranges_method import Constrained, Dynamics
 from numpy.typing import NDArray
 from shipped import (
     REFUSED,
@@ -36,6 +36,7 @@ from shipped import (
     start,
 )
 from textbook import GENERALIZED_FORCES, LAGRANGIANS
+from textbook_constraints import CLOSURES
 
 from lagrange_cli.batch import check_paths
 from lagrange_cli.emit.registry import EMITTERS
@@ -56,12 +57,11 @@ C_FLAGS = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror"]
 def typed_dynamics(name: str) -> Dynamics:
     """Lagrange's equations of the Lagrangian that the book gives."""
     e = derived(name)
-    return lagranges_method.from_typed(
-        LAGRANGIANS[name],
-        GENERALIZED_FORCES.get(name),
-        [c.name for c in e.coordinates],
-        [p.name for p in e.parameters],
-    )
+    names = [c.name for c in e.coordinates], [p.name for p in e.parameters]
+    free = lagranges_method.from_typed(LAGRANGIANS[name], GENERALIZED_FORCES.get(name), *names)
+    if name not in CLOSURES:
+        return free
+    return lagranges_method.constrained(free, CLOSURES[name], *names)
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,12 @@ def random_states(name: str) -> list[tuple[float, Array, Array]]:
     found, n = reference(name), len(derived(name).coordinates)
     rows = random.integers(0, len(found.times), STATES)
     shifted = found.states[rows] * (1 + 0.02 * random.uniform(-1, 1, (STATES, 2 * n)))
-    return [(float(found.times[k]), y[:n], y[n:]) for k, y in zip(rows, shifted, strict=True)]
+    states = [(float(found.times[k]), y[:n], y[n:]) for k, y in zip(rows, shifted, strict=True)]
+    dynamics = typed_dynamics(name)
+    if isinstance(dynamics, Constrained):
+        p = parameter_values(derived(name))
+        return [(t, *dynamics.nearest(t, q, v, p)) for t, q, v in states]
+    return states
 
 
 def assert_close(found: list[Array], expected: list[Array], tolerance: float) -> None:
@@ -180,7 +185,8 @@ def compare_dynamics(found: Dynamics, expected: Dynamics, name: str) -> None:
         p = list(values * (1 + 0.01 * random.uniform(0, 1, len(values))))
         m, expected_m = (np.asarray(d.mass_matrix(t, q, v, p)) for d in (found, expected))
         f, expected_f = (d.forcing(t, q, v, p).ravel() for d in (found, expected))
-        unit = 1 / np.sqrt(np.abs(np.diag(expected_m)))
+        size = np.sqrt(np.abs(np.diag(expected_m)))
+        unit = 1 / np.where(size > 0, size, size.max())
         matrices.append(np.abs(m - expected_m) * np.outer(unit, unit))
         forcings.append((np.abs(f - expected_f) * unit, np.abs(expected_f * unit).max()))
     assert np.max(matrices) <= 1e-12
@@ -197,15 +203,20 @@ def exact_accelerations(name: str) -> list[Array]:
         [c.v for c in e.coordinates],
         [p.symbol for p in e.parameters],
     ]
-    mass = sp.lambdify(arguments, sp.Matrix(e.mass_matrix), "mpmath", cse=True)
-    forcing = sp.lambdify(arguments, sp.Matrix(e.forcing), "mpmath", cse=True)
+    n, k = len(e.coordinates), len(e.closures)
+    jacobian = sp.Matrix(k, n, [g for closure in e.closures for g in closure.gradient])
+    matrix = sp.Matrix(e.mass_matrix).row_join(-jacobian.T)
+    matrix = matrix.col_join(jacobian.row_join(sp.zeros(k, k)))
+    right = sp.Matrix([*e.forcing, *(-closure.bias for closure in e.closures)])
+    mass = sp.lambdify(arguments, matrix, "mpmath", cse=True)
+    forcing = sp.lambdify(arguments, right, "mpmath", cse=True)
     found = []
     with mpmath.workdps(40):
         p = [mpmath.mpf(value) for value in parameter_values(e)]
         for t, q, v in random_states(name):
             state = (mpmath.mpf(t), list(map(mpmath.mpf, q)), list(map(mpmath.mpf, v)), p)
             solution = mpmath.lu_solve(mass(*state), forcing(*state))
-            found.append(np.array([float(x) for x in solution]))
+            found.append(np.array([float(x) for x in solution[:n]]))
     return found
 
 

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 from sympy import Expr, Rational, Symbol, cos, exp, sin, sqrt
 from textbook_celestial import CELESTIAL
 from textbook_chains import CHAINS
+from textbook_constraints import CONSTRAINED, CONSTRAINED_FORCES
 
 Names = SimpleNamespace
 
@@ -365,6 +366,7 @@ LAGRANGIANS: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     "magnetic_dipole": _magnetic_dipole,
     **CELESTIAL,
     **CHAINS,
+    **CONSTRAINED,
 }
 
 #: Scene name → generalized forces by coordinate, beside the Lagrangian.
@@ -372,6 +374,7 @@ GENERALIZED_FORCES: Mapping[str, Callable[[Names, Names, Names, Symbol], dict[st
     "pendulum_with_force": lambda p, q, v, t: {
         "theta": p.F0 * cos(p.Omega * t) * p.l * cos(q.theta)
     },
+    **CONSTRAINED_FORCES,
     "lever": lambda p, q, v, t: {"theta": -p.F * p.b * cos(q.theta)},
     "damped_oscillator": lambda p, q, v, t: {"x": -p.c * v.x},
     "damped_driven_pendulum": lambda p, q, v, t: {

@@ -1,0 +1,99 @@
+"""Lagrangians and constraints of scenes whose coordinates are not independent, typed by hand.
+
+A Lagrangian here is that of the coordinates as if nothing related them;
+:data:`CLOSURES` gives φ(q, t) of the equations φ = 0 beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import SimpleNamespace
+
+from sympy import Expr, Rational, Symbol, cos, sin, sqrt
+
+Names = SimpleNamespace
+
+HALF = Rational(1, 2)
+
+
+def _falling(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    return HALF * p.m * (v.x**2 + v.z**2) - p.m * p.g * q.z
+
+
+def _slider_crank(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    return HALF * p.I * v.theta**2 + HALF * p.m * v.x**2
+
+
+def _four_bar_linkage(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    kinetic = HALF * p.m1 * p.a**2 * v.alpha**2 + HALF * p.m2 * p.c**2 * v.gamma**2
+    return kinetic - p.g * (p.m1 * p.a * sin(q.alpha) + p.m2 * p.c * sin(q.gamma))
+
+
+def _andrews_squeezer(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    """Masses of Hairer and Wanner II, equation (7.11), as ½ v·M v; the spring of (7.13)."""
+    first = p.m1 * p.r_a**2 + p.I1 + p.I2
+    first += p.m2 * (p.r**2 - 2 * p.d_a * p.r * cos(q.Theta) + p.d_a**2)
+    mixed = p.m2 * (p.d_a**2 - p.d_a * p.r * cos(q.Theta)) + p.I2
+    kinetic = first * v.beta**2 / 2 + mixed * v.beta * v.Theta
+    kinetic += (p.m2 * p.d_a**2 + p.I2) * v.Theta**2 / 2
+    kinetic += (p.m3 * (p.s_a**2 + p.s_b**2) + p.I3) * v.gamma**2 / 2
+    arm = p.e - p.e_a
+    kinetic += (p.m4 * arm**2 + p.I4) * v.Phi**2 / 2
+    kinetic += (p.m4 * (arm**2 + p.z_t * arm * sin(q.Phi)) + p.I4) * v.Phi * v.delta
+    rod = p.m4 * (p.z_t**2 + 2 * p.z_t * arm * sin(q.Phi) + arm**2) + p.I4 + p.I5
+    kinetic += (rod + p.m5 * (p.t_a**2 + p.t_b**2)) * v.delta**2 / 2
+    arm = p.z_f - p.f_a
+    kinetic += (p.m6 * arm**2 + p.I6) * v.Omega**2 / 2
+    kinetic += (p.m6 * (arm**2 - p.u * arm * sin(q.Omega)) + p.I6) * v.Omega * v.epsilon
+    rod = p.m6 * (arm**2 - 2 * p.u * arm * sin(q.Omega) + p.u**2) + p.I6 + p.I7
+    kinetic += (rod + p.m7 * (p.u_a**2 + p.u_b**2)) * v.epsilon**2 / 2
+    x = p.s_d * cos(q.gamma) + p.s_c * sin(q.gamma) + p.x_b - p.x_c
+    y = p.s_d * sin(q.gamma) - p.s_c * cos(q.gamma) + p.y_b - p.y_c
+    return kinetic - p.c / 2 * (sqrt(x**2 + y**2) - p.l) ** 2
+
+
+def _andrews_loops(p: Names, q: Names, t: Symbol) -> list[Expr]:
+    """Hairer and Wanner II, equation (7.12)."""
+    x = p.r * cos(q.beta) - p.d * cos(q.beta + q.Theta)
+    y = p.r * sin(q.beta) - p.d * sin(q.beta + q.Theta)
+    return [
+        x - p.s * sin(q.gamma) - p.x_b,
+        y + p.s * cos(q.gamma) - p.y_b,
+        x - p.e * sin(q.Phi + q.delta) - p.z_t * cos(q.delta) - p.x_a,
+        y + p.e * cos(q.Phi + q.delta) - p.z_t * sin(q.delta) - p.y_a,
+        x - p.z_f * cos(q.Omega + q.epsilon) - p.u * sin(q.epsilon) - p.x_a,
+        y - p.z_f * sin(q.Omega + q.epsilon) + p.u * cos(q.epsilon) - p.y_a,
+    ]
+
+
+def _four_bar_loop(p: Names, q: Names, t: Symbol) -> list[Expr]:
+    return [
+        p.a * cos(q.alpha) + p.b * cos(q.beta) - p.c * cos(q.gamma) - p.d,
+        p.a * sin(q.alpha) + p.b * sin(q.beta) - p.c * sin(q.gamma),
+    ]
+
+
+#: Scene name → Lagrangian over namespaces of parameters, q, v, and t.
+CONSTRAINED: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
+    "andrews_squeezer": _andrews_squeezer,
+    "bead_on_quartic": _falling,
+    "four_bar_linkage": _four_bar_linkage,
+    "pendulum_in_cartesian_coordinates": _falling,
+    "slider_crank": _slider_crank,
+}
+
+#: Scene name → φ(q, t) of its closures.
+CLOSURES: Mapping[str, Callable[[Names, Names, Symbol], list[Expr]]] = {
+    "andrews_squeezer": _andrews_loops,
+    "bead_on_quartic": lambda p, q, t: [q.x**4 + q.z**4 - p.a**4],
+    "four_bar_linkage": _four_bar_loop,
+    "pendulum_in_cartesian_coordinates": lambda p, q, t: [q.x**2 + q.z**2 - p.l**2],
+    "slider_crank": lambda p, q, t: [
+        (q.x - p.r * cos(q.theta)) ** 2 + p.r**2 * sin(q.theta) ** 2 - p.l**2
+    ],
+}
+
+#: Scene name → generalized forces by coordinate.
+CONSTRAINED_FORCES: Mapping[str, Callable[[Names, Names, Names, Symbol], dict[str, Expr]]] = {
+    "andrews_squeezer": lambda p, q, v, t: {"beta": p.tau},
+}
