@@ -53,7 +53,7 @@ def parameters(function: Command) -> Command:
         multiple=True,
         callback=_assignments,
         metavar="NAME=VALUE",
-        help="Set a parameter; repeatable.  [default: the scene's values]",
+        help="Set a parameter or a size; repeatable.  [default: the scene's values]",
     )(function)
 
 

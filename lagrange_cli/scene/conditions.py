@@ -53,14 +53,10 @@ def initial_values(
     """Read ``x: value`` or ``dot(x): value``, for every member where ``x`` is a family."""
     text, order = initial_name(key.text)
     name = replace(key, text=text)
-    if is_indexed(text):
-        if order and key.exact:
-            column = key.mark.column + key.text.index(text)
-            name = replace(name, mark=replace(key.mark, column=column, length=len(text)))
-        members = reading.members(name)
-    else:
-        members = iter((name,))
-    for member in members:
+    if is_indexed(text) and order and key.exact:
+        column = key.mark.column + key.text.index(text)
+        name = replace(name, mark=replace(key.mark, column=column, length=len(text)))
+    for member in reading.members(name):
         shown = f"dot({member.text})" if order else member.text
         expression = reading.expression(node, f"'{shown}' in {what}")
         if expression:

@@ -10,21 +10,19 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-from lagrange_cli.errors import Mark
+from lagrange_cli.scene.bodies import (
+    as_factor,
+    body_pair,
+    differences,
+    flat,
+    place_of,
+    unknown_helper,
+)
 from lagrange_cli.scene.bounds import Extent, extent_of
 from lagrange_cli.scene.declarations import AXES, component
-from lagrange_cli.scene.expression import (
-    Call,
-    Equation,
-    Expression,
-    Name,
-    Neg,
-    Node,
-    Number,
-    names_in,
-)
+from lagrange_cli.scene.expression import Equation, Expression, Neg, Node, Number, names_in
+from lagrange_cli.scene.interactions import coulomb, newton
 from lagrange_cli.scene.model import Constraint, Particle
-from lagrange_cli.scene.problems import shown, suggestion
 from lagrange_cli.scene.shapes import Reading
 from lagrange_cli.scene.source import Mapping, Scalar, SourceNode
 from lagrange_cli.scene.tokens import ExpressionError
@@ -35,7 +33,7 @@ __all__ = ["read_constraint_helper", "read_plane", "read_potential_helper"]
 _TERMS_OF_WEIGHT = 20
 
 _LATER_CONSTRAINTS = ("unilateral",)
-_LATER_POTENTIALS = ("newton", "coulomb")
+_POTENTIALS = ("gravity", "spring", "newton", "coulomb")
 
 
 def read_constraint_helper(
@@ -48,10 +46,10 @@ def read_constraint_helper(
             reading.unsupported(f"{key.text} constraints are", key.mark)
             return None
     if "distance" not in keys:
-        _unknown_helper(node, what, ("distance",), reading)
+        unknown_helper(node, what, ("distance",), reading)
         return None
     fields = reading.fields(node, what, ("distance", "equals"), required=("distance", "equals"))
-    pair = _pair(fields["distance"], "distance", what, reading)
+    pair = body_pair(fields["distance"], "distance", what, reading)
     length = None
     if "equals" in fields:
         length = reading.part(fields["equals"], "equals", what)
@@ -62,9 +60,9 @@ def read_constraint_helper(
             f"a distance cannot be negative, found {length.text}", length.mark(), rule="distance"
         )
         return None
-    squares = " + ".join(f"({d})^2" for d in _differences(*pair))
-    text = f"{squares} = {_as_factor(length)}^2"
-    return (reading.helper_equation(text, _whole(node)),)
+    squares = " + ".join(f"({d})^2" for d in differences(*pair))
+    text = f"{squares} = {as_factor(length)}^2"
+    return (reading.helper_equation(text, place_of(node)),)
 
 
 def _is_negative(node: Node) -> bool:
@@ -73,20 +71,20 @@ def _is_negative(node: Node) -> bool:
 
 
 def read_potential_helper(node: Mapping, what: str, reading: Reading) -> Expression | None:
-    """Write out a potential's helper: ``gravity`` or ``spring``."""
+    """Write out a potential's helper: ``gravity``, ``spring``, ``newton`` or ``coulomb``."""
     keys = [key.text for key, _ in node.entries]
-    for key, _ in node.entries:
-        if key.text in _LATER_POTENTIALS:
-            reading.unsupported(f"the helper '{key.text}' is", key.mark)
-            return None
     text = None
     if "gravity" in keys:
         text = _gravity(node, what, reading)
     elif "spring" in keys:
         text = _spring(node, what, reading)
+    elif "newton" in keys:
+        text = newton(node, what, reading)
+    elif "coulomb" in keys:
+        text = coulomb(node, what, reading)
     else:
-        _unknown_helper(node, what, ("gravity", "spring"), reading)
-    return reading.helper_expression(text, _whole(node)) if text else None
+        unknown_helper(node, what, _POTENTIALS, reading)
+    return reading.helper_expression(text, place_of(node)) if text else None
 
 
 def read_plane(node: SourceNode, reading: Reading) -> Constraint | None:
@@ -119,13 +117,12 @@ def _gravity(node: Mapping, what: str, reading: Reading) -> str | None:
     if strength is None or down is None or not particles:
         return None
     if reading.in_family:
-        reading.charge(_TERMS_OF_WEIGHT * len(particles), _whole(node))
+        reading.charge(_TERMS_OF_WEIGHT * len(particles), place_of(node))
     # Against an axis, V = + m g z is what a person writes.
     against = [part for part in down if part] == ["-1"]
     along = tuple(part.removeprefix("-") for part in down) if against else down
     terms = [
-        f"{_as_factor(p.mass)}*{_as_factor(strength)}*{_projection(along, p.name)}"
-        for p in particles
+        f"{as_factor(p.mass)}*{as_factor(strength)}*{_projection(along, p.name)}" for p in particles
     ]
     return " + ".join(terms) if against else "-" + " - ".join(terms)
 
@@ -162,9 +159,9 @@ def _direction(node: SourceNode, what: str, reading: Reading) -> tuple[str, ...]
         units = [c / length for c in exact]
         return tuple("" if u == 0 else f"{u}" if u.denominator == 1 else f"({u})" for u in units)
     unit = _is_unit([part.node for part in known])
-    norm = "" if unit else f"/norm({', '.join(_flat(part) for part in known)})"
+    norm = "" if unit else f"/norm({', '.join(flat(part) for part in known)})"
     return tuple(
-        "" if c == 0 else f"{_as_factor(part)}{norm}"
+        "" if c == 0 else f"{as_factor(part)}{norm}"
         for c, part in zip(constants, known, strict=True)
     )
 
@@ -202,7 +199,7 @@ def _spring(node: Mapping, what: str, reading: Reading) -> str | None:
     fields = reading.fields(
         node, what, ("spring", "stiffness", "length"), required=("spring", "stiffness")
     )
-    pair = _pair(fields["spring"], "spring", what, reading)
+    pair = body_pair(fields["spring"], "spring", what, reading)
     stiffness = length = None
     if "stiffness" in fields:
         stiffness = reading.part(fields["stiffness"], "stiffness", what)
@@ -212,73 +209,9 @@ def _spring(node: Mapping, what: str, reading: Reading) -> str | None:
             return None
     if pair is None or stiffness is None:
         return None
-    differences = _differences(*pair)
+    along = differences(*pair)
     if length is None:
-        stretch = f"({' + '.join(f'({d})^2' for d in differences)})"
+        stretch = f"({' + '.join(f'({d})^2' for d in along)})"
     else:
-        stretch = f"(norm({', '.join(differences)}) - {_as_factor(length)})^2"
-    return f"1/2*{_as_factor(stiffness)}*{stretch}"
-
-
-def _pair(node: SourceNode, helper: str, what: str, reading: Reading) -> tuple[str, str] | None:
-    """Two different particles or points."""
-    wanted = "two particles or points [A, B]"
-    sequence = reading.items(node, f"'{helper}'", wanted)
-    if sequence is None:
-        return None
-    ends = [item for item in sequence.items if isinstance(item, Scalar)]
-    if len(ends) != 2 or len(sequence.items) != 2:
-        reading.expected(wanted, f"'{helper}'", sequence)
-        return None
-    first, second = (_body(end, what, helper, reading) for end in ends)
-    if first is None or second is None:
-        return None
-    if first == second:
-        reading.problems.add(f"'{helper}' needs two different ends", ends[1].mark, rule="shape")
-        return None
-    return first, second
-
-
-def _body(end: Scalar, what: str, helper: str, reading: Reading) -> str | None:
-    """A particle or point that a helper names."""
-    name = reading.reference(end)
-    if name is not None and name not in reading.bodies:
-        place = f" of {what}" if reading.in_family else ""
-        reading.problems.add(
-            f"unknown particle or point {shown(name)} in '{helper}'{place}",
-            end.mark,
-            hint=suggestion(name, reading.bodies),
-            rule="unknown-name",
-        )
-        return None
-    return name
-
-
-def _differences(first: str, second: str) -> tuple[str, ...]:
-    return tuple(f"{component(a, first)} - {component(a, second)}" for a in AXES)
-
-
-def _unknown_helper(node: Mapping, what: str, known: tuple[str, ...], reading: Reading) -> None:
-    if not node.entries:
-        reading.expected("an expression or a helper", what, node)
-        return
-    key = node.entries[0][0]
-    hint = suggestion(key.text, known, f"known are {', '.join(known)}")
-    reading.problems.add(
-        f"unknown helper {shown(key.text)} in {what}", key.mark, hint=hint, rule="unknown-key"
-    )
-
-
-def _flat(expression: Expression) -> str:
-    """An expression's text on one line."""
-    return " ".join(expression.text.split())
-
-
-def _as_factor(expression: Expression) -> str:
-    """An expression's text, in parentheses unless it is a single term."""
-    single = isinstance(expression.node, Number | Name | Call)
-    return _flat(expression) if single else f"({_flat(expression)})"
-
-
-def _whole(node: Mapping) -> Mark:
-    return node.entries[0][0].mark if node.entries else node.mark
+        stretch = f"(norm({', '.join(along)}) - {as_factor(length)})^2"
+    return f"1/2*{as_factor(stiffness)}*{stretch}"

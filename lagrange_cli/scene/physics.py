@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from lagrange_cli.scene.expression import Equation, Expression
 from lagrange_cli.scene.helpers import read_constraint_helper, read_potential_helper
+from lagrange_cli.scene.interactions import damper, drag
 from lagrange_cli.scene.model import Constraint, Force, Term
 from lagrange_cli.scene.shapes import Reading
 from lagrange_cli.scene.source import Mapping, Scalar, Sequence, SourceNode
@@ -16,7 +17,7 @@ __all__ = [
     "read_potentials",
 ]
 
-_LATER_FORCES = ("drag", "damper")
+_FORCES = {"drag": drag, "damper": damper}
 
 
 def read_constraints(node: SourceNode, reading: Reading) -> tuple[Constraint, ...]:
@@ -70,35 +71,33 @@ def _terms(node: SourceNode, section: str, word: str, reading: Reading) -> tuple
 
 
 def read_forces(node: SourceNode, reading: Reading) -> tuple[Force, ...]:
-    found = []
+    found: list[Force] = []
     for key, value in reading.named(node, "forces", symbols=False):
-        force = _force(key, value, reading)
-        if force:
-            found.append(force)
+        found += _forces(key, value, reading)
     return tuple(found)
 
 
-def _force(key: Scalar, node: SourceNode, reading: Reading) -> Force | None:
+def _forces(key: Scalar, node: SourceNode, reading: Reading) -> tuple[Force, ...]:
+    """The force of an entry; a damper is two."""
     what = f"force '{key.text}'"
     mapping = reading.mapping(node, what, "a mapping {on, force}")
     if mapping is None:
-        return None
+        return ()
     for name, _ in mapping.entries:
-        if name.text in _LATER_FORCES:
-            reading.unsupported(f"the helper '{name.text}' is", name.mark)
-            return None
+        if name.text in _FORCES:
+            return _FORCES[name.text](key, mapping, what, reading)
     fields = reading.fields(mapping, what, ("on", "force"), required=("on", "force"))
     if len(fields) < 2:
-        return None
+        return ()
     on = fields["on"]
     components = _components(fields["force"], what, reading)
     if not isinstance(on, Scalar):
         reading.expected("a particle, point or coordinate", f"'on' of {what}", on)
-        return None
+        return ()
     target = reading.reference(on)
     if components is None or target is None:
-        return None
-    return Force(key.text, key.mark, target, on.mark, components)
+        return ()
+    return (Force(key.text, key.mark, target, on.mark, components),)
 
 
 def _components(node: SourceNode, what: str, reading: Reading) -> tuple[Expression, ...] | None:

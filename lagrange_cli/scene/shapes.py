@@ -306,22 +306,26 @@ class Reading:
         While a member is in hand, ``indices`` holds its values. After the first
         member with a problem the others, which would have it too, are left out.
         """
+        if not is_indexed(key.text):
+            yield key
+            return
         parsed = self._declared(key)
         if parsed is None:
             return
         name = parsed.node
         assert isinstance(name, Name)
         ranges = [part for part in name.indices if _is_range(part)]
+        outer = self.indices
         with self.problems.collect_at(parsed):
-            check_family(name, ranges, self.sizes)
-            for values in assignments(ranges, self.sizes, self.budget):
+            check_family(name, ranges, outer)
+            for values in assignments(ranges, outer, self.budget):
                 before = len(self.problems.errors)
                 indices = [_index(part, values) for part in name.indices]
                 self.indices = values
                 yield replace(key, text=member_name(name.name, indices))
                 if len(self.problems.errors) > before:
                     break
-        self.indices = self.sizes
+        self.indices = outer
         if self.budget.exceeded:
             self.problems.raise_if_any()
 
