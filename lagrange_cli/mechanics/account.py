@@ -9,6 +9,7 @@ feasible configurations; nothing is only counted.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -19,9 +20,11 @@ from lagrange_cli.mechanics import refusals
 from lagrange_cli.mechanics.equations import Account, ConstraintLine
 from lagrange_cli.mechanics.geometry import Geometry, examine
 from lagrange_cli.mechanics.names import Names
-from lagrange_cli.mechanics.ranks import Point, dependent_columns, dependent_gradients
+from lagrange_cli.mechanics.ranks import Matrix, Point, dependent_columns, dependent_gradients
+from lagrange_cli.mechanics.velocity import Independent, Level
+from lagrange_cli.scene.expression import Equation, names_in
 
-__all__ = ["balance"]
+__all__ = ["balance", "level_remarks", "level_warnings", "with_levels"]
 
 
 def balance(
@@ -44,12 +47,54 @@ def balance(
     names, found = geometry.names, geometry.found
     _require_solutions(geometry, points)
     _require_independent(geometry, points, kept)
+    extra = _extra(geometry, points)
     dependent: dict[int, tuple[int, ...]] = {}
     if found.pending:
         phis = [_on_points(names, s.phi) for s in found.stated]
         dependent = dependent_gradients(phis, geometry.resolved, geometry.coordinates, points)
     satisfied = _satisfied(set(found.pending) - set(kept), dependent)
-    return _account(geometry, satisfied, dependent, kept), _warnings(geometry, dependent)
+    return _account(geometry, satisfied, dependent, kept, extra), _warnings(geometry, dependent)
+
+
+def with_levels(account: Account, levels: Sequence[Level], found: Independent) -> Account:
+    """The account with constraints on velocities: integrable ones count to K."""
+    redundant = {levels[k].constraint: by for k, by in found.redundant.items()}
+    kept = {levels[k].constraint for k in found.kept}
+    integrable = found.integrable == len(found.kept)
+
+    def line(line: ConstraintLine) -> ConstraintLine:
+        if line.name in kept:
+            return line if integrable else replace(line, status="nonholonomic")
+        if line.name in redundant:
+            return replace(line, status="redundant", implied_by=redundant[line.name])
+        return line
+
+    return replace(
+        account,
+        constraints=account.constraints + found.integrable,
+        dof=account.dof - found.integrable,
+        lines=tuple(map(line, account.lines)),
+        nonholonomic=len(found.kept) - found.integrable,
+    )
+
+
+def level_warnings(levels: Sequence[Level], found: Independent) -> list[Problem]:
+    """Warnings for constraints on velocities that others imply."""
+    return [
+        _redundant(levels[k].constraint, levels[k].equation, by)
+        for k, by in found.redundant.items()
+    ]
+
+
+def level_remarks(levels: Sequence[Level], found: Independent) -> list[str]:
+    """What to say of integrable constraints that stay constraints on velocities."""
+    if not found.integrable:
+        return []
+    named = ", ".join(f"'{n}'" for n in dict.fromkeys(levels[k].constraint for k in found.kept))
+    return [
+        f"of {named}, {found.integrable} can be integrated, though not in closed form here:"
+        " counted to K, kept as constraints on velocities"
+    ]
 
 
 def _on_points(names: Names, phi: sp.Expr) -> sp.Expr:
@@ -95,10 +140,9 @@ def _account(
     satisfied: set[int],
     dependent: Mapping[int, tuple[int, ...]],
     kept: Sequence[int],
+    extra: int,
 ) -> Account:
     positions, found = geometry.positions, geometry.found
-    inside = {s for p in positions for s in geometry.resolved[p].free_symbols}
-    extra = sum(q not in inside for q in geometry.coordinates)
     dof = len(geometry.coordinates) - len(kept)
     constraints = len(positions) + extra - dof
     # Equations that fix names of massless points restrict no particle.
@@ -120,16 +164,15 @@ def _account(
 def _require_independent(geometry: Geometry, points: Sequence[Point], kept: Sequence[int]) -> None:
     """Refuse coordinates that move the particles in fewer independent ways than there are.
 
-    A closure that a motion violates counts as a way.
+    A closure that a motion violates counts as a way, and so does the rate of a coordinate
+    that has kinetic energy of its own.
     """
-    resolved, pending = geometry.resolved, geometry.found.pending
-    r = [resolved[s] for s in dict.fromkeys(geometry.positions) if resolved[s].free_symbols]
+    pending = geometry.found.pending
+    r = _places(geometry)
     r += [pending[k][0] - pending[k][1] for k in kept]
-    inside = {s for e in r for s in e.free_symbols}
-    moving = [q for q in geometry.coordinates if q in inside]
-    if all(q in r for q in moving):
-        return  # each coordinate is a Cartesian component itself
-    null = dependent_columns(r, moving, points)
+    moving = _held(geometry, r)
+    r += _spinning(geometry, moving)
+    null = _unmoved(r, moving, points)
     if null is None:
         return
     weights = np.abs(null).max(axis=0)
@@ -140,6 +183,45 @@ def _require_independent(geometry: Geometry, points: Sequence[Point], kept: Sequ
         len(moving) - len(null),
         geometry.without(mixed[-1]),
     )
+
+
+def _extra(geometry: Geometry, points: Sequence[Point]) -> int:
+    """E: how many independent changes of the coordinates move no particle."""
+    r = _places(geometry)
+    moving = _held(geometry, r)
+    outside = len(geometry.coordinates) - len(moving)
+    if not _spinning(geometry, moving):
+        return outside
+    null = _unmoved(r, moving, points)
+    return outside + (0 if null is None else len(null))
+
+
+def _places(geometry: Geometry) -> list[sp.Expr]:
+    """Distinct components of particles that move."""
+    resolved = geometry.resolved
+    return [resolved[s] for s in dict.fromkeys(geometry.positions) if resolved[s].free_symbols]
+
+
+def _held(geometry: Geometry, expressions: Sequence[sp.Expr]) -> list[sp.Symbol]:
+    """Coordinates that stand in some of the expressions."""
+    inside = {s for e in expressions for s in e.free_symbols}
+    return [q for q in geometry.coordinates if q in inside]
+
+
+def _spinning(geometry: Geometry, coordinates: Sequence[sp.Symbol]) -> list[sp.Symbol]:
+    """Coordinates that the section ``kinetic`` names."""
+    terms = geometry.names.scene.kinetic
+    named = {n.name for term in terms for n in names_in(term.expression.node)}
+    return [q for q in coordinates if q.name in named]
+
+
+def _unmoved(
+    r: Sequence[sp.Expr], moving: Sequence[sp.Symbol], points: Sequence[Point]
+) -> Matrix | None:
+    """Directions of the coordinates that change nothing of ``r``; None where there are none."""
+    if all(q in r for q in moving):
+        return None  # each coordinate is a Cartesian component itself
+    return dependent_columns(r, moving, points)
 
 
 def _lines(
@@ -182,17 +264,18 @@ def _status(
 
 def _warnings(geometry: Geometry, dependent: Mapping[int, tuple[int, ...]]) -> list[Problem]:
     stated = geometry.found.stated
-    warnings = []
-    for k, by in dependent.items():
-        others = list(dict.fromkeys(stated[j].constraint for j in by))
-        implied = ", ".join(f"'{n}'" for n in others)
-        reason = f"implied by {implied}" if implied else "it restricts nothing"
-        warnings.append(
-            Problem(
-                f"constraint '{stated[k].constraint}' is redundant: {reason}",
-                stated[k].equation.mark(),
-                rule="redundant",
-                severity="warning",
-            )
-        )
-    return warnings
+    return [
+        _redundant(stated[k].constraint, stated[k].equation, [stated[j].constraint for j in by])
+        for k, by in dependent.items()
+    ]
+
+
+def _redundant(name: str, equation: Equation, by: Sequence[str]) -> Problem:
+    implied = ", ".join(f"'{n}'" for n in dict.fromkeys(by))
+    reason = f"implied by {implied}" if implied else "it restricts nothing"
+    return Problem(
+        f"constraint '{name}' is redundant: {reason}",
+        equation.mark(),
+        rule="redundant",
+        severity="warning",
+    )

@@ -244,7 +244,9 @@ def _look(tapes: Tapes, restraints: Restraints, point: Point, thorough: bool) ->
         mismatch = max(mismatch, abs(reported - declared) / scale if scale else _ZERO)
     mismatch = max(mismatch, restraints.mismatch(point))
     if thorough:
-        mismatch = max(mismatch, restraints.newton_mismatch(seen, mass, forcing))
+        mismatch = max(
+            mismatch, restraints.newton_mismatch(seen, mass, forcing, [s for _, s in newton])
+        )
     vanishes = _vanishing(tapes, seen, thorough)
     return _State(
         mismatch,

@@ -28,12 +28,16 @@ _VANISHES = mpmath.mpf(10) ** -9
 
 @dataclass(frozen=True)
 class Stated:
-    """One equation of a constraint over raw symbols; φ = left − right."""
+    """One equation of a constraint over raw symbols; φ = left − right.
+
+    ``integral``: the scene states its rate.
+    """
 
     constraint: str
     equation: Equation
     left: sp.Expr
     right: sp.Expr
+    integral: bool = False
 
     @property
     def phi(self) -> sp.Expr:

@@ -76,12 +76,13 @@ class ConstraintLine:
 
     ``equations`` as written; ``status``: ``independent``; ``satisfied`` (the
     definitions satisfy it identically); ``redundant`` (others imply it, named
-    in ``implied_by``). ``rheonomic``: it contains t.
+    in ``implied_by``); ``nonholonomic`` (it holds velocities and is not
+    integrable). ``rheonomic``: it contains t.
     """
 
     name: str
     equations: tuple[str, ...]
-    status: Literal["independent", "satisfied", "redundant"] = "independent"
+    status: Literal["independent", "satisfied", "redundant", "nonholonomic"] = "independent"
     implied_by: tuple[str, ...] = ()
     rheonomic: bool = False
 
@@ -92,7 +93,8 @@ class Account:
 
     ``cartesian`` = 3N; ``extra`` = E; ``constraints`` = K; ``implied`` of the K
     restrictions are stated by no constraint but follow from definitions or
-    position expressions.
+    position expressions. ``nonholonomic`` constraints lower the freedom of
+    velocities, not ``dof``.
     """
 
     cartesian: int
@@ -102,6 +104,7 @@ class Account:
     implied: int
     lines: tuple[ConstraintLine, ...]
     chosen_automatically: bool = False
+    nonholonomic: int = 0
 
 
 @dataclass(frozen=True)

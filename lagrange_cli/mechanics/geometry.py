@@ -137,7 +137,7 @@ def _require_relation(geometry: Geometry, leftover: Leftover) -> None:
         raise refusals.contradiction(
             geometry.names, found, leftover.number, leftover.reduced, geometry.reference
         )
-    if any(q in found.unknowns for q in involved):
+    if found.stated[leftover.number].integral or any(q in found.unknowns for q in involved):
         return
     if any(_is_given(leftover.reduced, q, set(involved)) for q in involved):
         rest = geometry.without(involved[-1])

@@ -67,7 +67,7 @@ class Manifold:
         scale: Mapping[sp.Symbol, mpf],
     ) -> None:
         self.q, self.v, self._others = list(q), list(v), [t, *parameters]
-        self._scale = [scale[s] for s in q]
+        self.scale = [scale[s] for s in q]
         self._count = len(positions)
         still = [*self.q, *self._others]
         self._positions = Tape([left - right for left, right in positions], still)
@@ -96,7 +96,7 @@ class Manifold:
                 step = self._step(moved, chosen)
             except (DomainError, ZeroDivisionError, OverflowError, np.linalg.LinAlgError):
                 return None
-            for s, unit, x in zip(self.q, self._scale, step, strict=True):
+            for s, unit, x in zip(self.q, self.scale, step, strict=True):
                 moved[s] -= unit * x
             length = max(map(abs, step), default=_ZERO)
             # What approaches so slowly has no gradient where it arrives; more digits tell no more.
@@ -117,7 +117,7 @@ class Manifold:
 
     def _step(self, point: Point, rows: Sequence[int]) -> list[mpf]:
         values, gradients = self.gradients(point)
-        return _least([values[k] for k in rows], [gradients[k] for k in rows], self._scale)
+        return _least([values[k] for k in rows], [gradients[k] for k in rows], self.scale)
 
     def gradients(self, point: Point) -> tuple[list[mpf], list[list[mpf]]]:
         """φ and ∂φ/∂q at a point."""
@@ -142,7 +142,7 @@ class Manifold:
     def slopes(self, point: Point) -> list[list[mpf]]:
         """∂φ/∂q in the units of the coordinates."""
         _, gradients = self.gradients(point)
-        return [[x * s for x, s in zip(row, self._scale, strict=True)] for row in gradients]
+        return [[x * s for x, s in zip(row, self.scale, strict=True)] for row in gradients]
 
     # Velocities and accelerations.
 
@@ -175,8 +175,8 @@ class Manifold:
         still = [_ZERO] * len(self.q)
         for _ in range(self._repetitions()):
             levels, _, gradients = self.motion(moved, still)
-            step = _least(levels, gradients, self._scale)
-            for w, unit, x in zip(self.v, self._scale, step, strict=True):
+            step = _least(levels, gradients, self.scale)
+            for w, unit, x in zip(self.v, self.scale, step, strict=True):
                 moved[w] -= unit * x
         return moved
 
@@ -185,8 +185,8 @@ class Manifold:
         found = list(accelerations)
         for _ in range(self._repetitions()):
             _, rates, gradients = self.motion(point, found)
-            step = _least(rates, gradients, self._scale)
-            found = [a - unit * x for a, unit, x in zip(found, self._scale, step, strict=True)]
+            step = _least(rates, gradients, self.scale)
+            found = [a - unit * x for a, unit, x in zip(found, self.scale, step, strict=True)]
         return found
 
     @staticmethod

@@ -15,7 +15,7 @@ import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.language import Rate, to_sympy
-from lagrange_cli.scene.expression import Expression, Name
+from lagrange_cli.scene.expression import Call, Expression, Name, walk
 from lagrange_cli.scene.model import Particle, Point, Scene
 
 __all__ = ["Names"]
@@ -144,6 +144,18 @@ class Names:
                 self._definitions[name], lambda n: self._lookup_with_rate(n, rate), rate
             )
         return self.lookup(name)
+
+    def holds_rate(self, expression: Expression) -> bool:
+        """Whether ``dot`` stands in an expression or in a definition that it names."""
+        for node in walk(expression.node):
+            if isinstance(node, Call) and node.function == "dot":
+                return True
+            if isinstance(node, Name) and node.name in self._definitions:
+                if node.name in self.cartesian:
+                    continue
+                if self.holds_rate(self._definitions[node.name]):
+                    return True
+        return False
 
     def abbreviations(self) -> Iterator[tuple[str, Expression]]:
         """Definitions that are not of Cartesian names."""

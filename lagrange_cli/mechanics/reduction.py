@@ -16,7 +16,12 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.account import balance
+from lagrange_cli.mechanics.account import (
+    balance,
+    level_remarks,
+    level_warnings,
+    with_levels,
+)
 from lagrange_cli.mechanics.angles import periodic_symbols
 from lagrange_cli.mechanics.elimination import Elimination, Stated, eliminate
 from lagrange_cli.mechanics.equations import Account, Coordinate
@@ -27,8 +32,10 @@ from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.parameters import Values
 from lagrange_cli.mechanics.refusals import no_configuration, require_enough
 from lagrange_cli.mechanics.sampling import Drawn, Sampler, typical_length, working_digits
-from lagrange_cli.mechanics.selection import independent_closures
+from lagrange_cli.mechanics.selection import independent_closures, require_determined
 from lagrange_cli.mechanics.terms import tidy
+from lagrange_cli.mechanics.velocity import Level, independent_levels, integrals
+from lagrange_cli.scene.expression import Equation
 from lagrange_cli.scene.model import Particle, Scene
 
 __all__ = ["Reduced", "reduce"]
@@ -122,31 +129,116 @@ def reduce(scene: Scene) -> Reduced:
         contradict each other, a branch that nothing chooses, a mass that is not positive.
     """
     with mpmath.workdps(working_digits(_DIGITS)):
-        names, values = Names(scene), Values(scene)
-        masses = tuple(_mass(names, values, p) for p in scene.particles)
-        stated = list(_stated(names, scene))
-        reference = _reference(names, values, scene)
-        found = _eliminate(names, scene, stated, reference)
-        require_enough(scene, found)
-        symbols = _coordinate_symbols(names, found)
-        resolved = {s: _placed(found, s) for s in names.cartesian.values()}
-        geometry = Geometry(names, found, resolved, symbols, reference)
-        chart = Chart(values, geometry, tuple(_coordinates(geometry, ())))
-        chart, points, kept = _restricted(chart)
-        account, warnings = balance(geometry, points, kept)
+        problem = _problem(scene)
+        reduced, equations, remarks = _integrated(problem)
+        geometry = reduced.chart.geometry
+        require_enough(scene, geometry.found)
+        if reduced.closures:
+            points = _drawn(geometry, reduced.sampler([]), ())
+            require_determined(geometry, reduced.manifold(), points)
+        reduced = replace(reduced, remarks=(*reduced.remarks, *remarks))
+        return _with_levels(reduced, _levels(reduced, equations)) if equations else reduced
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """What does not change while velocity constraints are integrated."""
+
+    scene: Scene
+    names: Names
+    values: Values
+    masses: tuple[sp.Expr, ...]
+    reference: dict[sp.Symbol, mpf]
+
+
+def _problem(scene: Scene) -> _Problem:
+    names, values = Names(scene), Values(scene)
+    masses = tuple(_mass(names, values, p) for p in scene.particles)
+    return _Problem(scene, names, values, masses, _reference(names, values, scene))
+
+
+#: A constraint's name and one of its equations.
+_Written = tuple[str, Equation]
+
+
+def _integrated(problem: _Problem) -> tuple[Reduced, list[_Written], list[str]]:
+    """The scene with all velocity constraints integrated that can be; the others; remarks."""
+    names = problem.names
+    written = [(c.name, e) for c in problem.scene.constraints for e in c.equations]
+    open_ones = [x for x in written if _holds_rate(names, x)]
+    stated = [_stated(names, x) for x in written if not _holds_rate(names, x)]
+    remarks: list[str] = []
+    while True:
+        reduced = _reduced(problem, stated, strict=not open_ones)
+        if not open_ones:
+            return reduced, [], remarks
+        points = _drawn(reduced.chart.geometry, reduced.sampler([]), ())
+        levels = _levels(reduced, open_ones)
+        found, new = integrals(names, levels, reduced.coordinates, points)
+        if not found:
+            return reduced, open_ones, remarks
+        stated += found.values()
+        remarks += new
+        open_ones = [x for k, x in enumerate(open_ones) if k not in found]
+
+
+def _holds_rate(names: Names, written: _Written) -> bool:
+    return any(names.holds_rate(side) for side in (written[1].left, written[1].right))
+
+
+def _levels(reduced: Reduced, equations: Sequence[_Written]) -> list[Level]:
+    convert = reduced.names.convert
+    return [
+        Level(
+            name,
+            equation,
+            reduced.resolve(convert(equation.left, reduced.rate)),
+            reduced.resolve(convert(equation.right, reduced.rate)),
+        )
+        for name, equation in equations
+    ]
+
+
+def _reduced(problem: _Problem, stated: list[Stated], strict: bool) -> Reduced:
+    """The scene without its velocity constraints; names may be open unless ``strict``."""
+    scene, names, reference = problem.scene, problem.names, problem.reference
+    found = _eliminate(names, scene, stated, reference, strict)
+    symbols = _coordinate_symbols(names, found)
+    resolved = {s: _placed(found, s) for s in names.cartesian.values()}
+    geometry = Geometry(names, found, resolved, symbols, reference)
+    chart = Chart(problem.values, geometry, tuple(_coordinates(geometry, ())))
+    chart, points, kept = _restricted(chart)
+    account, warnings = balance(geometry, points, kept)
     return Reduced(
         scene,
         names,
-        values,
+        problem.values,
         chart.coordinates,
         resolved,
-        masses,
+        problem.masses,
         account,
         reference,
         (*scene.warnings, *warnings),
         tuple(found.remarks),
         tuple(geometry.restriction(k) for k in kept),
         chart,
+    )
+
+
+def _with_levels(reduced: Reduced, levels: Sequence[Level]) -> Reduced:
+    """The scene with constraints on velocities beside those on positions."""
+    coordinates, t = reduced.coordinates, reduced.names.t
+    everything = [*reduced.closures, *(x.restriction() for x in levels)]
+    manifold = _manifold(reduced.chart, everything)
+    points = _drawn(reduced.chart.geometry, reduced.sampler([]), ())
+    found = independent_levels(levels, coordinates, reduced.closures, t, manifold, points)
+    kept = tuple(levels[k].restriction() for k in found.kept)
+    return replace(
+        reduced,
+        account=with_levels(reduced.account, levels, found),
+        warnings=(*reduced.warnings, *level_warnings(levels, found)),
+        remarks=(*reduced.remarks, *level_remarks(levels, found)),
+        closures=(*reduced.closures, *kept),
     )
 
 
@@ -203,11 +295,9 @@ def _mass(names: Names, values: Values, particle: Particle) -> sp.Expr:
     return mass
 
 
-def _stated(names: Names, scene: Scene) -> Iterator[Stated]:
-    for constraint in scene.constraints:
-        for equation in constraint.equations:
-            left, right = names.convert(equation.left), names.convert(equation.right)
-            yield Stated(constraint.name, equation, left, right)
+def _stated(names: Names, written: _Written) -> Stated:
+    name, equation = written
+    return Stated(name, equation, names.convert(equation.left), names.convert(equation.right))
 
 
 def _reference(names: Names, values: Values, scene: Scene) -> dict[sp.Symbol, mpf]:
@@ -227,7 +317,11 @@ def _reference(names: Names, values: Values, scene: Scene) -> dict[sp.Symbol, mp
 
 
 def _eliminate(
-    names: Names, scene: Scene, stated: list[Stated], reference: dict[sp.Symbol, mpf]
+    names: Names,
+    scene: Scene,
+    stated: list[Stated],
+    reference: dict[sp.Symbol, mpf],
+    strict: bool,
 ) -> Elimination:
     declared = set(names.coordinates.values())
     unknowns = [s for s in names.cartesian.values() if s not in names.given and s not in declared]
@@ -238,7 +332,7 @@ def _eliminate(
         unknowns,
         reference,
         constants,
-        check=partial(require_enough, scene),
+        check=partial(require_enough, scene) if strict else lambda _: None,
     )
 
 

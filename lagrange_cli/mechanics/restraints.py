@@ -98,9 +98,17 @@ class Restraints:
         return [x[0] for x in slopes[first : first + n]]
 
     def newton_mismatch(
-        self, seen: Observation, mass: Sequence[Sequence[mpf]], forcing: Sequence[mpf]
+        self,
+        seen: Observation,
+        mass: Sequence[Sequence[mpf]],
+        forcing: Sequence[mpf],
+        sizes: Sequence[mpf],
     ) -> mpf:
-        """How far the solved accelerations and multipliers are from Newton's law."""
+        """How far the solved accelerations and multipliers are from Newton's law.
+
+        ``sizes`` of the parts of Newton's law at the state's own accelerations: those
+        solved for may be zero.
+        """
         n, m = self.tapes.n, len(self.closures)
         if not m or n + m > _LARGE:
             return _ZERO
@@ -112,13 +120,16 @@ class Restraints:
         _, rates, gradients = self.manifold.motion(point, a)
         worst = _ZERO
         for rate, gradient in zip(rates, gradients, strict=True):
-            size = sum((abs(g * x) for g, x in zip(gradient, a, strict=True)), _ZERO)
+            own = [seen.point[s] for s in self.tapes.a]
+            size = sum(
+                (abs(g) * (abs(x) + abs(y)) for g, x, y in zip(gradient, a, own, strict=True))
+            )
             worst = max(worst, _relative(rate, size))
         newton = self.tapes.newton(self.tapes.series(point), seen.forces)
         for j, (lacking, size) in enumerate(newton):
             forces = [x * g[j] for x, g in zip(multipliers, gradients, strict=True)]
             difference = lacking - sum(forces, _ZERO)
-            worst = max(worst, _relative(difference, sum(map(abs, forces), size)))
+            worst = max(worst, _relative(difference, sum(map(abs, forces), size + sizes[j])))
         return worst
 
     def _solved(

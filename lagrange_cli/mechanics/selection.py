@@ -13,7 +13,7 @@ from lagrange_cli.mechanics.manifold import Manifold
 from lagrange_cli.mechanics.ranks import TOLERANCE, Matrix, dependent_rows
 from lagrange_cli.mechanics.sampling import Drawn, Sampler, double
 
-__all__ = ["independent_closures"]
+__all__ = ["independent_closures", "require_determined"]
 
 #: A gradient below this part of what it is nearby has vanished.
 _FLAT = 1e-7
@@ -44,8 +44,7 @@ def independent_closures(
     Raises
     ------
     InputError
-        Equations that are singular wherever they hold, or a name that is left undetermined
-        beside declared coordinates.
+        Equations that are singular wherever they hold.
     """
     slopes = [_doubles(manifold.slopes(p)) for p in points]
     beside = [_doubles(manifold.slopes(sampler.near(p, mpf(1)))) for p in points]
@@ -58,7 +57,6 @@ def independent_closures(
     dropped = {k: by for k, by in everywhere[0].items() if all(k in other for other in everywhere)}
     kept = [k for k in manifold.all if k not in dropped]
     _require_implied(geometry, related, manifold, sampler, points, dropped)
-    _require_determined(geometry, [rows[kept] for rows in slopes])
     return tuple(related[k] for k in kept)
 
 
@@ -91,13 +89,19 @@ def _require_implied(
                 raise refusals.singular([geometry.found.stated[j] for j in taking_part])
 
 
-def _require_determined(geometry: Geometry, slopes: Sequence[Matrix]) -> None:
-    """With declared coordinates, closures determine the other names."""
+def require_determined(geometry: Geometry, manifold: Manifold, points: Sequence[Drawn]) -> None:
+    """Refuse declared coordinates beside which closures leave a name undetermined.
+
+    Raises
+    ------
+    InputError
+        Too few coordinates.
+    """
     names, found = geometry.names, geometry.found
     opened = [k for k, q in enumerate(geometry.coordinates) if q in found.unknowns]
     if names.scene.coordinates is None or not opened:
         return
-    ranks = [_rank(rows[:, opened]) for rows in slopes]
+    ranks = [_rank(_doubles(manifold.slopes(p))[:, opened]) for p in points]
     if max(ranks) < len(opened):
         raise refusals.too_few(names.scene, found, len(opened) - max(ranks))
 

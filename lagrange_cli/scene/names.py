@@ -278,13 +278,8 @@ def _report_rate(use: Use, names: dict[str, Traits], problems: Problems) -> None
     node = rate_node(use.expression.node, names, use.place.rate)
     assert node is not None
     mark = use.expression.mark(node.span)
-    if use.kind == "constraint":
-        problems.add("velocity constraints are not supported yet", mark, rule="unsupported")
-    else:
-        function, hint = _RATES[use.place.rate]
-        problems.add(
-            f"{function} cannot stand in {use.what}", mark, hint=hint, rule="misplaced-rate"
-        )
+    function, hint = _RATES[use.place.rate]
+    problems.add(f"{function} cannot stand in {use.what}", mark, hint=hint, rule="misplaced-rate")
 
 
 def _warn_of_lone_names(

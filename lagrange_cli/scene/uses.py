@@ -27,6 +27,7 @@ class Place:
 
 
 _POSITION = Place(smooth=True)
+_CONSTRAINT = Place(rate=1, smooth=True)
 _DYNAMICS = Place(rate=1)
 _NUMBER = Place(names="parameters")
 
@@ -38,7 +39,6 @@ class Use:
     expression: Expression
     what: str
     place: Place
-    kind: str = ""
 
 
 def uses(scene: Scene, cartesian: Iterable[str]) -> Iterator[Use]:
@@ -55,7 +55,7 @@ def uses(scene: Scene, cartesian: Iterable[str]) -> Iterator[Use]:
     names = frozenset(cartesian)
     for definition in scene.definitions:
         place = _POSITION if definition.name in names else _DYNAMICS
-        yield Use(definition.expression, f"definition '{definition.name}'", place, "definition")
+        yield Use(definition.expression, f"definition '{definition.name}'", place)
     yield from _mechanics(scene)
     yield from _numbers(scene)
     yield from _expectations(scene)
@@ -63,14 +63,14 @@ def uses(scene: Scene, cartesian: Iterable[str]) -> Iterator[Use]:
 
 def _positions(body: Particle | Point, word: str) -> Iterator[Use]:
     for axis, entry in zip(AXES, body.position, strict=True):
-        yield Use(entry, f"the {axis} position of {word} '{body.name}'", _POSITION, "position")
+        yield Use(entry, f"the {axis} position of {word} '{body.name}'", _POSITION)
 
 
 def _mechanics(scene: Scene) -> Iterator[Use]:
     for constraint in scene.constraints:
         for equation in constraint.equations:
             what = f"constraint '{constraint.name}'"
-            yield from _sides(equation, what, _POSITION, "constraint")
+            yield from _sides(equation, what, _CONSTRAINT)
     for term in scene.potentials:
         yield Use(term.expression, f"potential '{term.name}'", _DYNAMICS)
     for term in scene.kinetic:
@@ -82,9 +82,9 @@ def _mechanics(scene: Scene) -> Iterator[Use]:
         yield Use(term.expression, f"dissipation '{term.name}'", _DYNAMICS)
 
 
-def _sides(equation: Equation, what: str, place: Place, kind: str = "") -> Iterator[Use]:
-    yield Use(equation.left, what, place, kind)
-    yield Use(equation.right, what, place, kind)
+def _sides(equation: Equation, what: str, place: Place) -> Iterator[Use]:
+    yield Use(equation.left, what, place)
+    yield Use(equation.right, what, place)
 
 
 def _numbers(scene: Scene) -> Iterator[Use]:

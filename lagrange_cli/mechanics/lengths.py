@@ -1,0 +1,107 @@
+"""Rods that cannot all be joined: one is longer than a path of others between its ends.
+
+The triangle inequality proves that such a set of distances contradicts itself,
+where a search for a configuration only fails to find one.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.elimination import Stated
+from lagrange_cli.mechanics.names import Names
+from lagrange_cli.mechanics.ranks import TOLERANCE
+from lagrange_cli.mechanics.tape import DomainError, values
+
+__all__ = ["overlong_rod"]
+
+
+@dataclass(frozen=True)
+class _Rod:
+    """A stated distance between two bodies (numbers of them)."""
+
+    stated: Stated
+    ends: tuple[int, int]
+    length: mpf
+
+
+def overlong_rod(
+    names: Names, stated: Sequence[Stated], reference: Mapping[sp.Symbol, mpf]
+) -> InputError | None:
+    """The error that names a rod and a shorter path of rods between its ends, if there is one.
+
+    Parameters
+    ----------
+    reference
+        Values of the parameters; distances that hold others are left out.
+    """
+    rods = [rod for s in stated if (rod := _rod(names, s, reference)) is not None]
+    for rod in sorted(rods, key=lambda r: -r.length):
+        path = _shortest_path([r for r in rods if r is not rod], *rod.ends)
+        if path and sum(r.length for r in path) < rod.length * (1 - TOLERANCE):
+            return _refusal(names, rod, path)
+    return None
+
+
+def _rod(names: Names, stated: Stated, reference: Mapping[sp.Symbol, mpf]) -> _Rod | None:
+    ends = _ends(names, stated.left)
+    if ends is None:
+        return None
+    try:
+        (square,) = values([stated.right], reference)
+    except (DomainError, KeyError):
+        return None
+    return _Rod(stated, ends, mpmath.sqrt(square)) if square >= 0 else None
+
+
+def _ends(names: Names, expr: sp.Expr) -> tuple[int, int] | None:
+    """The two bodies whose squared distance an expression is."""
+    for a, first in enumerate(names.body_symbols):
+        for b in range(a):
+            apart = zip(first, names.body_symbols[b], strict=True)
+            if expr == sp.Add(*((x - y) ** 2 for x, y in apart)):
+                return a, b
+    return None
+
+
+def _shortest_path(rods: Sequence[_Rod], start: int, end: int) -> list[_Rod]:
+    """Dijkstra's algorithm; empty where no rods lead there."""
+    reached: dict[int, list[_Rod]] = {}
+    queue: list[tuple[mpf, int, int, list[_Rod]]] = [(mpf(0), 0, start, [])]
+    pushed = 0
+    while queue:
+        distance, _, body, path = heapq.heappop(queue)
+        if body in reached:
+            continue
+        reached[body] = path
+        for rod in rods:
+            if body in rod.ends:
+                other = rod.ends[0] if rod.ends[1] == body else rod.ends[1]
+                pushed += 1
+                heapq.heappush(queue, (distance + rod.length, pushed, other, [*path, rod]))
+    return reached.get(end, [])
+
+
+def _refusal(names: Names, rod: _Rod, path: Sequence[_Rod]) -> InputError:
+    named = ", ".join(f"'{r.stated.constraint}'" for r in (*path, rod))
+    ends = " and ".join(f"'{names.bodies[k].name}'" for k in sorted(rod.ends))
+    reach = mpmath.nstr(sum(r.length for r in path), 6)
+    length = mpmath.nstr(rod.length, 6)
+    verb = "reaches" if len(path) == 1 else "reach"
+    others = " and ".join(f"'{r.stated.constraint}'" for r in path)
+    return InputError(
+        Problem(
+            f"constraints {named} contradict each other: {ends} are to be {length} apart,"
+            f" where {others} {verb} {reach} at most",
+            rod.stated.equation.mark(),
+            hint=f"shorten '{rod.stated.constraint}' to {reach} or less, or lengthen the others",
+            rule="inconsistent",
+        )
+    )

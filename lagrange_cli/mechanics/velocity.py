@@ -1,0 +1,245 @@
+"""Constraints on velocities: rates of positional ones, and nonholonomic ones.
+
+Integrable ones whose integral has a closed form become constraints on positions; the
+others are kept as closures ψ(q, v, t) = A v + b = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import mpmath
+import numpy as np
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.calculus import derivative
+from lagrange_cli.mechanics.elimination import Stated
+from lagrange_cli.mechanics.equations import Coordinate
+from lagrange_cli.mechanics.geometry import Restriction
+from lagrange_cli.mechanics.integrability import Form, integrable_rank, integral
+from lagrange_cli.mechanics.manifold import Manifold
+from lagrange_cli.mechanics.names import Names
+from lagrange_cli.mechanics.ranks import TOLERANCE, Matrix, Point, dependent_rows
+from lagrange_cli.mechanics.sampling import Drawn, double
+from lagrange_cli.scene.expression import Equation
+
+__all__ = ["Independent", "Level", "independent_levels", "integrals"]
+
+
+@dataclass(frozen=True)
+class Level:
+    """A constraint on velocities, ``left = right`` over q, v and t."""
+
+    constraint: str
+    equation: Equation
+    left: sp.Expr
+    right: sp.Expr
+
+    @property
+    def psi(self) -> sp.Expr:
+        return self.left - self.right
+
+    def restriction(self) -> Restriction:
+        """The constraint as one that is kept."""
+        place = self.equation.mark()
+        return Restriction(
+            self.constraint, "velocity", self.left, self.right, self.equation.text, place
+        )
+
+    def form(self, coordinates: Sequence[Coordinate], t: sp.Symbol) -> Form:
+        """ψ dt = Σ A dq + b dt.
+
+        Raises
+        ------
+        InputError
+            ψ is not linear in velocities.
+        """
+        velocities = {c.v for c in coordinates}
+        found = [derivative(self.psi, c.v) for c in coordinates]
+        found = [sp.expand(a) if a.free_symbols & velocities else a for a in found]
+        if any(a.free_symbols & velocities for a in found):
+            raise self._not_linear()
+        rest = self.psi.xreplace(dict.fromkeys(velocities, sp.Integer(0)))
+        return Form((*(c.q for c in coordinates), t), (*found, rest))
+
+    def _not_linear(self) -> InputError:
+        return InputError(
+            Problem(
+                f"constraint '{self.constraint}' is not linear in velocities",
+                self.equation.mark(),
+                hint="multiply out quotients of velocities; others are no constraints of mechanics",
+                rule="not-linear",
+            )
+        )
+
+
+def integrals(
+    names: Names,
+    levels: Sequence[Level],
+    coordinates: Sequence[Coordinate],
+    points: Sequence[Point],
+) -> tuple[dict[int, Stated], list[str]]:
+    """Constraints on positions that have some of the levels as their rates, by number; remarks.
+
+    Raises
+    ------
+    InputError
+        A level is not linear in velocities, or ``initial`` does not give the constant.
+    """
+    found: dict[int, Stated] = {}
+    remarks = []
+    for number, level in enumerate(levels):
+        whole = integral(level.form(coordinates, names.t), points)
+        if whole is None or whole == 0:
+            continue
+        constant = _constant(names, level, whole, [c.q for c in coordinates])
+        shown = str(whole).replace("**", "^")
+        if constant is None:
+            constant = sp.Integer(0)
+            remarks.append(
+                f"constraint '{level.constraint}' is the rate of {shown} = constant;"
+                " the constant is taken as 0, since 'initial' gives nothing"
+            )
+        else:
+            remarks.append(
+                f"constraint '{level.constraint}' is the rate of {shown} = constant,"
+                " which 'initial' gives: it counts to K"
+            )
+        found[number] = Stated(level.constraint, level.equation, whole, constant, integral=True)
+    return found, remarks
+
+
+def _constant(names: Names, level: Level, whole: sp.Expr, q: Sequence[sp.Symbol]) -> sp.Expr | None:
+    """The integral at the initial state, over parameters; None where there is none."""
+    scene = names.scene
+    if not scene.initial:
+        return None
+    start = scene.simulate.start
+    given: dict[sp.Symbol, sp.Expr] = {
+        names.t: names.convert(start) if start is not None else sp.Integer(0)
+    }
+    for entry in scene.initial:
+        symbol = names.lookup(entry.name)
+        if entry.order == 0 and symbol is not None and symbol.is_Symbol:
+            given[symbol] = names.convert(entry.value)
+    missing = [s for s in q if s in whole.free_symbols and s not in given]
+    if missing:
+        listed = ", ".join(f"'{s}'" for s in missing)
+        shown = str(whole).replace("**", "^")
+        raise InputError(
+            Problem(
+                f"constraint '{level.constraint}' is the rate of {shown} = constant,"
+                f" and 'initial' does not give {listed}",
+                level.equation.mark(),
+                hint="\n".join(f"add  {s}: ...  to 'initial'" for s in missing),
+                rule="initial-missing",
+            )
+        )
+    return whole.xreplace(given)
+
+
+@dataclass(frozen=True)
+class Independent:
+    """What stays of the levels.
+
+    Attributes
+    ----------
+    kept
+        Independent ones.
+    integrable
+        How many of them are integrable though no integral was found: they count to K.
+    redundant
+        Names of constraints that others imply, by number of the level.
+    """
+
+    kept: tuple[int, ...]
+    integrable: int
+    redundant: Mapping[int, tuple[str, ...]]
+
+
+def independent_levels(
+    levels: Sequence[Level],
+    coordinates: Sequence[Coordinate],
+    closures: Sequence[Restriction],
+    t: sp.Symbol,
+    manifold: Manifold,
+    points: Sequence[Drawn],
+) -> Independent:
+    """Rank of the levels beside the positional closures, and their integrable part.
+
+    Parameters
+    ----------
+    manifold
+        Of closures and levels.
+    points
+        Feasible configurations.
+
+    Raises
+    ------
+    InputError
+        Levels that contradict each other.
+    """
+    names = [*(c.name for c in closures), *(x.constraint for x in levels)]
+    slopes = [_slopes(manifold, coordinates, p) for p in points]
+    everywhere = [dependent_rows(rows) for rows in slopes]
+    dropped = {
+        k: by
+        for k, by in everywhere[0].items()
+        if k >= len(closures) and all(k in other for other in everywhere)
+    }
+    _require_consistent(levels, len(closures), manifold, coordinates, points)
+    first = len(closures)
+    kept = tuple(k for k in range(len(levels)) if first + k not in dropped)
+    positional = [
+        Form((*(c.q for c in coordinates), t), _slope(c, coordinates, t)) for c in closures
+    ]
+    forms = [*positional, *(levels[k].form(coordinates, t) for k in kept)]
+    integrable = integrable_rank(forms, points) - len(closures)
+    redundant = {k - first: tuple(names[j] for j in by) for k, by in dropped.items()}
+    return Independent(kept, max(0, integrable), redundant)
+
+
+def _slope(
+    closure: Restriction, coordinates: Sequence[Coordinate], t: sp.Symbol
+) -> tuple[sp.Expr, ...]:
+    phi = closure.left - closure.right
+    return tuple(derivative(phi, s) for s in (*(c.q for c in coordinates), t))
+
+
+def _slopes(manifold: Manifold, coordinates: Sequence[Coordinate], point: Drawn) -> Matrix:
+    at_rest = {**point, **{c.v: mpf(0) for c in coordinates}}
+    _, _, gradients = manifold.motion(at_rest, [mpf(0)] * len(coordinates))
+    return np.array(
+        [[double(x * s) for x, s in zip(row, manifold.scale, strict=True)] for row in gradients]
+    )
+
+
+def _require_consistent(
+    levels: Sequence[Level],
+    first: int,
+    manifold: Manifold,
+    coordinates: Sequence[Coordinate],
+    points: Sequence[Drawn],
+) -> None:
+    """Refuse levels that no velocities satisfy together."""
+    for point in points:
+        at_rest = {**point, **{c.v: mpf(0) for c in coordinates}}
+        still = [mpf(0)] * len(coordinates)
+        before, _, _ = manifold.motion(at_rest, still)
+        moved = manifold.tangent(at_rest)
+        after, _, _ = manifold.motion(moved, still)
+        sizes = [abs(x) for x in before]
+        wrong = [k for k, x in enumerate(after) if abs(x) > TOLERANCE * max(sizes, default=mpf(1))]
+        if wrong:
+            worst = levels[max(0, wrong[-1] - first)]
+            raise InputError(
+                Problem(
+                    f"no velocities satisfy constraint '{worst.constraint}' beside the others"
+                    f" (off by {mpmath.nstr(abs(after[wrong[-1]]), 3)})",
+                    worst.equation.mark(),
+                    rule="inconsistent",
+                )
+            )
