@@ -176,3 +176,97 @@ def test_only_places_have_initial_values(name: str) -> None:
     problem = refusal(ROD + f"initial: {{q: 1, {name}: 2}}")
     assert problem.mark is not None
     assert name in problem.message
+
+
+# Closures take part.
+
+RING = (
+    "parameters: {l: 1}\nplane: xz\nparticles: {bob: {mass: 2, position: [x, y, z]}}\n"
+    "constraints: {ring: x^2 + z^2 = l^2}\n"
+)
+LINKS = (
+    "parameters: {a: 1, b: 3, c: 2, d: 3}\nplane: xz\nparticles:\n"
+    "  A: {mass: 1, position: [a*cos(alpha), 0, a*sin(alpha)]}\n"
+    "points: {B: ['a*cos(alpha) + b*cos(beta)', 0, 'a*sin(alpha) + b*sin(beta)']}\n"
+    "coordinates: [alpha, beta, gamma]\n"
+    "constraints: {loop: [x_B = d + c*cos(gamma), z_B = c*sin(gamma)]}\n"
+)
+
+
+def test_given_values_on_a_closure_stay() -> None:
+    found = start(RING + "initial: {x: 0.6, z: 0.8, dot(x): 1, dot(z): -0.75}")
+    assert found == InitialState((0.6, 0.8), (1.0, -0.75), 0.0)
+
+
+def test_the_closure_gives_what_is_missing() -> None:
+    assert start(RING + "initial: {x: 0.6}\nnear: {z: -0.5}").positions == (0.6, -0.8)
+    found = start(RING + "initial: {x: 0.6, z: 0.8, dot(x): 1}")
+    assert found.velocities == pytest.approx((1.0, -0.75), rel=1e-15)
+
+
+def test_several_configurations_are_listed() -> None:
+    problem = refusal(RING + "initial: {x: 0.6}")
+    assert problem.rule == "initial-ambiguous"
+    assert "z: 0.8" in problem.hint
+    assert "z: -0.8" in problem.hint
+
+
+def test_an_assembly_of_links_is_chosen_by_near() -> None:
+    """One angle is given; two triangles close the linkage."""
+    problem = refusal(LINKS + "initial: {alpha: 1}")
+    assert problem.rule == "initial-ambiguous"
+    assert problem.hint.count("beta") == 2
+    text = LINKS + "initial: {alpha: 1, dot(alpha): 2}\nnear: {beta: %s, gamma: %s}"
+    for beta, gamma, sign in (("0.3", "1.5", 1), ("-1", "-2", -1)):
+        alpha, b, c = start(text % (beta, gamma)).positions
+        assert alpha == 1.0
+        assert math.cos(1) + 3 * math.cos(b) == pytest.approx(3 + 2 * math.cos(c), abs=1e-14)
+        assert math.sin(1) + 3 * math.sin(b) == pytest.approx(2 * math.sin(c), abs=1e-14)
+        assert sign * math.sin(c) > 0
+
+
+def test_missing_velocities_of_closures_have_the_least_kinetic_energy() -> None:
+    """A rod that is drawn at one end along a line: least ½ Σ m v², not least Σ v²."""
+    text = (
+        "plane: xz\nparticles:\n  a: {mass: 1, position: [x, y, z]}\n"
+        "  b: {mass: 5, position: [u, v, w]}\n"
+        "constraints: {rod: {distance: [a, b], equals: 5}}\n"
+        "initial: {x: 0, z: 0, u: 3, w: 4, dot(x): 1}\n"
+    )
+    found = derived(text).initial
+    assert found is not None
+    weights, row = np.array([1.0, 5.0, 5.0]), np.array([-4.0, 3.0, 4.0])  # z, u, w
+    expected = row / weights
+    expected *= 3.0 / (row @ expected)
+    assert found.velocities == pytest.approx((1.0, *expected), rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    "initial",
+    [
+        "x: 0.6, z: 0.80001",
+        "x: 2",
+        "x: 2, z: 2",
+        "x: 0.6, z: 0.8, dot(x): 1, dot(z): 1",
+        "x: 0.6, z: 0.8, dot(x): 1, dot(z): -0.75000001",
+    ],
+)
+def test_values_beside_a_closure_are_refused(initial: str) -> None:
+    problem = refusal(RING + f"initial: {{{initial}}}")
+    assert problem.rule == "initial-inconsistent"
+    assert problem.mark is not None
+    assert "'ring'" in problem.message
+
+
+def test_a_small_violation_of_a_closure_is_projected() -> None:
+    found = start(RING + "initial: {x: 0.6, z: 0.8000000001}")
+    assert math.hypot(*found.positions) == pytest.approx(1, abs=1e-15)
+    assert 3e-11 < found.projected < 1e-10
+    tiny = RING.replace("l: 1", "l: 1e-9")
+    assert refusal(tiny + "initial: {x: 0.6e-9, z: 0.80001e-9}").rule == "initial-inconsistent"
+
+
+def test_what_closures_leave_open_is_named() -> None:
+    problem = refusal(RING + "initial: {dot(x): 1}")
+    assert problem.rule == "initial-missing"
+    assert "'x', 'z'" in problem.message
