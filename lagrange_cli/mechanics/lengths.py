@@ -9,6 +9,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import permutations
 
 import mpmath
 import sympy as sp
@@ -63,11 +64,12 @@ def _rod(names: Names, stated: Stated, reference: Mapping[sp.Symbol, mpf]) -> _R
 
 def _ends(names: Names, expr: sp.Expr) -> tuple[int, int] | None:
     """The two bodies whose squared distance an expression is."""
-    for a, first in enumerate(names.body_symbols):
-        for b in range(a):
-            apart = zip(first, names.body_symbols[b], strict=True)
-            if expr == sp.Add(*((x - y) ** 2 for x, y in apart)):
-                return a, b
+    present = expr.free_symbols
+    bodies = [k for k, body in enumerate(names.body_symbols) if set(body) <= present]
+    for a, b in permutations(bodies[:2], 2):
+        apart = zip(names.body_symbols[a], names.body_symbols[b], strict=True)
+        if expr == sp.Add(*((x - y) ** 2 for x, y in apart)):
+            return min(a, b), max(a, b)
     return None
 
 
@@ -91,7 +93,7 @@ def _shortest_path(rods: Sequence[_Rod], start: int, end: int) -> list[_Rod]:
 
 def _refusal(names: Names, rod: _Rod, path: Sequence[_Rod]) -> InputError:
     named = ", ".join(f"'{r.stated.constraint}'" for r in (*path, rod))
-    ends = " and ".join(f"'{names.bodies[k].name}'" for k in sorted(rod.ends))
+    ends = " and ".join(f"'{names.bodies[k].name}'" for k in rod.ends)
     reach = mpmath.nstr(sum(r.length for r in path), 6)
     length = mpmath.nstr(rod.length, 6)
     verb = "reaches" if len(path) == 1 else "reach"

@@ -27,6 +27,7 @@ from lagrange_cli.mechanics.elimination import Elimination, Stated, eliminate
 from lagrange_cli.mechanics.equations import Account, Coordinate
 from lagrange_cli.mechanics.geometry import Geometry, Restriction, related
 from lagrange_cli.mechanics.language import Rate, total_derivative
+from lagrange_cli.mechanics.lengths import overlong_rod
 from lagrange_cli.mechanics.manifold import Manifold
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.parameters import Values
@@ -260,7 +261,9 @@ def _restricted(chart: Chart) -> tuple[Chart, list[Drawn], tuple[int, ...]]:
 def _drawn(geometry: Geometry, sampler: Sampler, restricting: Sequence[int]) -> list[Drawn]:
     points = [p for p in (sampler.draw() for _ in range(POINTS)) if p is not None]
     if len(points) < POINTS:
-        raise no_configuration(geometry.names.scene, geometry.found, restricting)
+        names, found = geometry.names, geometry.found
+        proven = overlong_rod(names, found.stated, geometry.reference)
+        raise proven or no_configuration(names.scene, found, restricting)
     return points
 
 
