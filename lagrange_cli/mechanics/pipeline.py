@@ -25,6 +25,7 @@ from lagrange_cli.mechanics.parameters import nearest_double
 from lagrange_cli.mechanics.reduction import Reduced, reduce
 from lagrange_cli.mechanics.sampling import working_digits
 from lagrange_cli.mechanics.shown import shown_equation
+from lagrange_cli.mechanics.singular import singular_start
 from lagrange_cli.mechanics.structure import (
     conserved_quantities,
     cyclic_names,
@@ -103,7 +104,11 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
         simulate=_simulation_defaults(reduced),
         abbreviations=tuple(_abbreviations(reduced)),
         literals=decimal_literals(_expressions(scene)),
-        warnings=(*reduced.warnings, *_unused_warnings(scene, structure.unused_parameters)),
+        warnings=(
+            *reduced.warnings,
+            *_unused_warnings(scene, structure.unused_parameters),
+            *filter(None, [singular_start(derivation, initial)]),
+        ),
         remarks=_remarks(derivation, initial),
         closures=derivation.closures,
     )

@@ -1,0 +1,68 @@
+"""Constraints that restrict less at the initial configuration than elsewhere.
+
+A linkage whose bars lie in one line can leave it in two ways: there the
+gradients of its closures depend on each other, and the accelerations are not
+determined.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import sympy as sp
+
+from lagrange_cli.errors import Mark, Problem
+from lagrange_cli.mechanics.derivation import Derivation
+from lagrange_cli.mechanics.equations import Closure, InitialState
+from lagrange_cli.mechanics.ranks import dependent_rows
+from lagrange_cli.mechanics.tape import DomainError, values
+
+__all__ = ["singular_start"]
+
+
+def singular_start(derivation: Derivation, initial: InitialState | None) -> Problem | None:
+    """The warning that names closures whose gradients depend on each other at the start."""
+    closures = derivation.closures
+    if initial is None or not closures:
+        return None
+    try:
+        rows = _gradients(closures, _configuration(derivation, initial))
+    except (DomainError, KeyError):
+        return None
+    for number, others in dependent_rows(rows).items():
+        return _warning([closures[k] for k in sorted((*others, number))], derivation)
+    return None
+
+
+def _configuration(derivation: Derivation, initial: InitialState) -> Mapping[sp.Symbol, sp.Expr]:
+    reduced = derivation.reduced
+    point = dict(reduced.reference)
+    symbols = [c.q for c in reduced.coordinates]
+    point.update(zip(symbols, map(type(point[reduced.names.t]), initial.positions), strict=True))
+    return point
+
+
+def _gradients(
+    closures: tuple[Closure, ...], point: Mapping[sp.Symbol, sp.Expr]
+) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    """Φ at a configuration, the largest entry of each row 1."""
+    rows = np.array([[float(x) for x in values(list(c.gradient), point)] for c in closures])
+    largest = np.abs(rows).max(axis=1, keepdims=True)
+    return np.asarray(rows / np.where(largest > 0, largest, 1.0))
+
+
+def _warning(taking_part: list[Closure], derivation: Derivation) -> Problem:
+    named = ", ".join(f"'{closure.name}'" for closure in taking_part)
+    verb, their = ("is", "its gradient vanishes")
+    if len(taking_part) > 1:
+        verb, their = ("are", "their gradients depend on each other")
+    mark = next((c.mark for c in taking_part if c.mark is not None), None)
+    return Problem(
+        f"constraint{'s' if len(taking_part) > 1 else ''} {named} {verb} singular at the initial"
+        f" configuration: {their} there, and the accelerations are not determined",
+        mark or Mark(derivation.reduced.scene.file, 1, 1),
+        hint="start from another configuration",
+        rule="singular",
+        severity="warning",
+    )
