@@ -12,12 +12,12 @@ from lagrange_cli.emit.account import (
 )
 from lagrange_cli.emit.display import Vocabulary, display, display_row, vocabulary
 from lagrange_cli.emit.escape import latex_text
-from lagrange_cli.emit.explicit import explicit_accelerations, right_sides
 from lagrange_cli.emit.latex_formula import LatexPrinter
 from lagrange_cli.emit.layout import Piece, fill, joined, prefixed, suffixed
 from lagrange_cli.emit.linear import solid
 from lagrange_cli.emit.nodes import Node
 from lagrange_cli.emit.symbols import latex_name
+from lagrange_cli.mechanics.explicit import explicit_accelerations, right_sides
 
 if TYPE_CHECKING:
     from sympy import Expr

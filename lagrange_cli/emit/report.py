@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.emit.account import nonholonomic
 from lagrange_cli.emit.display import Vocabulary, display, display_row, vocabulary
-from lagrange_cli.emit.explicit import explicit_accelerations, right_sides
 from lagrange_cli.emit.nodes import Node, Term, as_terms
 from lagrange_cli.emit.ordering import sum_of
 from lagrange_cli.emit.scene_language import ScenePrinter
 from lagrange_cli.emit.symbols import multiplier_name
+from lagrange_cli.mechanics.explicit import explicit_accelerations, right_sides
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
