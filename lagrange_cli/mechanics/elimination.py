@@ -199,8 +199,8 @@ class Elimination:
         found = []
         names = self._open_in(number)
         for unknown in names:
-            branches = solutions(phi, unknown, self._value)
-            if branches and (len(branches) == 1 or len(names) == 1):
+            branches = solutions(phi, unknown, self._value, several=len(names) == 1)
+            if branches:
                 found.append((phi.diff(unknown), unknown, branches))
         if not found:
             return None

@@ -203,14 +203,12 @@ def _least(
     values: Sequence[mpf], gradients: Sequence[Sequence[mpf]], scale: Sequence[mpf]
 ) -> list[mpf]:
     """The smallest step, in units of ``scale``, that removes the values to first order."""
-    matrix = np.zeros((len(values), len(scale)))
-    right = []
-    for k, (value, row) in enumerate(zip(values, gradients, strict=True)):
-        scaled = [x * s for x, s in zip(row, scale, strict=True)]
-        largest = max((abs(x) for x in scaled), default=_ZERO)
-        if largest:
-            matrix[k] = [double(x / largest) for x in scaled]
-        right.append(value / largest if largest else _ZERO)
+    units = np.array([double(s) for s in scale])
+    matrix = np.array([[double(x) if x else 0.0 for x in row] for row in gradients])
+    matrix = matrix.reshape(len(values), len(units)) * units
+    largest = np.abs(matrix).max(axis=1, initial=0.0)
+    matrix /= np.where(largest > 0, largest, 1.0)[:, None]
+    right = [x / mpf(d) if d else _ZERO for x, d in zip(values, largest, strict=True)]
     # Doubles reach down to 1e-308 only, while residuals shrink with the digits carried.
     size = max((abs(x) for x in right), default=_ZERO)
     if not size:

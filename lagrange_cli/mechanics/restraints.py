@@ -23,7 +23,7 @@ __all__ = ["Restraints"]
 _ZERO = mpf(0)
 
 #: Above this number of unknowns accelerations and multipliers are not solved for.
-_LARGE = 64
+_LARGE = 32
 
 
 class Restraints:

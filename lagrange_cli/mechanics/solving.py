@@ -50,7 +50,9 @@ def linear_parts(phi: sp.Expr, unknown: sp.Symbol) -> tuple[sp.Expr, sp.Expr] | 
     return powers[1], powers.get(0, sp.Integer(0))
 
 
-def solutions(phi: sp.Expr, unknown: sp.Symbol, at: Value = lambda _: None) -> list[sp.Expr] | None:
+def solutions(
+    phi: sp.Expr, unknown: sp.Symbol, at: Value = lambda _: None, *, several: bool = True
+) -> list[sp.Expr] | None:
     """Every branch u(other symbols) of φ = 0; None where there is no closed form.
 
     Of branches that recur with a period the one nearest to the reference
@@ -61,19 +63,24 @@ def solutions(phi: sp.Expr, unknown: sp.Symbol, at: Value = lambda _: None) -> l
     at
         Value of an expression at the reference configuration, None where that is
         not known.
+    several
+        Whether more than one branch will do; without, there is None in their place.
     """
     powers = _powers_of(phi, unknown)
     if powers is not None and set(powers) <= {0, 1, 2}:
         a, b, c = (powers.get(k, sp.Integer(0)) for k in (2, 1, 0))
         if a == 0:
             return [-c / b]
+        if not several:
+            return None
         if b == 0:
             root = _root(-c / a)
             return [-root, root]
         half = b / 2
         root = _root(half**2 - a * c)
         return [(-half - root) / a, (-half + root) / a]
-    return _inverted(phi, sp.Integer(0), unknown, at)
+    found = _inverted(phi, sp.Integer(0), unknown, at)
+    return found if several or (found is not None and len(found) == 1) else None
 
 
 def _root(expr: sp.Expr) -> sp.Expr:
