@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from lagrange_cli.errors import InputError, Problem, render
 from lagrange_cli.scene import expected_error, read_text
+from lagrange_cli.scene.expression import names_in
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.scene.reader import LATER_SECTIONS, SECTIONS
 
@@ -113,3 +114,84 @@ def test_shipped_scenes_are_read_or_expect_their_refusal() -> None:
     for path in SCENES:
         text = path.read_bytes()
         assert read(text) is not None or expected_error(text) is not None, path
+
+
+INDICES = st.sampled_from([
+    "i=1..n", "i=1..3", "j=1..i", "j=i..n", "i=n..1", "i=0..n/2", "i=-1..1", "1", "n", "n+1", "i",
+    "i-1", "2*i", "1/2", "1/0", "x", "-1", "i=1..999999", "t=1..2", "i=1", "1..2", "",
+    "sum(1,i=1..2)", "i=1..i", "(n)", "x[1]", "1e400", "i^2",
+])  # fmt: skip
+MEMBERS = st.builds(
+    lambda name, indices, end: f"{name}[{', '.join(indices)}{end}",
+    st.sampled_from(["x", "p", "x_p", "n", "sin", "t", "", "x y", "sum"]),
+    st.lists(INDICES, max_size=3),
+    st.sampled_from(["]", "]", "]", "", ")", "]]", "]+1"]),
+)
+FORMULAS = st.builds(
+    lambda parts: "".join(parts),
+    st.lists(
+        st.one_of(
+            MEMBERS,
+            st.sampled_from(["+", "*", "^2", "dot(", ")", "sum(", ",i=1..n)", "i", "2", "=0"]),
+        ),
+        max_size=5,
+    ),
+)
+
+
+@given(
+    st.fixed_dictionaries(
+        {"sizes": st.just({"n": 3})},
+        optional={
+            "particles": st.dictionaries(
+                MEMBERS,
+                st.fixed_dictionaries(
+                    {"mass": FORMULAS},
+                    optional={"position": st.lists(FORMULAS, min_size=3, max_size=3)},
+                ),
+                max_size=2,
+            ),
+            "coordinates": st.lists(MEMBERS, max_size=3),
+            "definitions": st.dictionaries(MEMBERS, FORMULAS, max_size=3),
+            "constraints": st.dictionaries(
+                MEMBERS,
+                st.one_of(
+                    FORMULAS,
+                    st.fixed_dictionaries(
+                        {
+                            "distance": st.lists(MEMBERS, min_size=2, max_size=2),
+                            "equals": FORMULAS,
+                        }
+                    ),
+                ),
+                max_size=2,
+            ),
+            "kinetic": st.dictionaries(MEMBERS, FORMULAS, max_size=2),
+            "forces": st.dictionaries(
+                MEMBERS,
+                st.fixed_dictionaries({"on": MEMBERS, "force": FORMULAS}),
+                max_size=2,
+            ),
+            "initial": st.dictionaries(
+                st.one_of(MEMBERS, MEMBERS.map("dot({})".format)), FORMULAS, max_size=2
+            ),
+            "expect": st.fixed_dictionaries(
+                {},
+                optional={
+                    "dof": FORMULAS,
+                    "cyclic": st.lists(MEMBERS, max_size=2),
+                    "equations": st.dictionaries(MEMBERS, FORMULAS, max_size=2),
+                },
+            ),
+        },
+    )
+)
+@settings(max_examples=300, deadline=None)
+def test_random_families(tree: dict[str, Any]) -> None:
+    scene = read(yaml.safe_dump(tree, allow_unicode=True))
+    if scene is not None:
+        expressions = [d.expression for d in scene.definitions]
+        expressions += [
+            side for c in scene.constraints for e in c.equations for side in (e.left, e.right)
+        ]
+        assert not any(n.indices for e in expressions for n in names_in(e.node))
