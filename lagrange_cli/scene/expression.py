@@ -161,6 +161,8 @@ class Equation:
 
 def children(node: Node) -> tuple[Node, ...]:
     """The parts directly below a node, in reading order."""
+    if isinstance(node, Number):
+        return ()
     if isinstance(node, Name):
         return node.indices
     if isinstance(node, Add):
@@ -171,7 +173,7 @@ def children(node: Node) -> tuple[Node, ...]:
         return (node.base, node.exponent)
     if isinstance(node, Neg):
         return (node.operand,)
-    return node.arguments if isinstance(node, Call) else ()
+    return node.arguments
 
 
 def walk(node: Node) -> Iterator[Node]:
@@ -180,7 +182,9 @@ def walk(node: Node) -> Iterator[Node]:
     while stack:
         top = stack.pop()
         yield top
-        stack.extend(reversed(children(top)))
+        below = children(top)
+        if below:
+            stack.extend(below[::-1])
 
 
 def names_in(node: Node) -> list[Name]:
