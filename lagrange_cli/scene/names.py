@@ -76,6 +76,8 @@ def _check_known(
     for node in _first_uses(use.expression):
         if node.name in table and not only_parameters:
             continue
+        if use.place.multipliers and node.name.startswith("lambda_"):
+            continue  # whether there is one is known once the scene is reduced
         mark = use.expression.mark(node.span)
         # Once in what a helper was written out to, and once for all members of a family.
         again = {(node.name, use.what), (node.name.partition("[")[0], mark)}

@@ -19,17 +19,20 @@ class Place:
 
     ``rate``: how many time derivatives. ``smooth``: only functions with a
     derivative. ``names``: all names, those of constants, or parameters alone.
+    ``multipliers``: names ``lambda_...``, which constraints may or may not have.
     """
 
     rate: int = 0
     smooth: bool = False
     names: Literal["all", "constants", "parameters"] = "all"
+    multipliers: bool = False
 
 
 _POSITION = Place(smooth=True)
 _CONSTRAINT = Place(rate=1, smooth=True)
 _DYNAMICS = Place(rate=1)
 _NUMBER = Place(names="parameters")
+_MOTION = Place(rate=2, multipliers=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +109,7 @@ def _values(values: Iterable[InitialValue], section: str) -> Iterator[Use]:
 def _expectations(scene: Scene) -> Iterator[Use]:
     expect = scene.expect
     for equation in expect.equations or ():
-        yield from _sides(equation, "'equations' of 'expect'", Place(rate=2))
+        yield from _sides(equation, "'equations' of 'expect'", _MOTION)
     if expect.lagrangian:
         yield Use(expect.lagrangian, "'lagrangian' of 'expect'", _DYNAMICS)
     for state in expect.states:

@@ -303,3 +303,25 @@ class TestCommand:
     def test_standard_input(self):
         done = self.run("-", input=BEAD + "expect: {dof: 1}\n")
         assert done.returncode == 0, done.stderr
+
+
+PENDULUM = """
+parameters: {m: 1, l: 1, g: 9.81}
+plane: xz
+particles: {bob: {mass: m, position: [x, y, z]}}
+constraints: {rod: x^2 + z^2 = l^2}
+potentials: {weight: m*g*z}
+"""
+
+
+@pytest.mark.parametrize(
+    ("second", "found"),
+    [
+        ("m*ddot(z) = 2*z*lambda_rod - m*g", "pass"),
+        ("m*ddot(z) = z*lambda_rod - m*g", "fail"),
+        ("m*ddot(z) = 2*z*lambda_bar - m*g", "fail"),
+    ],
+)
+def test_equations_with_multipliers(second, found, tmp_path):
+    expect = f"  dof: 1\n  equations:\n    - m*ddot(x) = 2*x*lambda_rod\n    - {second}\n"
+    assert outcome(tmp_path, expect, PENDULUM).outcome == found

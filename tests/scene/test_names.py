@@ -64,7 +64,7 @@ def test_accepted(text: str) -> None:
         ("parameters: {a: a}\n", ["cycle"]),
         (BOB + "forces: {f: {on: bob, force: [1, 2, 3]}}\ncoordinates: [bob]\n", ["clash"]),
         (BOB + "near: {x: dot(y)}\n", ["not-constant"]),
-        (BOB + "definitions: {v: dot(x)}\nconstraints: {c: v = 0}\n", ["unsupported"]),
+        (BOB + "definitions: {v: dot(x)}\nconstraints: {c: dot(v) = 0}\n", ["misplaced-rate"]),
         (BOB + "definitions: {v: dot(x)}\npotentials: {u: dot(v)}\n", ["misplaced-rate"]),
         (BOB + "definitions: {r: abs(x)}\nconstraints: {c: r = 0}\n", ["not-smooth"]),
         (BOB + "expect: {conserved: [p_bob]}\n", ["unknown-name"]),
