@@ -18,6 +18,7 @@ Names = SimpleNamespace
 Typed = Callable[[Names, Names, Names, Symbol], Expr]
 TypedForces = Callable[[Names, Names, Names, Symbol], dict[str, Expr]]
 TypedClosures = Callable[[Names, Names, Symbol], list[Expr]]
+TypedRolling = Callable[[Names, Names, Names, Symbol], list[Expr]]
 
 
 @dataclass(frozen=True)
@@ -34,9 +35,14 @@ class Dynamics:
 
 @dataclass(frozen=True)
 class Constrained(Dynamics):
-    """The same beside φ(q, t) = 0, with Φ = ∂φ/∂q, φ̇ = Φ v + rate and φ̈ = Φ a + bias."""
+    """The same beside φ(q, t) = 0 and ψ(q, v, t) = 0, of ``closures`` and ``rolling``.
+
+    ``slopes`` is ∂φ/∂q. ``jacobian``, ``rate`` and ``bias`` are those of φ̇ and ψ:
+    Φ v + rate = 0 and Φ a + bias = 0.
+    """
 
     closures: Callable[..., Array]
+    slopes: Callable[..., Array]
     jacobian: Callable[..., Array]
     rate: Callable[..., Array]
     bias: Callable[..., Array]
@@ -52,9 +58,9 @@ class Constrained(Dynamics):
 
     def nearest(self, t: float, q: Array, v: Array, p: Sequence[float]) -> tuple[Array, Array]:
         """A state that the closures allow, near to this one (Gauss and Newton)."""
-        for _ in range(50):
+        for _ in range(50 if len(self.closures(t, q, v, p)) else 0):
             step = np.linalg.lstsq(
-                self.jacobian(t, q, v, p), -self.closures(t, q, v, p).ravel(), rcond=None
+                self.slopes(t, q, v, p), -self.closures(t, q, v, p).ravel(), rcond=None
             )[0]
             q = q + step
         jacobian = self.jacobian(t, q, v, p)
@@ -63,9 +69,13 @@ class Constrained(Dynamics):
 
 
 def constrained(
-    dynamics: Dynamics, typed: TypedClosures, coordinates: Sequence[str], parameters: Sequence[str]
+    dynamics: Dynamics,
+    typed: TypedClosures | None,
+    rolling: TypedRolling | None,
+    coordinates: Sequence[str],
+    parameters: Sequence[str],
 ) -> Constrained:
-    """Closures typed over namespaces, beside dynamics of the same coordinates."""
+    """Constraints typed over namespaces, beside dynamics of the same coordinates."""
     t = sp.Symbol("time", real=True)
     p, q, v = (
         [sp.Symbol(prefix + name, real=True) for name in names]
@@ -73,14 +83,19 @@ def constrained(
     )
     named = [
         SimpleNamespace(**dict(zip(names, symbols, strict=True)))
-        for names, symbols in ((parameters, p), (coordinates, q))
+        for names, symbols in ((parameters, p), (coordinates, q), (coordinates, v))
     ]
-    closures = sp.Matrix(typed(*named, t))
-    jacobian, rate = closures.jacobian(q), closures.diff(t)
-    velocity = jacobian * sp.Matrix(v) + rate
-    bias = velocity.jacobian(q) * sp.Matrix(v) + velocity.diff(t)
+    positions = typed(*named[:2], t) if typed else []
+    closures = sp.Matrix(len(positions), 1, positions)
+    slopes = closures.jacobian(q) if positions else sp.zeros(0, len(q))
+    rates = slopes * sp.Matrix(v) + closures.diff(t)
+    levels = sp.Matrix([*rates, *(rolling(*named, t) if rolling else [])])
+    jacobian = levels.jacobian(v)
+    rate = levels.subs(dict.fromkeys(v, 0))
+    bias = levels.jacobian(q) * sp.Matrix(v) + levels.diff(t)
     made = [
-        sp.lambdify((t, q, v, p), e, "numpy", cse=True) for e in (closures, jacobian, rate, bias)
+        sp.lambdify((t, q, v, p), e, "numpy", cse=True)
+        for e in (closures, slopes, jacobian, rate, bias)
     ]
     return Constrained(dynamics.mass_matrix, dynamics.forcing, *made)
 

@@ -73,13 +73,56 @@ def _four_bar_loop(p: Names, q: Names, t: Symbol) -> list[Expr]:
     ]
 
 
+def _chaplygin_sleigh(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    x = v.x - p.a * sin(q.theta) * v.theta
+    y = v.y + p.a * cos(q.theta) * v.theta
+    return HALF * p.m * (x**2 + y**2) + HALF * p.J * v.theta**2
+
+
+def _knife_edge_on_incline(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    kinetic = HALF * p.m * (v.x**2 + v.y**2) + HALF * p.J * v.phi**2
+    return kinetic + p.m * p.g * sin(p.alpha) * q.x
+
+
+def _rolling_disk(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    turning = HALF * p.I * v.psi**2 + HALF * p.J * v.phi**2
+    return HALF * p.m * (v.x**2 + v.y**2) + turning
+
+
+def _snakeboard(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    """Bloch's (5.8.1) with a spring that centres the wheels."""
+    board = HALF * p.m * (v.x**2 + v.y**2) + HALF * (p.J + p.J_r + 2 * p.J_w) * v.theta**2
+    return (
+        board
+        + HALF * p.J_r * v.psi**2
+        + p.J_r * v.psi * v.theta
+        + p.J_w * v.phi**2
+        - (HALF * p.k * q.phi**2)
+    )
+
+
+def _ball_on_turntable(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    return HALF * p.m * (v.x**2 + v.y**2) + HALF * p.I * (v.alpha**2 + v.beta**2)
+
+
+def _wheel_down_incline(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    kinetic = HALF * p.m * v.s**2 + HALF * p.I * v.psi**2
+    return kinetic + p.m * p.g * sin(p.alpha) * q.s
+
+
 #: Scene name → Lagrangian over namespaces of parameters, q, v, and t.
 CONSTRAINED: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     "andrews_squeezer": _andrews_squeezer,
+    "ball_on_turntable": _ball_on_turntable,
     "bead_on_quartic": _falling,
+    "chaplygin_sleigh": _chaplygin_sleigh,
     "four_bar_linkage": _four_bar_linkage,
+    "knife_edge_on_incline": _knife_edge_on_incline,
     "pendulum_in_cartesian_coordinates": _falling,
+    "rolling_disk": _rolling_disk,
     "slider_crank": _slider_crank,
+    "snakeboard": _snakeboard,
+    "wheel_down_incline": _wheel_down_incline,
 }
 
 #: Scene name → φ(q, t) of its closures.
@@ -90,6 +133,25 @@ CLOSURES: Mapping[str, Callable[[Names, Names, Symbol], list[Expr]]] = {
     "pendulum_in_cartesian_coordinates": lambda p, q, t: [q.x**2 + q.z**2 - p.l**2],
     "slider_crank": lambda p, q, t: [
         (q.x - p.r * cos(q.theta)) ** 2 + p.r**2 * sin(q.theta) ** 2 - p.l**2
+    ],
+    "wheel_down_incline": lambda p, q, t: [q.s - p.R * q.psi],
+}
+
+#: Scene name → ψ(q, v, t) of its constraints on velocities.
+ROLLING: Mapping[str, Callable[[Names, Names, Names, Symbol], list[Expr]]] = {
+    "ball_on_turntable": lambda p, q, v, t: [
+        v.x - p.R * v.beta + p.Omega * q.y,
+        v.y + p.R * v.alpha - p.Omega * q.x,
+    ],
+    "chaplygin_sleigh": lambda p, q, v, t: [v.y * cos(q.theta) - v.x * sin(q.theta)],
+    "knife_edge_on_incline": lambda p, q, v, t: [v.x * sin(q.phi) - v.y * cos(q.phi)],
+    "rolling_disk": lambda p, q, v, t: [
+        v.x - p.R * cos(q.phi) * v.psi,
+        v.y - p.R * sin(q.phi) * v.psi,
+    ],
+    "snakeboard": lambda p, q, v, t: [
+        v.y * cos(q.theta + q.phi) - v.x * sin(q.theta + q.phi) - p.r * cos(q.phi) * v.theta,
+        v.y * cos(q.theta - q.phi) - v.x * sin(q.theta - q.phi) + p.r * cos(q.phi) * v.theta,
     ],
 }
 
