@@ -109,7 +109,7 @@ def assert_close(found: list[Array], expected: list[Array], tolerance: float) ->
     a, b = np.array(found), np.array(expected)
     scale = np.abs(b).max(axis=0)
     # What is zero has come out as the rounding of 40 digits.
-    scale[scale < 1e-30 * scale.max()] = 1e-30 * scale.max()
+    scale = np.maximum(scale, 1e-25 * scale.max())
     assert np.all(np.abs(a - b) <= tolerance * scale + np.finfo(float).tiny), np.abs(a - b) / scale
 
 
