@@ -28,7 +28,7 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
 from lagrange_cli.mechanics.derivation import Derivation
-from lagrange_cli.mechanics.equations import Certificate, ShownEquation
+from lagrange_cli.mechanics.equations import Certificate, Closure, ShownEquation
 from lagrange_cli.mechanics.restraints import Restraints
 from lagrange_cli.mechanics.sampling import double, working_digits
 from lagrange_cli.mechanics.tape import DomainError, Series, Tape
@@ -149,15 +149,24 @@ def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
                 f" mismatch {mpmath.nstr(worst, 3)} at {digits} digits"
             )
         )
-    n = range(len(derivation.reduced.coordinates))
+    certificate = Certificate(points, digits, double(worst))
+    return _evidence(derivation.closures, certificate, states, seen)
+
+
+def _evidence(
+    closures: Sequence[Closure],
+    certificate: Certificate,
+    states: Sequence[Point],
+    seen: Sequence[_State],
+) -> Evidence:
+    n = range(len(seen[0].cyclic)) if seen else range(0)
     return Evidence(
-        Certificate(points, digits, double(worst)),
+        certificate,
         tuple(
-            all(s.cyclic[j] for s in seen) and all(c.gradient[j] == 0 for c in derivation.closures)
-            for j in n
+            all(s.cyclic[j] for s in seen) and all(c.gradient[j] == 0 for c in closures) for j in n
         ),
         tuple(any(s.forced[j] for s in seen) for j in n),
-        all(s.conserved for s in seen) and all(c.rate == 0 for c in derivation.closures),
+        all(s.conserved for s in seen) and all(c.rate == 0 for c in closures),
         all(s.is_sum for s in seen),
         tuple(s.mass for s in seen),
         tuple(states),
