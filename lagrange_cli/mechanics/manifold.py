@@ -9,14 +9,14 @@ other need no special case (Deuflhard, Newton Methods for Nonlinear Problems,
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import mpmath
 import numpy as np
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.mechanics.sampling import double
+from lagrange_cli.mechanics.steps import Row, least
 from lagrange_cli.mechanics.tape import DomainError, Run, Tape
 
 __all__ = ["Manifold"]
@@ -28,9 +28,6 @@ _PATIENCE, _PROGRESS = 25, 0.75
 _STEPS = 80
 #: A step small enough to arrive with, in that case.
 _SLOW = mpf(10) ** -12
-
-#: Singular values below this part of the largest are left out of a step.
-_CUT = 1e-7
 
 #: Largest relative violation of an equation that a step may leave (it may depend on others).
 _TOLERANCE = mpf(10) ** -9
@@ -116,15 +113,13 @@ class Manifold:
         return all(max(map(abs, after[k])) <= _FLAT * max(map(abs, before[k])) for k in wrong)
 
     def _step(self, point: Point, rows: Sequence[int]) -> list[mpf]:
-        values, gradients = self.gradients(point)
-        return _least([values[k] for k in rows], [gradients[k] for k in rows], self.scale)
+        run = self._at(point)
+        values, gradients = run.values, [_partials(run, k, 0, len(self.q)) for k in rows]
+        return least([values[k] for k in rows], gradients, self.scale)
 
-    def gradients(self, point: Point) -> tuple[list[mpf], list[list[mpf]]]:
-        """φ and ∂φ/∂q at a point."""
+    def _at(self, point: Point) -> Run:
         inputs = [(point[s], _ZERO, _ZERO) for s in [*self.q, *self._others]]
-        run = self._positions.run(inputs, 0)
-        rows = [_gradient(run, k, slice(0, len(self.q))) for k in self.all]
-        return run.values, rows
+        return self._positions.run(inputs, 0)
 
     def _sizes(self, point: Point) -> list[mpf]:
         """Σ |term| of each φ."""
@@ -134,15 +129,25 @@ class Manifold:
 
     def violations(self, point: Point) -> list[mpf]:
         """|φ| beside the size of its terms."""
-        values, _ = self.gradients(point)
+        values = self._at(point).values
         return [
             abs(x) / (size or mpf(1)) for x, size in zip(values, self._sizes(point), strict=True)
         ]
 
     def slopes(self, point: Point) -> list[list[mpf]]:
         """∂φ/∂q in the units of the coordinates."""
-        _, gradients = self.gradients(point)
-        return [[x * s for x, s in zip(row, self.scale, strict=True)] for row in gradients]
+        run = self._at(point)
+        rows = [_partials(run, k, 0, len(self.q)) for k in self.all]
+        return self._dense({j: x * self.scale[j] for j, x in row.items()} for row in rows)
+
+    def _dense(self, rows: Iterable[Row]) -> list[list[mpf]]:
+        """Rows with their zeros."""
+        found = []
+        for row in rows:
+            found.append([_ZERO] * len(self.q))
+            for j, x in row.items():
+                found[-1][j] = x
+        return found
 
     # Velocities and accelerations.
 
@@ -153,6 +158,12 @@ class Manifold:
 
         φ̇, φ̈ and ∂φ/∂q for the positional ones; ψ, ψ̇ and ∂ψ/∂v for the others.
         """
+        levels, rates, gradients = self._motion(point, accelerations)
+        return levels, rates, self._dense(gradients)
+
+    def _motion(
+        self, point: Point, accelerations: Sequence[mpf]
+    ) -> tuple[list[mpf], list[mpf], list[Row]]:
         t, *parameters = self._others
         v = [point[w] for w in self.v]
         q = [(point[s], x, a) for s, x, a in zip(self.q, v, accelerations, strict=True)]
@@ -161,12 +172,12 @@ class Manifold:
         run = self._positions.run([*q, *others], 2)
         levels = [x[1] for x in run.outputs]
         rates = [x[2] for x in run.outputs]
-        gradients = [_gradient(run, k, slice(0, len(q))) for k in range(len(levels))]
+        gradients = [_partials(run, k, 0, len(q)) for k in range(len(levels))]
         run = self._velocities.run([*q, *moving, *others], 1)
         levels += [x[0] for x in run.outputs]
         rates += [x[1] for x in run.outputs]
-        wanted = slice(len(q), 2 * len(q))
-        gradients += [_gradient(run, k, wanted) for k in range(len(run.outputs))]
+        count = len(self._velocities.outputs)
+        gradients += [_partials(run, k, len(q), 2 * len(q)) for k in range(count)]
         return levels, rates, gradients
 
     def tangent(self, point: Point) -> dict[sp.Symbol, mpf]:
@@ -174,8 +185,8 @@ class Manifold:
         moved = dict(point)
         still = [_ZERO] * len(self.q)
         for _ in range(self._repetitions()):
-            levels, _, gradients = self.motion(moved, still)
-            step = _least(levels, gradients, self.scale)
+            levels, _, gradients = self._motion(moved, still)
+            step = least(levels, gradients, self.scale)
             for w, unit, x in zip(self.v, self.scale, step, strict=True):
                 moved[w] -= unit * x
         return moved
@@ -184,8 +195,8 @@ class Manifold:
         """Accelerations changed least so that they satisfy every equation at a point."""
         found = list(accelerations)
         for _ in range(self._repetitions()):
-            _, rates, gradients = self.motion(point, found)
-            step = _least(rates, gradients, self.scale)
+            _, rates, gradients = self._motion(point, found)
+            step = least(rates, gradients, self.scale)
             found = [a - unit * x for a, unit, x in zip(found, self.scale, step, strict=True)]
         return found
 
@@ -195,26 +206,6 @@ class Manifold:
         return int(mpmath.mp.dps) // 12 + 2
 
 
-def _gradient(run: Run, output: int, wanted: slice) -> list[mpf]:
-    return [x[0] for x in run.gradient({output: (mpf(1), _ZERO, _ZERO)})[wanted]]
-
-
-def _least(
-    values: Sequence[mpf], gradients: Sequence[Sequence[mpf]], scale: Sequence[mpf]
-) -> list[mpf]:
-    """The smallest step, in units of ``scale``, that removes the values to first order."""
-    units = np.array([double(s) for s in scale])
-    matrix = np.array([[double(x) if x else 0.0 for x in row] for row in gradients])
-    matrix = matrix.reshape(len(values), len(units)) * units
-    largest = np.abs(matrix).max(axis=1, initial=0.0)
-    matrix /= np.where(largest > 0, largest, 1.0)[:, None]
-    right = [x / mpf(d) if d else _ZERO for x, d in zip(values, largest, strict=True)]
-    # Doubles reach down to 1e-308 only, while residuals shrink with the digits carried.
-    size = max((abs(x) for x in right), default=_ZERO)
-    if not size:
-        return [_ZERO] * len(scale)
-    inverse = np.linalg.pinv(matrix, rcond=_CUT)
-    step = inverse @ np.array([double(x / size) for x in right])
-    if not np.isfinite(step).all():
-        raise ZeroDivisionError
-    return [size * mpf(x) for x in step]
+def _partials(run: Run, output: int, start: int, stop: int) -> Row:
+    """Derivatives of an output by the inputs from ``start`` to ``stop`` that it holds."""
+    return {j - start: x for j, x in run.partials(output).items() if start <= j < stop and x}

@@ -28,6 +28,10 @@ STARTS = 200
 #: The same where each is the start of a search for a point on closures.
 PLACED_STARTS = 48
 
+#: Above this number of coordinates points on closures are drawn close to the initial
+#: configuration: from far away, where no link has its length, Newton's method goes astray.
+_LARGE = 64
+
 
 def typical_length(lengths: Sequence[mpf]) -> mpf:
     """Largest given magnitude, 1 where none is given: the scale on which points are drawn."""
@@ -86,8 +90,10 @@ class Sampler:
         ``vary_parameters`` multiplies values of parameters by factors in (1/2, 3/2)
         as long as that leaves the point feasible; ``width`` scales the spread.
         """
+        many = self._place is not None and len(self._coordinates) > _LARGE
+        width = width / len(self._coordinates) if many else width
         for attempt in range(self._starts):
-            varied = vary_parameters and attempt < self._starts // 4
+            varied = vary_parameters and attempt < (1 if many else self._starts // 4)
             point: Drawn | None = self._candidate(width, varied)
             if point is not None and self._place is not None:
                 point = self._place(point)

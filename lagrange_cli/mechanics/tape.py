@@ -61,6 +61,7 @@ class Tape:
         self.operations: list[tuple[str, Any, Any]] = []
         self._index: dict[sp.Basic, int] = {}
         self._products: dict[tuple[int, int], int] = {}
+        self._below: dict[int, list[int]] = {}
         for symbol in inputs:
             self._index[symbol] = self._append("input", None, None)
         self.inputs = len(inputs)
@@ -123,6 +124,26 @@ class Tape:
             return self._append("unary", args[1], FUNCTIONS[sp.exp])
         logarithm = self._append("unary", args[0], FUNCTIONS[sp.log])
         return self._append("unary", self._product(args[1], logarithm), FUNCTIONS[sp.exp])
+
+    def below(self, output: int) -> list[int]:
+        """The operations that an output needs, the last first."""
+        if output not in self._below:
+            found, stack = set[int](), [self.outputs[output]]
+            while stack:
+                i = stack.pop()
+                if i >= self.inputs and i not in found:
+                    found.add(i)
+                    stack.extend(self._operands(i))
+            self._below[output] = sorted(found, reverse=True)
+        return self._below[output]
+
+    def _operands(self, i: int) -> tuple[int, ...]:
+        operation, a, b = self.operations[i]
+        if operation == "constant":
+            return ()
+        if operation == "mul":
+            return a, b
+        return a if isinstance(a, tuple) else (a,)
 
     def run(self, inputs: Sequence[Series], order: int = 2) -> Run:
         """Evaluate on series in s, truncated after ``order`` (0, 1 or 2).
@@ -238,21 +259,32 @@ class Run:
         each result is its derivative along s (zero when the run has order 0).
         """
         with decimal.localcontext(context(mpmath.mp.dps + 5)):
-            adjoint: list[tuple[Decimal, Decimal] | None] = [None] * len(self.nodes)
+            adjoint: dict[int, tuple[Decimal, Decimal]] = {}
             for output, weight in seeds.items():
                 seed = inward(weight[0]), inward(weight[1])
                 _accumulate(adjoint, self.tape.outputs[output], *seed)
             for i in range(len(self.nodes) - 1, self.tape.inputs - 1, -1):
-                bar = adjoint[i]
+                bar = adjoint.get(i)
                 if bar is not None:
                     self._backward(adjoint, i, bar)
-            found = adjoint[: self.tape.inputs]
+            found = map(adjoint.get, range(self.tape.inputs))
             return [
                 (_ZERO,) * 3 if x is None else (outward(x[0]), outward(x[1]), _ZERO) for x in found
             ]
 
+    def partials(self, output: int) -> dict[int, Number]:
+        """Derivatives of one output by the inputs that it holds, by their numbers."""
+        with decimal.localcontext(context(mpmath.mp.dps + 5)):
+            adjoint: dict[int, tuple[Decimal, Decimal]] = {}
+            _accumulate(adjoint, self.tape.outputs[output], Decimal(1), _NONE)
+            for i in self.tape.below(output):
+                if i in adjoint:
+                    self._backward(adjoint, i, adjoint[i])
+            inputs = self.tape.inputs
+            return {i: outward(x[0]) for i, x in sorted(adjoint.items()) if i < inputs}
+
     def _backward(
-        self, adjoint: list[tuple[Decimal, Decimal] | None], i: int, bar: tuple[Decimal, Decimal]
+        self, adjoint: dict[int, tuple[Decimal, Decimal]], i: int, bar: tuple[Decimal, Decimal]
     ) -> None:
         nodes = self.nodes
         operation, a, b = self.tape.operations[i]
@@ -278,9 +310,9 @@ class Run:
 
 
 def _accumulate(
-    adjoint: list[tuple[Decimal, Decimal] | None], target: int, value: Decimal, rate: Decimal
+    adjoint: dict[int, tuple[Decimal, Decimal]], target: int, value: Decimal, rate: Decimal
 ) -> None:
-    before = adjoint[target]
+    before = adjoint.get(target)
     adjoint[target] = (value, rate) if before is None else (before[0] + value, before[1] + rate)
 
 
