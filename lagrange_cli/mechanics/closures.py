@@ -84,9 +84,12 @@ def _of_position(reduced: Reduced, phi: sp.Expr) -> _Parts:
     place = sp.Dummy()
     kinematics = Kinematics({place: phi}, q, v, t)
     rows = kinematics.jacobian(place)
-    gradient = tuple(factored(_collected(rows.get(j, ()))) for j in range(len(q)))
+    gradient = [sp.Integer(0)] * len(q)
+    for j, row in rows.items():
+        gradient[j] = factored(_collected(row))
     rate = factored(_collected(_terms(derivative(phi, t))))
-    return gradient, rate, grouped_sum(_collected(kinematics.convective(place)), v)
+    bias = grouped_sum(_collected(kinematics.convective(place)), v)
+    return tuple(gradient), rate, bias
 
 
 def _of_velocity(reduced: Reduced, psi: sp.Expr) -> _Parts:

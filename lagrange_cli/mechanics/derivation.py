@@ -13,9 +13,9 @@ particles are gathered with summed masses before anything is multiplied.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
+from typing import TypeAlias
 
 import sympy as sp
 
@@ -39,6 +39,8 @@ from lagrange_cli.mechanics.trigonometry import Weights
 from lagrange_cli.scene.model import Force
 
 __all__ = ["Derivation", "derive_uncertified", "raw_terms"]
+
+_Terms: TypeAlias = tuple[sp.Expr, ...]
 
 #: Products that are multiplied out and collected; beyond it sums are left factored.
 PRODUCT_BUDGET = 50_000
@@ -126,10 +128,7 @@ class _Builder:
         self.kinematics = Kinematics(reduced.resolved, self.q, self.v, self.t)
         self.masses = frozenset(f for m in reduced.masses for f in m.free_symbols)
         self.splitter = Splitter(self.masses)
-        self.mass = {
-            (j, k): TermSum(self.splitter)
-            for j, k in combinations_with_replacement(range(self.n), 2)
-        }
+        self.mass: dict[tuple[int, int], TermSum] = {}
         self.forcing = [TermSum(self.splitter) for _ in range(self.n)]
         self.terms = raw_terms(reduced)
         self.components = [
@@ -149,7 +148,7 @@ class _Builder:
         self._add_extra(extra)
         forces = tuple(self._add_force(f) for f in self.reduced.scene.forces)
         dissipation = self._add_dissipation()
-        upper = {place: tuple(entry.collected()) for place, entry in self.mass.items()}
+        upper = {place: tuple(self.mass[place].collected()) for place in sorted(self.mass)}
         velocity = {
             s: sp.Add(*self.kinematics.velocity(s))
             for body in self.reduced.names.particle_symbols
@@ -157,7 +156,7 @@ class _Builder:
         }
         return Derivation(
             self.reduced,
-            tuple(tuple(upper[min(j, k), max(j, k)] for k in range(self.n)) for j in range(self.n)),
+            self._full(upper),
             tuple(tuple(f.collected()) for f in self.forcing),
             self._kinetic(velocity, upper),
             self._potential(),
@@ -169,6 +168,19 @@ class _Builder:
             closures(self.reduced),
         )
 
+    def _full(self, upper: Mapping[tuple[int, int], _Terms]) -> tuple[tuple[_Terms, ...], ...]:
+        """The mass matrix by rows, from the entries that are not zero of its upper triangle."""
+        rows: list[list[_Terms]] = [[()] * self.n for _ in range(self.n)]
+        for (j, k), terms in upper.items():
+            rows[j][k] = rows[k][j] = terms
+        return tuple(map(tuple, rows))
+
+    def _inertia(self, j: int, k: int) -> TermSum:
+        """The entry of the mass matrix in row j ≤ column k."""
+        if (j, k) not in self.mass:
+            self.mass[j, k] = TermSum(self.splitter)
+        return self.mass[j, k]
+
     # Inertia: M = Σ m JᵀJ and −h = −Σ m Jᵀγ.
 
     def _add_inertia(self) -> bool:
@@ -177,7 +189,7 @@ class _Builder:
         if not fits:
             gathered = recurring_products(self._moving_components(factored=True))
         for row, column, a, b, carried in gathered:
-            target = self.forcing[row] if column < 0 else self.mass[row, column]
+            target = self.forcing[row] if column < 0 else self._inertia(row, column)
             weights = self._carried(carried, sign=-1 if column < 0 else 1)
             if fits:
                 target.add_product(a, b, weights)
@@ -250,7 +262,7 @@ class _Builder:
             momentum = derivative(term, self.v[j])
             for k in range(self.n):
                 if k >= j and self.v[k] in present:
-                    self.mass[j, k].add_all(_terms(derivative(momentum, self.v[k])))
+                    self._inertia(j, k).add_all(_terms(derivative(momentum, self.v[k])))
                 if self.q[k] in present:
                     change = -derivative(momentum, self.q[k]) * self.v[k]
                     self.forcing[j].add_all(_terms(change))
@@ -323,10 +335,9 @@ class _Builder:
                 for m, c in zip(self.reduced.masses, collected, strict=True)
             ]
             size = sum(map(len, collected))
-        if scleronomic and not self.terms.kinetic and not self.terms.velocity_dependent:
-            whole = self._quadratic_form(mass)
-            if particles is None or len(whole) * 2 < size:
-                particles = whole
+        quadratic = scleronomic and not (self.terms.kinetic or self.terms.velocity_dependent)
+        if quadratic and (particles is None or self.n * (self.n + 1) < size):
+            particles = self._quadratic_form(mass)
         if particles is None:
             particles = [m * e / 2 for m, e in zip(self.reduced.masses, squares, strict=True)]
         return sp.Add(*particles, *self.terms.kinetic)
@@ -336,6 +347,7 @@ class _Builder:
         return [
             sp.Mul(sp.Rational(1, 2 if j == k else 1), factored(list(m)), self.v[j], self.v[k])
             for (j, k), m in mass.items()
+            if m
         ]
 
     def _potential(self) -> sp.Expr:

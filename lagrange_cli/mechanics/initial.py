@@ -176,9 +176,11 @@ class _Initial:
         wanted = [self.given[1][s][0] - d for s, d in zip(symbols, drift, strict=True)]
         rows, wanted = [*rows, *kept], [*wanted, *(-x for x in levels)]
         target = [
-            x - sum(r * v for r, v in zip(row, velocities, strict=True))
+            x - sum(row[j] * v for j, v in enumerate(velocities) if v)
             for x, row in zip(wanted, rows, strict=True)
         ]
+        if not any(target):
+            return velocities  # nothing moves that need not
         matrix = [[row[j] for j in missing] for row in rows]
         metric = self._mass_matrix(start, missing)
         with mpmath.workdps(_METRIC_DIGITS):

@@ -24,6 +24,11 @@ __all__ = [
 #: Relative tolerance of consistency and rank (so that √6/4 may be written in decimals).
 TOLERANCE = 1e-9
 
+#: Rows beyond this number are first looked at all at once.
+_LARGE = 64
+#: Square of the distance at which a row of length 1 is clear of the others.
+_DISTANT = 1e-10
+
 Point = Mapping[sp.Symbol, mpf]
 Matrix = NDArray[np.float64]
 
@@ -39,11 +44,10 @@ def _jacobian(
     run = Tape(functions, inputs).run([(point[s], mpf(0), mpf(0)) for s in inputs], order=0)
     rows = np.zeros((len(functions), len(variables)))
     for k in range(len(functions)):
-        gradient = run.gradient({k: (mpf(1), mpf(0), mpf(0))})
-        row = [g[0] for g in gradient[: len(variables)]]
-        largest = max((abs(x) for x in row), default=mpf(0))
+        row = {j: x for j, x in run.partials(k).items() if j < len(variables)}
+        largest = max((abs(x) for x in row.values()), default=mpf(0))
         if largest:
-            rows[k] = [double(x / largest) for x in row]
+            rows[k, list(row)] = [double(x / largest) for x in row.values()]
     return rows
 
 
@@ -95,8 +99,34 @@ def dependent_gradients(
     return found or {}
 
 
+def _clearly_independent(matrix: Matrix) -> bool:
+    """Whether the pivots of A Aᵀ tell, by sparse elimination, that the rows of A are independent.
+
+    A pivot is the square of a row's distance from what the rows before it span.
+    """
+    from scipy.sparse import csr_array
+    from scipy.sparse.linalg import splu
+
+    sizes = np.linalg.norm(matrix, axis=1)
+    if not sizes.all():
+        return False
+    rows = csr_array(matrix / sizes[:, None])
+    try:
+        factors = splu(
+            (rows @ rows.T).tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+    except RuntimeError:
+        return False  # singular
+    return bool((factors.U.diagonal() > _DISTANT).all())
+
+
 def dependent_rows(matrix: Matrix, tolerance: float = TOLERANCE) -> dict[int, tuple[int, ...]]:
     """Rows that are combinations of earlier independent rows, with the rows that take part."""
+    if len(matrix) > _LARGE and _clearly_independent(matrix):
+        return {}
     basis: list[int] = []
     dependent: dict[int, tuple[int, ...]] = {}
     for k, row in enumerate(matrix):

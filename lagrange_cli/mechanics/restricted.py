@@ -98,7 +98,7 @@ class Restricted:
         rates, _, gradients = self._manifold.motion(self._point(q), still)
         sizes = [max(map(abs, g)) or mpf(1) for g in gradients]
         return (
-            [[x / size for x in g] for g, size in zip(gradients, sizes, strict=True)],
+            [[x / size if x else x for x in g] for g, size in zip(gradients, sizes, strict=True)],
             [x / size for x, size in zip(rates, sizes, strict=True)],
         )
 
