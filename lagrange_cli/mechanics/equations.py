@@ -22,10 +22,12 @@ if TYPE_CHECKING:
 __all__ = [
     "Account",
     "BodyForce",
+    "BodyReaction",
     "CartesianName",
     "Certificate",
     "Closure",
     "Conserved",
+    "ConstraintForces",
     "ConstraintLine",
     "Coordinate",
     "Equations",
@@ -33,6 +35,7 @@ __all__ = [
     "InitialState",
     "Parameter",
     "ParticleMotion",
+    "Reaction",
     "ShownEquation",
     "SimulationDefaults",
 ]
@@ -202,6 +205,52 @@ class Conserved:
 
 
 @dataclass(frozen=True)
+class BodyReaction:
+    """The constraint force f = m r̈ − F on a particle, or on a point that a force pulls at.
+
+    ``components`` along x, y, z over q, v, t, or as :attr:`ConstraintForces.form` says.
+    ``size`` is f along its direction, of either sign (None: no short form).
+    """
+
+    name: str
+    components: tuple[Expr, Expr, Expr]
+    size: Expr | None = None
+
+
+@dataclass(frozen=True)
+class Reaction:
+    """The multiplier λ of one equation φ = 0 of the scene: it exerts λ ∇φ.
+
+    ``text`` is φ = 0 as the scene writes it; ``sizes``: λ |∇φ| for each body that
+    φ holds the Cartesian names of.
+    """
+
+    name: str
+    text: str
+    multiplier: Expr
+    sizes: tuple[tuple[str, Expr], ...]
+
+
+@dataclass(frozen=True)
+class ConstraintForces:
+    """Constraint forces on bodies, and the multipliers of the scene's equations.
+
+    ``form`` tells what the expressions hold: ``motion`` q, v and t alone;
+    ``accelerations`` symbols ``ddot(q)`` too; ``multipliers`` those of the closures
+    (and accelerations where no multiplier alone gives a force). ``open``: constraints
+    whose multipliers are not determined or have no short form. ``included``: names of
+    terms of the scene that are written in coordinates, so that they act on no
+    particle: the constraints pass them on.
+    """
+
+    bodies: tuple[BodyReaction, ...]
+    reactions: tuple[Reaction, ...]
+    form: Literal["motion", "accelerations", "multipliers"]
+    open: tuple[str, ...] = ()
+    included: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Facts:
     """Structure facts (all booleans are proven, False means "not shown")."""
 
@@ -265,7 +314,7 @@ class Equations:
     ``abbreviations`` are the scene's definitions that name no Cartesian name.
     ``literals`` maps exact values to decimals as the scene wrote them.
     ``initial`` is None when the scene gives no initial state or a parameter
-    lacks its value.
+    lacks its value. ``constraint_forces`` is None unless it was asked for.
     """
 
     name: str
@@ -300,6 +349,8 @@ class Equations:
     remarks: tuple[str, ...] = ()
     closures: tuple[Closure, ...] = ()
 
+    outputs: tuple[tuple[str, Expr], ...] = ()
+    constraint_forces: ConstraintForces | None = None
     @property
     def formulation(self) -> Literal["minimal", "multiplier"]:
         return "multiplier" if self.closures else "minimal"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import mpmath
 import sympy as sp
@@ -44,7 +45,7 @@ __all__ = ["derive", "interpret"]
 _SAME = mpmath.mpf(10) ** -12
 
 
-def derive(scene: Scene, *, digits: int = 30, points: int = 8) -> Equations:
+def derive(scene: Scene, *, digits: int = 30, points: int = 8, forces: bool = False) -> Equations:
     """Certified equations of motion of a scene.
 
     Parameters
@@ -53,6 +54,8 @@ def derive(scene: Scene, *, digits: int = 30, points: int = 8) -> Equations:
         Decimal digits of the certificate, at least 15.
     points
         Random states at which it is checked.
+    forces
+        Find the constraint forces too.
 
     Raises
     ------
@@ -64,7 +67,13 @@ def derive(scene: Scene, *, digits: int = 30, points: int = 8) -> Equations:
     derivation = derive_uncertified(reduce(scene))
     evidence = certify(derivation, digits, points)
     require_inertia(derivation, evidence)
-    return _equations(derivation, evidence)
+    equations = _equations(derivation, evidence)
+    if not forces:
+        return equations
+    from lagrange_cli.mechanics.forces import constraint_forces
+
+    found = constraint_forces(derivation, evidence, equations)
+    return replace(equations, constraint_forces=found)
 
 
 def _equations(derivation: Derivation, evidence: Evidence) -> Equations:

@@ -112,7 +112,7 @@ class Restraints:
         n, m = self.tapes.n, len(self.closures)
         if not m or n + m > _LARGE:
             return _ZERO
-        solution = self._solved(seen.point, mass, forcing)
+        solution = self.solved(seen.point, mass, forcing)
         if solution is None:
             return _ZERO  # singular here: refused, or another state tells
         a, multipliers = solution[:n], solution[n:]
@@ -132,10 +132,13 @@ class Restraints:
             worst = max(worst, _relative(difference, sum(map(abs, forces), size + sizes[j])))
         return worst
 
-    def _solved(
+    def solved(
         self, point: Point, mass: Sequence[Sequence[mpf]], forcing: Sequence[mpf]
     ) -> list[mpf] | None:
-        """a and λ of [[M, −Φᵀ], [Φ, 0]] [a; λ] = [f; −bias]; None where that is singular."""
+        """a and λ of [[M, −Φᵀ], [Φ, 0]] [a; λ] = [f; −bias]; None where that is singular,
+        or too large."""
+        if len(forcing) + len(self.closures) > _LARGE:
+            return None
         derived = self._derived(point)
         n, m = self.tapes.n, len(derived)
         matrix = mpmath.zeros(n + m)

@@ -160,17 +160,25 @@ class Tapes:
         seeds: dict[int, mpf] = {}
         for mass, k in zip(self.mass_values(series), self.components, strict=True):
             seeds[k] = seeds.get(k, _ZERO) + mass * outputs[k][2]
-        slope = self.potential.run(self._raw_inputs(series, outputs), 0).gradient({0: _ONE})
+        slopes = self.potential_slopes(series, outputs)
         direct = [_ZERO] * self.n
-        for k, s in enumerate(self.raw):
+        for k, (s, slope) in enumerate(slopes.items()):
             if k < len(self.symbols):
-                seeds[k] = seeds.get(k, _ZERO) + slope[k][0]
+                seeds[k] = seeds.get(k, _ZERO) + slope
             else:
-                direct[self.q.index(s)] += slope[k][0]
+                direct[self.q.index(s)] += slope
         work = run.gradient({k: (x, _ZERO, _ZERO) for k, x in seeds.items()})
         extra = self._euler_lagrange(self.extra, series)
         parts = [(work[1 + j][0], direct[j], extra[j], -forces[j]) for j in range(self.n)]
         return [(sum(p), sum(abs(x) for x in p)) for p in parts]
+
+    def potential_slopes(
+        self, series: Mapping[sp.Symbol, Series], outputs: Sequence[Series]
+    ) -> dict[sp.Symbol, mpf]:
+        """∂V/∂s of Cartesian names, which have the values ``outputs``, and of coordinates."""
+        inputs = self._raw_inputs(series, outputs)
+        slope = self.potential.run(inputs, 0).gradient({0: _ONE})
+        return {s: x[0] for s, x in zip(self.raw, slope, strict=False)}
 
     def _euler_lagrange(self, tape: Tape, series: Mapping[sp.Symbol, Series]) -> list[mpf]:
         """d/dt ∂L/∂q̇ − ∂L/∂q of the tape's first output."""

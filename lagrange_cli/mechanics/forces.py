@@ -1,0 +1,352 @@
+"""Constraint forces f = m r̈ − F on particles, and the multipliers that they come from.
+
+In the formulation ``minimal`` accelerations are put in where the equations of motion are
+solved for them; larger systems keep ``ddot(q)``. With closures, a coordinate that is a
+Cartesian name itself feels Σ λ·gradient. A point that a force acts on has no mass: the
+constraints balance the force.
+
+All of it is compared with Newton's law before it is shown, at the states of the
+derivation's certificate: component by component, and by the work on virtual displacements,
+which is that of the closures (none, where there are none).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.mechanics.calculus import Kinematics, derivative
+from lagrange_cli.mechanics.certificate import Evidence
+from lagrange_cli.mechanics.derivation import Derivation
+from lagrange_cli.mechanics.equations import BodyReaction, ConstraintForces, Equations, Reaction
+from lagrange_cli.mechanics.explicit import explicit_accelerations
+from lagrange_cli.mechanics.loads import Loads, loads, velocity_slopes
+from lagrange_cli.mechanics.multipliers import Equation, Row, multipliers, rows_of
+from lagrange_cli.mechanics.restraints import Restraints
+from lagrange_cli.mechanics.sampling import working_digits
+from lagrange_cli.mechanics.short import shortened, size_along
+from lagrange_cli.mechanics.tape import values
+from lagrange_cli.mechanics.tapes import Point, Tapes
+from lagrange_cli.scene.expression import Equation as Written
+
+__all__ = ["constraint_forces"]
+
+_ZERO = mpf(0)
+
+#: Coordinates of systems whose accelerations are put in.
+_SOLVED = 3
+
+#: States at which forces are compared with Newton's law.
+_STATES = 2
+
+
+@dataclass(frozen=True)
+class _Forces:
+    """Force along each raw symbol; ``by_multipliers``: those written as Σ λ·gradient."""
+
+    along: dict[sp.Symbol, sp.Expr]
+    by_multipliers: dict[sp.Symbol, int]
+
+
+def constraint_forces(
+    derivation: Derivation, evidence: Evidence, equations: Equations
+) -> ConstraintForces:
+    """The constraint forces of a certified derivation.
+
+    Raises
+    ------
+    InternalError
+        They disagree with Newton's law.
+    """
+    applied = loads(derivation)
+    forces = _forces(derivation, equations, applied)
+    with mpmath.workdps(working_digits(evidence.certificate.digits)):
+        check = _Check(derivation, applied, evidence)
+        check.newton(forces)
+        stated = _stated(derivation)
+        reactions, undetermined = _reactions(derivation, stated, forces, check)
+    return ConstraintForces(
+        tuple(_bodies(derivation, applied, forces)),
+        tuple(reactions),
+        _form(equations, [*forces.along.values(), *(r.multiplier for r in reactions)]),
+        undetermined,
+        applied.unattached,
+    )
+
+
+def _form(
+    equations: Equations, shown: Sequence[sp.Expr]
+) -> Literal["motion", "accelerations", "multipliers"]:
+    """What the expressions hold."""
+    if equations.closures:
+        return "multipliers"
+    held = set().union(*(e.free_symbols for e in shown))
+    return "motion" if held.isdisjoint(c.a for c in equations.coordinates) else "accelerations"
+
+
+# The forces.
+
+
+def _forces(derivation: Derivation, equations: Equations, applied: Loads) -> _Forces:
+    reduced = derivation.reduced
+    masses = dict.fromkeys(reduced.names.cartesian.values(), sp.Integer(0))
+    bodies = zip(reduced.names.particle_symbols, reduced.masses, strict=True)
+    for s, mass in ((s, mass) for body, mass in bodies for s in body):
+        masses[s] += mass
+    solved = _accelerations(equations)
+    direct = dict(_direct(derivation))
+    along = {}
+    for s, mass in masses.items():
+        if s in direct:
+            terms = [c.multiplier * c.gradient[direct[s]] for c in equations.closures]
+            along[s] = sp.Add(*terms)
+        else:
+            force = mass * _acceleration(derivation, s) + applied.of(s)
+            along[s] = shortened(shortened(force).xreplace(solved))
+    return _Forces(along, direct)
+
+
+def _accelerations(equations: Equations) -> dict[sp.Symbol, sp.Expr]:
+    """What stands for the accelerations: all of them in closed form, or nothing."""
+    if equations.closures or len(equations.coordinates) > _SOLVED:
+        return {}
+    found = explicit_accelerations(equations)
+    solved = {c.a: e for c, e in zip(equations.coordinates, found, strict=True) if e is not None}
+    return solved if len(solved) == len(found) else {}
+
+
+def _acceleration(derivation: Derivation, symbol: sp.Symbol) -> sp.Expr:
+    """r̈ along a raw symbol."""
+    reduced = derivation.reduced
+    q, v = [c.q for c in reduced.coordinates], [c.v for c in reduced.coordinates]
+    kinematics = Kinematics(reduced.resolved, q, v, reduced.names.t)
+    turned = [
+        part * reduced.coordinates[j].a
+        for j, parts in kinematics.jacobian(symbol).items()
+        for part in parts
+    ]
+    return sp.Add(*turned, *kinematics.convective(symbol))
+
+
+def _direct(derivation: Derivation) -> Iterator[tuple[sp.Symbol, int]]:
+    """Raw symbols that are coordinates which move nothing else, with their numbers."""
+    resolved = derivation.reduced.resolved
+    for j, c in enumerate(derivation.reduced.coordinates):
+        if resolved.get(c.q) == c.q:
+            others = (e for s, e in resolved.items() if s != c.q)
+            if not any(c.q in e.free_symbols for e in others):
+                yield c.q, j
+
+
+def _bodies(derivation: Derivation, applied: Loads, forces: _Forces) -> Iterator[BodyReaction]:
+    """Every particle, and points that are pulled at."""
+    reduced = derivation.reduced
+    names = reduced.names
+    masses = [*reduced.masses, *(None for _ in names.point_symbols)]
+    seen: set[sp.Symbol] = set()
+    for body, symbols, mass in zip(names.bodies, names.body_symbols, masses, strict=True):
+        components = []
+        for s in symbols:
+            shared = sum(s in other for other in names.particle_symbols) > 1
+            force = forces.along[s]
+            if shared and mass is not None:
+                load = sp.Integer(0) if s in seen else applied.of(s)
+                force = shortened(mass * _acceleration(derivation, s) + load)
+            components.append(force if mass is not None or s not in seen else sp.Integer(0))
+            seen.add(s)
+        if mass is not None or any(components):
+            x, y, z = components
+            yield BodyReaction(body.name, (x, y, z), size_along((x, y, z)))
+
+
+# Multipliers.
+
+
+def _stated(derivation: Derivation) -> list[Equation]:
+    """The scene's equations, each with the name of its multiplier."""
+    reduced = derivation.reduced
+    kept = {(r.mark, r.text): c for r, c in zip(reduced.closures, derivation.closures, strict=True)}
+    taken = {closure.name for closure in kept.values()}
+    found = []
+    for name, several, equation, slopes in _written(derivation):
+        closure = kept.get((equation.mark(), equation.text))
+        if closure is not None:
+            name = closure.name
+        elif several:
+            name = _numbered(name, taken)
+            taken.add(name)
+        known = None if closure is None else closure.multiplier
+        found.append(Equation(name, equation.text, slopes, known))
+    return found
+
+
+def _written(
+    derivation: Derivation,
+) -> Iterator[tuple[str, bool, Written, dict[sp.Symbol, sp.Expr]]]:
+    """Constraint, whether it has several equations, one of them and its slopes."""
+    reduced = derivation.reduced
+    positional = {id(s.equation): s for s in reduced.chart.geometry.found.stated}
+    kept = {(r.mark, r.text) for r in reduced.closures}
+    for constraint in reduced.scene.constraints:
+        for equation in constraint.equations:
+            stated = positional.get(id(equation))
+            if stated is not None:
+                slopes = {s: derivative(stated.phi, s) for s in stated.phi.free_symbols}
+            elif (equation.mark(), equation.text) in kept:
+                slopes = velocity_slopes(derivation, equation)
+            else:
+                continue
+            yield constraint.name, len(constraint.equations) > 1, equation, slopes
+
+
+def _numbered(name: str, taken: set[str]) -> str:
+    number = 1
+    while f"{name}_{number}" in taken:
+        number += 1
+    return f"{name}_{number}"
+
+
+def _reactions(
+    derivation: Derivation, stated: Sequence[Equation], forces: _Forces, check: _Check
+) -> tuple[list[Reaction], tuple[str, ...]]:
+    """What each equation exerts, and names of those for which that is not found."""
+    reduced = derivation.reduced
+    along = dict(forces.along)
+    along |= {c.q: check.applied.of(c.q) for c in reduced.coordinates if c.q not in along}
+    point = check.points[0]
+    exact = rows_of(reduced, stated, along, point, given=False)
+    hoped = rows_of(reduced, stated, forces.along, point, given=True)
+    found = multipliers(stated, exact, hoped, point, check.scales[0])
+    check.rows([r for r in exact if r.gradient.keys() <= found.keys()], found)
+    reactions = [
+        Reaction(e.name, e.text, found[k], tuple(_sizes(hoped, k, found[k])))
+        for k, e in enumerate(stated)
+        if k in found
+    ]
+    return reactions, tuple(e.name for k, e in enumerate(stated) if k not in found)
+
+
+def _sizes(rows: Sequence[Row], number: int, multiplier: sp.Expr) -> Iterator[tuple[str, sp.Expr]]:
+    """λ |∇φ| for each body."""
+    slopes: dict[str, list[sp.Expr]] = {}
+    for row in rows:
+        if number in row.gradient:
+            slopes.setdefault(row.body, []).append(row.gradient[number])
+    for body, parts in slopes.items():
+        square = shortened(sp.Add(*(e**2 for e in parts)))
+        yield body, shortened(multiplier * sp.sqrt(sp.factor(square)))
+
+
+# The check.
+
+
+class _Check:
+    """States of the motion, and what Newton's law says there.
+
+    Attributes
+    ----------
+    points
+        States with accelerations and multipliers that solve the equations of motion, or
+        with any where the system is too large to solve here.
+    scales
+        Size of the forces at each, once they are compared with Newton's law.
+    """
+
+    def __init__(self, derivation: Derivation, applied: Loads, evidence: Evidence) -> None:
+        self.applied = applied
+        self.tolerance = mpf(10) ** (5 - evidence.certificate.digits)
+        self.tapes = Tapes(derivation)
+        self.restraints = Restraints(derivation, self.tapes)
+        self.points = [self._moving(p) for p in evidence.states[:_STATES]]
+        self.scales: list[mpf] = []
+
+    def _moving(self, point: Point) -> Point:
+        mass, forcing = self.tapes.derived_parts(point)
+        solution = self.restraints.solved(point, mass, forcing)
+        if solution is None:
+            return point
+        multipliers = [c.multiplier for c in self.restraints.closures]
+        return {**point, **dict(zip([*self.tapes.a, *multipliers], solution, strict=True))}
+
+    def newton(self, forces: _Forces) -> None:
+        """Compare forces with m r̈ − F, and their work with that of the closures."""
+        for point in self.points:
+            self._newton_at(point, forces)
+
+    def _newton_at(self, point: Point, forces: _Forces) -> None:
+        tapes = self.tapes
+        series = tapes.series(point)
+        run = tapes.positions.run([series[s] for s in tapes.still], 2)
+        slopes = tapes.potential_slopes(series, run.outputs)
+        masses = dict.fromkeys(range(len(tapes.symbols)), _ZERO)
+        for mass, k in zip(tapes.mass_values(series), tapes.components, strict=True):
+            masses[k] += mass
+        lacking = self._lacking(point)
+        symbols = [s for s in tapes.symbols if s in forces.along]
+        found = values([forces.along[s] for s in symbols], point)
+        others = values([self.applied.other.get(s, sp.Integer(0)) for s in symbols], point)
+        seeds: dict[int, tuple[mpf, mpf, mpf]] = {}
+        differences, scale = [], _ZERO
+        for s, force, other in zip(symbols, found, others, strict=True):
+            k = tapes.symbols.index(s)
+            if s in forces.by_multipliers:
+                force += lacking[forces.by_multipliers[s]]
+            parts = [masses[k] * run.outputs[k][2], slopes[s], other]
+            differences.append(force - sum(parts, _ZERO))
+            scale = max(scale, sum(map(abs, parts), abs(force)))
+            seeds[k] = (force, _ZERO, _ZERO)
+        self.scales.append(scale)
+        for difference in differences:
+            self._require(difference, scale)
+        work = [x[0] for x in run.gradient(seeds)[1 : 1 + tapes.n]]
+        self._require_work(point, work, scale)
+
+    def _require_work(self, point: Point, work: Sequence[mpf], scale: mpf) -> None:
+        """Σ f ∂r/∂q and what acts on coordinates alone must be M a − f."""
+        direct = values([self.applied.of(q) for q in self._alone()], point)
+        alone = dict(zip(self._alone(), direct, strict=True))
+        for q, done, (residual, size) in zip(
+            self.tapes.q, work, self._residuals(point), strict=True
+        ):
+            load = alone.get(q, _ZERO)
+            self._require(done + load - residual, size + abs(load) + scale)
+
+    def _alone(self) -> list[sp.Symbol]:
+        return [q for q in self.tapes.q if q not in self.tapes.symbols]
+
+    def _residuals(self, point: Point) -> list[tuple[mpf, mpf]]:
+        """M a − f of each coordinate, with the size of its terms."""
+        mass, forcing = self.tapes.derived_parts(point)
+        accelerations = [point[a] for a in self.tapes.a]
+        found = []
+        for row, f in zip(mass, forcing, strict=True):
+            parts = [m * a for m, a in zip(row, accelerations, strict=True)]
+            found.append((sum(parts, -f), sum(map(abs, parts), abs(f))))
+        return found
+
+    def _lacking(self, point: Point) -> list[mpf]:
+        """M a − f − Σ λ·gradient: zero at a state of the motion."""
+        pairs = zip(self._residuals(point), self.restraints.forces(point), strict=True)
+        return [residual - sum(parts, _ZERO) for (residual, _), parts in pairs]
+
+    def rows(self, rows: Sequence[Row], multipliers: Mapping[int, sp.Expr]) -> None:
+        """Require that the multipliers make up the forces."""
+        numbers = sorted(multipliers)
+        for point, scale in zip(self.points, self.scales, strict=True):
+            known = dict(
+                zip(numbers, values([multipliers[k] for k in numbers], point), strict=True)
+            )
+            for row in (row for row in rows if row.gradient):
+                force, *slopes = values([row.force, *row.gradient.values()], point)
+                parts = [known[k] * g for k, g in zip(row.gradient, slopes, strict=True)]
+                self._require(force - sum(parts, _ZERO), sum(map(abs, parts), scale))
+
+    def _require(self, difference: mpf, size: mpf) -> None:
+        if abs(difference) > self.tolerance * size:
+            raise InternalError(Problem("the constraint forces disagree with Newton's law"))
