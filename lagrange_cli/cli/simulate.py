@@ -108,11 +108,14 @@ def _number(value: float | None, form: str) -> str:
 
 
 def _state(trajectory: Trajectory) -> list[str]:
-    """The last state as a table: each name with its value and its rate."""
+    """The last state as a table: each name with its value and its rate, if it has one."""
     state = trajectory.state
-    names = [name for name in state if f"dot({name})" in state]
-    width = max(map(len, names), default=0)
-    rows = [f"  {n:<{width}}  {state[n]:>16.9g}  {state[f'dot({n})']:>16.9g}" for n in names]
+    rates = {name: state.get(f"dot({name})") for name in state if not name.startswith("dot(")}
+    width = max(map(len, rates), default=0)
+    rows = [
+        f"  {name:<{width}}  {state[name]:>16.9g}" + ("" if rate is None else f"  {rate:>16.9g}")
+        for name, rate in rates.items()
+    ]
     return [f"  {'':<{width}}  {'value':>16}  {'rate':>16}", *rows]
 
 

@@ -39,6 +39,7 @@ def quantity_labels(equations: Equations) -> dict[str, str]:
     taken = {p.name for p in equations.parameters}
     taken |= {c.name for c in equations.coordinates}
     taken |= {c.name for c in equations.cartesian_names}
+    taken |= {name for name, _ in equations.outputs}
     return {short: long if short in taken else short for short, long in _LABELS.items()}
 
 

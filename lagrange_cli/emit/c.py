@@ -52,8 +52,9 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
     """
     real = real_type(str(options["real"]))
     names = CNames.of(equations)
+    functions = _OUTPUTS | ({"outputs": ("outputs",)} if equations.outputs else {})
     programs = {
-        function: build_program(equations, outputs) for function, outputs in _OUTPUTS.items()
+        function: build_program(equations, outputs) for function, outputs in functions.items()
     } | constraint_programs(equations)
     stem = file_stem(equations.name)
     source = _source(equations, names, real, programs, stem)

@@ -34,6 +34,11 @@ int @NAME@_energy(@OUT@);
 int @NAME@_positions(@OUT@);
 """
 
+_OUTPUTS = """
+/* out[0..@NAME@_OUTPUTS-1]: the outputs in the order above. */
+int @NAME@_outputs(@OUT@);
+"""
+
 _CONSTRAINED = """
 /* out[0..@NAME@_MULTIPLIERS-1]: the multipliers, in the order of the closures above. */
 int @NAME@_multipliers(@OUT@);
@@ -71,6 +76,7 @@ def header_text(equations: Equations, names: CNames, real: Real, work: int) -> s
             "",
             *_sizes(equations, prefix),
             f"#define {prefix}_POSITIONS {len(equations.cartesian_names)}",
+            *([f"#define {prefix}_OUTPUTS {len(equations.outputs)}"] if equations.outputs else []),
             f"#define {prefix}_WORK {work}",
             "",
             *_structure(equations, names, real),
@@ -99,7 +105,8 @@ def _sizes(equations: Equations, prefix: str) -> list[str]:
 
 
 def _declarations(equations: Equations, names: CNames, real: Real) -> str:
-    text = _INTERFACE + (_CONSTRAINED if equations.closures else "")
+    text = _INTERFACE + (_OUTPUTS if equations.outputs else "")
+    text += _CONSTRAINED if equations.closures else ""
     return (
         text.replace("@RHS@", names.arguments(real, "dydt"))
         .replace("@OUT@", names.arguments(real, "out"))
@@ -128,6 +135,7 @@ def _comment(equations: Equations, names: CNames) -> list[str]:
     lines += ["", "Positions:"]
     for k, cartesian in enumerate(equations.cartesian_names):
         lines.append(f"  out[{k}]  {comment_text(cartesian.name)}")
+    lines += _outputs(equations)
     lines += _closures(equations)
     lines += ["", *_conventions(equations, names.prefix).splitlines()]
     return ["/*", *(f" * {line}".rstrip() for line in lines), " */"]
@@ -143,6 +151,13 @@ def _statement(equations: Equations) -> list[str]:
         "closure k, so that l[k]*g[k] is the generalized force that it exerts.",
         f"n = {n} coordinates, {m} multiplier{'s' * (m > 1)}, degrees of freedom: {dof}.",
     ]
+
+
+def _outputs(equations: Equations) -> list[str]:
+    """The outputs in their order."""
+    names = [comment_text(name) for name, _ in equations.outputs]
+    lines = [f"  out[{k}]  {name}" for k, name in enumerate(names)]
+    return ["", "Outputs:", *lines] if lines else []
 
 
 def _closures(equations: Equations) -> list[str]:

@@ -20,6 +20,7 @@ from lagrange_cli.emit.account import (
 )
 from lagrange_cli.emit.escape import latex_text
 from lagrange_cli.emit.latex import Row, Typesetter
+from lagrange_cli.emit.latex_forces import forces_section
 from lagrange_cli.emit.latex_formula import latex_number
 from lagrange_cli.emit.symbols import latex_name
 
@@ -54,7 +55,9 @@ def document(equations: Equations, form: str = "lagrange") -> str:
         page.forces(),
         page.motion(form),
         page.closures(),
+        forces_section(page.setter),
         page.conserved(),
+        page.outputs(),
         page.certificate(),
         [r"\end{document}"],
     ]
@@ -303,6 +306,12 @@ class _Document:
         if energy_is_sum(self.equations, quantity):
             label += f" = {self.labels['T']} + {self.labels['V']}"
         return self.setter.definition(label, quantity.expression)
+
+    def outputs(self) -> list[str]:
+        rows = [self.setter.definition(latex_name(n), e) for n, e in self.equations.outputs]
+        if not rows:
+            return []
+        return [r"\section*{Outputs}", *self.setter.align(rows, numbered=False)]
 
     def certificate(self) -> list[str]:
         seal = self.equations.certificate

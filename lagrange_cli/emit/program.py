@@ -111,6 +111,7 @@ OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "positions": lambda e: (c.position for c in e.cartesian_names),
     "velocities": lambda e: (c.velocity for c in e.cartesian_names),
     "momenta": _momenta,
+    "outputs": lambda e: (expression for _, expression in e.outputs),
     **CLOSURE_OUTPUTS,
 }
 

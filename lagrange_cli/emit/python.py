@@ -103,7 +103,7 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
         names |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
     functions = [
         function_source(program_of(equations, name), name, names, "p=DEFAULTS")
-        for name in _FUNCTIONS
+        for name in (*_FUNCTIONS, *(["outputs"] if equations.outputs else []))
     ]
     programs = constraint_programs(equations)
     functions += [
@@ -186,6 +186,7 @@ def _constants(equations: Equations) -> str:
             f"COORDINATES = {_strings([c.name for c in equations.coordinates])}",
             f"CARTESIAN = {_strings([c.name for c in equations.cartesian_names])}",
             f"PARAMETERS = {_strings([p.name for p in equations.parameters])}",
+            *_outputs(equations),
             *_closures(equations),
             "",
             f"INITIAL = {state!r}",
@@ -193,6 +194,11 @@ def _constants(equations: Equations) -> str:
             "",
         ]
     )
+
+
+def _outputs(equations: Equations) -> list[str]:
+    names = [name for name, _ in equations.outputs]
+    return [f"OUTPUTS = {_strings(names)}"] if names else []
 
 
 def _closures(equations: Equations) -> list[str]:

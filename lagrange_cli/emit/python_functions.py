@@ -106,6 +106,7 @@ _DOCS = {
     "energy": "Energy function: the sum of v dL/dv, less L (T + V in most systems).",
     "positions": "Cartesian names, in the order of CARTESIAN.",
     "velocities": "Time derivatives of the Cartesian names, in the order of CARTESIAN.",
+    "outputs": "What the scene asks for besides, in the order of OUTPUTS.",
     "multipliers": "Multipliers, in the order of MULTIPLIERS; all NaN where they do not exist.",
     "constraints": "What is zero: lhs - rhs of closures of positions, then rates of all closures.",
     "position_error": "Closures of positions, then the magnitudes behind them.",

@@ -77,6 +77,8 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         ],
         "facts": {
             **asdict(equations.facts),
+        "outputs": [{"name": name, "expression": say(e)} for name, e in equations.outputs],
+        **({} if forces is None else forces_report(forces, say)),
             "unused_parameters": list(equations.facts.unused_parameters),
         },
         "certificate": asdict(equations.certificate),

@@ -74,6 +74,7 @@ def derivation_text(equations: Equations, *, ascii: bool = False, form: str = "l
         [certificate_line(equations.certificate)],
     ]
     text = "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
+        page.outputs(),
     return text.encode("ascii", "backslashreplace").decode("ascii") if ascii else text
 
 
@@ -273,6 +274,11 @@ class _Page:
         column = max(short, default=0)
         lines = [heading]
         for block, reason in blocks:
+    def outputs(self) -> list[str]:
+        names = [(self.printer.symbol(name), e) for name, e in self.equations.outputs]
+        lines = [line for name, e in names for line in self.formula(f"  {name}", e)]
+        return ["Outputs", *lines] if lines else []
+
             *before, last = block
             lines += [*before, f"{_padded(last, column)}     {reason}"]
         return lines

@@ -311,7 +311,8 @@ class Equations:
     unscaled; ``shown`` is the textbook form. ``kinetic`` and ``potential`` are
     T and V in display form; ``potential`` may hold velocities (a generalized
     potential U). ``energy`` is Σ v ∂L/∂v − L, whether conserved or not.
-    ``abbreviations`` are the scene's definitions that name no Cartesian name.
+    ``abbreviations`` are the scene's definitions that name no Cartesian name;
+    ``outputs`` what it asks for besides, by name, over (q, v, t).
     ``literals`` maps exact values to decimals as the scene wrote them.
     ``initial`` is None when the scene gives no initial state or a parameter
     lacks its value. ``constraint_forces`` is None unless it was asked for.
@@ -348,9 +349,9 @@ class Equations:
     warnings: tuple[Problem, ...] = ()
     remarks: tuple[str, ...] = ()
     closures: tuple[Closure, ...] = ()
-
     outputs: tuple[tuple[str, Expr], ...] = ()
     constraint_forces: ConstraintForces | None = None
+
     @property
     def formulation(self) -> Literal["minimal", "multiplier"]:
         return "multiplier" if self.closures else "minimal"

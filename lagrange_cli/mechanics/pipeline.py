@@ -112,6 +112,7 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
         initial=initial,
         simulate=_simulation_defaults(reduced),
         abbreviations=tuple(_abbreviations(reduced)),
+        outputs=tuple(_outputs(reduced)),
         literals=decimal_literals(_expressions(scene)),
         warnings=(
             *reduced.warnings,
@@ -193,13 +194,18 @@ def _abbreviations(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
         yield name, reduced.resolve(reduced.names.convert(expression, reduced.rate))
 
 
+def _outputs(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
+    for term in reduced.scene.outputs:
+        yield term.name, reduced.resolve(reduced.names.convert(term.expression, reduced.rate))
+
+
 def _expressions(scene: Scene) -> Iterator[Expression]:
     for position in (*(p.position for p in scene.particles), *(p.position for p in scene.points)):
         yield from position
     yield from (p.mass for p in scene.particles)
     yield from (s for c in scene.constraints for e in c.equations for s in (e.left, e.right))
     yield from (d.expression for d in scene.definitions)
-    for term in (*scene.potentials, *scene.kinetic, *scene.dissipation):
+    for term in (*scene.potentials, *scene.kinetic, *scene.dissipation, *scene.outputs):
         yield term.expression
     yield from (c for f in scene.forces for c in f.components)
 

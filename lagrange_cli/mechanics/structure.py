@@ -104,6 +104,7 @@ def _unused(scene: Scene) -> tuple[str, ...]:
         *(d.expression for d in scene.definitions),
         *(t.expression for t in (*scene.potentials, *scene.kinetic, *scene.dissipation)),
         *(c for f in scene.forces for c in f.components),
+        *(t.expression for t in scene.outputs),
         *(i.value for i in (*scene.initial, *scene.near)),
         scene.simulate.until,
         scene.simulate.start,

@@ -108,7 +108,7 @@ class Definition:
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """A named term of ``potentials``, ``kinetic`` or ``dissipation``."""
+    """A named term of ``potentials``, ``kinetic`` or ``dissipation``, or an output."""
 
     name: str
     mark: Mark
@@ -213,6 +213,7 @@ class Scene:
     kinetic: tuple[Term, ...] = ()
     forces: tuple[Force, ...] = ()
     dissipation: tuple[Term, ...] = ()
+    outputs: tuple[Term, ...] = ()
     initial: tuple[InitialValue, ...] = ()
     near: tuple[InitialValue, ...] = ()
     simulate: SimulateDefaults = field(default_factory=SimulateDefaults)

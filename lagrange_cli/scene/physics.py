@@ -1,4 +1,5 @@
-"""Reading the sections of mechanics: constraints, potentials, kinetic, forces, dissipation."""
+"""Reading the sections of mechanics: constraints, potentials, kinetic, forces, dissipation,
+outputs."""
 
 from __future__ import annotations
 
@@ -14,6 +15,7 @@ __all__ = [
     "read_dissipation",
     "read_forces",
     "read_kinetic",
+    "read_outputs",
     "read_potentials",
 ]
 
@@ -61,9 +63,15 @@ def read_dissipation(node: SourceNode, reading: Reading) -> tuple[Term, ...]:
     return _terms(node, "dissipation", "dissipation", reading)
 
 
-def _terms(node: SourceNode, section: str, word: str, reading: Reading) -> tuple[Term, ...]:
+def read_outputs(node: SourceNode, reading: Reading) -> tuple[Term, ...]:
+    return _terms(node, "outputs", "output", reading, symbols=True)
+
+
+def _terms(
+    node: SourceNode, section: str, word: str, reading: Reading, *, symbols: bool = False
+) -> tuple[Term, ...]:
     found = []
-    for key, value in reading.named(node, section, symbols=False):
+    for key, value in reading.named(node, section, symbols=symbols):
         expression = reading.expression(value, f"{word} '{key.text}'")
         if expression:
             found.append(Term(key.text, key.mark, expression))

@@ -70,6 +70,7 @@ SECTIONS: dict[str, Section] = {
     "kinetic": Section(physics.read_kinetic),
     "forces": Section(physics.read_forces),
     "dissipation": Section(physics.read_dissipation),
+    "outputs": Section(physics.read_outputs),
     "initial": Section(conditions.read_initial),
     "near": Section(conditions.read_near),
     "simulate": Section(conditions.read_simulate),
@@ -77,7 +78,7 @@ SECTIONS: dict[str, Section] = {
 }
 
 #: Sections of the language that this version does not read.
-LATER_SECTIONS = ("inputs", "outputs")
+LATER_SECTIONS = ("inputs",)
 
 
 def read_file(

@@ -87,8 +87,9 @@ def check_clashes(
 ) -> None:
     """Report names declared twice, and names that print alike."""
     sizes = {size.name: size.mark for size in scene.sizes}
-    _check_declared_twice(table, sizes, indices, problems)
-    _check_components(table, problems)
+    outputs = {term.name: term.mark for term in scene.outputs}
+    _check_declared_twice(table, sizes, indices, outputs, problems)
+    _check_components(table, outputs, problems)
     particles = {p.name for p in scene.particles}
     for point in scene.points:
         if point.name in particles:
@@ -99,7 +100,11 @@ def check_clashes(
 
 
 def _check_declared_twice(
-    table: NameTable, sizes: Mapping[str, Mark], indices: Mapping[str, Mark], problems: Problems
+    table: NameTable,
+    sizes: Mapping[str, Mark],
+    indices: Mapping[str, Mark],
+    outputs: Mapping[str, Mark],
+    problems: Problems,
 ) -> None:
     first: dict[str, tuple[str, Mark]] = {}
     kinds = (
@@ -108,6 +113,7 @@ def _check_declared_twice(
         ("a parameter", table.parameters),
         ("a coordinate", table.coordinates),
         ("a definition", table.definitions),
+        ("an output", outputs),
     )
     for kind, names in kinds:
         for name, mark in names.items():
@@ -121,8 +127,8 @@ def _check_declared_twice(
                 )
             first.setdefault(name, (kind, mark))
     for name, mark in table.cartesian.items():
-        if name in sizes or name in indices:
-            kind, place = first[name]
+        kind, place = first.get(name, ("", mark))
+        if kind in ("a size", "an index", "an output"):
             problems.add(
                 f"'{name}' stands in a position and is also {kind}",
                 mark,
@@ -131,11 +137,11 @@ def _check_declared_twice(
             )
 
 
-def _check_components(table: NameTable, problems: Problems) -> None:
+def _check_components(table: NameTable, outputs: Mapping[str, Mark], problems: Problems) -> None:
     """Refuse declaring ``x_bob`` where bob's position calls that component otherwise."""
     for name, entry in table.components.items():
         own = isinstance(entry.node, Name) and entry.node.name == name
-        for kind in (table.parameters, table.coordinates, table.definitions):
+        for kind in (table.parameters, table.coordinates, table.definitions, outputs):
             if name in kind and not (own and kind is not table.parameters):
                 axis, _, body = name.partition("_")
                 problems.add(
@@ -154,6 +160,8 @@ def _printed(scene: Scene, table: NameTable) -> Iterator[tuple[str, str, Mark]]:
     for kind in (table.parameters, table.coordinates, table.definitions, table.cartesian):
         for name, mark in kind.items():
             marks.setdefault(name, mark)
+    for term in scene.outputs:
+        marks.setdefault(term.name, term.mark)
     for name, mark in marks.items():
         yield name, latex.get(name) or name, mark
 

@@ -83,6 +83,8 @@ def _mechanics(scene: Scene) -> Iterator[Use]:
             yield Use(entry, f"force '{force.name}'", _DYNAMICS)
     for term in scene.dissipation:
         yield Use(term.expression, f"dissipation '{term.name}'", _DYNAMICS)
+    for term in scene.outputs:
+        yield Use(term.expression, f"output '{term.name}'", _DYNAMICS)
 
 
 def _sides(equation: Equation, what: str, place: Place) -> Iterator[Use]:

@@ -64,7 +64,8 @@ class Model:
     ``facts``: structure facts by name. ``multipliers`` names the constraints that
     are kept beside the coordinates, if any; then the code has the functions
     ``multipliers``, ``constraints``, which gives ``residuals`` numbers, and
-    ``project``.
+    ``project``. ``outputs`` names what the scene asks for besides; where there is
+    something, the code has a function ``outputs``.
     """
 
     name: str
@@ -80,6 +81,7 @@ class Model:
     code: Code
     multipliers: tuple[str, ...] = ()
     residuals: int = 0
+    outputs: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The model as values that JSON holds; doubles keep all their digits."""
@@ -89,7 +91,8 @@ class Model:
     def from_json(cls, value: Mapping[str, Any]) -> Model:
         """The model that :meth:`to_json` gave."""
         found = dict(value)
-        for name in ("coordinates", "kinds", "cartesian", "conserved", "multipliers"):
+        lists = ("coordinates", "kinds", "cartesian", "conserved", "multipliers", "outputs")
+        for name in lists:
             found[name] = tuple(found[name])
         found["parameters"] = tuple(ModelParameter(**p) for p in found["parameters"])
         found["initial"] = None if found["initial"] is None else tuple(found["initial"])

@@ -43,6 +43,7 @@ def model_of(equations: Equations) -> Model:
         code=_code(equations),
         multipliers=equations.multipliers,
         residuals=sum(1 + (c.kind == "position") for c in equations.closures),
+        outputs=tuple(name for name, _ in equations.outputs),
     )
 
 
@@ -50,6 +51,8 @@ def _code(equations: Equations) -> Code:
     programs = {name: program_of(equations, name) for name in FUNCTIONS}
     disturbed = disturb(programs["rhs"])
     programs["disturbed"] = disturbed
+    if equations.outputs:
+        programs["outputs"] = program_of(equations, "outputs")
     programs |= constraint_programs(equations)
     return Code(
         c=library_source(programs),

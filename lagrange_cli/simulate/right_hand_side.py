@@ -70,11 +70,12 @@ class RightHandSide:
     parameters and operations off by their rounding error. The tables evaluate
     many states at once: ``energy`` Σ q̇ ∂L/∂q̇ − L, one column; ``positions`` and
     ``velocities`` the scene's Cartesian names; ``multipliers`` and ``constraints``
-    (φ, then φ̇ and ψ) those of the closure equations, no columns where there are
-    none. NaN stands for what does not exist. ``implementation`` says in words what
-    runs. ``wider`` makes the same right-hand sides in wider arithmetic, or None
-    where there is none. Right-hand sides of systems with closure equations have a
-    projection, see :func:`.base.projection`.
+    (φ, then φ̇ and ψ) those of the closure equations, ``outputs`` what the scene
+    asks for besides, no columns where there are none. NaN stands for what does not
+    exist. ``implementation`` says in words what runs. ``wider`` makes the same
+    right-hand sides in wider arithmetic, or None where there is none. Right-hand
+    sides of systems with closure equations have a projection, see
+    :func:`.base.projection`.
     """
 
     rhs: Rhs
@@ -84,6 +85,7 @@ class RightHandSide:
     velocities: Table
     multipliers: Table
     constraints: Table
+    outputs: Table
     implementation: str
     wider: Callable[[], Wider | None] = lambda: None
 
@@ -191,6 +193,7 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
         velocities=table("velocities", len(model.cartesian)),
         multipliers=table("multipliers", len(model.multipliers)),
         constraints=table("constraints", model.residuals),
+        outputs=table("outputs", len(model.outputs)),
         implementation="compiled C",
         wider=lambda: _wider(model, cache, started + budget),
     )
@@ -273,6 +276,7 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         velocities=table("velocities", len(model.cartesian)),
         multipliers=table("multipliers", len(model.multipliers)),
         constraints=table("constraints", model.residuals),
+        outputs=table("outputs", len(model.outputs)),
         implementation=f"interpreted Python: {reason}",
     )
 

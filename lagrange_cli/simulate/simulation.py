@@ -208,7 +208,7 @@ def _implementation(functions: RightHandSide, measured: Measured) -> str:
 
 
 def _columns(model: Model, functions: RightHandSide, t: Array, states: Array) -> dict[str, Array]:
-    """Coordinates, their ``dot``, Cartesian names, their ``dot``; each name once."""
+    """Coordinates, their ``dot``, Cartesian names, their ``dot``, outputs; each name once."""
     n = len(model.coordinates)
     columns = {name: states[:, i].copy() for i, name in enumerate(model.coordinates)}
     columns |= {f"dot({c})": states[:, n + i].copy() for i, c in enumerate(model.coordinates)}
@@ -216,7 +216,7 @@ def _columns(model: Model, functions: RightHandSide, t: Array, states: Array) ->
         values = table(t, states)
         for i, name in enumerate(model.cartesian):
             columns.setdefault(form.format(name), values[:, i].copy())
-    return columns
+    return columns | dict(zip(model.outputs, functions.outputs(t, states).T.copy(), strict=True))
 
 
 def _energy_is_conserved(model: Model) -> bool:

@@ -53,8 +53,8 @@ class Trajectory:
     """Samples of a motion with what is known of their error.
 
     ``t`` has shape (samples,). ``columns`` maps every coordinate, its
-    ``dot(...)``, every Cartesian name of the scene and its ``dot(...)`` to an
-    array of that shape; ``energy`` is Σ q̇ ∂L/∂q̇ − L. ``status`` is ``ok``,
+    ``dot(...)``, every Cartesian name of the scene, its ``dot(...)`` and every
+    output to an array of that shape; ``energy`` is Σ q̇ ∂L/∂q̇ − L. ``status`` is ``ok``,
     ``accuracy_not_reached``, ``stopped`` or ``blow_up``; but for ``ok``,
     ``reason`` says in words what happened when, and the samples end there.
 
