@@ -20,7 +20,6 @@ from lagrange_cli.emit.account import (
 )
 from lagrange_cli.emit.escape import latex_text
 from lagrange_cli.emit.latex import Row, Typesetter
-from lagrange_cli.emit.latex_forces import forces_section
 from lagrange_cli.emit.latex_formula import latex_number
 from lagrange_cli.emit.symbols import latex_name
 
@@ -55,7 +54,6 @@ def document(equations: Equations, form: str = "lagrange") -> str:
         page.forces(),
         page.motion(form),
         page.closures(),
-        forces_section(page.setter),
         page.conserved(),
         page.outputs(),
         page.certificate(),
