@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
-from functools import lru_cache
+from functools import cmp_to_key, lru_cache
 from typing import NamedTuple
 
 import sympy as sp
@@ -52,6 +52,8 @@ _TRIGONOMETRIC = {
 }
 _ZERO = sp.Integer(0)
 _UNIT: Weights = {_ONE: 1}
+#: The order of the factors of a product.
+_SYMPY_ORDER = cmp_to_key(sp.Basic.compare)
 
 
 def expand_terms(expr: sp.Expr, budget: int) -> list[sp.Expr] | None:
@@ -250,7 +252,24 @@ class TermSum:
             for trig, weights in group.items():
                 number, mass = _weight_sum(weights)
                 if number != 0:
-                    yield sp.Mul(exact(number), mass, *powers, *trig_factors(trig))
+                    yield _monomial(exact(number), [mass, *powers, *trig_factors(trig)])
+
+
+def _monomial(number: sp.Rational, factors: list[sp.Expr]) -> sp.Expr:
+    """``number`` times the factors.
+
+    Of different plain factors there is nothing for SymPy to gather: only their
+    order is its own.
+    """
+    present = [f for f in factors if f is not _ONE]
+    bases = {f.base if f.is_Pow else f for f in present}
+    plain = len(bases) == len(present) > 1 and all(
+        f.is_Symbol or f.is_Function or f.is_Add for f in bases
+    )
+    if not plain or not all(f.exp.is_Integer for f in present if f.is_Pow):
+        return sp.Mul(number, *factors)
+    present.sort(key=_SYMPY_ORDER)
+    return sp.Mul._from_args(present if number is _ONE else [number, *present], True)
 
 
 def trig_factors(trig: TrigMonomial) -> list[sp.Expr]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import permutations
+
 import mpmath
 import pytest
 import sympy as sp
@@ -257,3 +259,17 @@ def test_a_common_factor_divides_every_term(terms: list[sp.Expr]) -> None:
         # Greatest: nothing more can be taken out of all of them with one sign.
         assert not (all(p > 0 for p in powers))
         assert not (all(p < 0 for p in powers))
+
+
+@pytest.mark.parametrize("number", [1, -1, 3, sp.Rational(1, 2)])
+def test_products_are_those_that_sympy_forms(number: sp.Expr) -> None:
+    """Products put together without SymPy's search for equal bases are the same objects."""
+    x, y, m, n = sp.symbols("x y m n", real=True)
+    factors = [y**2, m + n, sp.sin(x - y), x, 1 / m]
+    for factor in permutations(factors, 3):
+        expected = sp.Mul(number, *factor)
+        total = TermSum(Splitter(frozenset({m, n})))
+        total.add(expected)
+        (found,) = total.collected()
+        assert found == expected
+        assert found.args == expected.args
