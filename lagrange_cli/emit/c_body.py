@@ -14,9 +14,10 @@ from textwrap import wrap
 
 from lagrange_cli.emit.c_names import CNames, Real
 from lagrange_cli.emit.c_solvers import EPSILON_NAME, dense_size
+from lagrange_cli.emit.families import Assignment
 from lagrange_cli.emit.operands import Number, Operand, Product, Variable, rebuilt
 from lagrange_cli.emit.printing import Dialect, expression
-from lagrange_cli.emit.program import Program, input_names
+from lagrange_cli.emit.program import Program, following, input_names
 from lagrange_cli.emit.rolling import Affine, Cell, Loop, Place, Repeated, Statement, roll
 from lagrange_cli.emit.solve import Block
 
@@ -83,6 +84,13 @@ class _Stores:
 
 
 @dataclass(frozen=True)
+class _Steps:
+    """Assignments in their order."""
+
+    assignments: Sequence[Assignment]
+
+
+@dataclass(frozen=True)
 class _Pivots:
     """Tests of the pivots of unrolled blocks."""
 
@@ -94,7 +102,7 @@ class _Solve:
     block: Block
 
 
-_Part = _Stores | _Pivots | _Solve
+_Part = _Stores | _Steps | _Pivots | _Solve
 
 _RIGHT = "Right-hand sides: of the coordinates, then of the closures."
 
@@ -155,6 +163,16 @@ def _solution(
         if block.unrolled:
             parts.append(_Stores([Statement(coordinates[i], next(accelerations)) for i in of]))
             continue
+        if block.band is not None:
+            entries = [next(matrix) for _ in range(len(block.closures) * (block.band + 1))]
+            parts += _band(block, entries, [next(forcing) for _ in block.closures])
+            parts.append(_Steps(following(program, block.multipliers)))
+            named = zip(block.closures, block.multipliers, strict=True)
+            copies = [Statement(closures[k], Variable(d)) for k, d in named if k in closures]
+            parts.append(_Stores(copies))
+            if coordinates:
+                parts.append(_Stores([Statement(coordinates[i], next(accelerations)) for i in of]))
+            continue
         entries = [next(matrix) for _ in range(size * (size + 1) // 2)]
         gradients = [next(matrix) for _ in range(size * len(block.closures))]
         right = [next(forcing) for _ in range(block.size)]
@@ -168,6 +186,16 @@ def _solution(
         ]
         parts.append(_Stores(found))
     return parts
+
+
+def _band(block: Block, entries: Sequence[Operand], right: Sequence[Operand]) -> Iterator[_Part]:
+    """Fill the workspace with band and right-hand side, and call the solver."""
+    start, size = block.start, len(entries)
+    band = [Cell("work", i) for i in range(start - size, start)]
+    yield _Stores(list(map(Statement, band, entries)), "The band of the multipliers, by rows.")
+    drive = [Cell("work", start + k) for k in range(len(right))]
+    yield _Stores(list(map(Statement, drive, right)), "What drives them.")
+    yield _Solve(block)
 
 
 def _dense_block(
@@ -203,12 +231,11 @@ class _Writer:
 
     def text(self, parts: Sequence[_Part], results: int, result: str) -> list[str]:
         """Declarations, the assignments, the parts, and the check of the results."""
-        assigned = [Statement(self._cell(n), o) for n, o in self.program.assignments]
+        blocks = self.program.blocks
+        late = {name for b in blocks for name, _ in following(self.program, b.multipliers)}
+        first = [step for step in self.program.assignments if step[0] not in late]
         steps: list[tuple[_Part, list[Statement | Loop]]]
-        steps = [(_Stores([]), self._rolled(assigned, False))]
-        for part in parts:
-            statements = part.statements if isinstance(part, _Stores) else []
-            steps.append((part, self._rolled(statements, True)))
+        steps = [(part, self._items(part)) for part in (_Steps(first), *parts)]
         self._place_values([item for _, items in steps for item in items])
         for part, items in steps:
             self._write(part, items)
@@ -217,6 +244,11 @@ class _Writer:
         return [*self._opening(parts, results, velocities), *self.lines]
 
     # -- where values are ----------------------------------------------------
+
+    def _items(self, part: _Part) -> list[Statement | Loop]:
+        if isinstance(part, _Steps):
+            return self._rolled([Statement(self._cell(n), o) for n, o in part.assignments], False)
+        return self._rolled(part.statements if isinstance(part, _Stores) else [], True)
 
     def _rolled(self, statements: Sequence[Statement], independent: bool) -> list[Statement | Loop]:
         if not self.program.is_large:
@@ -238,6 +270,8 @@ class _Writer:
         if self.names.parameter_array is None:
             self.copied = {cell.index for cell in cells if cell.array == "p"}
         texts = {f"w{k}": f"w[{k}]" for k in self.stored}
+        found = [d for block in self.program.blocks for d in block.multipliers]
+        texts |= {d: f"work[{d[1:]}]" for d in found}
         if self.program.is_large:
             n = self.program.coordinates
             texts |= {f"q{k}": f"y[{k}]" for k in range(n)}
@@ -296,8 +330,9 @@ class _Writer:
         elif isinstance(part, _Solve):
             self._write_call(part.block)
         else:
-            if part.comment and any(isinstance(item, Loop) for item in items):
-                self.lines.append(f"    /* {part.comment} */")
+            comment = part.comment if isinstance(part, _Stores) else ""
+            if comment and any(isinstance(item, Loop) for item in items):
+                self.lines.append(f"    /* {comment} */")
             for item in items:
                 self._write_item(item)
 
@@ -370,10 +405,15 @@ class _Writer:
                 self.lines += [f"    if (!({test})) {{", "        return 1;", "    }"]
 
     def _write_call(self, block: Block) -> None:
-        n, size = len(block.coordinates), block.size
+        n, m, size = len(block.coordinates), len(block.closures), block.size
+        prefix = f"{self.names.prefix}_solve"
         kind = "definite" if block.definite else "saddle" if block.closures else "pivoted"
-        sizes = f"{n}, {len(block.closures)}" if block.closures else f"{n}"
-        call = f"{self.names.prefix}_solve_{kind}({sizes}, work, work + {size * size})"
+        sizes = f"{n}, {m}" if block.closures else f"{n}"
+        call = f"{prefix}_{kind}({sizes}, work, work + {size * size})"
+        if block.band is not None:
+            start = _index(Affine(block.start - m * (block.band + 1), ()))
+            place = "work" if start == "0" else f"work + {start}"
+            call = f"{prefix}_banded({m}, {block.band}, {place}, work + {block.start})"
         self.lines += [f"    if ({call} != 0) {{", "        return 1;", "    }"]
 
     def _check(self, result: str, results: int) -> None:

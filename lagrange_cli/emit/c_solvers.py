@@ -246,12 +246,57 @@ static int @NAME@_solve_saddle(int n, int m, @REAL@ *a, @REAL@ *b)
 }
 """
 
+_BANDED = """\
+/*
+ * Solve a x = b for a symmetric positive definite band of m rows, each given
+ * from the diagonal on to w columns right of it; x replaces b, behind which m
+ * more numbers are overwritten. a = L D L^T: the ratios L replace what is right
+ * of the diagonal. Pivots are judged against the diagonal before elimination.
+ */
+static int @NAME@_solve_banded(int m, int w, @REAL@ *a, @REAL@ *b)
+{
+    @REAL@ *const d = b + m; /* the diagonal, then reciprocals of the pivots */
+    int i, j, k;
+    for (k = 0; k < m; ++k) {
+        d[k] = a[k*(w + 1)];
+    }
+    for (k = 0; k < m; ++k) {
+        @REAL@ *const row = a + k*(w + 1);
+        const int last = w < m - 1 - k ? w : m - 1 - k;
+        if (!(row[0] > (@REAL@)m*@NAME@_EPSILON*d[k])) {
+            return 1;
+        }
+        d[k] = @ONE@/row[0];
+        for (i = 1; i <= last; ++i) {
+            @REAL@ *const below = row + i*(w + 1) - i;
+            const @REAL@ ratio = row[i]*d[k];
+            for (j = i; j <= last; ++j) {
+                below[j] -= ratio*row[j];
+            }
+            b[k + i] -= ratio*b[k];
+            row[i] = ratio;
+        }
+    }
+    for (k = m - 1; k >= 0; --k) {
+        const @REAL@ *const row = a + k*(w + 1);
+        const int last = w < m - 1 - k ? w : m - 1 - k;
+        @REAL@ rest = b[k]*d[k];
+        for (i = 1; i <= last; ++i) {
+            rest -= row[i]*b[k + i];
+        }
+        b[k] = rest;
+    }
+    return 0;
+}
+"""
+
 
 def dense_size(blocks: Sequence[Block]) -> int:
     """Numbers of workspace for the largest block that a loop solves: matrix,
-    right-hand side, and as many numbers again."""
-    sizes = [block.size for block in blocks if not block.unrolled]
-    return max((n * n + 2 * n for n in sizes), default=0)
+    right-hand side, and as many numbers again. Bands have places of their own."""
+    sizes = [block.size for block in blocks if not block.unrolled and block.band is None]
+    ends = [block.start + 2 * len(block.closures) for block in blocks if block.band is not None]
+    return max([n * n + 2 * n for n in sizes] + ends, default=0)
 
 
 def helper_text(used: Collection[str], names: CNames, real: Real) -> str:
@@ -267,13 +312,15 @@ def solver_text(blocks: Sequence[Block], names: CNames, real: Real) -> str:
             "/* A pivot below this multiple of its diagonal entry is rounding error. */\n"
             f"#define {names.prefix}_{EPSILON_NAME} {real.literal(real.epsilon)}\n"
         )
-    loops = [block for block in blocks if not block.unrolled]
+    loops = [block for block in blocks if not block.unrolled and block.band is None]
     if any(block.definite for block in loops):
         parts.append(fill(_DEFINITE, names, real))
     if any(not block.definite for block in loops):
         parts.append(fill(_PIVOTED, names, real))
     if any(block.closures for block in loops):
         parts.append(fill(_SADDLE, names, real))
+    if any(block.band is not None for block in blocks):
+        parts.append(fill(_BANDED, names, real))
     return "\n".join(parts)
 
 

@@ -35,8 +35,13 @@ def _rates(e: Equations) -> list[Expr]:
 
 
 def _rate_terms(closure: Closure, e: Equations) -> list[Expr]:
-    terms = [g * c.v for g, c in zip(closure.gradient, e.coordinates, strict=True)]
-    return [*terms, closure.rate]
+    return [*_products(closure, [c.v for c in e.coordinates]), closure.rate]
+
+
+def _products(closure: Closure, by: Sequence[Expr]) -> list[Expr]:
+    """The terms of gradient·x."""
+    zero = sympy.S.Zero
+    return [g * x for g, x in zip(closure.gradient, by, strict=True) if g is not zero]
 
 
 def _acceleration(e: Equations) -> System:
@@ -44,7 +49,8 @@ def _acceleration(e: Equations) -> System:
 
 
 def _multipliers(e: Equations) -> System:
-    return System(e.forcing, [(c.gradient, c.bias) for c in e.closures], whole=False)
+    closures = [(c.gradient, c.bias) for c in e.closures]
+    return System(e.forcing, closures, whole=False, multipliers=True)
 
 
 def _position_change(e: Equations) -> System:
@@ -73,7 +79,7 @@ def _sizes(e: Equations) -> Iterable[Expr]:
         yield _magnitude(
             [
                 *sympy.Add.make_args(closure.expression),
-                *(g * c.q for g, c in zip(closure.gradient, e.coordinates, strict=True)),
+                *_products(closure, [c.q for c in e.coordinates]),
             ]
         )
 

@@ -50,6 +50,7 @@ __all__ = [
     "Sum",
     "Variable",
     "build_program",
+    "following",
     "input_names",
     "operations",
 ]
@@ -362,6 +363,17 @@ def _sum_operations(operand: Sum) -> Operations:
 def _product_operations(operand: Product) -> Operations:
     factors = max(0, len(operand.numerator) - 1) + max(0, len(operand.denominator) - 1)
     return Operations(multiplications=factors, divisions=bool(operand.denominator))
+
+
+def following(program: Program, names: Iterable[str]) -> tuple[Assignment, ...]:
+    """The assignments that need one of the names, in their order."""
+    late = set(names)
+    found = []
+    for name, operand in program.assignments if late else ():
+        if any(variable.name in late for variable in variables(operand)):
+            late.add(name)
+            found.append((name, operand))
+    return tuple(found)
 
 
 def input_names(program: Program) -> frozenset[str]:

@@ -9,12 +9,13 @@ return NaN.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from textwrap import fill, wrap
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.constraints import INTERNAL
+from lagrange_cli.emit.families import Assignment
 from lagrange_cli.emit.numbers import double_literal
 from lagrange_cli.emit.printing import Dialect, expression
 from lagrange_cli.emit.program import (
@@ -25,6 +26,7 @@ from lagrange_cli.emit.program import (
     Program,
     Variable,
     build_program,
+    following,
     input_names,
 )
 from lagrange_cli.emit.python_project import HELPERS, project_source
@@ -178,10 +180,15 @@ def function_source(program: Program, name: str, names: Mapping[str, str], param
     parameter
         The text of the last argument (``p``, or ``p=DEFAULTS``).
     """
-    dialect = Dialect(double_literal, PYTHON_FUNCTIONS, names)
+    found = {
+        name: f"a{number}[{k}]"
+        for number, block in enumerate(program.blocks)
+        for k, name in enumerate(block.multipliers)
+    }
+    dialect = Dialect(double_literal, PYTHON_FUNCTIONS, {**names, **found})
     body = _load_inputs(program, dialect, velocities=_is_right_hand_side(program, name))
-    for target, operand in program.assignments:
-        body.append(_statement(target, expression(operand, dialect)))
+    late = dict(following(program, found))
+    body.extend(_assigned([a for a in program.assignments if a[0] not in late], dialect))
     failure = "nan" if name == "energy" else f"np.full({_shape(program, name)}, nan)"
     if name == "multipliers" or name.endswith("_change"):
         body.extend(_unknowns(program, dialect, failure, closures=name == "multipliers"))
@@ -194,6 +201,10 @@ def function_source(program: Program, name: str, names: Mapping[str, str], param
     lines.append("    except (ArithmeticError, ValueError, np.linalg.LinAlgError):")
     lines.append(f"        return {failure}")
     return "\n".join(lines) + "\n"
+
+
+def _assigned(assignments: Iterable[Assignment], dialect: Dialect) -> list[str]:
+    return [_statement(target, expression(operand, dialect)) for target, operand in assignments]
 
 
 def _statement(target: str, text: str) -> str:
@@ -283,7 +294,7 @@ def _accelerations(program: Program, dialect: Dialect) -> list[str]:
 
 def _unknowns(program: Program, dialect: Dialect, failure: str, *, closures: bool) -> list[str]:
     """Solve, and return the multipliers, or what was found of all coordinates."""
-    lines, results, multipliers = _solution(program, dialect, failure)
+    lines, results, multipliers = _solution(program, dialect, failure, coordinates=not closures)
     found = [results.get(i, "0.0") for i in range(program.coordinates)]
     if closures:
         found = [multipliers[k] for k in sorted(multipliers)]
@@ -291,7 +302,7 @@ def _unknowns(program: Program, dialect: Dialect, failure: str, *, closures: boo
 
 
 def _solution(
-    program: Program, dialect: Dialect, failed: str
+    program: Program, dialect: Dialect, failed: str, *, coordinates: bool = True
 ) -> tuple[list[str], dict[int, str], dict[int, str]]:
     """Lines that solve the blocks; the texts of what is found for coordinates and closures."""
     failure = f"            return {failed}"
@@ -306,12 +317,34 @@ def _solution(
             results |= {i: expression(next(written), dialect) for i in block.coordinates}
             continue
         n, m = len(block.coordinates), len(block.closures)
+        multipliers |= {i: f"a{number}[{n + k}]" for k, i in enumerate(block.closures)}
+        if block.band is not None:
+            entries = [next(dense_matrix) for _ in range(m * (block.band + 1))]
+            drive = [next(dense_forcing) for _ in range(m)]
+            lines.append(_band(number, block, entries, drive, dialect))
+            lines.extend(_assigned(following(program, block.multipliers), dialect))
+            multipliers |= {i: f"a{number}[{k}]" for k, i in enumerate(block.closures)}
+            if coordinates:
+                results |= {i: expression(next(written), dialect) for i in block.coordinates}
+            continue
         matrix = [next(dense_matrix) for _ in range(n * (n + 1) // 2 + n * m)]
         right = [next(dense_forcing) for _ in range(block.size)]
         lines.extend(_dense_block(number, block, matrix, right, dialect, failure))
         results |= {i: f"a{number}[{k}]" for k, i in enumerate(block.coordinates)}
-        multipliers |= {i: f"a{number}[{n + k}]" for k, i in enumerate(block.closures)}
     return lines, results, multipliers
+
+
+def _band(
+    number: int,
+    block: Block,
+    entries: Sequence[Operand],
+    drive: Sequence[Operand],
+    dialect: Dialect,
+) -> str:
+    """Solve for the multipliers of a band."""
+    matrix = f"[{_join(entries, dialect)}]"
+    band = f"np.array({matrix}, dtype=float).reshape({len(block.closures)}, -1)"
+    return f"a{number} = _solve_banded({band}, [{_join(drive, dialect)}])"
 
 
 def _dense_block(

@@ -53,6 +53,28 @@ def _solve_saddle(a, b, n):
         raise ArithmeticError("not finite")
     return b
 ''',
+    "_solve_banded": '''\
+def _solve_banded(a, b):
+    """x of S x = b, for a positive definite band of which row k of a holds what is right of
+    the diagonal, and it (S = L D L^T).
+    """
+    m, w = a.shape
+    b = np.array([*b, *[0.0] * w])
+    bounds = m * 2.0**-53 * a[:, 0]
+    a = np.vstack([a, np.zeros((w, w))])
+    for k in range(m):
+        if not a[k, 0] > bounds[k]:
+            raise ArithmeticError("a singular matrix")
+        ratio = a[k, 1:] / a[k, 0]
+        for i in range(1, w):
+            a[k + i, : w - i] -= ratio[i - 1] * a[k, i:]
+        b[k + 1 : k + w] -= ratio * b[k]
+        b[k] /= a[k, 0]
+        a[k, 1:] = ratio
+    for k in reversed(range(m)):
+        b[k] -= a[k, 1:] @ b[k + 1 : k + w]
+    return b[:m].tolist()
+''',
     "_residual": '''\
 def _residual(out):
     """The largest residual in units of the last place of the magnitudes that follow them."""

@@ -3,7 +3,9 @@
 The zero pattern of M splits the coordinates into blocks that do not couple.
 Closure equations couple those that they hold; such a block is solved for its
 accelerations and multipliers together, M a = f + Σ λ·gradient with
-gradient·a + bias = 0, by elimination with pivoting.
+gradient·a + bias = 0, by elimination with pivoting; a large one whose mass
+matrix is diagonal for the multipliers alone, whose matrix is a band
+(:mod:`lagrange_cli.emit.banded`), from which the accelerations follow.
 A block of one is a division. A small block whose mass matrix is proven
 positive definite becomes straight-line code: the exact solution where that is
 known to lose no digits (:mod:`lagrange_cli.mechanics.closed_form`), else
@@ -15,12 +17,15 @@ with partial pivoting.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
-from lagrange_cli.emit.values import ONE, Scaled, Values
+import sympy
+
+from lagrange_cli.emit.banded import bandwidth, elimination_order, is_banded
+from lagrange_cli.emit.values import ONE, Input, Scaled, Values
 from lagrange_cli.mechanics.closed_form import Solution, solve_exactly
 
 if TYPE_CHECKING:
@@ -35,6 +40,12 @@ LARGEST_UNROLLED = 4
 
 _ZERO: Scaled = (Fraction(0), ONE)
 
+#: The rank of multipliers (see :class:`lagrange_cli.emit.values.Values`).
+_FOUND = 5
+
+_Rows: TypeAlias = list[dict[int, Scaled]]
+"""The entries of a matrix that are not zero, row by row."""
+
 
 @dataclass(frozen=True)
 class Block:
@@ -44,7 +55,10 @@ class Block:
     a loop. ``definite``: the mass matrix is proven positive definite; a loop
     needs partial pivoting where it is not. ``exact``: no digits cancel in the
     pivots, so that each that is positive is known to be so. ``closures``
-    (indices, ascending) are solved with them; their block is never unrolled.
+    (indices) are solved with them; their block is never unrolled. ``band``: the
+    multipliers alone are solved for, closures as far apart as this having
+    coordinates in common; ``start`` is where in the workspace they are found,
+    behind the band.
     """
 
     coordinates: tuple[int, ...]
@@ -52,11 +66,20 @@ class Block:
     definite: bool
     exact: bool = False
     closures: tuple[int, ...] = ()
+    band: int | None = None
+    start: int = 0
 
     @property
     def size(self) -> int:
         """The number of unknowns."""
         return len(self.coordinates) + len(self.closures)
+
+    @property
+    def multipliers(self) -> tuple[str, ...]:
+        """What those of a band are called in what follows from them."""
+        if self.band is None:
+            return ()
+        return tuple(f"d{self.start + k}" for k in range(len(self.closures)))
 
 
 @dataclass(frozen=True)
@@ -64,12 +87,14 @@ class System:
     """M x = ``right`` + Σ λ·gradient and gradient·x + bias = 0 for each of ``closures``.
 
     ``closures``: (gradient, bias) each. ``whole``: blocks without closures are
-    solved too; else only those with closures are.
+    solved too; else only those with closures are. ``multipliers``: λ alone is
+    asked for.
     """
 
     right: Sequence[Expr]
     closures: Sequence[tuple[Sequence[Expr], Expr]] = ()
     whole: bool = True
+    multipliers: bool = False
 
 
 class _Unrolled(NamedTuple):
@@ -94,13 +119,13 @@ def solve_blocks(
     closures) and ``dense_forcing`` (right-hand sides, followed by −bias).
     """
     facts = equations.facts
-    matrix = [[values.convert(m) for m in row] for row in equations.mass_matrix]
-    gradients = [[values.convert(g) for g in gradient] for gradient, _ in system.closures]
+    matrix = _inertia(values, equations)
+    gradients = _converted(values, [gradient for gradient, _ in system.closures])
     definite = facts.positive_definite_mass_matrix
     names = ("acceleration", "pivots", "scales", "dense_matrix", "dense_forcing")
     outputs: dict[str, list[Scaled]] = {name: [] for name in names}
-    blocks = []
-    for of, closures in _components(matrix, gradients, facts.diagonal_mass_matrix):
+    blocks: list[Block] = []
+    for of, closures in _components(matrix, gradients):
         if not (closures or system.whole):
             continue
         if not closures and _unrolled(len(of), definite):
@@ -108,29 +133,126 @@ def solve_blocks(
             blocks.append(Block(of, unrolled=True, definite=definite, exact=exact))
             for name, found in zip(names, solution, strict=False):
                 outputs[name].extend(found)
+            continue
+        block = _banded(of, closures, matrix, gradients, blocks) if definite else None
+        if block is not None:
+            blocks.append(block)
+            _Band(values, equations, system, block, gradients).write(outputs)
         else:
             definitely = definite and not closures
             blocks.append(Block(of, unrolled=False, definite=definitely, closures=closures))
-            outputs["dense_matrix"].extend(matrix[i][j] for k, i in enumerate(of) for j in of[k:])
-            outputs["dense_matrix"].extend(gradients[k][j] for k in closures for j in of)
+            outputs["dense_matrix"].extend(
+                matrix[i].get(j, _ZERO) for k, i in enumerate(of) for j in of[k:]
+            )
+            outputs["dense_matrix"].extend(gradients[k].get(j, _ZERO) for k in closures for j in of)
             outputs["dense_forcing"].extend(values.convert(system.right[i]) for i in of)
             biases = [values.convert(system.closures[k][1]) for k in closures]
             outputs["dense_forcing"].extend((-c, number) for c, number in biases)
     return tuple(blocks), list(outputs.items())
 
 
+def _inertia(values: Values, equations: Equations) -> _Rows:
+    """The mass matrix; where it is proven diagonal its zeros need not be visible."""
+    rows = equations.mass_matrix
+    if not equations.facts.diagonal_mass_matrix:
+        return _converted(values, rows)
+    diagonal = [values.convert(row[i]) for i, row in enumerate(rows)]
+    return [{i: value} if value[0] else {} for i, value in enumerate(diagonal)]
+
+
+def _converted(values: Values, rows: Iterable[Sequence[Expr]]) -> _Rows:
+    zero = sympy.S.Zero
+    found = []
+    for row in rows:
+        entries = {j: values.convert(e) for j, e in enumerate(row) if e is not zero}
+        found.append({j: value for j, value in entries.items() if value[0]})
+    return found
+
+
+def _banded(
+    of: tuple[int, ...],
+    closures: tuple[int, ...],
+    matrix: _Rows,
+    gradients: _Rows,
+    before: Sequence[Block],
+) -> Block | None:
+    """The block with its closures in an order that makes a band of S, where that is worth it."""
+    if not closures or any(matrix[i].keys() != {i} for i in of):
+        return None
+    closures = tuple(closures[k] for k in elimination_order([gradients[k] for k in closures]))
+    band = bandwidth([gradients[k] for k in closures])
+    if not is_banded(len(of), len(closures), band):
+        return None
+    end = max((b.start + len(b.closures) for b in before if b.band is not None), default=0)
+    start = end + len(closures) * (band + 1)
+    return Block(of, False, False, closures=closures, band=band, start=start)
+
+
+class _Band:
+    """S λ = r and the accelerations that follow, for one block."""
+
+    def __init__(
+        self, values: Values, equations: Equations, system: System, block: Block, gradients: _Rows
+    ) -> None:
+        self.values = values
+        self.system = system
+        self.block = block
+        self.gradients = [gradients[k] for k in block.closures]
+        mass = {i: equations.mass_matrix[i][i] for i in block.coordinates}
+        # Reciprocals are nodes of their own: one division for all that has one mass.
+        inverse = {i: values.multiply([(values.convert(m), -1)]) for i, m in mass.items()}
+        self.directions = [
+            {i: values.multiply([(g, 1), (inverse[i], 1)]) for i, g in row.items()}
+            for row in self.gradients
+        ]
+        self.free = {i: values.convert(system.right[i] / m) for i, m in mass.items()}
+
+    def write(self, outputs: dict[str, list[Scaled]]) -> None:
+        """The band by rows from the diagonal on, r, and the accelerations."""
+        band = self.block.band or 0
+        for k, row in enumerate(self.gradients):
+            others = self.directions[k : k + band + 1]
+            entries = [self._dot(row, other) for other in others]
+            outputs["dense_matrix"].extend([*entries, *[_ZERO] * (band + 1 - len(others))])
+        for k, row in zip(self.block.closures, self.gradients, strict=True):
+            outputs["dense_forcing"].append(self._drive(row, self.system.closures[k][1]))
+        if not self.system.multipliers:
+            outputs["acceleration"].extend(self._accelerations())
+
+    def _dot(self, a: Mapping[int, Scaled], b: Mapping[int, Scaled]) -> Scaled:
+        """a·b over the coordinates that both hold."""
+        pairs = [(a[i], b[i]) for i in a if i in b]
+        return self.values.add(self.values.multiply([(x, 1), (y, 1)]) for x, y in pairs)
+
+    def _drive(self, row: Mapping[int, Scaled], bias: Expr) -> Scaled:
+        """−bias − gradient·(f/M) of one closure."""
+        work = self._dot(row, {i: self.free[i] for i in row if self.free[i][0]})
+        coefficient, number = self.values.add([work, self.values.convert(bias)])
+        return -coefficient, number
+
+    def _accelerations(self) -> Iterator[Scaled]:
+        """(f + Σ λ·gradient)/M of each coordinate."""
+        values = self.values
+        found = {i: [free] for i, free in self.free.items()}
+        for name, row in zip(self.block.multipliers, self.directions, strict=True):
+            multiplier = Fraction(1), values.intern(Input(name), _FOUND)
+            for i, direction in row.items():
+                found[i].append(values.multiply([(direction, 1), (multiplier, 1)]))
+        return map(values.add, found.values())
+
+
 def _unrolled(size: int, definite: bool) -> bool:
     return size == 1 or (definite and size <= LARGEST_UNROLLED)
 
 
-def _components(
-    matrix: list[list[Scaled]], gradients: list[list[Scaled]], diagonal: bool
-) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+def _components(matrix: _Rows, gradients: _Rows) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
     """The connected components of the graph whose edges are nonzero entries:
     coordinates and closures of each."""
     n = len(matrix)
-    held = [[j for j, g in enumerate(gradient) if g[0] != 0] for gradient in gradients]
-    closures_at = [[k for k, of in enumerate(held) if i in of] for i in range(n)]
+    closures_at: list[list[int]] = [[] for _ in range(n)]
+    for k, gradient in enumerate(gradients):
+        for j in gradient:
+            closures_at[j].append(k)
     left = set(range(n))
     components = []
     for start in range(n):
@@ -140,11 +262,9 @@ def _components(
         members, closures, stack = [start], set[int](), [start]
         while stack:
             i = stack.pop()
-            found = [] if diagonal else [j for j in sorted(left) if matrix[i][j][0] != 0]
-            for k in closures_at[i]:
-                found.extend(j for j in held[k] if j in left and j not in found)
+            found = {*matrix[i], *(j for k in closures_at[i] for j in gradients[k])} & left
             closures.update(closures_at[i])
-            left.difference_update(found)
+            left -= found
             members.extend(found)
             stack.extend(found)
         components.append((tuple(sorted(members)), tuple(sorted(closures))))
