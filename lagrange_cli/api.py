@@ -71,13 +71,15 @@ class LoadedScene:
 
     scene: Scene
 
-    def derive(self, *, digits: int = 30) -> Derivation:
+    def derive(self, *, digits: int = 30, forces: bool = False) -> Derivation:
         """Derive and certify the equations of motion.
 
         Parameters
         ----------
         digits
             Decimal digits of the arithmetic that certifies them.
+        forces
+            Find the constraint forces too.
 
         Raises
         ------
@@ -86,7 +88,7 @@ class LoadedScene:
         """
         from lagrange_cli.mechanics import derive
 
-        return Derivation(derive(self.scene, digits=digits))
+        return Derivation(derive(self.scene, digits=digits, forces=forces))
 
     def __repr__(self) -> str:
         return f"<LoadedScene {self.scene.name}>"

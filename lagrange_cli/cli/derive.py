@@ -32,6 +32,7 @@ def derived(
     initial: Mapping[str, str] | None = None,
     times: Mapping[str, str] | None = None,
     digits: int = 30,
+    forces: bool = False,
 ) -> Equations:
     """Derive a scene for a command; its warnings and remarks go to stderr.
 
@@ -46,7 +47,7 @@ def derived(
     # After reading, so that a mistake in the scene is answered at once.
     from lagrange_cli.mechanics import derive as derive_equations
 
-    equations = derive_equations(read, digits=digits)
+    equations = derive_equations(read, digits=digits, forces=forces)
     session.tell(equations.warnings, equations.remarks)
     session.detail(f"derived and certified in {perf_counter() - started:.2f} s")
     return equations
@@ -106,6 +107,11 @@ def _latex(equations: Equations, form: str) -> str:
     help="Lagrange's equations, or solved for the accelerations.",
 )
 @click.option(
+    "--forces",
+    is_flag=True,
+    help="Constraint forces and multipliers too.  [default: off]",
+)
+@click.option(
     "--digits",
     type=click.IntRange(15, 1000),
     default=30,
@@ -123,6 +129,7 @@ def derive(
     format_: str,
     as_json: bool,
     form: str,
+    forces: bool,
     digits: int,
     ascii_only: bool,
     parameters: dict[str, str],
@@ -135,7 +142,7 @@ def derive(
     encoding = "utf-8" if output is not None else stdout_encoding()
 
     def work() -> Answer:
-        equations = derived(session, source, parameters=parameters, digits=digits)
+        equations = derived(session, source, parameters=parameters, digits=digits, forces=forces)
         if format_ == "json":
             text = _json(equations, form)
         elif format_ == "latex":
@@ -144,7 +151,7 @@ def derive(
             text = _text(equations, form, ascii_only, encoding)
         return Answer(text, equations.warnings, equations.remarks)
 
-    asked = (format_, form, digits, ascii_only, encoding, list(parameters.items()))
+    asked = (format_, form, forces, digits, ascii_only, encoding, list(parameters.items()))
     result = remembered(session, "derive", source, asked, work)
     if output is None:
         print_text(result)

@@ -20,6 +20,7 @@ from lagrange_cli.emit.account import (
 )
 from lagrange_cli.emit.escape import latex_text
 from lagrange_cli.emit.latex import Row, Typesetter
+from lagrange_cli.emit.latex_forces import forces_section
 from lagrange_cli.emit.latex_formula import latex_number
 from lagrange_cli.emit.symbols import latex_name
 
@@ -57,6 +58,7 @@ def document(equations: Equations, form: str = "lagrange") -> str:
         page.conserved(),
         page.outputs(),
         page.certificate(),
+        forces_section(page.setter),
         [r"\end{document}"],
     ]
     return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"

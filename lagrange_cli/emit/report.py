@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.emit.account import nonholonomic
 from lagrange_cli.emit.display import Vocabulary, display, display_row, vocabulary
+from lagrange_cli.emit.forces import forces_report
 from lagrange_cli.emit.nodes import Node, Term, as_terms
 from lagrange_cli.emit.ordering import sum_of
 from lagrange_cli.emit.scene_language import ScenePrinter
@@ -49,6 +50,7 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         An expression has no exact form in the scene language.
     """
     say = _Speaker(vocabulary(equations))
+    forces = equations.constraint_forces
     account = equations.account
     return {
         "name": equations.name,
@@ -77,12 +79,11 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         ],
         "facts": {
             **asdict(equations.facts),
-        "outputs": [{"name": name, "expression": say(e)} for name, e in equations.outputs],
-        **({} if forces is None else forces_report(forces, say)),
             "unused_parameters": list(equations.facts.unused_parameters),
         },
         "certificate": asdict(equations.certificate),
         "warnings": [_warning(w) for w in equations.warnings],
+        **({} if forces is None else forces_report(forces, say)),
     }
 
 

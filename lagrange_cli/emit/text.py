@@ -19,10 +19,12 @@ from lagrange_cli.emit.account import (
     was_divided,
 )
 from lagrange_cli.emit.display import Vocabulary, display, display_row, vocabulary
+from lagrange_cli.emit.forces import FORCES_LINE, force_notes, force_rows, reaction_rows
 from lagrange_cli.emit.formula import FormulaPrinter
 from lagrange_cli.emit.layout import Piece, fill, joined, suffixed
 from lagrange_cli.emit.linear import LinearPrinter, columns, solid
 from lagrange_cli.emit.scene_language import ScenePrinter
+from lagrange_cli.emit.symbols import multiplier_name
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.explicit import explicit_accelerations, right_sides
 
@@ -71,6 +73,7 @@ def derivation_text(equations: Equations, *, ascii: bool = False, form: str = "l
         page.accelerations() if form == "explicit" else page.motion(),
         page.closures(),
         page.conserved(),
+        page.constraint_forces(),
         [certificate_line(equations.certificate)],
     ]
     text = "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
@@ -222,6 +225,29 @@ class _Page:
         return [*lines, *self.listed("  ", multipliers_line(self.equations).split(" "))]
 
     # -- what is conserved ------------------------------------------------------------
+    def constraint_forces(self) -> list[str]:
+        """Forces on the particles, and what each constraint exerts, where asked for."""
+        forces = self.equations.constraint_forces
+        if forces is None:
+            return []
+        groups = list(force_rows(forces))
+        for name, multiplier, sizes in reaction_rows(self.equations, forces):
+            known = [] if multiplier is None else [(self._multiplier(name), multiplier)]
+            groups.append((name, known + [(f"force on {on}", e) for on, e in sizes]))
+        names = [escape_controls(name) for name, _ in groups]
+        width = max(map(columns, names), default=0)
+        lines = [f"Constraint forces   {FORCES_LINE}"]
+        for name, (_, rows) in zip(names, groups, strict=True):
+            for index, (label, expression) in enumerate(rows):
+                opening = _padded("" if index else name, width)
+                lines += self.formula(f"  {opening}   {escape_controls(label)}", expression)
+        lines += [] if groups else ["  none"]
+        notes = [self.listed("  ", escape_controls(n).split(" ")) for n in force_notes(forces)]
+        return [*lines, *(line for note in notes for line in note)]
+
+    def _multiplier(self, constraint: str) -> str:
+        return self.printer.symbol(multiplier_name(constraint))
+
 
     def conserved(self) -> list[str]:
         rows = [

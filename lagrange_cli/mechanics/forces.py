@@ -342,7 +342,7 @@ class _Check:
             known = dict(
                 zip(numbers, values([multipliers[k] for k in numbers], point), strict=True)
             )
-            for row in (row for row in rows if row.gradient):
+            for row in rows:
                 force, *slopes = values([row.force, *row.gradient.values()], point)
                 parts = [known[k] * g for k, g in zip(row.gradient, slopes, strict=True)]
                 self._require(force - sum(parts, _ZERO), sum(map(abs, parts), scale))

@@ -14,7 +14,7 @@ forces.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import sympy as sp
 from mpmath import mpf
@@ -29,6 +29,9 @@ __all__ = ["Equation", "Row", "multipliers", "rows_of"]
 
 #: Numbers below this part of their terms are zeros.
 _NOTHING = mpf(10) ** -20
+
+#: Most operations of a multiplier that is given, and on which others are built.
+_LONGEST = 300
 
 
 @dataclass(frozen=True)
@@ -57,36 +60,42 @@ class Row:
 class _Search:
     """Multipliers by number of the equation, found so far.
 
-    ``scale``: size of the forces at the point.
+    ``scale``: size of the forces at the point; ``given_up``: equations whose multipliers
+    fill pages.
     """
 
     found: dict[int, sp.Expr]
     point: Point
     scale: mpf
+    given_up: set[int] = field(default_factory=set)
 
     def peel(self, rows: Sequence[Row], unknown: set[int]) -> None:
         """Solve body by body until no body has one or two unknown multipliers."""
         bodies: dict[str, list[Row]] = {}
         for row in rows:
             bodies.setdefault(row.body, []).append(row)
-        while any(self._solve_body(body, unknown) for body in bodies.values()):
+        # Two at once only where no body has one: at two, rods in line share what they exert.
+        while any(
+            self._solve_body(body, unknown, number) for number in (1, 2) for body in bodies.values()
+        ):
             pass
 
-    def _solve_body(self, rows: Sequence[Row], unknown: set[int]) -> bool:
-        """Solve what is determined by the rows of a body; whether there was any."""
-        open_ones = [row for row in rows if row.gradient.keys() - self.found.keys()]
+    def _solve_body(self, rows: Sequence[Row], unknown: set[int], number: int) -> bool:
+        """Solve multipliers that some rows of a body determine, so many at once."""
         groups: list[list[Row]] = []
-        for row in open_ones:
+        for row in rows:
             wanted = row.gradient.keys() - self.found.keys()
-            joined = [g for g in groups if any(wanted & other.gradient.keys() for other in g)]
-            groups = [g for g in groups if g not in joined]
-            groups.append([row, *(other for g in joined for other in g)])
-        return any(self._solve_group(group, unknown) for group in groups)
+            if wanted:
+                joined = [g for g in groups if any(wanted & other.gradient.keys() for other in g)]
+                groups = [g for g in groups if g not in joined]
+                groups.append([row, *(other for g in joined for other in g)])
+        return any(self._solve_group(group, unknown, number) for group in groups)
 
-    def _solve_group(self, group: Sequence[Row], unknown: set[int]) -> bool:
-        """Solve the unknown multipliers of some rows, where they are one or two and determined."""
+    def _solve_group(self, group: Sequence[Row], unknown: set[int], number: int) -> bool:
+        """Solve the unknown multipliers of some rows, where they are determined."""
         wanted = sorted({k for row in group for k in row.gradient} - self.found.keys())
-        if not 1 <= len(wanted) <= 2 or not unknown.issuperset(wanted):
+        open_ones = unknown - self.given_up
+        if len(wanted) != number or not open_ones.issuperset(wanted):
             return False
         gram = [[_dot(group, i, j) for j in wanted] for i in wanted]
         right = [self._work(group, i) for i in wanted]
@@ -99,7 +108,11 @@ class _Search:
             (a, b), (c, d) = gram
             x, y = right
             solution = [(d * x - b * y) / determinant, (a * y - c * x) / determinant]
-        self.found.update(zip(wanted, map(shortened, solution), strict=True))
+        short = [shortened(e) for e in solution]
+        if max(map(sp.count_ops, short)) > _LONGEST:
+            self.given_up.update(wanted)
+            return False
+        self.found.update(zip(wanted, short, strict=True))
         return True
 
     def _work(self, group: Sequence[Row], number: int) -> sp.Expr:
@@ -167,6 +180,8 @@ def rows_of(
 ) -> list[Row]:
     """Rows over all names of particles, or over names and coordinates that no definition gives.
 
+    Those that no equation acts on are left out: they are equations of motion.
+
     Parameters
     ----------
     forces
@@ -187,10 +202,11 @@ def rows_of(
         moved = [(s, derivative(e, w)) for s, e in expanded.items()]
         chain = [(w, sp.Integer(1)), *((s, slope) for s, slope in moved if slope != 0)]
         chain = [(s, reduced.resolve(slope)) for s, slope in chain]
-        force = _chained(reduced, forces, chain)
         slopes = ((k, _chained(reduced, e.slopes, chain)) for k, e in enumerate(equations))
         gradient = {k: slope for k, slope in slopes if not _is_zero(slope, point)}
-        rows.append(Row(owners.get(w, w.name), force, gradient))
+        if gradient:
+            force = _chained(reduced, forces, chain)
+            rows.append(Row(owners.get(w, w.name), force, gradient))
     return rows
 
 

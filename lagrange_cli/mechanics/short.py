@@ -20,6 +20,9 @@ _TERM_BUDGET = 200
 #: Terms of a numerator and a denominator that are looked through for common factors.
 _FACTOR_TERMS = 16
 
+#: Terms of a sum that is tried for factors although nothing can be cancelled.
+_SHORT = 6
+
 
 def shortened(expr: sp.Expr) -> sp.Expr:
     """The expression over one denominator, its sums collected, common factors cancelled.
@@ -46,6 +49,8 @@ def _cancelled(numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
         return numerator / denominator
     if _rooted(numerator) or _rooted(denominator):
         return numerator / denominator
+    if term_count(denominator) == 1 and term_count(numerator) > _SHORT:
+        return numerator / denominator  # common monomials have cancelled
     above, below = sp.fraction(sp.cancel(numerator / denominator))
     candidates = [_collected(above) / _collected(below), numerator / denominator]
     candidates += [sp.factor(_collected(above)) / sp.factor(_collected(below))]

@@ -1,0 +1,125 @@
+"""Constraint forces as text, LaTeX and JSON."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from functools import cache
+
+import pytest
+
+from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.emit.report import derivation_report
+from lagrange_cli.emit.text import derivation_text
+from lagrange_cli.errors import Mark
+from lagrange_cli.mechanics import derive, interpret
+from lagrange_cli.scene import parse_expression, read_text
+
+PENDULUM = """
+parameters: {m: 1.4, l: {value: 0.8, positive: true}, g: 9.81}
+plane: xz
+particles: {bob: {mass: m, position: [x, y, z]}}
+constraints: {rod: x^2 + z^2 = l^2}
+potentials: {weight: {gravity: g}}
+"""
+ANGLE = PENDULUM + "coordinates: [theta]\ndefinitions: {x: l*sin(theta), z: -l*cos(theta)}\n"
+CARTESIAN = PENDULUM + "initial: {x: 0, z: -0.8}\n"
+TORSION = """
+parameters: {m: 1, l: 2, k: 3}
+plane: xz
+particles: {bob: {mass: m, position: [l*sin(theta), y, -l*cos(theta)]}}
+
+coordinates: [theta]
+potentials: {spring: k*theta^2/2, bend: k*theta^4}
+"""
+
+
+@cache
+def found(text, forces=True):
+    return derive(read_text("name: tested\n" + text), forces=forces)
+
+
+def section(text):
+    return text.split("Constraint forces")[1].split("\n\n")[0]
+
+
+def test_text_of_a_pendulum():
+    shown = section(derivation_text(found(ANGLE)))
+    lines = [line.strip() for line in shown.splitlines()[1:]]
+    assert lines == [
+        "bob     f_x = -m sin(θ) (l θ̇² + g cos θ)",
+        "f_z = m cos(θ) (l θ̇² + g cos θ)",
+        "|f| = m abs(l θ̇² + g cos θ)",
+        "plane   λ_plane = 0",
+        "rod     λ_rod = -m (l θ̇² + g cos θ) / (2 l)",
+        "force on bob = -m (l θ̇² + g cos θ)",
+    ]
+
+
+def test_text_with_a_multiplier_that_is_an_unknown():
+    shown = section(derivation_text(found(CARTESIAN)))
+    assert "f_x = 2 λ_rod x" in shown
+    assert "force on bob = 2 λ_rod √(x² + z²)" in shown
+    assert "λ_rod =" not in shown
+    assert "multipliers and accelerations are those of the equations of motion" in shown
+
+
+def test_ascii_is_in_the_scene_language():
+    shown = section(derivation_text(found(ANGLE), ascii=True))
+    assert shown.isascii()
+    assert "lambda(rod) = -m*(l*dot(theta)^2 + g*cos(theta))/(2*l)" in shown
+
+
+def test_what_is_passed_on_is_said():
+    shown = section(derivation_text(found(TORSION)))
+    assert "pass on spring, bend, which are written in coordinates and act on no particle" in shown
+
+
+@pytest.mark.parametrize("text", [ANGLE, CARTESIAN, TORSION], ids=["angle", "cartesian", "torsion"])
+def test_nothing_of_it_is_shown_unless_it_is_asked_for(text):
+    equations = found(text, forces=False)
+    assert "Constraint forces" not in derivation_text(equations)
+    assert not [key for key in derivation_report(equations) if "force" in key]
+    (latex,) = EMITTERS["latex"].emit(equations, {}).values()
+    assert "Constraint forces" not in latex
+
+
+def test_json_reads_back():
+    equations = found(ANGLE)
+    report = json.loads(json.dumps(derivation_report(equations)))
+    (bob,) = report["constraint_forces"]
+    assert bob["particle"] == "bob"
+    (body,) = equations.constraint_forces.bodies
+    for text, component in zip(bob["components"], body.components, strict=True):
+        assert (interpret(equations, parse_expression(text, Mark("answer", 1, 1, text))) - component).expand() == 0
+    plane, rod = report["constraint_multipliers"]
+    assert (plane["name"], plane["multiplier"]) == ("lambda(plane)", "0")
+    assert (rod["name"], rod["constraint"]) == ("lambda(rod)", "x^2 + z^2 = l^2")
+    assert [f["particle"] for f in rod["forces"]] == ["bob"]
+    assert report["forces_in_terms_of"] == "motion"
+    assert report["forces_pass_on"] == report["undetermined_multipliers"] == []
+    assert report["multipliers"] == []
+
+
+def test_json_of_closures_holds_the_unknown():
+    report = derivation_report(found(CARTESIAN))
+    assert report["multipliers"] == ["lambda(rod)"]
+    assert report["constraint_forces"][0]["components"] == [
+        "2*lambda(rod)*x",
+        "0",
+        "2*lambda(rod)*z",
+    ]
+    assert report["forces_in_terms_of"] == "multipliers"
+
+
+@pytest.mark.parametrize("text", [ANGLE, CARTESIAN, TORSION], ids=["angle", "cartesian", "torsion"])
+def test_latex_compiles(text, tmp_path):
+    (latex,) = EMITTERS["latex"].emit(found(text), {}).values()
+    assert r"\section*{Constraint forces}" in latex
+    if shutil.which("pdflatex") is None:
+        pytest.skip("no pdflatex")
+    (tmp_path / "a.tex").write_text(latex, encoding="utf-8")
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "a.tex"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stdout[-2000:]
