@@ -55,10 +55,10 @@ def document(equations: Equations, form: str = "lagrange") -> str:
         page.forces(),
         page.motion(form),
         page.closures(),
+        forces_section(page.setter),
         page.conserved(),
         page.outputs(),
         page.certificate(),
-        forces_section(page.setter),
         [r"\end{document}"],
     ]
     return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"

@@ -79,11 +79,13 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         ],
         "facts": {
             **asdict(equations.facts),
+        "outputs": [{"name": name, "expression": say(e)} for name, e in equations.outputs],
+        **({} if forces is None else forces_report(forces, say)),
             "unused_parameters": list(equations.facts.unused_parameters),
         },
+        **({} if forces is None else forces_report(forces, say)),
         "certificate": asdict(equations.certificate),
         "warnings": [_warning(w) for w in equations.warnings],
-        **({} if forces is None else forces_report(forces, say)),
     }
 
 

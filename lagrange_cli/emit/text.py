@@ -72,8 +72,8 @@ def derivation_text(equations: Equations, *, ascii: bool = False, form: str = "l
         page.forces(),
         page.accelerations() if form == "explicit" else page.motion(),
         page.closures(),
-        page.conserved(),
         page.constraint_forces(),
+        page.conserved(),
         [certificate_line(equations.certificate)],
     ]
     text = "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
@@ -224,7 +224,6 @@ class _Page:
             lines += self.hung(f"  {_padded(name, width)}   ", left)
         return [*lines, *self.listed("  ", multipliers_line(self.equations).split(" "))]
 
-    # -- what is conserved ------------------------------------------------------------
     def constraint_forces(self) -> list[str]:
         """Forces on the particles, and what each constraint exerts, where asked for."""
         forces = self.equations.constraint_forces
@@ -248,6 +247,7 @@ class _Page:
     def _multiplier(self, constraint: str) -> str:
         return self.printer.symbol(multiplier_name(constraint))
 
+    # -- what is conserved ------------------------------------------------------------
 
     def conserved(self) -> list[str]:
         rows = [
