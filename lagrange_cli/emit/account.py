@@ -40,6 +40,7 @@ def quantity_labels(equations: Equations) -> dict[str, str]:
     taken |= {c.name for c in equations.coordinates}
     taken |= {c.name for c in equations.cartesian_names}
     taken |= {name for name, _ in equations.outputs}
+    taken |= {given.name for given in equations.inputs}
     return {short: long if short in taken else short for short, long in _LABELS.items()}
 
 

@@ -17,7 +17,7 @@ from lagrange_cli.emit.c_project import project_text, workspace
 from lagrange_cli.emit.c_solvers import helper_text, solver_text
 from lagrange_cli.emit.constraints import INTERNAL, constraint_programs
 from lagrange_cli.emit.printing import Dialect, functions_in
-from lagrange_cli.emit.program import FUNCTIONS, Program, build_program
+from lagrange_cli.emit.program import FUNCTIONS, Program, asked_for, build_program
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -52,7 +52,7 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
     """
     real = real_type(str(options["real"]))
     names = CNames.of(equations)
-    functions = _OUTPUTS | ({"outputs": ("outputs",)} if equations.outputs else {})
+    functions = _OUTPUTS | {name: (name,) for name in asked_for(equations)}
     programs = {
         function: build_program(equations, outputs) for function, outputs in functions.items()
     } | constraint_programs(equations)

@@ -31,7 +31,7 @@ COUNTERS = "ijkl"
 
 #: Arrays by what variables of a program are named after. ``d`` and ``o`` are entries of
 #: the workspace of a solver and of the results, which copies read.
-_ARRAYS = {"q": "y", "v": "y", "p": "p", "w": "w", "d": "work", "o": "out"}
+_ARRAYS = {"q": "y", "v": "y", "u": "u", "p": "p", "w": "w", "d": "work", "o": "out"}
 
 
 def work_size(program: Program) -> int:
@@ -298,7 +298,7 @@ class _Writer:
         unused = {
             "t": "t" not in reads,
             "y": not state,
-            "u": True,
+            "u": not any(name.startswith("u") for name in reads),
             "p": not any(name.startswith("p") for name in reads),
             "work": not uses_work,
             "out": not results,

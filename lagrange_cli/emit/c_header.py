@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c_names import CNames, Real
 from lagrange_cli.emit.naming import comment_text
+from lagrange_cli.emit.program import asked_for
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -32,6 +34,11 @@ int @NAME@_energy(@OUT@);
 
 /* out[0..@NAME@_POSITIONS-1]: Cartesian names in the order above. */
 int @NAME@_positions(@OUT@);
+"""
+
+_INPUTS = """
+/* out[0..@NAME@_INPUTS-1]: the inputs as the scene has them at time t. */
+int @NAME@_inputs(@OUT@);
 """
 
 _OUTPUTS = """
@@ -76,7 +83,10 @@ def header_text(equations: Equations, names: CNames, real: Real, work: int) -> s
             "",
             *_sizes(equations, prefix),
             f"#define {prefix}_POSITIONS {len(equations.cartesian_names)}",
-            *([f"#define {prefix}_OUTPUTS {len(equations.outputs)}"] if equations.outputs else []),
+            *(
+                f"#define {prefix}_{name.upper()} {len(getattr(equations, name))}"
+                for name in asked_for(equations)
+            ),
             f"#define {prefix}_WORK {work}",
             "",
             *_structure(equations, names, real),
@@ -105,7 +115,8 @@ def _sizes(equations: Equations, prefix: str) -> list[str]:
 
 
 def _declarations(equations: Equations, names: CNames, real: Real) -> str:
-    text = _INTERFACE + (_OUTPUTS if equations.outputs else "")
+    text = _INTERFACE + (_INPUTS if equations.inputs else "")
+    text += _OUTPUTS if equations.outputs else ""
     text += _CONSTRAINED if equations.closures else ""
     return (
         text.replace("@RHS@", names.arguments(real, "dydt"))
@@ -135,7 +146,8 @@ def _comment(equations: Equations, names: CNames) -> list[str]:
     lines += ["", "Positions:"]
     for k, cartesian in enumerate(equations.cartesian_names):
         lines.append(f"  out[{k}]  {comment_text(cartesian.name)}")
-    lines += _outputs(equations)
+    lines += _listed("Inputs", "u", [given.name for given in equations.inputs])
+    lines += _listed("Outputs", "out", [name for name, _ in equations.outputs])
     lines += _closures(equations)
     lines += ["", *_conventions(equations, names.prefix).splitlines()]
     return ["/*", *(f" * {line}".rstrip() for line in lines), " */"]
@@ -153,11 +165,10 @@ def _statement(equations: Equations) -> list[str]:
     ]
 
 
-def _outputs(equations: Equations) -> list[str]:
-    """The outputs in their order."""
-    names = [comment_text(name) for name, _ in equations.outputs]
-    lines = [f"  out[{k}]  {name}" for k, name in enumerate(names)]
-    return ["", "Outputs:", *lines] if lines else []
+def _listed(heading: str, array: str, names: Sequence[str]) -> list[str]:
+    """Names in the order of an array."""
+    lines = [f"  {array}[{k}]  {comment_text(name)}" for k, name in enumerate(names)]
+    return ["", f"{heading}:", *lines] if lines else []
 
 
 def _closures(equations: Equations) -> list[str]:
@@ -174,7 +185,8 @@ def _closures(equations: Equations) -> list[str]:
 
 def _conventions(equations: Equations, prefix: str) -> str:
     status = _STATUS_CLOSED if equations.closures else _STATUS
-    return (status + _CONVENTIONS).replace("@NAME@", prefix)
+    driven = _DRIVEN if equations.inputs else _NOT_DRIVEN
+    return (status + driven + _CONVENTIONS).replace("@NAME@", prefix)
 
 
 _STATUS = """\
@@ -189,8 +201,16 @@ determined (a singular configuration), or 2 if a result is not finite; what it
 has written is then meaningless.
 """
 
-_CONVENTIONS = """\
+_NOT_DRIVEN = """\
 t is the time; u are inputs, of which this system has none (may be null);
+"""
+
+_DRIVEN = """\
+t is the time; u holds the inputs at that time, yours or those of the function
+@NAME@_inputs, which alone takes a null pointer for it;
+"""
+
+_CONVENTIONS = """\
 work holds @NAME@_WORK numbers of scratch space, unrelated to any other call.
 y and the array of results must not overlap. Nothing is allocated and no
 state is kept, so that calls from several threads need only separate arrays."""

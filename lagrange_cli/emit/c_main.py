@@ -31,14 +31,13 @@ _MAIN = """
 static int @NAME@_step(@REAL@ t, @REAL@ h, const @NAME@_params *p, @REAL@ *y)
 {
     static @REAL@ k[4][@NAME@_STATE], s[@NAME@_STATE], work[@NAME@_WORK];
-    static const @REAL@ at[4] = {@ZERO@, @HALF@, @HALF@, @ONE@};
+@INPUTS@    static const @REAL@ at[4] = {@ZERO@, @HALF@, @HALF@, @ONE@};
     int stage, i, status;
     for (stage = 0; stage < 4; ++stage) {
         for (i = 0; i < @NAME@_STATE; ++i) {
             s[i] = y[i] + (stage > 0 ? at[stage]*h*k[stage - 1][i] : @ZERO@);
         }
-        status = @NAME@_rhs(t + at[stage]*h, s, 0, p, work, k[stage]);
-        if (status != 0) {
+@RHS@        if (status != 0) {
             return status;
         }
     }
@@ -137,6 +136,17 @@ _START_PROJECTED = """\
     }
 """
 
+_RHS = """\
+        status = @NAME@_rhs(t + at[stage]*h, s, 0, p, work, k[stage]);
+"""
+
+_RHS_DRIVEN = """\
+        status = @NAME@_inputs(t + at[stage]*h, s, 0, p, work, u);
+        if (status == 0) {
+            status = @NAME@_rhs(t + at[stage]*h, s, u, p, work, k[stage]);
+        }
+"""
+
 _REASON = 'status == 1 ? "singular mass matrix" : "result is not finite"'
 _REASON_CLOSED = (
     'status == 1 ? "singular configuration"\n'
@@ -153,6 +163,8 @@ def main_text(equations: Equations, names: CNames, real: Real) -> str:
     replacements = {
         "@PARAMETERS@": "".join(given),
         "@NEEDED@": "".join(needed),
+        "@INPUTS@": "    static @REAL@ u[@NAME@_INPUTS];\n" if equations.inputs else "",
+        "@RHS@": _RHS_DRIVEN if equations.inputs else _RHS,
         **_projection(equations),
         **_state_replacements(equations, real),
         **_run_replacements(equations, real),

@@ -82,6 +82,7 @@ class CNames:
         fields = unique_identifiers((p.name for p in equations.parameters), C_RESERVED)
         coordinates = unique_identifiers((c.name for c in equations.coordinates), frozenset())
         inputs = {f"p{i}": f"p->{field}" for i, field in enumerate(fields)}
+        inputs |= {f"u{i}": f"u[{i}]" for i in range(len(equations.inputs))}
         for kind in "qv":
             inputs |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
         return cls(prefix, tuple(fields), inputs)

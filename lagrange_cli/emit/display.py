@@ -87,7 +87,7 @@ class Vocabulary:
 
 
 def vocabulary(equations: Equations) -> Vocabulary:
-    """Parameters, multipliers, time and coordinates, in order of declaration."""
+    """Parameters, multipliers, time, inputs and coordinates, in order of declaration."""
     atoms = {
         p.symbol: ordering.atom(p.name, Level.PARAMETER, rank, latex=p.latex)
         for rank, p in enumerate(equations.parameters)
@@ -96,6 +96,8 @@ def vocabulary(equations: Equations) -> Vocabulary:
         name = multiplier_name(closure.name)
         atoms[closure.multiplier] = ordering.atom(name, Level.PARAMETER, rank)
     atoms[equations.t] = ordering.atom("t", Level.TIME, 0)
+    for rank, given in enumerate(equations.inputs, 1):
+        atoms[given.symbol] = ordering.atom(given.name, Level.TIME, rank)
     for rank, c in enumerate(equations.coordinates):
         for order, symbol in enumerate((c.q, c.v, c.a)):
             level = Level(Level.COORDINATE + order)

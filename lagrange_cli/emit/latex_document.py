@@ -25,6 +25,8 @@ from lagrange_cli.emit.latex_formula import latex_number
 from lagrange_cli.emit.symbols import latex_name
 
 if TYPE_CHECKING:
+    from sympy import Expr
+
     from lagrange_cli.mechanics.equations import Conserved, Coordinate, Equations, ParticleMotion
 
 __all__ = ["document"]
@@ -51,6 +53,7 @@ def document(equations: Equations, form: str = "lagrange") -> str:
         page.opening(),
         page.system(),
         page.freedom(),
+        page.inputs(),
         page.energies(),
         page.forces(),
         page.motion(form),
@@ -307,11 +310,17 @@ class _Document:
             label += f" = {self.labels['T']} + {self.labels['V']}"
         return self.setter.definition(label, quantity.expression)
 
+    def inputs(self) -> list[str]:
+        return self._named("Inputs", [(u.name, u.expression) for u in self.equations.inputs])
+
     def outputs(self) -> list[str]:
-        rows = [self.setter.definition(latex_name(n), e) for n, e in self.equations.outputs]
+        return self._named("Outputs", self.equations.outputs)
+
+    def _named(self, heading: str, entries: Sequence[tuple[str, Expr]]) -> list[str]:
+        rows = [self.setter.definition(latex_name(name), e) for name, e in entries]
         if not rows:
             return []
-        return [r"\section*{Outputs}", *self.setter.align(rows, numbered=False)]
+        return [rf"\section*{{{heading}}}", *self.setter.align(rows, numbered=False)]
 
     def certificate(self) -> list[str]:
         seal = self.equations.certificate

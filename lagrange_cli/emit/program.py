@@ -2,8 +2,9 @@
 
 A program has inputs, assignments in an order in which each needs only what
 stands before it, and outputs by name. It names nothing after the scene: the
-inputs are ``t``, ``q0, q1, …``, ``v0, …``, ``p0, …`` (coordinates, velocities,
-parameters in the order of the Equations) and the assigned names ``w0, w1, …``.
+inputs are ``t``, ``q0, q1, …``, ``v0, …``, ``p0, …``, ``u0, …`` (coordinates, velocities,
+parameters, what the user drives, in the order of the Equations) and the assigned
+names ``w0, w1, …``.
 Only what the requested outputs need is computed, and each value once.
 """
 
@@ -49,6 +50,7 @@ __all__ = [
     "Program",
     "Sum",
     "Variable",
+    "asked_for",
     "build_program",
     "following",
     "input_names",
@@ -73,7 +75,8 @@ class Program:
     """Straight-line code for ``outputs`` (name, operands).
 
     ``blocks`` says how accelerations, or what else solves a system, are found
-    where they are an output (see :mod:`lagrange_cli.emit.solve`).
+    where they are an output (see :mod:`lagrange_cli.emit.solve`). ``driven`` is the
+    number of inputs ``u0, …``.
     """
 
     coordinates: int
@@ -81,6 +84,7 @@ class Program:
     assignments: tuple[tuple[str, Operand], ...]
     outputs: tuple[tuple[str, tuple[Operand, ...]], ...]
     blocks: tuple[Block, ...] = ()
+    driven: int = 0
 
     @property
     def is_large(self) -> bool:
@@ -112,9 +116,16 @@ OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "positions": lambda e: (c.position for c in e.cartesian_names),
     "velocities": lambda e: (c.velocity for c in e.cartesian_names),
     "momenta": _momenta,
+    "inputs": lambda e: (given.expression for given in e.inputs),
     "outputs": lambda e: (expression for _, expression in e.outputs),
     **CLOSURE_OUTPUTS,
 }
+
+
+def asked_for(equations: Equations) -> list[str]:
+    """Which of ``inputs`` and ``outputs`` the scene has."""
+    sections = (("inputs", equations.inputs), ("outputs", equations.outputs))
+    return [name for name, entries in sections if entries]
 
 
 def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
@@ -146,7 +157,12 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
         expand_angle_sums(values, _order(values, [number for _, of in wanted for _, number in of]))
     assignments, results = _schedule(values, wanted)
     return Program(
-        len(equations.coordinates), len(equations.parameters), assignments, results, blocks
+        len(equations.coordinates),
+        len(equations.parameters),
+        assignments,
+        results,
+        blocks,
+        len(equations.inputs),
     )
 
 
@@ -154,6 +170,7 @@ def _inputs(equations: Equations) -> list[tuple[Expr, str, int]]:
     """Symbol, dummy name and rank of every input."""
     inputs = [(p.symbol, f"p{i}", 1) for i, p in enumerate(equations.parameters)]
     inputs.append((equations.t, "t", 2))
+    inputs.extend((given.symbol, f"u{i}", 2) for i, given in enumerate(equations.inputs))
     inputs.extend((c.q, f"q{i}", 3) for i, c in enumerate(equations.coordinates))
     inputs.extend((c.v, f"v{i}", 4) for i, c in enumerate(equations.coordinates))
     return inputs

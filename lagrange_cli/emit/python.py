@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.c_names import file_stem
 from lagrange_cli.emit.constraints import INTERNAL, constraint_programs
 from lagrange_cli.emit.naming import PYTHON_RESERVED, comment_text, unique_identifiers
+from lagrange_cli.emit.program import asked_for
 from lagrange_cli.emit.python_functions import function_source, prelude, program_of
 from lagrange_cli.emit.python_project import project_source
 from lagrange_cli.version import __version__
@@ -81,6 +82,12 @@ _REFUSED = """\
 """
 _SINGULAR = "{t}: the mass matrix is singular or a result not finite"
 
+#: The end of that sentence where there are inputs.
+_DRIVEN = [
+    "domain error, overflow). After p it takes u, a function of (t, y, p) that returns the",
+    "values of INPUTS; without it they are those of the scene. With SciPy:",
+]
+
 #: Rows that the script prints, and steps from one to the next.
 ROWS = 500
 STEPS_PER_ROW = 20
@@ -101,13 +108,23 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
     names = {f"p{i}": f"p_{field}" for i, field in enumerate(fields)}
     for kind in "qv":
         names |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
+    driven = unique_identifiers((given.name for given in equations.inputs), frozenset())
+    names |= {f"u{i}": f"u_{name}" for i, name in enumerate(driven)}
+    arguments = "p=DEFAULTS" + (", u=inputs" if driven else "")
+    interface = [*_FUNCTIONS, *asked_for(equations)]
     functions = [
-        function_source(program_of(equations, name), name, names, "p=DEFAULTS")
-        for name in (*_FUNCTIONS, *(["outputs"] if equations.outputs else []))
+        function_source(
+            program_of(equations, name),
+            name,
+            names,
+            "p=DEFAULTS" if name == "inputs" else arguments,
+        )
+        # What stands as a default is defined first.
+        for name in sorted(interface, key="inputs".__ne__)
     ]
     programs = constraint_programs(equations)
     functions += [
-        function_source(program, name, names, "p" if name in INTERNAL else "p=DEFAULTS")
+        function_source(program, name, names, "p" if name in INTERNAL else arguments)
         for name, program in programs.items()
     ]
     functions += filter(None, [project_source(programs, "p=DEFAULTS")])
@@ -148,7 +165,7 @@ def _docstring(equations: Equations) -> str:
         *_statement(equations),
         "the order of COORDINATES, then their velocities v. Every function takes (t, y, p) with",
         f"p a Parameters, and returns NaN where there is no result (a singular {singular}, a",
-        "domain error, overflow). With SciPy:",
+        *(_DRIVEN if equations.inputs else ["domain error, overflow). With SciPy:"]),
         "",
         "    solve_ivp(rhs, (0, 10), INITIAL, args=(DEFAULTS,))",
         "",
@@ -186,7 +203,7 @@ def _constants(equations: Equations) -> str:
             f"COORDINATES = {_strings([c.name for c in equations.coordinates])}",
             f"CARTESIAN = {_strings([c.name for c in equations.cartesian_names])}",
             f"PARAMETERS = {_strings([p.name for p in equations.parameters])}",
-            *_outputs(equations),
+            *_asked_for(equations),
             *_closures(equations),
             "",
             f"INITIAL = {state!r}",
@@ -196,9 +213,11 @@ def _constants(equations: Equations) -> str:
     )
 
 
-def _outputs(equations: Equations) -> list[str]:
-    names = [name for name, _ in equations.outputs]
-    return [f"OUTPUTS = {_strings(names)}"] if names else []
+def _asked_for(equations: Equations) -> list[str]:
+    inputs = [given.name for given in equations.inputs]
+    outputs = [name for name, _ in equations.outputs]
+    sections = (("INPUTS", inputs), ("OUTPUTS", outputs))
+    return [f"{name} = {_strings(names)}" for name, names in sections if names]
 
 
 def _closures(equations: Equations) -> list[str]:

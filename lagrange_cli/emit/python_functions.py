@@ -108,6 +108,7 @@ _DOCS = {
     "energy": "Energy function: the sum of v dL/dv, less L (T + V in most systems).",
     "positions": "Cartesian names, in the order of CARTESIAN.",
     "velocities": "Time derivatives of the Cartesian names, in the order of CARTESIAN.",
+    "inputs": "Inputs as the scene has them at time t, in the order of INPUTS.",
     "outputs": "What the scene asks for besides, in the order of OUTPUTS.",
     "multipliers": "Multipliers, in the order of MULTIPLIERS; all NaN where they do not exist.",
     "constraints": "What is zero: lhs - rhs of closures of positions, then rates of all closures.",
@@ -233,7 +234,7 @@ def _is_right_hand_side(program: Program, name: str) -> bool:
 
 
 def _load_inputs(program: Program, dialect: Dialect, *, velocities: bool) -> list[str]:
-    """Unpack parameters and state, whole or not at all."""
+    """Unpack parameters, inputs and state, whole or not at all."""
     used = input_names(program)
     used |= {f"v{i}" for i in range(program.coordinates)} if velocities else set()
     lines = []
@@ -241,6 +242,9 @@ def _load_inputs(program: Program, dialect: Dialect, *, velocities: bool) -> lis
     state = [f"{kind}{i}" for kind in "qv" for i in range(program.coordinates)]
     if used.intersection(parameters):
         lines.append(_unpack(parameters, "p", dialect))
+    driven = [f"u{i}" for i in range(program.driven)]
+    if used.intersection(driven):
+        lines.append(_unpack(driven, "map(float, u(t, y, p))", dialect))
     if used.intersection(state):
         lines.append(_unpack(state, "np.asarray(y, dtype=float).tolist()", dialect))
     return lines

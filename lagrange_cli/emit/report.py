@@ -77,10 +77,10 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
             {"name": c.name, "kind": c.kind, "expression": say(c.expression)}
             for c in equations.closures
         ],
+        "inputs": [{"name": u.name, "expression": say(u.expression)} for u in equations.inputs],
+        "outputs": [{"name": name, "expression": say(e)} for name, e in equations.outputs],
         "facts": {
             **asdict(equations.facts),
-        "outputs": [{"name": name, "expression": say(e)} for name, e in equations.outputs],
-        **({} if forces is None else forces_report(forces, say)),
             "unused_parameters": list(equations.facts.unused_parameters),
         },
         **({} if forces is None else forces_report(forces, say)),

@@ -68,16 +68,17 @@ def derivation_text(equations: Equations, *, ascii: bool = False, form: str = "l
     blocks = [
         page.heading(),
         page.account(),
+        page.inputs(),
         page.energies(),
         page.forces(),
         page.accelerations() if form == "explicit" else page.motion(),
         page.closures(),
         page.constraint_forces(),
         page.conserved(),
+        page.outputs(),
         [certificate_line(equations.certificate)],
     ]
     text = "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
-        page.outputs(),
     return text.encode("ascii", "backslashreplace").decode("ascii") if ascii else text
 
 
@@ -274,6 +275,17 @@ class _Page:
         symbol = self.printer.symbol(quantity.coordinate)
         return quantity.reason.replace(quantity.coordinate, symbol, 1)
 
+    def inputs(self) -> list[str]:
+        return self.named("Inputs", [(u.name, u.expression) for u in self.equations.inputs])
+
+    def outputs(self) -> list[str]:
+        return self.named("Outputs", self.equations.outputs)
+
+    def named(self, heading: str, rows: Sequence[tuple[str, Expr]]) -> list[str]:
+        names = [(self.printer.symbol(name), e) for name, e in rows]
+        lines = [line for name, e in names for line in self.formula(f"  {name}", e)]
+        return [heading, *lines] if lines else []
+
     # -- lines --------------------------------------------------------------------------
 
     def pieces(self, expression: Expr) -> list[Piece]:
@@ -300,11 +312,6 @@ class _Page:
         column = max(short, default=0)
         lines = [heading]
         for block, reason in blocks:
-    def outputs(self) -> list[str]:
-        names = [(self.printer.symbol(name), e) for name, e in self.equations.outputs]
-        lines = [line for name, e in names for line in self.formula(f"  {name}", e)]
-        return ["Outputs", *lines] if lines else []
-
             *before, last = block
             lines += [*before, f"{_padded(last, column)}     {reason}"]
         return lines

@@ -38,7 +38,7 @@ def _multipliers(reduced: Reduced) -> Iterator[tuple[str, sp.Symbol]]:
     constraints = [r.name for r in reduced.closures]
     scene = reduced.scene
     taken = {c.name for c in scene.constraints}
-    used = set(reduced.names.parameters) | set(reduced.names.cartesian)
+    used = {*reduced.names.parameters, *reduced.names.inputs, *reduced.names.cartesian}
     used |= {c.name for c in reduced.coordinates}
     for k, name in enumerate(constraints):
         if constraints.count(name) > 1:

@@ -33,6 +33,7 @@ __all__ = [
     "Equations",
     "Facts",
     "InitialState",
+    "Input",
     "Parameter",
     "ParticleMotion",
     "Reaction",
@@ -52,6 +53,15 @@ class Parameter:
     unit: str | None = None
     description: str | None = None
     latex: str | None = None
+
+
+@dataclass(frozen=True)
+class Input:
+    """What the user drives; ``expression`` is the scene's, over t and parameters."""
+
+    name: str
+    symbol: Symbol
+    expression: Expr
 
 
 @dataclass(frozen=True)
@@ -312,7 +322,8 @@ class Equations:
     T and V in display form; ``potential`` may hold velocities (a generalized
     potential U). ``energy`` is Σ v ∂L/∂v − L, whether conserved or not.
     ``abbreviations`` are the scene's definitions that name no Cartesian name;
-    ``outputs`` what it asks for besides, by name, over (q, v, t).
+    ``outputs`` what it asks for besides, by name, over (q, v, t). The symbols of
+    ``inputs`` may stand wherever velocities may, but beside them in L.
     ``literals`` maps exact values to decimals as the scene wrote them.
     ``initial`` is None when the scene gives no initial state or a parameter
     lacks its value. ``constraint_forces`` is None unless it was asked for.
@@ -350,6 +361,7 @@ class Equations:
     remarks: tuple[str, ...] = ()
     closures: tuple[Closure, ...] = ()
     outputs: tuple[tuple[str, Expr], ...] = ()
+    inputs: tuple[Input, ...] = ()
     constraint_forces: ConstraintForces | None = None
 
     @property

@@ -30,7 +30,7 @@ class Names:
     ----------
     t
         Time.
-    parameters, coordinates
+    parameters, inputs, coordinates
         Symbols by name, in declaration order; ``coordinates`` only the declared ones.
     cartesian
         Raw symbols by name, particles' first, in reading order.
@@ -52,6 +52,7 @@ class Names:
             else sp.Symbol(p.name, real=True)
             for p in scene.parameters
         }
+        self.inputs = {term.name: sp.Symbol(term.name, real=True) for term in scene.inputs}
         self.coordinates = {c.name: sp.Symbol(c.name, real=True) for c in scene.coordinates or ()}
         self._definitions = {d.name: d.expression for d in scene.definitions}
         self._meanings: dict[str, sp.Expr] = {}
@@ -92,7 +93,8 @@ class Names:
     def _is_bare_name(self, entry: Expression) -> bool:
         """A Cartesian name: fresh, a coordinate, or given by a definition."""
         node = entry.node
-        if not isinstance(node, Name) or node.name in self.parameters or node.name in ("t", "pi"):
+        known = (*self.parameters, *self.inputs, "t", "pi")
+        if not isinstance(node, Name) or node.name in known:
             return False
         return node.name not in self._components or node.name in self._own_defaults
 
@@ -123,7 +125,8 @@ class Names:
         """Meaning of a name over raw symbols, coordinates, parameters and t."""
         if name == "t":
             return self.t
-        for table in (self.parameters, self.coordinates, self.cartesian, self._aliases):
+        tables = (self.parameters, self.inputs, self.coordinates, self.cartesian, self._aliases)
+        for table in tables:
             if name in table:
                 return table[name]
         if name in self._definitions:

@@ -15,6 +15,7 @@ from lagrange_cli.mechanics.equations import (
     CartesianName,
     Equations,
     InitialState,
+    Input,
     Parameter,
     ParticleMotion,
     ShownEquation,
@@ -32,6 +33,7 @@ from lagrange_cli.mechanics.structure import (
     cyclic_names,
     facts,
     require_inertia,
+    require_no_rates_of_inputs,
     total_energy,
 )
 from lagrange_cli.mechanics.tape import DomainError, values
@@ -65,6 +67,7 @@ def derive(scene: Scene, *, digits: int = 30, points: int = 8, forces: bool = Fa
         The derivation failed its certificate.
     """
     derivation = derive_uncertified(reduce(scene))
+    require_no_rates_of_inputs(derivation)
     evidence = certify(derivation, digits, points)
     require_inertia(derivation, evidence)
     equations = _equations(derivation, evidence)
@@ -113,6 +116,7 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
         simulate=_simulation_defaults(reduced),
         abbreviations=tuple(_abbreviations(reduced)),
         outputs=tuple(_outputs(reduced)),
+        inputs=tuple(_inputs(reduced)),
         literals=decimal_literals(_expressions(scene)),
         warnings=(
             *reduced.warnings,
@@ -194,6 +198,12 @@ def _abbreviations(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
         yield name, reduced.resolve(reduced.names.convert(expression, reduced.rate))
 
 
+def _inputs(reduced: Reduced) -> Iterator[Input]:
+    for term in reduced.scene.inputs:
+        symbol = reduced.names.inputs[term.name]
+        yield Input(term.name, symbol, reduced.names.convert(term.expression))
+
+
 def _outputs(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
     for term in reduced.scene.outputs:
         yield term.name, reduced.resolve(reduced.names.convert(term.expression, reduced.rate))
@@ -205,6 +215,7 @@ def _expressions(scene: Scene) -> Iterator[Expression]:
     yield from (p.mass for p in scene.particles)
     yield from (s for c in scene.constraints for e in c.equations for s in (e.left, e.right))
     yield from (d.expression for d in scene.definitions)
+    yield from (t.expression for t in scene.inputs)
     for term in (*scene.potentials, *scene.kinetic, *scene.dissipation, *scene.outputs):
         yield term.expression
     yield from (c for f in scene.forces for c in f.components)
@@ -281,7 +292,7 @@ def _same(reduced: Reduced, evidence: Evidence, residual: sp.Expr, equation: Equ
 def interpret(equations: Equations, expression: Expression) -> sp.Expr:
     """An expression of the scene language over the symbols of ``equations``.
 
-    Names are coordinates, parameters, Cartesian names, abbreviations and multipliers;
+    Names are coordinates, parameters, inputs, Cartesian names, abbreviations, multipliers;
     ``dot`` and ``ddot`` are total time derivatives.
 
     Raises
@@ -297,6 +308,7 @@ def interpret(equations: Equations, expression: Expression) -> sp.Expr:
     meanings.update((c.multiplier.name, c.multiplier) for c in equations.closures)
     meanings.update((c.name, c.position) for c in equations.cartesian_names)
     meanings.update((p.name, p.symbol) for p in equations.parameters)
+    meanings.update((u.name, u.symbol) for u in equations.inputs)
     meanings.update((c.name, c.q) for c in equations.coordinates)
     chain = [(c.q, c.v) for c in equations.coordinates]
     chain += [(c.v, c.a) for c in equations.coordinates]

@@ -384,7 +384,7 @@ def _sampler(chart: Chart, domain: list[sp.Expr], manifold: Manifold) -> Sampler
         names.t,
         [c.q for c in chart.coordinates],
         {names.parameters[n]: reference[names.parameters[n]] for n in exact},
-        [s for n, s in names.parameters.items() if n not in exact],
+        [*(s for n, s in names.parameters.items() if n not in exact), *names.inputs.values()],
         {c.q: reference.get(c.q, mpf(0)) for c in chart.coordinates},
         _scales(chart),
         [*chart.geometry.resolved.values(), *domain],

@@ -49,7 +49,7 @@ class Sampler:
     values
         Symbol → value of the parameters that have one.
     free
-        Parameters without a value: drawn from (1/2, 3/2).
+        Parameters without a value, and inputs: drawn from (1/2, 3/2).
     center, spread
         Value and half-width for each coordinate.
     domain

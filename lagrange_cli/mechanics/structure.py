@@ -19,7 +19,14 @@ from lagrange_cli.mechanics.terms import TermSum, expand_terms, factored
 from lagrange_cli.scene.expression import names_in
 from lagrange_cli.scene.model import Scene
 
-__all__ = ["conserved_quantities", "cyclic_names", "facts", "require_inertia", "total_energy"]
+__all__ = [
+    "conserved_quantities",
+    "cyclic_names",
+    "facts",
+    "require_inertia",
+    "require_no_rates_of_inputs",
+    "total_energy",
+]
 
 #: Smallest eigenvalue of a scaled mass matrix that counts as inertia.
 _INERTIA = 1e-12
@@ -47,7 +54,7 @@ def facts(derivation: Derivation) -> Facts:
         constant_mass_matrix=constant,
         diagonal_mass_matrix=diagonal,
         separable=constant and not forcing & velocities and not derivation.closures,
-        autonomous=reduced.names.t not in held,
+        autonomous=held.isdisjoint([reduced.names.t, *reduced.names.inputs.values()]),
         rheonomic=any(reduced.names.t in e.free_symbols for e in positions),
         planar=_planar(derivation),
         positive_definite_mass_matrix=_positive_definite(derivation),
@@ -97,6 +104,7 @@ def _unused(scene: Scene) -> tuple[str, ...]:
     """Parameters that nothing in the scene mentions."""
     expressions = [
         *(p.value for p in scene.parameters),
+        *(t.expression for t in scene.inputs),
         *(p.mass for p in scene.particles),
         *(e for p in scene.particles for e in p.position),
         *(e for p in scene.points for e in p.position),
@@ -114,6 +122,33 @@ def _unused(scene: Scene) -> tuple[str, ...]:
     ]
     used = {n.name for e in expressions if e is not None for n in names_in(e.node)}
     return tuple(p.name for p in scene.parameters if p.name not in used)
+
+
+def require_no_rates_of_inputs(derivation: Derivation) -> None:
+    """Refuse inputs beside velocities in L: d/dt ∂L/∂q̇ would hold their rates.
+
+    Raises
+    ------
+    InputError
+        Located at the input.
+    """
+    reduced = derivation.reduced
+    velocities = {c.v for c in reduced.coordinates}
+    if derivation.extra.free_symbols.isdisjoint(reduced.names.inputs.values()):
+        return
+    parts = [e.free_symbols for e in sp.Add.make_args(sp.expand_mul(derivation.extra))]
+    beside = set().union(*(held for held in parts if held & velocities))
+    for term in reduced.scene.inputs:
+        if reduced.names.inputs[term.name] in beside:
+            raise InputError(
+                Problem(
+                    f"the input '{term.name}' stands beside velocities in the Lagrangian,"
+                    " so that its rate would be needed",
+                    term.mark,
+                    hint="what is known in advance can be written as a definition in t",
+                    rule="misplaced-input",
+                )
+            )
 
 
 def require_inertia(derivation: Derivation, evidence: Evidence) -> None:
@@ -193,7 +228,8 @@ def conserved_quantities(
         for row, c in enumerate(derivation.reduced.coordinates)
         if evidence.cyclic[row] and not evidence.forced[row]
     ]
-    if evidence.energy_conserved:
+    inputs = derivation.reduced.names.inputs.values()
+    if evidence.energy_conserved and derivation.lagrangian.free_symbols.isdisjoint(inputs):
         kind: Literal["energy", "jacobi"] = "energy" if evidence.energy_is_sum else "jacobi"
         found.append(Conserved(kind, kind, energy, "L does not depend on t"))
     return tuple(found)

@@ -32,7 +32,7 @@ class Observation:
 
 
 class Tapes:
-    """The tapes of one derivation; states give t, q, v, a and parameters."""
+    """The tapes of one derivation; states give t, q, v, a, parameters and inputs."""
 
     def __init__(self, derivation: Derivation) -> None:
         reduced = derivation.reduced
@@ -42,7 +42,7 @@ class Tapes:
         self.v = [c.v for c in reduced.coordinates]
         self.a = [c.a for c in reduced.coordinates]
         self.n = len(self.q)
-        self.parameters = list(reduced.names.parameters.values())
+        self.parameters = [*reduced.names.parameters.values(), *reduced.names.inputs.values()]
         self.still = [self.t, *self.q, *self.parameters]
         self.moving = [self.t, *self.q, *self.v, *self.parameters]
         self.upper = [(j, k) for j in range(self.n) for k in range(j, self.n)]

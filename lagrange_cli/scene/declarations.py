@@ -1,21 +1,24 @@
-"""Reading the sections that declare names: sizes, parameters, particles, points,
+"""Reading the sections that declare names: sizes, parameters, inputs, particles, points,
 coordinates, definitions."""
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from lagrange_cli.errors import Mark
-from lagrange_cli.scene.expression import Expression, Name
+from lagrange_cli.scene.expression import Expression, Name, Number
 from lagrange_cli.scene.latex import check_latex
-from lagrange_cli.scene.model import Coordinate, Definition, Parameter, Particle, Point, Size
+from lagrange_cli.scene.model import Coordinate, Definition, Parameter, Particle, Point, Size, Term
 from lagrange_cli.scene.overrides import given_size
 from lagrange_cli.scene.shapes import Reading
-from lagrange_cli.scene.source import Mapping, Scalar, SourceNode
+from lagrange_cli.scene.source import Mapping, Scalar, Sequence, SourceNode
 
 __all__ = [
     "AXES",
     "component",
     "read_coordinates",
     "read_definitions",
+    "read_inputs",
     "read_parameters",
     "read_particles",
     "read_points",
@@ -93,6 +96,28 @@ def _latex(fields: dict[str, SourceNode], what: str, reading: Reading) -> str | 
         )
         return None
     return text
+
+
+def read_inputs(node: SourceNode, reading: Reading) -> tuple[Term, ...]:
+    """Read ``inputs``: functions of time by name, or a list of names of inputs that are 0."""
+    if isinstance(node, Sequence):
+        names = reading.listed(node.items, "inputs", "an input")
+        return tuple(Term(name.text, name.mark, _zero(name.mark)) for name in names)
+    found = []
+    for key, value in reading.named(node, "inputs", symbols=True):
+        what = f"input '{key.text}'"
+        entries = value.entries if isinstance(value, Mapping) else ()
+        files = [name for name, _ in entries if name.text == "file"]
+        for file in files:
+            reading.unsupported(f"'file' of {what} is", file.mark)
+        expression = None if files else reading.expression(value, what)
+        if expression:
+            found.append(Term(key.text, key.mark, expression))
+    return tuple(found)
+
+
+def _zero(mark: Mark) -> Expression:
+    return Expression(Number(Fraction(0), "0", (0, 1)), "0", mark, exact=False)
 
 
 def read_particles(node: SourceNode, reading: Reading) -> tuple[Particle, ...]:

@@ -26,13 +26,14 @@ class Traits:
 
     ``rate``: 0 for positions, 1 if it holds ``dot``, 2 if it holds ``ddot``.
     ``rough``: the first of :data:`NONSMOOTH` in it. ``constant``: it rests on
-    parameters and numbers alone.
+    parameters and numbers alone. ``driven``: the first input in it.
     """
 
     rate: int = 0
     rough: str | None = None
     constant: bool = False
     extent: Extent = ANY_EXTENT
+    driven: str | None = None
 
 
 def dependency_order(meanings: Mapping[str, Expression]) -> tuple[list[str], list[list[str]]]:
@@ -81,18 +82,19 @@ def traits_of(node: Node, names: Mapping[str, Traits]) -> Traits:
     ExpressionError
         At the part that exceeds a limit of :mod:`lagrange_cli.scene.bounds`.
     """
-    rough = None
+    rough = driven = None
     constant = True
     for part in walk(node):
         if isinstance(part, Name):
             traits = names.get(part.name, _POSITION)
             constant &= traits.constant
             rough = rough or traits.rough
+            driven = driven or traits.driven
         elif isinstance(part, Call):
             rough = rough or (part.function if part.function in NONSMOOTH else None)
     extents = _Extents(names)
     rates = _rates(node, names)
-    return Traits(rates[id(node)], rough, constant, extent_of(node, extents))
+    return Traits(rates[id(node)], rough, constant, extent_of(node, extents), driven)
 
 
 _POSITION = Traits()

@@ -108,7 +108,7 @@ class Definition:
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """A named term of ``potentials``, ``kinetic`` or ``dissipation``, or an output."""
+    """A named term of ``potentials``, ``kinetic`` or ``dissipation``, an input or an output."""
 
     name: str
     mark: Mark
@@ -209,6 +209,7 @@ class Scene:
     coordinates: tuple[Coordinate, ...] | None = None
     coordinates_mark: Mark | None = None
     definitions: tuple[Definition, ...] = ()
+    inputs: tuple[Term, ...] = ()
     potentials: tuple[Term, ...] = ()
     kinetic: tuple[Term, ...] = ()
     forces: tuple[Force, ...] = ()

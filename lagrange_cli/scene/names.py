@@ -22,6 +22,13 @@ from lagrange_cli.scene.uses import Place, Use, uses
 __all__ = ["check_names"]
 
 _CONSTANT = Traits(constant=True)
+_DOTS = ("dot", "ddot")
+#: What may stand where not all names may: in words, what is no constant of that, and which
+#: definitions may.
+_ALONE: dict[str, tuple[str, tuple[str, ...], str]] = {
+    "constants": ("constant", (), "them"),
+    "time": ("a function of t alone", ("t",), "parameters"),
+}
 #: What exceeds the allowed number of time derivatives, and what to say about it.
 _RATES = {
     0: ("dot(...)", "positions and numbers do not depend on velocities"),
@@ -234,7 +241,8 @@ def _check_places(
     """Check that every expression holds only what may stand in its place."""
     parameters = {p.name: _CONSTANT for p in scene.parameters}
     # In dynamics parameters are symbols; in numbers their values count.
-    symbolic: dict[str, Traits] = {"pi": _CONSTANT, **parameters}
+    inputs = {term.name: Traits(driven=term.name) for term in scene.inputs}
+    symbolic: dict[str, Traits] = {"pi": _CONSTANT, **parameters, **inputs}
     numeric: dict[str, Traits] = dict(symbolic)
     for name in order:
         names = numeric if name in parameters else symbolic
@@ -258,16 +266,44 @@ def _check_place(use: Use, names: dict[str, Traits], problems: Problems) -> None
             hint="positions and constraints need functions with a derivative everywhere",
             rule="not-smooth",
         )
-    if use.place.names == "constants" and not traits.constant:
-        node = next(
-            n for n in names_in(use.expression.node) if not names.get(n.name, Traits()).constant
-        )
+    if use.place.names in _ALONE:
+        _check_constant(use, names, problems)
+    elif traits.driven:
+        _check_driven(use, names, problems)
+
+
+def _check_constant(use: Use, names: dict[str, Traits], problems: Problems) -> None:
+    """Refuse what changes, in t or otherwise, where it cannot stand."""
+    says, allowed, terms = _ALONE[use.place.names]
+    for node in _first_uses(use.expression):
+        if names.get(node.name, Traits()).constant or node.name in allowed:
+            continue
+        known = ", ".join([*allowed, "parameters"])
         problems.add(
-            f"'{node.name}' in {use.what} is not constant",
+            f"'{node.name}' in {use.what} is not {says}",
             use.expression.mark(node.span),
-            hint="only parameters, pi and definitions in terms of them can stand here",
+            hint=f"only {known}, pi and definitions in terms of {terms} can stand here",
             rule="not-constant",
         )
+        return
+
+
+def _check_driven(use: Use, names: dict[str, Traits], problems: Problems) -> None:
+    """Refuse inputs where their rates would be needed, which nothing gives."""
+    whole = [n for n in walk(use.expression.node) if isinstance(n, Call) and n.function in _DOTS]
+    for node in whole if use.place.inputs else [use.expression.node]:
+        for name in names_in(node):
+            driven = names.get(name.name, Traits()).driven
+            if driven:
+                where = f"dot(...) in {use.what}" if use.place.inputs else use.what
+                problems.add(
+                    f"the input '{driven}' cannot stand in {where}",
+                    use.expression.mark(name.span),
+                    hint="its rate would be needed; what is known in advance can be written"
+                    " as a definition in t",
+                    rule="misplaced-input",
+                )
+                return
 
 
 def _is_rough(node: object, names: dict[str, Traits]) -> bool:

@@ -27,7 +27,7 @@ from lagrange_cli.scene.shapes import Reading
 from lagrange_cli.scene.source import Mapping, SourceNode, compose, decode
 from lagrange_cli.scene.tokens import IDENTIFIER
 
-__all__ = ["LATER_SECTIONS", "SECTIONS", "expected_error", "read_file", "read_text"]
+__all__ = ["SECTIONS", "expected_error", "read_file", "read_text"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +60,7 @@ SECTIONS: dict[str, Section] = {
     "description": Section(_read_description),
     "sizes": Section(declarations.read_sizes, declares=True),
     "parameters": Section(declarations.read_parameters, declares=True),
+    "inputs": Section(declarations.read_inputs, declares=True),
     "particles": Section(declarations.read_particles, declares=True),
     "points": Section(declarations.read_points, declares=True),
     "coordinates": Section(declarations.read_coordinates, declares=True),
@@ -76,9 +77,6 @@ SECTIONS: dict[str, Section] = {
     "simulate": Section(conditions.read_simulate),
     "expect": Section(conditions.read_expect),
 }
-
-#: Sections of the language that this version does not read.
-LATER_SECTIONS = ("inputs",)
 
 
 def read_file(
@@ -169,8 +167,6 @@ def _sections(root: SourceNode, reading: Reading) -> dict[str, SourceNode]:
     for key, value in mapping.entries if mapping else ():
         if key.text in SECTIONS:
             nodes[key.text] = value
-        elif key.text in LATER_SECTIONS:
-            reading.unsupported(f"the section '{key.text}' is", key.mark)
         else:
             known = ", ".join(SECTIONS)
             reading.problems.add(

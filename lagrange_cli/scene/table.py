@@ -26,6 +26,7 @@ class NameTable:
     """
 
     parameters: Mapping[str, Mark]
+    inputs: Mapping[str, Mark]
     coordinates: Mapping[str, Mark]
     definitions: Mapping[str, Mark]
     cartesian: Mapping[str, Mark]
@@ -38,6 +39,7 @@ class NameTable:
             for kind in (
                 ("t", "pi"),
                 self.parameters,
+                self.inputs,
                 self.coordinates,
                 self.definitions,
                 self.cartesian,
@@ -47,7 +49,7 @@ class NameTable:
 
     def known(self) -> list[str]:
         """All names that an expression may use."""
-        kinds = (self.parameters, self.coordinates, self.definitions, self.cartesian)
+        kinds = (self.parameters, self.inputs, self.coordinates, self.definitions, self.cartesian)
         return ["t", "pi", *(name for kind in (*kinds, self.components) for name in kind)]
 
     def is_position(self, name: str) -> bool:
@@ -59,6 +61,7 @@ def name_table(scene: Scene) -> NameTable:
     """Collect the names of a scene."""
     bodies: tuple[Particle | Point, ...] = (*scene.particles, *scene.points)
     parameters = {p.name: p.mark for p in scene.parameters}
+    inputs = {term.name: term.mark for term in scene.inputs}
     components = {
         component(axis, body.name): entry
         for body in bodies
@@ -67,13 +70,14 @@ def name_table(scene: Scene) -> NameTable:
     cartesian: dict[str, Mark] = {}
     for own, entry in components.items():
         node = entry.node
-        if not isinstance(node, Name) or node.name in parameters or node.name in ("t", "pi"):
+        if not isinstance(node, Name) or node.name in (*parameters, *inputs, "t", "pi"):
             continue
         # The name of another component refers to that component.
         if node.name == own or node.name not in components:
             cartesian.setdefault(node.name, entry.mark(node.span))
     return NameTable(
         parameters,
+        inputs,
         {c.name: c.mark for c in scene.coordinates or ()},
         {d.name: d.mark for d in scene.definitions},
         cartesian,
@@ -111,6 +115,7 @@ def _check_declared_twice(
         ("a size", sizes),
         ("an index", indices),
         ("a parameter", table.parameters),
+        ("an input", table.inputs),
         ("a coordinate", table.coordinates),
         ("a definition", table.definitions),
         ("an output", outputs),
@@ -139,10 +144,11 @@ def _check_declared_twice(
 
 def _check_components(table: NameTable, outputs: Mapping[str, Mark], problems: Problems) -> None:
     """Refuse declaring ``x_bob`` where bob's position calls that component otherwise."""
+    fixed = {**table.parameters, **table.inputs}
     for name, entry in table.components.items():
         own = isinstance(entry.node, Name) and entry.node.name == name
-        for kind in (table.parameters, table.coordinates, table.definitions, outputs):
-            if name in kind and not (own and kind is not table.parameters):
+        for kind in (fixed, table.coordinates, table.definitions, outputs):
+            if name in kind and not (own and kind is not fixed):
                 axis, _, body = name.partition("_")
                 problems.add(
                     f"'{name}' is already the {axis} position of '{body}'",
@@ -157,7 +163,8 @@ def _printed(scene: Scene, table: NameTable) -> Iterator[tuple[str, str, Mark]]:
     latex = {p.name: p.latex for p in scene.parameters}
     latex.update({c.name: c.latex for c in scene.coordinates or ()})
     marks: dict[str, Mark] = {}
-    for kind in (table.parameters, table.coordinates, table.definitions, table.cartesian):
+    declared = (table.parameters, table.inputs, table.coordinates, table.definitions)
+    for kind in (*declared, table.cartesian):
         for name, mark in kind.items():
             marks.setdefault(name, mark)
     for term in scene.outputs:

@@ -18,21 +18,23 @@ class Place:
     """What an expression may hold.
 
     ``rate``: how many time derivatives. ``smooth``: only functions with a
-    derivative. ``names``: all names, those of constants, or parameters alone.
+    derivative. ``names``: all names, t and those of constants, those of constants, or
+    parameters alone. ``inputs``: what the user drives, whose rates are not known.
     ``multipliers``: names ``lambda_...``, which constraints may or may not have.
     """
 
     rate: int = 0
     smooth: bool = False
-    names: Literal["all", "constants", "parameters"] = "all"
+    names: Literal["all", "time", "constants", "parameters"] = "all"
+    inputs: bool = False
     multipliers: bool = False
 
 
 _POSITION = Place(smooth=True)
 _CONSTRAINT = Place(rate=1, smooth=True)
-_DYNAMICS = Place(rate=1)
+_DYNAMICS = Place(rate=1, inputs=True)
 _NUMBER = Place(names="parameters")
-_MOTION = Place(rate=2, multipliers=True)
+_MOTION = Place(rate=2, inputs=True, multipliers=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +51,8 @@ def uses(scene: Scene, cartesian: Iterable[str]) -> Iterator[Use]:
     for parameter in scene.parameters:
         if parameter.value:
             yield Use(parameter.value, f"parameter '{parameter.name}'", _NUMBER)
+    for term in scene.inputs:
+        yield Use(term.expression, f"input '{term.name}'", Place(names="time"))
     for particle in scene.particles:
         what = f"the mass of particle '{particle.name}'"
         yield Use(particle.mass, what, Place(names="constants"))

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
+
+from sympy import I, nan, oo, zoo
 
 from lagrange_cli.emit.c_project import workspace
 from lagrange_cli.emit.c_simulation import lanes_source, library_source
 from lagrange_cli.emit.constraints import constraint_programs
 from lagrange_cli.emit.disturbed import disturb
 from lagrange_cli.emit.python_functions import module_source, program_of
+from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.model import Code, Defaults, Model, ModelParameter
 
 if TYPE_CHECKING:
+    from sympy import Expr
+
     from lagrange_cli.mechanics.equations import Equations
 
 __all__ = ["model_of"]
@@ -47,7 +52,45 @@ def model_of(equations: Equations) -> Model:
     )
 
 
+def driven(equations: Equations) -> Equations:
+    """The equations with the scene's functions of time in place of its inputs.
+
+    Raises
+    ------
+    InputError
+        They make an expression that is no finite real number, as 1/u with u = 0.
+    """
+    if not equations.inputs:
+        return equations
+    given = {u.symbol: u.expression for u in equations.inputs}
+
+    def put(expression: Expr) -> Expr:
+        found = expression.xreplace(given)
+        if found.has(zoo, nan, oo, -oo, I):
+            names = ", ".join(f"'{u.name}'" for u in equations.inputs)
+            raise InputError(
+                Problem(
+                    f"with the values of {names} a force or an energy is no finite real number",
+                    hint="look at what stands below fractions and under roots",
+                    rule="not-real",
+                )
+            )
+        return found
+
+    return replace(
+        equations,
+        inputs=(),
+        forcing=tuple(map(put, equations.forcing)),
+        energy=put(equations.energy),
+        kinetic=put(equations.kinetic),
+        potential=put(equations.potential),
+        lagrangian=put(equations.lagrangian),
+        outputs=tuple((name, put(e)) for name, e in equations.outputs),
+    )
+
+
 def _code(equations: Equations) -> Code:
+    equations = driven(equations)
     programs = {name: program_of(equations, name) for name in FUNCTIONS}
     disturbed = disturb(programs["rhs"])
     programs["disturbed"] = disturbed

@@ -13,7 +13,7 @@ from lagrange_cli.errors import InputError, Problem, render
 from lagrange_cli.scene import expected_error, read_text
 from lagrange_cli.scene.expression import names_in
 from lagrange_cli.scene.model import Scene
-from lagrange_cli.scene.reader import LATER_SECTIONS, SECTIONS
+from lagrange_cli.scene.reader import SECTIONS
 
 SCENES = sorted((Path(__file__).parents[2] / "systems").glob("**/*.yaml"))
 
@@ -40,7 +40,7 @@ VALUES = st.recursive(
     lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(KEYS, inner, max_size=4)),
     max_leaves=12,
 )
-SECTION_NAMES = st.sampled_from([*SECTIONS, *LATER_SECTIONS])
+SECTION_NAMES = st.sampled_from([*SECTIONS])
 
 
 def read(data: bytes | str) -> Scene | None:
