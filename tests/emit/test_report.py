@@ -17,8 +17,8 @@ from lagrange_cli.errors import Mark, Problem
 KEYS = [
     "name", "cartesian", "extra", "constraints", "dof", "nonholonomic", "unilateral",
     "coordinates", "formulation", "kinetic", "potential", "lagrangian", "equations",
-    "mass_matrix", "forcing", "cyclic", "conserved", "multipliers", "closure", "facts",
-    "certificate", "warnings",
+    "mass_matrix", "forcing", "cyclic", "conserved", "multipliers", "closure",
+    "inputs", "outputs", "facts", "certificate", "warnings",
 ]  # fmt: skip
 
 
