@@ -86,17 +86,25 @@ def _model(
     parameters: Mapping[str, str],
     initial: Mapping[str, str],
     times: Mapping[str, str],
+    forces: bool,
 ) -> Model:
     """The model of a scene: that of before, or derived anew."""
 
     def work() -> Answer:
-        equations = derived(session, source, parameters=parameters, initial=initial, times=times)
+        equations = derived(
+            session,
+            source,
+            parameters=parameters,
+            initial=initial,
+            times=times,
+            forces=forces,
+        )
         from lagrange_cli.simulate.modelling import model_of
 
         value = model_of(equations).to_json()
         return Answer(value, equations.warnings, equations.remarks)
 
-    asked = [sorted(given.items()) for given in (parameters, initial, times)]
+    asked = [*(sorted(given.items()) for given in (parameters, initial, times)), forces]
     value = remembered(session, "simulate", source, asked, work)
     from lagrange_cli.simulate.model import Model
 
@@ -210,8 +218,8 @@ def _json(trajectory: Trajectory, derive_seconds: float) -> str:
     "columns",
     callback=_extra,
     metavar="NAMES",
-    help="Further columns of the file: energy; forces, the multipliers; positions, which are "
-    "there anyway. With commas between them.  "
+    help="Further columns of the file: energy; forces, those of constraints and their "
+    "multipliers; positions, which are there anyway. With commas between them.  "
     "[default: none]",
 )
 @click.option(
@@ -254,13 +262,20 @@ def simulate(
         # A plain number changes nothing of the model, which can be that of before.
         how["until"] = float(times.pop("until"))
     source = read_source(scene)
-    model = _model(session, source, parameters=parameters, initial=initial, times=times)
+    model = _model(
+        session,
+        source,
+        parameters=parameters,
+        initial=initial,
+        times=times,
+        forces="forces" in columns,
+    )
     derive_seconds = perf_counter() - started
     from lagrange_cli.simulate import simulate as integrate
-    from lagrange_cli.simulate.trajectory import require_multipliers
+    from lagrange_cli.simulate.trajectory import require_forces
 
     if "forces" in columns:
-        require_multipliers(model.name, model.multipliers)
+        require_forces(model.name, [*model.multipliers, *model.forces])
     with session.progress("integrating") as move:
         trajectory = integrate(model, progress=move, cache=session.cache, **how)
     session.explain_code()

@@ -16,7 +16,14 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import ConstraintForces, Equations, Reaction
 
-__all__ = ["FORCES_LINE", "force_notes", "force_rows", "forces_report", "reaction_rows"]
+__all__ = [
+    "FORCES_LINE",
+    "force_columns",
+    "force_notes",
+    "force_rows",
+    "forces_report",
+    "reaction_rows",
+]
 
 _AXES = ("x", "y", "z")
 
@@ -90,6 +97,21 @@ def force_notes(forces: ConstraintForces) -> list[str]:
             f"multipliers that are not determined, or have no short form: {', '.join(forces.open)}"
         )
     return notes
+
+
+def force_columns(equations: Equations) -> list[tuple[str, Expr]]:
+    """Columns of a table of forces: their components, and multipliers that are no unknowns."""
+    forces = equations.constraint_forces
+    if forces is None:
+        return []
+    columns = [
+        (f"force_{axis}({body.name})", component)
+        for body in forces.bodies
+        for axis, component in zip(_AXES, body.components, strict=True)
+    ]
+    unknowns = {closure.multiplier for closure in equations.closures}
+    known = [r for r in forces.reactions if r.multiplier not in unknowns]
+    return columns + [(multiplier_name(r.name), r.multiplier) for r in known]
 
 
 def forces_report(forces: ConstraintForces, say: Callable[[Expr], str]) -> dict[str, Any]:

@@ -44,7 +44,8 @@ class Code:
     ``lanes``: that of its neighbour ``lanes_source``, which follows it;
     ``python``: that of :func:`lagrange_cli.emit.python_functions.module_source`.
     ``work`` doubles of workspace; ``factors`` of rounding are read by the
-    function ``disturbed`` after the scene's parameters.
+    function ``disturbed`` after the scene's parameters. ``forces``: Python text whose
+    function ``outputs`` gives them; it reads accelerations and multipliers after those.
     """
 
     c: str
@@ -52,6 +53,7 @@ class Code:
     python: str
     work: int
     factors: int
+    forces: str = ""
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,8 @@ class Model:
     are kept beside the coordinates, if any; then the code has the functions
     ``multipliers``, ``constraints``, which gives ``residuals`` numbers, and
     ``project``. ``outputs`` names what the scene asks for besides; where there is
-    something, the code has a function ``outputs``.
+    something, the code has a function ``outputs``. ``forces`` names constraint forces, which
+    the code has where they were asked for.
     """
 
     name: str
@@ -82,6 +85,7 @@ class Model:
     multipliers: tuple[str, ...] = ()
     residuals: int = 0
     outputs: tuple[str, ...] = ()
+    forces: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The model as values that JSON holds; doubles keep all their digits."""
@@ -91,7 +95,15 @@ class Model:
     def from_json(cls, value: Mapping[str, Any]) -> Model:
         """The model that :meth:`to_json` gave."""
         found = dict(value)
-        lists = ("coordinates", "kinds", "cartesian", "conserved", "multipliers", "outputs")
+        lists = (
+            "coordinates",
+            "kinds",
+            "cartesian",
+            "conserved",
+            "multipliers",
+            "outputs",
+            "forces",
+        )
         for name in lists:
             found[name] = tuple(found[name])
         found["parameters"] = tuple(ModelParameter(**p) for p in found["parameters"])

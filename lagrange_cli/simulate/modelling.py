@@ -11,8 +11,10 @@ from lagrange_cli.emit.c_project import workspace
 from lagrange_cli.emit.c_simulation import lanes_source, library_source
 from lagrange_cli.emit.constraints import constraint_programs
 from lagrange_cli.emit.disturbed import disturb
+from lagrange_cli.emit.forces import force_columns
 from lagrange_cli.emit.python_functions import module_source, program_of
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.equations import Parameter
 from lagrange_cli.simulate.model import Code, Defaults, Model, ModelParameter
 
 if TYPE_CHECKING:
@@ -49,6 +51,7 @@ def model_of(equations: Equations) -> Model:
         multipliers=equations.multipliers,
         residuals=sum(1 + (c.kind == "position") for c in equations.closures),
         outputs=tuple(name for name, _ in equations.outputs),
+        forces=tuple(name for name, _ in force_columns(equations)),
     )
 
 
@@ -90,6 +93,7 @@ def driven(equations: Equations) -> Equations:
 
 
 def _code(equations: Equations) -> Code:
+    forces = _forces(equations)
     equations = driven(equations)
     programs = {name: program_of(equations, name) for name in FUNCTIONS}
     disturbed = disturb(programs["rhs"])
@@ -103,4 +107,16 @@ def _code(equations: Equations) -> Code:
         python=module_source(programs),
         work=workspace(programs),
         factors=disturbed.parameters - len(equations.parameters),
+        forces=forces,
     )
+
+
+def _forces(equations: Equations) -> str:
+    """A function for the columns of constraint forces, where they were asked for."""
+    columns = force_columns(equations)
+    if not columns:
+        return ""
+    unknowns = [*(c.a for c in equations.coordinates), *(c.multiplier for c in equations.closures)]
+    known = (*equations.parameters, *(Parameter(s.name, s) for s in unknowns))
+    asked = replace(equations, parameters=known, outputs=tuple(columns))
+    return module_source({"outputs": program_of(driven(asked), "outputs")})

@@ -14,6 +14,7 @@ from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
 from lagrange_cli.simulate.chosen import integrate_with_method
 from lagrange_cli.simulate.conservation import first_contradiction
 from lagrange_cli.simulate.constraints import constraint_drift
+from lagrange_cli.simulate.forces import constraint_forces
 from lagrange_cli.simulate.integrators.base import Array, projection
 from lagrange_cli.simulate.integrators.compiled import COMPILED
 from lagrange_cli.simulate.integrators.native import NativeRhs
@@ -184,6 +185,7 @@ def _trajectory(
         multipliers=dict(
             zip(model.multipliers, functions.multipliers(t, measured.states).T, strict=True)
         ),
+        forces=constraint_forces(model, functions, t, measured.states),
         method=measured.method,
         implementation=_implementation(functions, measured),
         choice=measured.choice,

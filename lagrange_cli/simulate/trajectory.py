@@ -15,27 +15,27 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import write_file
 from lagrange_cli.simulate.integrators.base import Array
 
-__all__ = ["EXTRA", "Event", "Trajectory", "require_multipliers"]
+__all__ = ["EXTRA", "Event", "Trajectory", "require_forces"]
 
 #: Columns that can be asked for; every component of a particle is there without asking.
 EXTRA = ("energy", "positions", "forces")
 
 
-def require_multipliers(name: str, multipliers: Collection[str]) -> None:
-    """Refuse constraint forces of a system that keeps no constraints.
+def require_forces(name: str, forces: Collection[str]) -> None:
+    """Refuse columns of constraint forces where there are none.
 
     Raises
     ------
     InputError
-        There are no ``multipliers``.
+        There are no ``forces``, nor multipliers.
     """
-    if not multipliers:
+    if not forces:
         raise InputError(
             Problem(
-                f"no multipliers are computed for '{name}': its coordinates satisfy every"
-                " constraint, so that none is kept beside them",
-                hint="--with energy",
-                rule="no-multipliers",
+                f"there are no constraint forces of '{name}': nothing is constrained, or they"
+                " were not derived",
+                hint="in Python: derive(forces=True)",
+                rule="no-forces",
             )
         )
 
@@ -66,7 +66,9 @@ class Trajectory:
     part of it, None where it is not conserved. ``constraint_drift`` is the
     largest residual of the constraints that are kept beside the coordinates, as
     :func:`.constraints.constraint_drift` measures it, None where there are none;
-    ``multipliers`` maps the name of each to its λ at the samples.
+    ``multipliers`` maps the name of each to its λ at the samples; ``forces`` has the
+    columns ``force_x(PARTICLE)`` and ``lambda(NAME)`` of other constraints where the
+    forces were derived.
 
     ``implementation`` says what evaluated the equations and made the steps.
     ``steps`` and ``rhs_evaluations`` are those of the run itself,
@@ -96,6 +98,7 @@ class Trajectory:
     seconds: Mapping[str, float]
     constraint_drift: float | None = None
     multipliers: Mapping[str, Array] = field(default_factory=dict)
+    forces: Mapping[str, Array] = field(default_factory=dict)
     events: tuple[Event, ...] = field(default_factory=tuple)
 
     @property
@@ -135,13 +138,14 @@ class Trajectory:
     def table(self, extra: Collection[str] = ()) -> dict[str, Array]:
         """Column name → values: ``t``, the state, and of :data:`EXTRA` what is asked for.
 
-        ``energy``; ``positions``, which are part of the state; ``forces``, the
-        multiplier of each constraint as ``lambda(NAME)``.
+        ``energy``; ``positions``, which are part of the state; ``forces``,
+        constraint forces as ``force_x(PARTICLE)`` where they were derived, and multipliers
+        of constraints as ``lambda(NAME)``.
 
         Raises
         ------
         InputError
-            The scene has a coordinate of its own named ``energy``, or no multipliers.
+            The scene has a coordinate of its own named ``energy``, or no forces.
         """
         table = {"t": self.t, **self.columns}
         if "energy" in extra:
@@ -151,8 +155,9 @@ class Trajectory:
                 )
             table["energy"] = self.energy
         if "forces" in extra:
-            require_multipliers(self.name, self.multipliers)
+            require_forces(self.name, [*self.multipliers, *self.forces])
             table |= {f"lambda({name})": values for name, values in self.multipliers.items()}
+            table |= self.forces
         return table
 
     def csv(self, extra: Collection[str] = ()) -> str:

@@ -33,11 +33,42 @@ def test_unknown_columns(tmp_path, names):
     assert not (tmp_path / "t.csv").exists()
 
 
-def test_forces_where_no_constraint_is_kept(tmp_path):
-    done = lagrange("simulate", HOLE, "--with", "forces", "-o", str(tmp_path / "t.csv"))
+FREE = """
+name: free
+parameters: {k: 1}
+coordinates: [u]
+kinetic: {T: dot(u)^2/2}
+potentials: {V: k*u^2/2}
+initial: {u: 1}
+simulate: {until: 1}
+"""
+
+
+def test_forces_where_nothing_is_constrained(tmp_path):
+    (tmp_path / "s.yaml").write_text(FREE)
+    done = lagrange("simulate", "s.yaml", "--with", "forces", "-o", "t.csv", cwd=tmp_path)
     assert done.returncode == 2
-    assert "no multipliers are computed for 'masses_through_hole'" in done.stderr
+    assert "there are no constraint forces of 'free'" in done.stderr
     assert not (tmp_path / "t.csv").exists()
+
+
+def test_forces_where_no_constraint_is_kept(tmp_path):
+    names = header(tmp_path, "--with", "forces")
+    forces = [f"force_{x}({body})" for body in ("puck", "weight") for x in "xyz"]
+    multipliers = [f"lambda({c})" for c in ("table", "plumb_1", "plumb_2", "rope")]
+    assert names == [*header(tmp_path), *forces, *multipliers]
+    succeed(
+        *("simulate", HOLE, "--until", "1", "--samples", "3"),
+        *("-o", str(tmp_path / "t.csv"), "--with", "forces"),
+    )
+    rows = (tmp_path / "t.csv").read_text().splitlines()
+    for line in rows[1:]:
+        row = dict(zip(names, map(float, line.split(",")), strict=True))
+        tension = 2 * 1 / (2 + 1) * (9.81 + row["r"] * row["dot(theta)"] ** 2)
+        assert row["force_z(weight)"] == pytest.approx(tension, rel=1e-13)
+        assert row["lambda(rope)"] == pytest.approx(-tension, rel=1e-13)
+        pull = -row["force_x(puck)"] * row["x1"] - row["force_y(puck)"] * row["y1"]
+        assert pull == pytest.approx(tension * row["r"], rel=1e-13)
 
 
 KEPT = """
@@ -56,9 +87,13 @@ def test_forces_where_a_constraint_is_kept(tmp_path):
     text = succeed("simulate", "s.yaml", "--with", "forces", "-o", "t.csv", cwd=tmp_path)
     head, first, *_ = (tmp_path / "t.csv").read_text().splitlines()
     assert head.startswith("t,x,z,")
-    assert head.endswith(",lambda(rod)")
+    assert head.endswith(",lambda(rod),force_x(bob),force_y(bob),force_z(bob)")
     # At the lowest point, along 2 (x, z): m (v²/l + g) = -2 l λ.
-    assert float(first.split(",")[-1]) == pytest.approx(-1.3 * (9.5**2 / 2 + 9.81) / 4, rel=1e-14)
+    tension = 1.3 * (9.5**2 / 2 + 9.81)
+    *_, multiplier, x, y, z = map(float, first.split(","))
+    assert multiplier == pytest.approx(-tension / 4, rel=1e-14)
+    assert (x, y) == (0, 0)
+    assert z == pytest.approx(tension, rel=1e-14)
     assert re.search(r"^Constraints  largest drift [0-9.]+e-1[67]$", text, re.MULTILINE)
 
 

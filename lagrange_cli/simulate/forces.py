@@ -1,0 +1,41 @@
+"""Constraint forces at the samples of a motion, from accelerations and multipliers there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.right_hand_side import RightHandSide
+
+__all__ = ["constraint_forces"]
+
+
+def constraint_forces(
+    model: Model, functions: RightHandSide, t: Array, states: Array
+) -> dict[str, Array]:
+    """Column → values for each force of the model; NaN where there is no acceleration.
+
+    Parameters
+    ----------
+    t, states
+        Samples, shapes (m,) and (m, 2n).
+    """
+    if not model.forces:
+        return {}
+    # Names and numbers that the program chose: no text of a scene is in it.
+    found: dict[str, Any] = {}
+    exec(compile(model.code.forces, "<constraint forces>", "exec"), found)
+    given = [0.0 if p.value is None else p.value for p in model.parameters]
+    n = len(model.coordinates)
+    multipliers = functions.multipliers(t, states)
+    rows = [
+        found["outputs"](
+            float(time), state, [*given, *functions.rhs(float(time), state)[n:], *unknowns]
+        )
+        for time, state, unknowns in zip(t, states, multipliers, strict=True)
+    ]
+    table = np.array(rows, dtype=float).reshape(len(t), len(model.forces))
+    return {name: table[:, k].copy() for k, name in enumerate(model.forces)}
