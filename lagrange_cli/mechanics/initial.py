@@ -83,13 +83,23 @@ class _Initial:
         self.given[entry.order][symbol] = (mpf(value.evalf(_DIGITS)), entry)
 
     def solve(self) -> InitialState:
-        start, moved = self.restrictions.placed(self._positions())
-        velocities = self._velocities(self._tape(1), start)
-        velocities, turned = self.restrictions.tangent(start, velocities)
+        start, moved = self._placed()
+        try:
+            velocities = self._velocities(self._tape(1), start)
+            velocities, turned = self.restrictions.tangent(start, velocities)
+        except DomainError:
+            raise self._singular() from None
         projected = max(self._check(start, velocities), moved, turned)
         return InitialState(
             tuple(float(x) for x in start), tuple(float(x) for x in velocities), float(projected)
         )
+
+    def _placed(self) -> tuple[list[mpf], mpf]:
+        """Coordinates on the closures, and how far they were from them."""
+        try:
+            return self.restrictions.placed(self._positions())
+        except DomainError:
+            raise self._unreal() from None
 
     def _cartesian(self, order: int) -> list[sp.Symbol]:
         """Cartesian names with a given value that are not coordinates themselves."""
@@ -240,6 +250,17 @@ class _Initial:
                 if miss > _ROUNDING * scales[order]:
                     worst = max(worst, miss)
         return worst
+
+    def _singular(self) -> InputError:
+        return InputError(
+            Problem(
+                "the constraints are singular at the initial configuration:"
+                " they do not give velocities there",
+                self.reduced.scene.initial[0].mark,
+                hint="start from another configuration, or take other coordinates",
+                rule="singular",
+            )
+        )
 
     def _unreal(self) -> InputError:
         return InputError(

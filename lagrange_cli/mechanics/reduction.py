@@ -175,7 +175,7 @@ def _integrated(problem: _Problem) -> tuple[Reduced, list[_Written], list[str]]:
             return reduced, [], remarks
         points = _drawn(reduced.chart.geometry, reduced.sampler([]), ())
         levels = _levels(reduced, open_ones)
-        found, new = integrals(names, levels, reduced.coordinates, points)
+        found, new = integrals(names, levels, reduced.coordinates, points, problem.reference)
         if not found:
             return reduced, open_ones, remarks
         stated += found.values()

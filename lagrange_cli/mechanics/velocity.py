@@ -24,6 +24,7 @@ from lagrange_cli.mechanics.manifold import Manifold
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.ranks import TOLERANCE, Matrix, Point, dependent_rows
 from lagrange_cli.mechanics.sampling import Drawn, double
+from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.scene.expression import Equation
 
 __all__ = ["Independent", "Level", "independent_levels", "integrals"]
@@ -81,8 +82,16 @@ def integrals(
     levels: Sequence[Level],
     coordinates: Sequence[Coordinate],
     points: Sequence[Point],
+    reference: Point,
 ) -> tuple[dict[int, Stated], list[str]]:
     """Constraints on positions that have some of the levels as their rates, by number; remarks.
+
+    Parameters
+    ----------
+    points
+        Configurations at which candidates are looked at.
+    reference
+        Values of symbols at the given configuration, where integrals are to be real.
 
     Raises
     ------
@@ -93,6 +102,7 @@ def integrals(
     remarks = []
     for number, level in enumerate(levels):
         whole = integral(level.form(coordinates, names.t), points)
+        whole = None if whole is None else _real_branch(whole, reference)
         if whole is None or whole == 0:
             continue
         constant = _constant(names, level, whole, [c.q for c in coordinates])
@@ -110,6 +120,32 @@ def integrals(
             )
         found[number] = Stated(level.constraint, level.equation, whole, constant, integral=True)
     return found, remarks
+
+
+def _real_branch(whole: sp.Expr, reference: Point) -> sp.Expr | None:
+    """The integral with log(−u) for log(u) where u < 0 at the reference; None if it is not real.
+
+    Both have the rate u̇/u, which no motion carries through u = 0.
+    """
+    for logarithm in sorted(whole.atoms(sp.log), key=sp.default_sort_key):
+        argument = logarithm.args[0]
+        if _known(argument, reference) and _value(argument, reference) < 0:
+            whole = whole.xreplace({logarithm: sp.log(-argument)})
+    if not _known(whole, reference):
+        return whole
+    try:
+        _value(whole, reference)
+    except DomainError:
+        return None
+    return whole
+
+
+def _known(expr: sp.Expr, reference: Point) -> bool:
+    return all(s in reference for s in expr.free_symbols)
+
+
+def _value(expr: sp.Expr, reference: Point) -> mpf:
+    return values([expr], {s: reference[s] for s in expr.free_symbols})[0]
 
 
 def _constant(names: Names, level: Level, whole: sp.Expr, q: Sequence[sp.Symbol]) -> sp.Expr | None:

@@ -20,6 +20,10 @@ ROD = (
 )
 
 
+#: A particle in a plane, on a curve.
+CURVE = "plane: xz\nparticles: {bead: {mass: 1, position: [x, y, z]}}\nconstraints: {curve: %s}\n"
+
+
 def start(text: str) -> InitialState:
     found = derived(text).initial
     assert found is not None
@@ -78,7 +82,7 @@ def test_places_by_component_name() -> None:
 def test_missing_coordinates_are_named(text: str, initial: str, missing: list[str]) -> None:
     problem = refusal(text + f"initial: {{{initial}}}")
     assert problem.rule == "initial-missing"
-    assert problem.mark is not None
+    assert problem.mark.line == 4
     for name in missing:
         assert f"'{name}'" in problem.message
         assert f"{name}:" in problem.hint
@@ -104,7 +108,7 @@ def test_coordinates_that_are_given_are_not_called_missing() -> None:
 def test_contradictions_are_refused_with_their_place(initial: str) -> None:
     problem = refusal(ROD + f"initial: {{{initial}}}")
     assert problem.rule.startswith("initial-")
-    assert problem.mark is not None
+    assert problem.mark.line == 4
 
 
 def test_a_value_within_tolerance_is_projected_and_the_change_reported() -> None:
@@ -174,7 +178,7 @@ def test_no_state_without_initial_or_without_values(text: str) -> None:
 @pytest.mark.parametrize("name", ["nobody", "l", "z_nobody"])
 def test_only_places_have_initial_values(name: str) -> None:
     problem = refusal(ROD + f"initial: {{q: 1, {name}: 2}}")
-    assert problem.mark is not None
+    assert problem.mark.line == 4
     assert name in problem.message
 
 
@@ -254,7 +258,7 @@ def test_missing_velocities_of_closures_have_the_least_kinetic_energy() -> None:
 def test_values_beside_a_closure_are_refused(initial: str) -> None:
     problem = refusal(RING + f"initial: {{{initial}}}")
     assert problem.rule == "initial-inconsistent"
-    assert problem.mark is not None
+    assert problem.mark.line == 4
     assert "'ring'" in problem.message
 
 
@@ -270,3 +274,16 @@ def test_what_closures_leave_open_is_named() -> None:
     problem = refusal(RING + "initial: {dot(x): 1}")
     assert problem.rule == "initial-missing"
     assert "'x', 'z'" in problem.message
+
+
+def test_a_start_where_a_solution_divides_by_zero() -> None:
+    """x = z³/(z³ − sin² z) is 0/0 at z = 0, and so is its rate."""
+    problem = refusal(CURVE % "x*sin(z)^2 = (x-1)*z^3" + "initial: {x: 1, z: 0, dot(x): -1}\n")
+    assert (problem.rule, problem.mark.line) == ("singular", 5)
+    assert "singular at the initial configuration" in problem.message
+
+
+def test_a_start_outside_the_domain_of_a_closure() -> None:
+    problem = refusal(CURVE % "log(x)*x = z + sin(z)*x*z" + "initial: {x: -1, z: 0}\n")
+    assert problem.rule == "inconsistent"
+    assert problem.mark.line == 4

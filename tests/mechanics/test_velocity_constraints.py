@@ -9,7 +9,7 @@ import mpmath
 import pytest
 import sympy as sp
 from closures_support import close, holds, solved, state_of
-from mechanics_support import derived, refusal
+from mechanics_support import derived, number, refusal
 from mpmath import mpf
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
@@ -242,6 +242,40 @@ def test_redundant_ones_are_named() -> None:
     )
     assert [w.rule for w in e.warnings] == ["redundant"]
     assert e.multipliers == ("blade",)
+
+
+@pytest.mark.parametrize("y", ["0.5", "-0.5"])
+def test_a_logarithm_is_real_on_either_side_of_its_pole(y: str) -> None:
+    """ẋ + ẏ/y = 0 integrates to x + log |y| = constant."""
+    e = derived(
+        "particles: {bead: {mass: 1, position: [x, y, z]}}\n"
+        "constraints: {a: dot(x) + dot(y)/y = 0, b: z = 0}\ncoordinates: [y]\n"
+        f"initial: {{x: 1, y: {y}}}\n"
+    )
+    assert (e.account.dof, e.account.nonholonomic, e.closures) == (1, 0, ())
+    (x,) = [c for c in e.cartesian_names if c.name == "x"]
+    for factor in (mpf(1), mpf(3)):
+        there = number(x.position, {e.coordinates[0].q: factor * mpf(y)})
+        assert abs(there - (1 - mpmath.log(factor))) < mpf(10) ** -25
+
+
+def test_a_logarithm_of_what_is_negative_at_the_start() -> None:
+    e = derived(
+        "particles: {bead: {mass: 1, position: [x, y, z]}}\n"
+        "constraints: {a: dot(x)*cos(y) - x*sin(y)*dot(y) + dot(z) = 3*t^2,"
+        " b: dot(x) + dot(y)/y = 0}\ninitial: {x: 1, y: -0.5, z: 0}\n"
+    )
+    assert (e.account.dof, e.account.nonholonomic) == (1, 0)
+
+
+def test_an_integral_that_is_not_real_at_the_start_is_not_taken() -> None:
+    """∫ dy/√(y² − 1) by acosh holds where y > 1 only."""
+    e = derived(
+        "particles: {bead: {mass: 1, position: [x, y, z]}}\n"
+        "constraints: {a: dot(x) + dot(y)/sqrt(y^2 - 1) = 0, b: z = 0}\n"
+        "initial: {x: 1, y: -2}\n"
+    )
+    assert (e.account.dof, e.account.nonholonomic) == (1, 0)
 
 
 def test_too_few_coordinates_beside_nonholonomic_constraints() -> None:
