@@ -160,11 +160,10 @@ def _evidence(
     seen: Sequence[_State],
 ) -> Evidence:
     n = range(len(seen[0].cyclic)) if seen else range(0)
+    acted_on = {j for closure in closures for j in closure.held}
     return Evidence(
         certificate,
-        tuple(
-            all(s.cyclic[j] for s in seen) and all(c.gradient[j] == 0 for c in closures) for j in n
-        ),
+        tuple(all(s.cyclic[j] for s in seen) and j not in acted_on for j in n),
         tuple(any(s.forced[j] for s in seen) for j in n),
         all(s.conserved for s in seen) and all(c.rate == 0 for c in closures),
         all(s.is_sum for s in seen),
@@ -241,7 +240,7 @@ def _look(tapes: Tapes, restraints: Restraints, point: Point, thorough: bool) ->
     mismatch = _ZERO
     residuals = []
     for j in range(n):
-        inertia = [mass[j][k] * point[tapes.a[k]] for k in range(n)]
+        inertia = [x * point[tapes.a[k]] for k, x in enumerate(mass[j]) if x]
         ours = sum(inertia, -forcing[j])
         lagrange = momenta[j][1] - slopes[j][0] - seen.forces[j]
         scale = sum((abs(x) for x in inertia), abs(forcing[j])) + abs(momenta[j][1])

@@ -175,6 +175,11 @@ class Closure:
     text: str
     mark: Mark | None = None
 
+    @cached_property
+    def held(self) -> tuple[int, ...]:
+        """Numbers of the coordinates whose entry of the gradient is not zero."""
+        return tuple(j for j, g in enumerate(self.gradient) if not g.is_zero)
+
 
 @dataclass(frozen=True)
 class ShownEquation:

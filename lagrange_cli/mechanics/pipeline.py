@@ -104,7 +104,9 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
         lagrangian=derivation.lagrangian,
         dissipation=derivation.dissipation,
         forces=derivation.forces,
-        mass_matrix=tuple(tuple(factored(list(e)) for e in row) for row in derivation.mass),
+        mass_matrix=tuple(
+            tuple(factored(list(e)) if e else sp.S.Zero for e in row) for row in derivation.mass
+        ),
         forcing=tuple(sp.Add(*terms) for terms in derivation.forcing),
         shown=shown,
         energy=energy,

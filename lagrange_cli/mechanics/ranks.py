@@ -16,6 +16,7 @@ __all__ = [
     "TOLERANCE",
     "Matrix",
     "Point",
+    "clearly_independent",
     "dependent_columns",
     "dependent_gradients",
     "dependent_rows",
@@ -99,7 +100,7 @@ def dependent_gradients(
     return found or {}
 
 
-def _clearly_independent(matrix: Matrix) -> bool:
+def clearly_independent(matrix: Matrix) -> bool:
     """Whether the pivots of A Aᵀ tell, by sparse elimination, that the rows of A are independent.
 
     A pivot is the square of a row's distance from what the rows before it span.
@@ -125,7 +126,7 @@ def _clearly_independent(matrix: Matrix) -> bool:
 
 def dependent_rows(matrix: Matrix, tolerance: float = TOLERANCE) -> dict[int, tuple[int, ...]]:
     """Rows that are combinations of earlier independent rows, with the rows that take part."""
-    if len(matrix) > _LARGE and _clearly_independent(matrix):
+    if len(matrix) > _LARGE and clearly_independent(matrix):
         return {}
     basis: list[int] = []
     dependent: dict[int, tuple[int, ...]] = {}

@@ -15,7 +15,7 @@ from mpmath import mpf
 
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.sampling import Drawn, Sampler, double
-from lagrange_cli.mechanics.tape import Tape
+from lagrange_cli.mechanics.tape import Run, Tape
 from lagrange_cli.mechanics.tapes import Observation, Point, Tapes
 
 __all__ = ["Restraints"]
@@ -33,7 +33,12 @@ class Restraints:
         self.closures = derivation.closures
         self.tapes = tapes
         self.manifold = derivation.reduced.manifold()
-        parts = [e for c in self.closures for e in (*c.gradient, c.rate, c.bias)]
+        self._held = [c.held for c in self.closures]
+        parts = [
+            e
+            for c, held in zip(self.closures, self._held, strict=True)
+            for e in (*(c.gradient[j] for j in held), c.rate, c.bias)
+        ]
         self._parts = Tape(parts, tapes.moving)
         expressions = [c.expression for c in self.closures]
         self._expressions = Tape(expressions, tapes.moving)
@@ -51,25 +56,30 @@ class Restraints:
         """The derived gradients."""
         if not self.closures:
             return []
-        return [gradient for gradient, _, _ in self._derived(point)]
+        found = []
+        for held, _, _ in self._derived(point):
+            found.append([_ZERO] * self.tapes.n)
+            for j, x in held.items():
+                found[-1][j] = x
+        return found
 
-    def _derived(self, point: Point) -> list[tuple[list[mpf], mpf, mpf]]:
-        """Gradient, rate and bias of each closure, as derived."""
+    def _derived(self, point: Point) -> list[tuple[dict[int, mpf], mpf, mpf]]:
+        """Gradient (the entries that are not zero), rate and bias of each closure, as derived."""
         inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
         pending = iter(self._parts.run(inputs, 0).values)
         return [
-            ([next(pending) for _ in self.tapes.q], next(pending), next(pending))
-            for _ in self.closures
+            ({j: next(pending) for j in held}, next(pending), next(pending)) for held in self._held
         ]
 
     def forces(self, point: Point) -> list[list[mpf]]:
-        """For each coordinate λ·gradient of each closure."""
-        multipliers = [point[c.multiplier] for c in self.closures]
-        gradients = self.gradients(point)
-        return [
-            [x * gradient[j] for x, gradient in zip(multipliers, gradients, strict=True)]
-            for j in range(self.tapes.n)
-        ]
+        """For each coordinate λ·gradient of each closure that holds it."""
+        found: list[list[mpf]] = [[] for _ in self.tapes.q]
+        for closure, (gradient, _, _) in zip(
+            self.closures, self._derived(point) if self.closures else (), strict=True
+        ):
+            for j, x in gradient.items():
+                found[j].append(point[closure.multiplier] * x)
+        return found
 
     def mismatch(self, point: Point) -> mpf:
         """Largest relative difference between what was derived and the equations as stated."""
@@ -78,24 +88,28 @@ class Restraints:
         v = [point[s] for s in self.tapes.v]
         a = [point[s] for s in self.tapes.a]
         levels, rates, gradients = self.manifold.motion(point, a)
+        inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
+        run = self._expressions.run(inputs, 0)
         worst = _ZERO
         for k, (gradient, rate, bias) in enumerate(self._derived(point)):
-            size = max(map(abs, gradients[k]), default=_ZERO)
-            pairs = list(zip(gradient, gradients[k], [size] * len(v), strict=True))
-            pairs += zip(self._of_expression(point, k), gradients[k], [size] * len(v), strict=True)
+            stated = {j: x for j, x in enumerate(gradients[k]) if x}
+            size = max(map(abs, stated.values()), default=_ZERO)
+            pairs = []
+            for found in (gradient, self._of_expression(run, k)):
+                held = [*stated, *(j for j in found if j not in stated)]
+                pairs += [(found.get(j, _ZERO), stated.get(j, _ZERO), size) for j in held]
             for terms, extra, expected in ((v, rate, levels[k]), (a, bias, rates[k])):
-                products = [g * x for g, x in zip(gradient, terms, strict=True)]
+                products = [g * terms[j] for j, g in gradient.items()]
                 pairs.append((sum(products, extra), expected, sum(map(abs, products), abs(extra))))
             worst = max([worst, *(_relative(x - y, scale) for x, y, scale in pairs)])
         return worst
 
-    def _of_expression(self, point: Point, number: int) -> list[mpf]:
+    def _of_expression(self, run: Run, number: int) -> dict[int, mpf]:
         """Gradient of the equation as shown, by positions or by velocities."""
-        inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
-        slopes = self._expressions.run(inputs, 0).gradient({number: (mpf(1), _ZERO, _ZERO)})
         n = self.tapes.n
         first = 1 if self.closures[number].kind == "position" else 1 + n
-        return [x[0] for x in slopes[first : first + n]]
+        slopes = run.partials(number)
+        return {j - first: x for j, x in slopes.items() if first <= j < first + n}
 
     def newton_mismatch(
         self,
@@ -146,8 +160,9 @@ class Restraints:
         for i in range(n):
             for j in range(n):
                 matrix[i, j] = mass[i][j]
-            for k, (gradient, _, _) in enumerate(derived):
-                matrix[i, n + k], matrix[n + k, i] = -gradient[i], gradient[i]
+        for k, (gradient, _, _) in enumerate(derived):
+            for i, x in gradient.items():
+                matrix[i, n + k], matrix[n + k, i] = -x, x
         try:
             return list(mpmath.lu_solve(matrix, right))
         except ZeroDivisionError:
@@ -155,7 +170,7 @@ class Restraints:
 
     def doubles(self, point: Point) -> list[list[float]]:
         """Gradients as doubles."""
-        return [[double(x) for x in row] for row in self.gradients(point)]
+        return [[double(x) if x else 0.0 for x in row] for row in self.gradients(point)]
 
 
 def _relative(difference: mpf, size: mpf) -> mpf:

@@ -70,7 +70,8 @@ def _groups(
             free = [c for c in cofactors if not c.free_symbols & set(velocities)]
             found.extend((c, sp.Integer(1)) for c in held)
             found.extend((c, sp.Integer(1)) for c in positional_groups(free, parameters))
-    found.extend((-c.gradient[row], c.multiplier) for c in derivation.closures)
+    gradients = ((c.gradient[row], c.multiplier) for c in derivation.closures)
+    found.extend((-g, multiplier) for g, multiplier in gradients if g is not sp.S.Zero)
     return [(c, f) for c, f in found if c != 0]
 
 

@@ -9,6 +9,7 @@ that does not solve the equation (√z = −1): whoever uses one checks it.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import mpmath
@@ -212,11 +213,23 @@ def _undo_power(
 _FACTOR_TERMS, _FACTOR_SYMBOLS = 8, 5
 
 
+_PLACES = sp.symbols(f"s:{_FACTOR_SYMBOLS}", real=True)
+
+
+@lru_cache(maxsize=256)
+def _has_factors(form: sp.Expr) -> bool:
+    """Whether a polynomial in the symbols above is a product or a power: many equations of
+    a scene have one form."""
+    return not sp.factor(form).is_Add
+
+
 def factor_branches(phi: sp.Expr, constants: frozenset[sp.Symbol]) -> list[sp.Expr]:
     """Factors of φ that can vanish, for short polynomial equations; φ itself where it has none."""
     symbols = sorted(phi.free_symbols, key=str)
     short = len(sp.Add.make_args(phi)) <= _FACTOR_TERMS and len(symbols) <= _FACTOR_SYMBOLS
     if not short or not phi.is_polynomial(*symbols):
+        return [phi]
+    if not _has_factors(phi.xreplace(dict(zip(symbols, _PLACES, strict=False)))):
         return [phi]
     found = [f.as_base_exp()[0] for f in sp.Mul.make_args(sp.factor(phi))]
     return [f for f in found if not f.free_symbols <= constants] or [phi]

@@ -14,7 +14,7 @@ from lagrange_cli.mechanics.certificate import Evidence
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import Conserved, Facts
 from lagrange_cli.mechanics.grouping import grouped_sum
-from lagrange_cli.mechanics.ranks import Matrix
+from lagrange_cli.mechanics.ranks import Matrix, clearly_independent
 from lagrange_cli.mechanics.terms import TermSum, expand_terms, factored
 from lagrange_cli.scene.expression import names_in
 from lagrange_cli.scene.model import Scene
@@ -31,6 +31,9 @@ __all__ = [
 #: Smallest eigenvalue of a scaled mass matrix that counts as inertia.
 _INERTIA = 1e-12
 
+#: Systems of more unknowns are first looked at without their eigenvalues.
+_LARGE = 64
+
 #: Terms that an energy function may be multiplied out to for collection.
 _TERM_BUDGET = 400
 
@@ -38,14 +41,13 @@ _TERM_BUDGET = 400
 def facts(derivation: Derivation) -> Facts:
     """Structure facts; a fact that is not proven is False."""
     reduced = derivation.reduced
-    mass = [[sp.Add(*e) for e in row] for row in derivation.mass]
-    n = len(mass)
+    mass = [{k: sp.Add(*entry) for k, entry in enumerate(row) if entry} for row in derivation.mass]
     forcing = {s for row in derivation.forcing for term in row for s in term.free_symbols}
     moving = {c.q for c in reduced.coordinates} | {c.v for c in reduced.coordinates}
     moving.add(reduced.names.t)
-    constant = not any(e.free_symbols & moving for row in mass for e in row)
-    diagonal = all(mass[j][k] == 0 for j in range(n) for k in range(n) if j != k)
-    held = {s for row in mass for e in row for s in e.free_symbols} | forcing
+    constant = not any(e.free_symbols & moving for row in mass for e in row.values())
+    diagonal = all(e == 0 for j, row in enumerate(mass) for k, e in row.items() if j != k)
+    held = {s for row in mass for e in row.values() for s in e.free_symbols} | forcing
     for closure in derivation.closures:
         held |= closure.expression.free_symbols
     velocities = {c.v for c in reduced.coordinates}
@@ -190,6 +192,8 @@ def _null_direction(mass: Matrix, gradients: Matrix) -> Matrix | None:
     M is scaled by its diagonal, each gradient by its largest entry.
     """
     n = len(mass)
+    if _clearly_regular(mass, gradients):
+        return None
     scale = np.sqrt(np.abs(np.diag(mass)))
     scale[scale == 0] = np.sqrt(np.abs(mass).max(initial=0.0)) or 1.0
     whole = np.zeros((n + len(gradients), n + len(gradients)))
@@ -203,6 +207,17 @@ def _null_direction(mass: Matrix, gradients: Matrix) -> Matrix | None:
         return None
     direction: Matrix = vectors[:n, int(np.abs(sizes).argmin())]
     return direction
+
+
+def _clearly_regular(mass: Matrix, gradients: Matrix) -> bool:
+    """Whether a large diagonal M and clearly independent gradients settle it."""
+    sizes = np.diag(mass)
+    if len(mass) + len(gradients) <= _LARGE or not (sizes > 0).all():
+        return False
+    if np.count_nonzero(mass) > len(mass) or not len(gradients):
+        return False
+    rows = gradients / np.sqrt(sizes)
+    return clearly_independent(rows)
 
 
 def cyclic_names(derivation: Derivation, evidence: Evidence) -> tuple[str, ...]:

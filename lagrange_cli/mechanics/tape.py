@@ -318,5 +318,8 @@ def _accumulate(
 
 def values(expressions: Iterable[sp.Expr], point: Mapping[sp.Symbol, Number]) -> list[Number]:
     """Values of expressions at one point, in the working precision of mpmath."""
-    tape = Tape(list(expressions), list(point))
-    return tape.run([(mpf(x), _ZERO, _ZERO) for x in point.values()], order=0).values
+    outputs = [sp.sympify(e) for e in expressions]
+    held = set().union(*(e.free_symbols for e in outputs))
+    symbols = sorted((s for s in held if s in point), key=str)
+    tape = Tape(outputs, symbols)
+    return tape.run([(mpf(point[s]), _ZERO, _ZERO) for s in symbols], order=0).values

@@ -45,8 +45,9 @@ class Tapes:
         self.parameters = [*reduced.names.parameters.values(), *reduced.names.inputs.values()]
         self.still = [self.t, *self.q, *self.parameters]
         self.moving = [self.t, *self.q, *self.v, *self.parameters]
-        self.upper = [(j, k) for j in range(self.n) for k in range(j, self.n)]
-        if any(derivation.mass[j][k] != derivation.mass[k][j] for j, k in self.upper):
+        held = [(j, k) for j, row in enumerate(derivation.mass) for k, e in enumerate(row) if e]
+        self.upper = [(j, k) for j, k in held if j <= k]
+        if any(derivation.mass[j][k] != derivation.mass[k][j] for j, k in held):
             raise InternalError(Problem("the derived mass matrix is not symmetric"))
         masses = [sp.Add(*derivation.mass[j][k]) for j, k in self.upper]
         forcing = [sp.Add(*f) for f in derivation.forcing]
@@ -87,8 +88,9 @@ class Tapes:
         self.declared = Tape(
             [sp.Add(*self.terms.kinetic), sp.Add(*self.terms.velocity_dependent)], self.moving
         )
-        moved = [(s, v) for s, v in derivation.velocity.items() if s in self.symbols]
-        self.moved = [self.symbols.index(s) for s, _ in moved]
+        number = {s: k for k, s in enumerate(self.symbols)}
+        moved = [(s, v) for s, v in derivation.velocity.items() if s in number]
+        self.moved = [number[s] for s, _ in moved]
         work = [sp.Add(*(f.generalized[j] for f in self.forces)) for j in range(self.n)]
         self.reported = Tape([*(v for _, v in moved), *work], self.moving)
         potential = derivation.potential
