@@ -366,10 +366,11 @@ def measure(n: int, candidates: list[Method], repetitions: int) -> list[dict[str
     for _ in range(repetitions):
         for method in candidates:
             times[method.name].append(timed(method, counts[method.name]))
-    return [_row(n, m, times[m.name], errors[m.name]) for m in candidates]
+    return [summary(n, m, times[m.name], errors[m.name]) for m in candidates]
 
 
-def _row(n: int, method: Method, of: list[float], error: float) -> dict[str, Any]:
+def summary(n: int, method: Method, of: list[float], error: float) -> dict[str, Any]:
+    """Median and quartiles of one method at one size."""
     low, median, high = statistics.quantiles(of, n=4) if len(of) > 1 else of * 3
     return {
         "n": n,

@@ -133,3 +133,23 @@ def test_runs_of_the_integration_are_cut(
     entries = integration.summarized(rows)
     assert not any(entry["reached"] for entry in entries)
     assert "| not reached |" in integration.table(entries, integration.milliseconds)
+
+
+def test_right_hand_sides_of_chains_agree_with_newtons_law(tmp_path: Path) -> None:
+    _needs_compiler()
+    output = tmp_path / "chains.json"
+    command = [sys.executable, str(BENCHMARKS / "chains.py"), "--sizes", "4", "12"]
+    run = subprocess.run(
+        [*command, "--repetitions", "1", "--json", str(output)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    rows = json.loads(output.read_text())["rows"]
+    assert {(4, "lagrange, C"), (12, "lagrange, C")} <= {(row["n"], row["method"]) for row in rows}
+    assert all(row["mismatch"] < 1e-12 for row in rows)
+    ours = [row for row in rows if row["method"] == "lagrange, C"]
+    assert set(ours[0]["seconds_to_make"]) == {"read", "derive", "emit", "compile"}
+    assert run.stdout.count("\n| 12 |") == 1
