@@ -95,16 +95,8 @@ class Model:
     def from_json(cls, value: Mapping[str, Any]) -> Model:
         """The model that :meth:`to_json` gave."""
         found = dict(value)
-        lists = (
-            "coordinates",
-            "kinds",
-            "cartesian",
-            "conserved",
-            "multipliers",
-            "outputs",
-            "forces",
-        )
-        for name in lists:
+        lists = ("coordinates", "kinds", "cartesian", "conserved")
+        for name in (*lists, "multipliers", "outputs", "forces"):
             found[name] = tuple(found[name])
         found["parameters"] = tuple(ModelParameter(**p) for p in found["parameters"])
         found["initial"] = None if found["initial"] is None else tuple(found["initial"])

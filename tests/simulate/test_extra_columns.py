@@ -68,8 +68,8 @@ def test_columns_together(run):
     assert len(rows) == 12
 
 
-def test_forces_of_a_system_that_keeps_no_constraints(run):
+def test_forces_that_were_not_derived(run):
     assert run.constraint_drift is None
     assert run.multipliers == {}
-    with pytest.raises(InputError, match="no multipliers are computed for 'atwood'"):
+    with pytest.raises(InputError, match="there are no constraint forces of 'atwood'"):
         run.table(["forces"])
