@@ -149,6 +149,14 @@ def _damped_motion(p: Names, q0: Names, v0: Names, t: Array) -> dict[str, Array]
     return {"x": np.exp(-decay * t) * swing}
 
 
+def _driven_spring_motion(p: Names, q0: Names, v0: Names, t: Array) -> dict[str, Array]:
+    own = np.sqrt(p.k / p.m)
+    factor = p.A * own**2 / (own**2 - p.w**2)
+    x = factor * (np.sin(p.w * t) - p.w / own * np.sin(own * t))
+    stretch = x - p.A * np.sin(p.w * t)
+    return {"x": x, "stretch": stretch, "pull": -p.k * stretch}
+
+
 def _coupled_motion(p: Names, q0: Names, v0: Names, t: Array) -> dict[str, Array]:
     slow = (q0.x1 + q0.x2) / 2 * np.cos(np.sqrt(p.k / p.m) * t)
     fast = (q0.x1 - q0.x2) / 2 * np.cos(np.sqrt((p.k + 2 * p.k2) / p.m) * t)
@@ -266,6 +274,7 @@ CLOSED_FORMS: Mapping[str, Callable[[Names, Names, Names, Array], dict[str, Arra
     "charged_particle": _larmor_motion,
     "relativistic_particle": _hyperbolic_motion,
     "damped_oscillator": _damped_motion,
+    "driven_spring": _driven_spring_motion,
     "coupled_oscillators": _coupled_motion,
     "block_on_wedge": _wedge_motion,
     "trammel": _trammel_motion,

@@ -152,13 +152,18 @@ def test_agrees_with_lagranges_method_on_its_own_lagrangian(name: str) -> None:
         for j, c in enumerate(e.coordinates)
     ]
     expected = lagranges_method.from_lagrangian(
-        e.lagrangian,
-        generalized,
+        written_out(e, e.lagrangian),
+        [written_out(e, force) for force in generalized],
         [(c.q, c.v) for c in e.coordinates],
         [p.symbol for p in e.parameters],
         e.t,
     )
     compare_dynamics(numeric_dynamics(e), expected, name)
+
+
+def written_out(e: Equations, expression: sp.Expr) -> sp.Expr:
+    """With the scene's functions of time for its inputs."""
+    return expression.subs([(given.symbol, given.expression) for given in e.inputs])
 
 
 def numeric_dynamics(e: Equations) -> Dynamics:
@@ -171,7 +176,7 @@ def numeric_dynamics(e: Equations) -> Dynamics:
     )
     return Dynamics(
         sp.lambdify(arguments, sp.Matrix(e.mass_matrix), "numpy", cse=True),
-        sp.lambdify(arguments, sp.Matrix(e.forcing), "numpy", cse=True),
+        sp.lambdify(arguments, written_out(e, sp.Matrix(e.forcing)), "numpy", cse=True),
     )
 
 
@@ -212,7 +217,7 @@ def exact_accelerations(name: str) -> list[Array]:
     matrix = matrix.col_join(jacobian.row_join(sp.zeros(k, k)))
     right = sp.Matrix([*e.forcing, *(-closure.bias for closure in e.closures)])
     mass = sp.lambdify(arguments, matrix, "mpmath", cse=True)
-    forcing = sp.lambdify(arguments, right, "mpmath", cse=True)
+    forcing = sp.lambdify(arguments, written_out(e, right), "mpmath", cse=True)
     found = []
     with mpmath.workdps(40):
         p = [mpmath.mpf(value) for value in parameter_values(e)]
@@ -261,6 +266,8 @@ class CompiledC:
         assert built.returncode == 0, built.stderr
         loaded = ctypes.CDLL(str(library))
         self._rhs = getattr(loaded, f"{e.name}_rhs")
+        self._inputs = getattr(loaded, f"{e.name}_inputs") if e.inputs else None
+        self._given = (ctypes.c_double * max(1, len(e.inputs)))()
         size = re.search(rf"#define {e.name}_WORK (\d+)", files[f"{e.name}.h"])
         assert size is not None
         self._work = (ctypes.c_double * max(1, int(size[1])))()
@@ -271,8 +278,10 @@ class CompiledC:
 
     def rhs(self, t: float, y: Array) -> Array:
         state, result = (ctypes.c_double * len(y))(*y), (ctypes.c_double * len(y))()
-        code = self._rhs(ctypes.c_double(t), state, None, self._parameters, self._work, result)
-        assert code == 0
+        time, others = ctypes.c_double(t), (self._parameters, self._work)
+        assert self._inputs is None or self._inputs(time, state, None, *others, self._given) == 0
+        given = None if self._inputs is None else self._given
+        assert self._rhs(time, state, given, *others, result) == 0
         return np.array(result)
 
 

@@ -150,6 +150,10 @@ def _damped_oscillator(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     return HALF * p.m * v.x**2 - HALF * p.k * q.x**2
 
 
+def _driven_spring(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    return HALF * p.m * v.x**2 - HALF * p.k * (q.x - p.A * sin(p.w * t)) ** 2
+
+
 def _coupled_oscillators(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     kinetic = HALF * p.m * (v.x1**2 + v.x2**2)
     return kinetic - HALF * p.k * (q.x1**2 + q.x2**2) - HALF * p.k2 * (q.x2 - q.x1) ** 2
@@ -337,6 +341,7 @@ LAGRANGIANS: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     "charged_particle": _charged_particle,
     "relativistic_particle": _relativistic_particle,
     "damped_oscillator": _damped_oscillator,
+    "driven_spring": _driven_spring,
     "coupled_oscillators": _coupled_oscillators,
     "henon_heiles": _henon_heiles,
     "heavy_top": _heavy_top,
