@@ -128,11 +128,16 @@ class Manifold:
         return [sum((abs(next(pending)) for _ in range(n)), _ZERO) for n in self._lengths]
 
     def violations(self, point: Point) -> list[mpf]:
-        """|φ| beside the size of its terms."""
-        values = self._at(point).values
-        return [
-            abs(x) / (size or mpf(1)) for x, size in zip(values, self._sizes(point), strict=True)
-        ]
+        """|φ| beside the size of its terms, or of Σ |∂φ/∂q| where that is more.
+
+        The terms of log(x² + z²) = 0 are zero where it holds.
+        """
+        run, found = self._at(point), []
+        for k, (value, terms) in enumerate(zip(run.values, self._sizes(point), strict=True)):
+            slopes = _partials(run, k, 0, len(self.q))
+            change = sum((abs(x) * self.scale[j] for j, x in slopes.items()), _ZERO)
+            found.append(abs(value) / (max(terms, change) or mpf(1)))
+        return found
 
     def slopes(self, point: Point) -> list[list[mpf]]:
         """∂φ/∂q in the units of the coordinates."""

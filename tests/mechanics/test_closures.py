@@ -303,6 +303,25 @@ def test_a_multiplier_does_not_take_a_users_name() -> None:
 # What stays, what is redundant, what is wrong.
 
 
+@pytest.mark.parametrize(
+    ("curve", "start"),
+    [
+        ("log(x^2 + z^2) = 0", "initial: {x: 0.6, z: -0.8}\n"),
+        ("log(x^2 + z^2) = 0", ""),
+        ("sin(z - sin(x) + 0.01*x*z) = 0", ""),
+        ("sin(z - sin(x) + 0.01*x*z) = 0", "initial: {x: 0, z: 0}\n"),
+        ("(x^2 + z^2 - 1)*exp(x) = 0", "initial: {x: 0.6, z: -0.8}\n"),
+    ],
+)
+def test_an_equation_whose_only_term_vanishes(curve: str, start: str) -> None:
+    text = FLAT + "parameters: {m: 2}\nconstraints: {curve: '" + curve + "'}\n"
+    e = derived(text + start)
+    assert (e.account.dof, e.multipliers) == (1, ("curve",))
+    if start:
+        assert e.initial is not None
+        assert e.initial.projected == 0.0
+
+
 def test_a_redundant_closure_is_named() -> None:
     text = PENDULUM.replace("= l^2", "= l^2, again: 2*x^2 + 2*z^2 = 2*l^2")
     e = derived(text)
