@@ -22,7 +22,6 @@ __all__ = [
     "implied_line",
     "is_generalized_potential",
     "multipliers_line",
-    "nonholonomic",
     "quantity_labels",
     "remark_on",
     "telling_definitions",
@@ -47,20 +46,14 @@ def quantity_labels(equations: Equations) -> dict[str, str]:
 def counting(equations: Equations) -> tuple[tuple[str, int], ...]:
     """What is counted: 3N, E where there is one, K, DOF, nonholonomic constraints."""
     account = equations.account
-    count = nonholonomic(equations)
     extra = (("E", account.extra),) if account.extra else ()
     return (
         ("3N", account.cartesian),
         *extra,
         ("K", account.constraints),
         ("DOF", account.dof),
-        *((("nonholonomic", count),) if count else ()),
+        *((("nonholonomic", account.nonholonomic),) if account.nonholonomic else ()),
     )
-
-
-def nonholonomic(equations: Equations) -> int:
-    """The number of constraints that hold velocities and do not lower the DOF."""
-    return sum(closure.kind == "velocity" for closure in equations.closures)
 
 
 def multipliers_line(equations: Equations) -> str:

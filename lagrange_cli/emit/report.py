@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.emit.account import nonholonomic
 from lagrange_cli.emit.display import Vocabulary, display, display_row, vocabulary
 from lagrange_cli.emit.forces import forces_report
 from lagrange_cli.emit.nodes import Node, Term, as_terms
@@ -58,7 +57,7 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         "extra": account.extra,
         "constraints": account.constraints,
         "dof": account.dof,
-        "nonholonomic": nonholonomic(equations),
+        "nonholonomic": account.nonholonomic,
         "unilateral": 0,
         "coordinates": [c.name for c in equations.coordinates],
         "formulation": equations.formulation,

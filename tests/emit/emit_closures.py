@@ -38,7 +38,12 @@ def closed(equations, closures, name, initial=None):
         shown.append(ShownEquation(c.name, tuple(terms), sp.Integer(1)))
     positions = sum(k.kind == "position" for k in closures)
     dof = len(equations.coordinates) - positions
-    account = replace(equations.account, dof=dof, constraints=equations.account.cartesian - dof)
+    account = replace(
+        equations.account,
+        dof=dof,
+        constraints=equations.account.cartesian - dof,
+        nonholonomic=len(closures) - positions,
+    )
     return replace(
         equations,
         name=name,

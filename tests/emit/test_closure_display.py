@@ -17,6 +17,8 @@ from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.emit.report import derivation_report
 from lagrange_cli.emit.symbols import latex_name, multiplier_name, text_name
 from lagrange_cli.emit.text import derivation_text
+from lagrange_cli.mechanics import derive
+from lagrange_cli.scene import read_text
 
 
 def parsed(text, equations):
@@ -108,6 +110,21 @@ def test_text_of_velocity_constraints():
     assert "gradient of the left side by the velocities is the force" in text
     explicit = derivation_text(closures.sleigh(), form="explicit")
     assert "f[x] = m a cos θ θ̇² - λ_blade sin θ\n" in explicit
+
+
+def test_integrable_rates_are_not_nonholonomic():
+    """A closure of velocities whose integral has no closed form here: y/x is constant."""
+    scene = (
+        "name: ray\nparticles: {p: {mass: 1, position: [x, y, 0]}}\ncoordinates: [x, y]\n"
+        "constraints: {level: y*dot(x) - x*dot(y) = 0}\ninitial: {x: 1, y: 2, dot(x): 1}\n"
+    )
+    equations = derive(read_text(scene))
+    assert [c.kind for c in equations.closures] == ["velocity"]
+    report = derivation_report(equations)
+    assert (report["dof"], report["nonholonomic"]) == (1, 0)
+    assert "nonholonomic" not in derivation_text(equations)
+    (latex,) = EMITTERS["latex"].emit(equations).values()
+    assert "nonholonomic" not in latex
 
 
 def both():
