@@ -18,6 +18,7 @@ from lagrange_cli.emit.c_solvers import helper_text, solver_text
 from lagrange_cli.emit.constraints import INTERNAL, constraint_programs
 from lagrange_cli.emit.printing import Dialect, functions_in
 from lagrange_cli.emit.program import FUNCTIONS, Program, asked_for, build_program
+from lagrange_cli.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -48,8 +49,11 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
     InternalError
         An expression holds something without counterpart in C.
     InputError
-        A constant is outside the range of the number type.
+        A constant is outside the range of the number type; ``main`` is asked for where
+        nothing can move.
     """
+    if options["main"] and not equations.coordinates:
+        raise _nothing_to_integrate(equations)
     real = real_type(str(options["real"]))
     names = CNames.of(equations)
     functions = _OUTPUTS | {name: (name,) for name in asked_for(equations)}
@@ -62,6 +66,16 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
         source += main_text(equations, names, real)
     header = header_text(equations, names, real, workspace(programs))
     return {f"{stem}.h": header, f"{stem}.c": source}
+
+
+def _nothing_to_integrate(equations: Equations) -> InputError:
+    return InputError(
+        Problem(
+            f"nothing can move: '{equations.name}' has no degrees of freedom",
+            hint="leave out --main, which would integrate the motion",
+            rule="nothing-moves",
+        )
+    )
 
 
 def _source(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.c_names import CNames, Real
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.program import asked_for
+from lagrange_cli.emit.starting import rates_note
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -143,9 +144,8 @@ def _comment(equations: Equations, names: CNames) -> list[str]:
     n = len(equations.coordinates)
     for k, coordinate in enumerate(equations.coordinates):
         lines.append(f"  y[{k}], y[{n + k}]  {_described(coordinate, coordinate.name)}")
-    lines += ["", "Positions:"]
-    for k, cartesian in enumerate(equations.cartesian_names):
-        lines.append(f"  out[{k}]  {comment_text(cartesian.name)}")
+    positions = _listed("Positions", "out", [c.name for c in equations.cartesian_names])
+    lines += positions or ["", "Positions: none, the scene names no Cartesian component."]
     lines += _listed("Inputs", "u", [given.name for given in equations.inputs])
     lines += _listed("Outputs", "out", [name for name, _ in equations.outputs])
     lines += _closures(equations)
@@ -180,7 +180,7 @@ def _closures(equations: Equations) -> list[str]:
         kind = "" if closure.kind == "position" else " (of velocities)"
         text = comment_text(f"{closure.name}: {closure.text}")
         lines.append(f"  l[{k}]  {text}{kind}")
-    return lines
+    return [*lines, *rates_note(equations)]
 
 
 def _conventions(equations: Equations, prefix: str) -> str:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c_names import CNames, Real, c_string
+from lagrange_cli.emit.starting import TOLERANCE, residual_labels
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -46,7 +48,7 @@ static int @NAME@_step(@REAL@ t, @REAL@ h, const @NAME@_params *p, @REAL@ *y)
     }
     return @STEPPED@;
 }
-
+@START_CHECKED@
 int main(int argc, char **argv)
 {
     static const char *const state[] = {@STATE_NAMES@};
@@ -127,13 +129,54 @@ _NEEDED = """\
 """
 
 _START_PROJECTED = """\
-    {
-        static @REAL@ work[@NAME@_WORK];
-        if (@NAME@_project(start, y, 0, &p, work) != 0) {
-            fprintf(stderr, "the initial state is too far from the closures\\n");
-            return 1;
-        }
+    if (@NAME@_start(start, y, &p, state) != 0) {
+        return 2;
     }
+"""
+
+_START = """
+/* Takes rounding out of the initial state y; one that violates the closures is an error. */
+static int @NAME@_start(@REAL@ t, @REAL@ *y, const @NAME@_params *p, const char *const *state)
+{
+    static const char *const residuals[] = {@RESIDUALS@};
+    static @REAL@ given[@NAME@_STATE], out[@NAME@_CONSTRAINTS], work[@NAME@_WORK];
+    int i, worst = 0, near = 1, status;
+    for (i = 0; i < @NAME@_STATE; ++i) {
+        given[i] = y[i];
+    }
+    if (@NAME@_constraints(t, y, 0, p, work, out) != 0) {
+        fprintf(stderr, "no finite constraints at the initial state\\n");
+        return 2;
+    }
+    for (i = 1; i < @NAME@_CONSTRAINTS; ++i) {
+        worst = @FABS@(out[i]) > @FABS@(out[worst]) ? i : worst;
+    }
+    status = @NAME@_project(t, y, 0, p, work);
+    for (i = 0; i < @NAME@_STATE; ++i) {
+        const int first = i < @NAME@_STATE/2 ? 0 : @NAME@_STATE/2;
+        @REAL@ scale = @ZERO@;
+        int k;
+        for (k = first; k < first + @NAME@_STATE/2; ++k) {
+            scale = @FABS@(given[k]) > scale ? @FABS@(given[k]) : scale;
+        }
+        near = near && @FABS@(y[i] - given[i]) <= @TOLERANCE@*scale;
+    }
+    if (status == 0 && near) {
+        return 0;
+    }
+    fprintf(stderr, "the initial state violates the constraints by @SHORT@ (%s)\\n",
+            @CAST@@FABS@(out[worst]), residuals[worst]);
+    if (status != 0) {
+        fprintf(stderr, "no state that obeys them was found near it\\n");
+        return 2;
+    }
+    fprintf(stderr, "nearest:");
+    for (i = 0; i < @NAME@_STATE; ++i) {
+        fprintf(stderr, " %s=@FORMAT@", state[i], @CAST@y[i]);
+    }
+    fprintf(stderr, "\\n");
+    return 2;
+}
 """
 
 _RHS = """\
@@ -166,6 +209,9 @@ def main_text(equations: Equations, names: CNames, real: Real) -> str:
         "@INPUTS@": "    static @REAL@ u[@NAME@_INPUTS];\n" if equations.inputs else "",
         "@RHS@": _RHS_DRIVEN if equations.inputs else _RHS,
         **_projection(equations),
+        "@TOLERANCE@": real.value(max(TOLERANCE, 1024.0 * float(real.epsilon))),
+        "@SHORT@": re.sub(r"\d+", "3", real.print_format),
+        "@FABS@": f"fabs{real.suffix}",
         **_state_replacements(equations, real),
         **_run_replacements(equations, real),
         "@NAME@": names.prefix,
@@ -187,7 +233,9 @@ def _projection(equations: Equations) -> dict[str, str]:
     """The places where a state is led back to the closures, where there are any."""
     closed = bool(equations.closures)
     return {
+        "@START_CHECKED@": _START if closed else "",
         "@START_PROJECTED@": _START_PROJECTED if closed else "",
+        "@RESIDUALS@": ", ".join(map(c_string, residual_labels(equations))),
         "@STEPPED@": "@NAME@_project(t + h, y, 0, p, work)" if closed else "0",
         "@REASON@": _REASON_CLOSED if closed else _REASON,
         "@COUNT@": "@NAME@_COORDINATES" if closed else "@NAME@_DOF",

@@ -15,6 +15,7 @@ from lagrange_cli.emit.naming import PYTHON_RESERVED, comment_text, unique_ident
 from lagrange_cli.emit.program import asked_for
 from lagrange_cli.emit.python_functions import function_source, prelude, program_of
 from lagrange_cli.emit.python_project import project_source
+from lagrange_cli.emit.starting import TOLERANCE, rates_note, residual_labels
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -76,10 +77,39 @@ if __name__ == "__main__":
 #: Lines of the script after which a state is led back to the closures.
 _STEP = "        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)\n"
 _START = "    p, y = Parameters(*parameters.values()), np.array(list(initial.values()))\n"
-_REFUSED = """\
-    if not np.isfinite(y).all():
-        return "the initial state is too far from the closures"
+_CHECKED = """\
+    y, wrong = start(y, p)
+    if wrong:
+        return wrong
 """
+_MAIN = "def main(arguments):\n"
+
+#: What stands before ``main``: rounding is taken out of a start, and nothing else.
+_START_FUNCTION = '''\
+def start(given, p):
+    """The initial state led to the closures, and what is wrong with it: it violates them."""
+    y = project(START, given, p)
+    residuals = constraints(START, given, p)
+    n = len(given) // 2
+    near = np.isfinite(residuals).all() and all(
+        (np.abs(y - given)[part] <= @TOLERANCE@ * np.abs(given[part]).max()).all()
+        for part in (slice(n), slice(n, None))
+    )
+    if near:
+        return y, ""
+    worst = int(np.abs(residuals).argmax())
+    wrong = (
+        "the initial state violates the constraints by "
+        f"{abs(residuals[worst]):.3g} ({RESIDUALS[worst]})\\n"
+    )
+    if not np.isfinite(y).all():
+        return y, f"{wrong}no state that obeys them was found near it"
+    state = [*COORDINATES, *(f"dot({name})" for name in COORDINATES)]
+    return y, f"{wrong}nearest: {' '.join(map('{}={!r}'.format, state, y.tolist()))}"
+
+
+'''
+
 _SINGULAR = "{t}: the mass matrix is singular or a result not finite"
 
 #: The end of that sentence where there are inputs.
@@ -149,7 +179,9 @@ def _script(equations: Equations) -> str:
     text = _SCRIPT
     if equations.closures:
         text = text.replace(_STEP, f"{_STEP}        y = project(s + h, y, p)\n")
-        text = text.replace(_START, f"{_START}    y = project(START, y, p)\n{_REFUSED}")
+        text = text.replace(_START, f"{_START}{_CHECKED}")
+        start = _START_FUNCTION.replace("@TOLERANCE@", repr(TOLERANCE))
+        text = text.replace(_MAIN, f"{start}{_MAIN}")
         text = text.replace(_SINGULAR, "{t}: a singular configuration or a result not finite")
     return text
 
@@ -224,7 +256,12 @@ def _closures(equations: Equations) -> list[str]:
     if not equations.closures:
         return []
     texts = [f"# {comment_text(f'{c.name}: {c.text}')}" for c in equations.closures]
-    return [*texts, f"MULTIPLIERS = {_strings(equations.multipliers)}"]
+    return [
+        *texts,
+        *(f"# {line}" for line in rates_note(equations)),
+        f"MULTIPLIERS = {_strings(equations.multipliers)}",
+        f"RESIDUALS = {_strings(residual_labels(equations))}",
+    ]
 
 
 def _described_coordinates(coordinates: Sequence[Coordinate]) -> list[str]:

@@ -1,0 +1,51 @@
+"""Initial states of emitted programs: what is said of those that violate the closures."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.naming import comment_text
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Closure, Equations
+
+__all__ = ["TOLERANCE", "from_rate", "rates_note", "residual_labels"]
+
+#: A start may be changed by this part of its scale, as it takes from rounding alone.
+TOLERANCE = 1e-9
+
+
+def from_rate(closure: Closure) -> bool:
+    """Whether the scene states the rate of a closure of positions."""
+    return closure.kind == "position" and re.search(r"\bdot\s*\(", closure.text) is not None
+
+
+def residual_labels(equations: Equations) -> list[str]:
+    """What each residual of the function ``constraints`` is called in a message."""
+    positions = [c for c in equations.closures if c.kind == "position"]
+    return [
+        *(_position_label(c) for c in positions),
+        *(
+            comment_text(c.name if c.kind == "velocity" else f"rate of {c.name}")
+            for c in equations.closures
+        ),
+    ]
+
+
+def _position_label(closure: Closure) -> str:
+    name = comment_text(closure.name)
+    if not from_rate(closure):
+        return name
+    return f"{name}: its constant comes from 'initial' of the scene, to be changed there"
+
+
+def rates_note(equations: Equations) -> list[str]:
+    """Lines that say which closures hold for one constant of integration only."""
+    names = [comment_text(c.name) for c in equations.closures if from_rate(c)]
+    if not names:
+        return []
+    return [
+        "The scene states the rates of these closures; the constants of their integrals are",
+        f"those of its initial state, for other ones emit again: {', '.join(names)}",
+    ]
