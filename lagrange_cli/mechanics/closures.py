@@ -81,12 +81,14 @@ _Parts = tuple[tuple[sp.Expr, ...], sp.Expr, sp.Expr]
 
 def _of_position(reduced: Reduced, phi: sp.Expr) -> _Parts:
     q, v, t = _symbols(reduced)
+    gradient = [sp.Integer(0)] * len(q)
+    present = phi.free_symbols
+    numbers = [j for j, s in enumerate(q) if s in present]
+    q, v = [q[j] for j in numbers], [v[j] for j in numbers]
     place = sp.Dummy()
     kinematics = Kinematics({place: phi}, q, v, t)
-    rows = kinematics.jacobian(place)
-    gradient = [sp.Integer(0)] * len(q)
-    for j, row in rows.items():
-        gradient[j] = factored(_collected(row))
+    for j, row in kinematics.jacobian(place).items():
+        gradient[numbers[j]] = factored(_collected(row))
     rate = factored(_collected(_terms(derivative(phi, t))))
     bias = grouped_sum(_collected(kinematics.convective(place)), v)
     return tuple(gradient), rate, bias

@@ -132,7 +132,8 @@ def examine(number: int, sides: tuple[sp.Expr, sp.Expr], points: Sequence[Point]
 def _require_relation(geometry: Geometry, leftover: Leftover) -> None:
     """Refuse an equation that cannot hold, or that gives a declared coordinate by others."""
     found = geometry.found
-    involved = [q for q in geometry.coordinates if q in leftover.reduced.free_symbols]
+    present = leftover.reduced.free_symbols
+    involved = [q for q in geometry.coordinates if q in present]
     if leftover.constant or not involved:
         raise refusals.contradiction(
             geometry.names, found, leftover.number, leftover.reduced, geometry.reference

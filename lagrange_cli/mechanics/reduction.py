@@ -47,6 +47,9 @@ _DIGITS = 30
 #: Configurations at which identities and ranks are looked at.
 POINTS = 3
 
+#: The same on closures of many coordinates: what is constant is told from what is not.
+FEWEST_POINTS = 2
+
 
 @dataclass(frozen=True)
 class Chart:
@@ -259,8 +262,9 @@ def _restricted(chart: Chart) -> tuple[Chart, list[Drawn], tuple[int, ...]]:
 
 
 def _drawn(geometry: Geometry, sampler: Sampler, restricting: Sequence[int]) -> list[Drawn]:
-    points = [p for p in (sampler.draw() for _ in range(POINTS)) if p is not None]
-    if len(points) < POINTS:
+    wanted = FEWEST_POINTS if sampler.many else POINTS
+    points = [p for p in (sampler.draw() for _ in range(wanted)) if p is not None]
+    if len(points) < wanted:
         names, found = geometry.names, geometry.found
         proven = overlong_rod(names, found.stated, geometry.reference)
         raise proven or no_configuration(names.scene, found, restricting)

@@ -58,6 +58,11 @@ class Sampler:
         Text that fixes the sequence.
     place
         Moves a point on to closures; its result is None where it finds no way.
+
+    Attributes
+    ----------
+    many
+        Whether there are closures of many coordinates.
     """
 
     def __init__(
@@ -74,6 +79,7 @@ class Sampler:
     ) -> None:
         self._t = t
         self._place = place
+        self.many = place is not None and len(coordinates) > _LARGE
         self._starts = STARTS if place is None else PLACED_STARTS
         self._coordinates = list(coordinates)
         self._values = dict(values)
@@ -90,10 +96,9 @@ class Sampler:
         ``vary_parameters`` multiplies values of parameters by factors in (1/2, 3/2)
         as long as that leaves the point feasible; ``width`` scales the spread.
         """
-        many = self._place is not None and len(self._coordinates) > _LARGE
-        width = width / len(self._coordinates) if many else width
+        width = width / (8 * len(self._coordinates)) if self.many else width
         for attempt in range(self._starts):
-            varied = vary_parameters and attempt < (1 if many else self._starts // 4)
+            varied = vary_parameters and attempt < (1 if self.many else self._starts // 4)
             point: Drawn | None = self._candidate(width, varied)
             if point is not None and self._place is not None:
                 point = self._place(point)

@@ -8,7 +8,7 @@ that does not solve the equation (√z = −1): whoever uses one checks it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -122,8 +122,9 @@ def _squares(product: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
     return outside, inside
 
 
-def _powers_of(phi: sp.Expr, unknown: sp.Symbol) -> dict[int, sp.Expr] | None:
-    """Coefficients of φ as a polynomial in the unknown."""
+@lru_cache(maxsize=4096)
+def _powers_of(phi: sp.Expr, unknown: sp.Symbol) -> Mapping[int, sp.Expr] | None:
+    """Coefficients of φ as a polynomial in the unknown; asked for several times in a row."""
     terms = expand_terms(phi, _TERM_BUDGET)
     if terms is None:
         return None
