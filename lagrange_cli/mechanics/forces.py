@@ -31,7 +31,7 @@ from lagrange_cli.mechanics.multipliers import Equation, Row, multipliers, rows_
 from lagrange_cli.mechanics.restraints import Restraints
 from lagrange_cli.mechanics.sampling import working_digits
 from lagrange_cli.mechanics.short import shortened, size_along
-from lagrange_cli.mechanics.tape import values
+from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.mechanics.tapes import Point, Tapes
 from lagrange_cli.scene.expression import Equation as Written
 
@@ -48,10 +48,14 @@ _STATES = 2
 
 @dataclass(frozen=True)
 class _Forces:
-    """Force along each raw symbol; ``by_multipliers``: those written as Σ λ·gradient."""
+    """Force along each raw symbol; ``by_multipliers``: those written as Σ λ·gradient.
+
+    ``solved``: what stands for the accelerations.
+    """
 
     along: dict[sp.Symbol, sp.Expr]
     by_multipliers: dict[sp.Symbol, int]
+    solved: dict[sp.Symbol, sp.Expr]
 
 
 def constraint_forces(
@@ -109,7 +113,7 @@ def _forces(derivation: Derivation, equations: Equations, applied: Loads) -> _Fo
         else:
             force = mass * _acceleration(derivation, s) + applied.of(s)
             along[s] = shortened(shortened(force).xreplace(solved))
-    return _Forces(along, direct)
+    return _Forces(along, direct, solved)
 
 
 def _accelerations(equations: Equations) -> dict[sp.Symbol, sp.Expr]:
@@ -157,7 +161,8 @@ def _bodies(derivation: Derivation, applied: Loads, forces: _Forces) -> Iterator
             force = forces.along[s]
             if shared and mass is not None:
                 load = sp.Integer(0) if s in seen else applied.of(s)
-                force = shortened(mass * _acceleration(derivation, s) + load)
+                force = mass * _acceleration(derivation, s) + load
+                force = shortened(force.xreplace(forces.solved))
             components.append(force if mass is not None or s not in seen else sp.Integer(0))
             seen.add(s)
         if mass is not None or any(components):
@@ -252,10 +257,10 @@ class _Check:
     Attributes
     ----------
     points
-        States with accelerations and multipliers that solve the equations of motion, or
-        with any where the system is too large to solve here.
+        Once compared, states with accelerations and multipliers that solve the equations of
+        motion, or with any where the system is too large to solve here.
     scales
-        Size of the forces at each, once they are compared with Newton's law.
+        Size of the forces at each.
     """
 
     def __init__(self, derivation: Derivation, applied: Loads, evidence: Evidence) -> None:
@@ -263,10 +268,13 @@ class _Check:
         self.tolerance = mpf(10) ** (5 - evidence.certificate.digits)
         self.tapes = Tapes(derivation)
         self.restraints = Restraints(derivation, self.tapes)
-        self.points = [self._moving(p) for p in evidence.states[:_STATES]]
+        self.states = evidence.states
+        self.points: list[Point] = []
         self.scales: list[mpf] = []
 
     def _moving(self, point: Point) -> Point:
+        if not self.tapes.n:
+            return point
         mass, forcing = self.tapes.derived_parts(point)
         solution = self.restraints.solved(point, mass, forcing)
         if solution is None:
@@ -276,10 +284,20 @@ class _Check:
 
     def newton(self, forces: _Forces) -> None:
         """Compare forces with m r̈ − F, and their work with that of the closures."""
-        for point in self.points:
-            self._newton_at(point, forces)
+        for state in self.states:
+            try:
+                point = self._moving(state)
+                self.scales.append(self._compared(point, forces))
+                self.points.append(point)
+            except (DomainError, ZeroDivisionError, OverflowError):
+                continue  # a form of the forces that is singular here
+            if len(self.points) == _STATES:
+                return
+        if not self.points:
+            raise InternalError(Problem("the constraint forces have no value anywhere"))
 
-    def _newton_at(self, point: Point, forces: _Forces) -> None:
+    def _compared(self, point: Point, forces: _Forces) -> mpf:
+        """Compare at one state; the size of the forces there."""
         tapes = self.tapes
         series = tapes.series(point)
         run = tapes.positions.run([series[s] for s in tapes.still], 2)
@@ -301,11 +319,11 @@ class _Check:
             differences.append(force - sum(parts, _ZERO))
             scale = max(scale, sum(map(abs, parts), abs(force)))
             seeds[k] = (force, _ZERO, _ZERO)
-        self.scales.append(scale)
         for difference in differences:
             self._require(difference, scale)
         work = [x[0] for x in run.gradient(seeds)[1 : 1 + tapes.n]]
         self._require_work(point, work, scale)
+        return scale
 
     def _require_work(self, point: Point, work: Sequence[mpf], scale: mpf) -> None:
         """Σ f ∂r/∂q and what acts on coordinates alone must be M a − f."""

@@ -74,5 +74,7 @@ def size_along(components: tuple[sp.Expr, ...]) -> sp.Expr | None:
     common = sp.gcd([sp.fraction(sp.together(e))[0] for e in present])
     rest = [shortened(e / common) for e in present]
     square = shortened(sp.Add(*(e**2 for e in rest)))
+    if term_count(square) > _SHORT:
+        return None
     root = sp.sqrt(sp.factor(square))
     return None if root.has(sp.sin, sp.cos) else shortened(common * root)

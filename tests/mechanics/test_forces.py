@@ -228,6 +228,7 @@ def test_no_virtual_displacement_feels_them(name):
         return
     rng = random.Random(name)
     point = {e.t: 0.3} | {p.symbol: p.value or 1.0 for p in e.parameters}
+    point |= {u.symbol: rng.uniform(-1, 1) for u in e.inputs}
     start = e.initial.positions if e.initial else [0.7] * len(e.coordinates)
     for c, q in zip(e.coordinates, start, strict=True):
         point |= {c.q: q + rng.uniform(-0.05, 0.05), c.v: rng.uniform(-1, 1)}
@@ -330,3 +331,40 @@ def test_precision_of_the_caller_is_left_alone():
     before = mpmath.mp.dps
     written(ANGLE)
     assert mpmath.mp.dps == before
+
+
+def test_what_cannot_move_is_held():
+    e = written("""
+parameters: {m: 1, g: 9.81, k: 2}
+particles: {a: {mass: m, position: [x, y, z]}}
+constraints: {post: [x = 1, y = 2], floor: z = 0}
+potentials: {weight: m*g*z, pull: k*x^2/2}
+""")
+    (body,) = e.constraint_forces.bodies
+    assert [str(c) for c in body.components] == ["k", "0", "g*m"]
+    found = {r.name: str(r.multiplier) for r in e.constraint_forces.reactions}
+    assert found == {"post_1": "k", "post_2": "0", "floor": "g*m"}
+
+
+def test_particles_that_share_a_name():
+    e = written("""
+parameters: {m: 1, M: 2, g: 9.81}
+particles: {a: {mass: m, position: [x, 0, z1]}, b: {mass: M, position: [x, 0, z2]}}
+constraints: {rod: z1 - z2 = 3}
+potentials: {weight: {gravity: g}}
+""")
+    assert all(c == 0 for body in e.constraint_forces.bodies for c in body.components)
+
+
+def test_a_belt_that_moves():
+    """y = A t²: the belt pushes with m 2A and against the drag, beside a force of velocities."""
+    e = written("""
+parameters: {m: 1, g: 9.81, c: 0.3, A: 1}
+particles: {a: {mass: m, position: [x, y, z]}}
+constraints: {belt: y = A*t^2, floor: z = 0}
+potentials: {weight: m*g*z, field: x*dot(y) - y*dot(x)}
+dissipation: {air: c*(dot(x)^2 + dot(y)^2)/2}
+""")
+    # U = x ẏ − y ẋ: d/dt ∂U/∂ẏ − ∂U/∂y = 2 ẋ acts on y.
+    assert same(e, reaction(e, "belt").multiplier, "2*A*m + 2*c*A*t - 2*x_dot")
+    assert same(e, reaction(e, "floor").multiplier, "m*g")
