@@ -24,6 +24,8 @@ __all__ = ["Elimination", "Stated", "eliminate"]
 
 #: What counts as zero at the reference configuration.
 _VANISHES = mpmath.mpf(10) ** -9
+#: A solution this far from the given value, beside the scene's length, is another one.
+_ELSEWHERE = mpmath.mpf(10) ** -6
 
 
 @dataclass(frozen=True)
@@ -163,8 +165,12 @@ class Elimination:
         found = []
         for unknown in self._open_in(number):
             parts = linear_parts(self._phi(number), unknown)
-            if parts is not None and admits(parts[0]):
-                found.append((parts[0], unknown, parts[1]))
+            if parts is None or not admits(parts[0]):
+                continue
+            pivot, rest = parts
+            fixed = pivot.free_symbols <= self.constants
+            if fixed or not self._loses(number, unknown, [-rest / pivot]):
+                found.append((pivot, unknown, rest))
         if not found:
             return None
         pivot, unknown, rest = found[self._best([a for a, _, _ in found])]
@@ -200,12 +206,28 @@ class Elimination:
         names = self._open_in(number)
         for unknown in names:
             branches = solutions(phi, unknown, self._value, several=len(names) == 1)
-            if branches:
+            if branches and not self._loses(number, unknown, branches):
                 found.append((phi.diff(unknown), unknown, branches))
         if not found:
             return None
         _, unknown, branches = found[self._best([slope for slope, _, _ in found])]
         return unknown, self._branch(number, unknown, branches)
+
+    def _loses(self, number: int, unknown: sp.Symbol, branches: Sequence[sp.Expr]) -> bool:
+        """Whether the given configuration satisfies an equation, but none of its solutions.
+
+        They divide by what vanishes there: z·(eˣ − 1) = 0 holds at x = 0 for every z.
+        """
+        phi = self._phi(number)
+        if unknown not in self.reference or not all(s in self.reference for s in phi.free_symbols):
+            return False
+        terms = self._at_reference(sp.Add.make_args(phi))
+        sizes = [abs(x) for x in terms if x is not None]
+        if len(sizes) < len(terms) or abs(self._value(phi) or 0) > _VANISHES * sum(sizes):
+            return False
+        target = self.reference[unknown]
+        reach = _ELSEWHERE * max(self._length([phi]), abs(target))
+        return all(x is None or abs(x - target) > reach for x in self._at_reference(branches))
 
     def _value(self, expr: sp.Expr) -> mpmath.mpf | None:
         return self._at_reference([expr])[0]

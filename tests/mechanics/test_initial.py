@@ -276,11 +276,46 @@ def test_what_closures_leave_open_is_named() -> None:
     assert "'x', 'z'" in problem.message
 
 
-def test_a_start_where_a_solution_divides_by_zero() -> None:
+def test_a_start_where_a_definition_divides_by_zero() -> None:
     """x = z³/(z³ − sin² z) is 0/0 at z = 0, and so is its rate."""
-    problem = refusal(CURVE % "x*sin(z)^2 = (x-1)*z^3" + "initial: {x: 1, z: 0, dot(x): -1}\n")
-    assert (problem.rule, problem.mark.line) == ("singular", 5)
+    problem = refusal(
+        "plane: xz\nparticles: {bead: {mass: 1, position: [x, y, z]}}\ncoordinates: [z]\n"
+        "definitions: {x: z^3/(z^3 - sin(z)^2)}\ninitial: {z: 0, dot(x): -1}\n"
+    )
+    assert (problem.rule, problem.mark.line) == ("singular", 6)
     assert "singular at the initial configuration" in problem.message
+
+
+def test_a_solution_that_divides_by_what_vanishes_at_the_start() -> None:
+    problem = refusal(CURVE % "x*sin(z)^2 = (x-1)*z^3" + "initial: {x: 1, z: 0, dot(x): -1}\n")
+    assert problem.rule == "singular"
+    assert "'curve'" in problem.message
+
+
+@pytest.mark.parametrize(
+    ("curve", "x", "z", "free"),
+    [
+        ("z*exp(x) = z", 0, 1, "z"),
+        ("z*exp(x) + sin(z) = 0", 3, 0, "x"),
+        ("z*(exp(x) - 1)*cos(x) = 0", 0, 2, "z"),
+    ],
+)
+def test_equations_divided_by_what_vanishes_at_the_start(
+    curve: str, x: float, z: float, free: str
+) -> None:
+    """The point satisfies them, whatever a solution for one name says."""
+    e = derived(CURVE % curve + f"initial: {{x: {x}, z: {z}, dot({free}): 1}}\n")
+    assert e.account.dof == 1
+    values = dict(zip([c.name for c in e.coordinates], e.initial.positions, strict=True))
+    assert values == {n: v for n, v in {"x": x, "z": z}.items() if n in values}
+    assert free in values
+
+
+def test_a_triple_zero_is_called_singular() -> None:
+    """sin x − x = −x³/6 + …: the point satisfies it, and its gradient vanishes."""
+    problem = refusal(CURVE % "z*sin(x) = z*x" + "initial: {x: 0, z: 1}\n")
+    assert problem.rule == "singular"
+    assert "its gradient vanishes" in problem.message
 
 
 def test_a_start_outside_the_domain_of_a_closure() -> None:
