@@ -21,6 +21,9 @@ _FLAT = 1e-7
 _DEPENDENT = 1e-6
 #: How far around a configuration equations are tried that seem to follow from others.
 _AROUND = mpf("0.01")
+#: Violation up to which an equation follows from others of which each may be off by 1e-9;
+#: one that does not is off by the square of the distance around.
+_IMPLIED = 1e-8
 
 
 def independent_closures(
@@ -84,7 +87,7 @@ def _require_implied(
             continue
         violations = manifold.violations(point)
         for k, by in dropped.items():
-            if violations[k] > TOLERANCE:
+            if violations[k] > _IMPLIED:
                 taking_part = [related[j] for j in (*by, k)]
                 raise refusals.singular([geometry.found.stated[j] for j in taking_part])
 

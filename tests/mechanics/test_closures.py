@@ -345,14 +345,15 @@ def test_a_rigid_triangle() -> None:
     assert len(e.coordinates) == 9
 
 
-def test_a_tetrahedron_with_a_redundant_spoke() -> None:
+@pytest.mark.parametrize("spoke", ["sqrt(6)/4*c", "0.612372436*c"])
+def test_a_tetrahedron_with_a_redundant_spoke(spoke: str) -> None:
     """Four corners, and a fifth particle at the centre: one of ten rods follows."""
     names = ["one", "two", "three", "four", "five"]
     particles = "".join(
         f"  {n}: {{mass: 1, position: [x{k}, y{k}, z{k}]}}\n" for k, n in enumerate(names)
     )
     rods = "".join(
-        f"  {a}_{b}: {{distance: [{a}, {b}], equals: {'sqrt(6)/4*c' if b == 'five' else 'c'}}}\n"
+        f"  {a}_{b}: {{distance: [{a}, {b}], equals: {spoke if b == 'five' else 'c'}}}\n"
         for i, a in enumerate(names)
         for b in names[i + 1 :]
     )
