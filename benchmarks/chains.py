@@ -185,7 +185,7 @@ def table(rows: list[dict[str, Any]]) -> str:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--sizes", type=int, nargs="+", default=[16, 64, 256, 1000])
+    parser.add_argument("--sizes", type=int, nargs="+", default=[16, 64, 256])
     parser.add_argument("--repetitions", type=int, default=15)
     parser.add_argument("--pinocchio-cpp", action="store_true")
     parser.add_argument("--json", metavar="FILE")
