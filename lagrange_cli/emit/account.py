@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.symbols import multiplier_name
+
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import (
         Account,
@@ -21,6 +23,7 @@ __all__ = [
     "energy_is_sum",
     "implied_line",
     "is_generalized_potential",
+    "multiplier_label",
     "multipliers_line",
     "quantity_labels",
     "remark_on",
@@ -35,12 +38,24 @@ _LABELS |= {"h": "h_Jac"}
 
 def quantity_labels(equations: Equations) -> dict[str, str]:
     """``T, V, U, L, D, E, h`` → the names they go by beside the scene's own names."""
-    taken = {p.name for p in equations.parameters}
-    taken |= {c.name for c in equations.coordinates}
-    taken |= {c.name for c in equations.cartesian_names}
-    taken |= {name for name, _ in equations.outputs}
-    taken |= {given.name for given in equations.inputs}
+    taken = _names(equations)
     return {short: long if short in taken else short for short, long in _LABELS.items()}
+
+
+def multiplier_label(equations: Equations, constraint: str) -> str:
+    """The multiplier of a constraint, told from the scene's own ``lambda_NAME`` by underscores."""
+    taken = _names(equations)
+    while f"lambda_{constraint}" in taken:
+        constraint += "_"
+    return multiplier_name(constraint)
+
+
+def _names(equations: Equations) -> set[str]:
+    names = {p.name for p in equations.parameters}
+    names |= {c.name for c in equations.coordinates}
+    names |= {c.name for c in equations.cartesian_names}
+    names |= {name for name, _ in equations.outputs}
+    return names | {given.name for given in equations.inputs}
 
 
 def counting(equations: Equations) -> tuple[tuple[str, int], ...]:

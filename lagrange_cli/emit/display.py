@@ -93,7 +93,8 @@ def vocabulary(equations: Equations) -> Vocabulary:
         for rank, p in enumerate(equations.parameters)
     }
     for rank, closure in enumerate(equations.closures, len(equations.parameters)):
-        name = multiplier_name(closure.name)
+        # With the underscores that tell the symbol from other names of the scene.
+        name = multiplier_name(closure.multiplier.name.removeprefix("lambda_"))
         atoms[closure.multiplier] = ordering.atom(name, Level.PARAMETER, rank)
     atoms[equations.t] = ordering.atom("t", Level.TIME, 0)
     for rank, given in enumerate(equations.inputs, 1):

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.account import multiplier_label
 from lagrange_cli.emit.escape import latex_text
 from lagrange_cli.emit.forces import FORCES_LINE, force_notes, force_rows, reaction_rows
 from lagrange_cli.emit.latex import Row, Typesetter
-from lagrange_cli.emit.symbols import latex_name, multiplier_name
+from lagrange_cli.emit.symbols import latex_name
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import ConstraintForces
@@ -35,7 +36,7 @@ def _rows(setter: Typesetter, forces: ConstraintForces) -> Iterator[Row]:
             yield setter.definition(rf"{_before(body)}{symbol}", expression)
     for name, multiplier, sizes in reaction_rows(setter.equations, forces):
         if multiplier is not None:
-            symbol = latex_name(multiplier_name(name))
+            symbol = latex_name(multiplier_label(setter.equations, name))
             yield setter.definition(rf"{_before(name)}{symbol}", multiplier)
         for bodies, size in sizes:
             yield setter.definition(rf"{_before(name)}\text{{on {latex_text(bodies)}}}", size)

@@ -1,7 +1,7 @@
 """The derivation as JSON values: what ``lagrange derive --format json`` writes.
 
 Expressions are in the scene language, so that they can be read back;
-``lambda(NAME)`` is the multiplier of the constraint of that name.
+``lambda_NAME`` is the multiplier of the constraint of that name.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from lagrange_cli.emit.forces import forces_report
 from lagrange_cli.emit.nodes import Node, Term, as_terms
 from lagrange_cli.emit.ordering import sum_of
 from lagrange_cli.emit.scene_language import ScenePrinter
-from lagrange_cli.emit.symbols import multiplier_name
 from lagrange_cli.mechanics.explicit import explicit_accelerations, right_sides
 
 if TYPE_CHECKING:
@@ -71,7 +70,7 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         "conserved": [
             {"name": c.name, "expression": say(c.expression)} for c in equations.conserved
         ],
-        "multipliers": [multiplier_name(name) for name in equations.multipliers],
+        "multipliers": [c.multiplier.name for c in equations.closures],
         "closure": [
             {"name": c.name, "kind": c.kind, "expression": say(c.expression)}
             for c in equations.closures

@@ -11,7 +11,7 @@ from lagrange_cli.emit.display import display, vocabulary
 from lagrange_cli.emit.layout import Piece, joined, prefixed
 from lagrange_cli.emit.linear import LinearPrinter, columns, group, listed
 from lagrange_cli.emit.nodes import Atom, Call, Node, Number, Root
-from lagrange_cli.emit.symbols import DOT_WORDS
+from lagrange_cli.emit.symbols import DOT_WORDS, multiplier_symbol
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -32,7 +32,7 @@ class ScenePrinter(LinearPrinter):
         return f"{node.numerator}/{node.denominator}"
 
     def symbol(self, name: str, order: int = 0) -> str:
-        return f"{DOT_WORDS[order]}({name})" if order else name
+        return f"{DOT_WORDS[order]}({name})" if order else multiplier_symbol(name)
 
     def pi(self) -> str:
         return "pi"

@@ -19,6 +19,7 @@ __all__ = [
     "latex_name",
     "latex_word",
     "multiplier_name",
+    "multiplier_symbol",
     "split_name",
     "text_name",
 ]
@@ -53,6 +54,12 @@ def multiplier_name(constraint: str) -> str:
     No name of a scene holds parentheses, so that none can be meant by it.
     """
     return f"lambda({constraint})"
+
+
+def multiplier_symbol(name: str) -> str:
+    """A name as the scene language writes it: the symbol ``lambda_rod`` for ``lambda(rod)``."""
+    multiplier = _MULTIPLIER.fullmatch(name)
+    return f"lambda_{multiplier[1]}" if multiplier else name
 
 
 def split_name(name: str) -> NameParts:

@@ -12,6 +12,7 @@ from lagrange_cli.emit.account import (
     energy_is_sum,
     implied_line,
     is_generalized_potential,
+    multiplier_label,
     multipliers_line,
     quantity_labels,
     remark_on,
@@ -24,7 +25,6 @@ from lagrange_cli.emit.formula import FormulaPrinter
 from lagrange_cli.emit.layout import Piece, fill, joined, suffixed
 from lagrange_cli.emit.linear import LinearPrinter, columns, solid
 from lagrange_cli.emit.scene_language import ScenePrinter
-from lagrange_cli.emit.symbols import multiplier_name
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.explicit import explicit_accelerations, right_sides
 
@@ -246,7 +246,7 @@ class _Page:
         return [*lines, *(line for note in notes for line in note)]
 
     def _multiplier(self, constraint: str) -> str:
-        return self.printer.symbol(multiplier_name(constraint))
+        return self.printer.symbol(multiplier_label(self.equations, constraint))
 
     # -- what is conserved ------------------------------------------------------------
 

@@ -17,13 +17,14 @@ from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.emit.report import derivation_report
 from lagrange_cli.emit.symbols import latex_name, multiplier_name, text_name
 from lagrange_cli.emit.text import derivation_text
-from lagrange_cli.mechanics import derive
-from lagrange_cli.scene import read_text
+from lagrange_cli.errors import Mark
+from lagrange_cli.mechanics import derive, interpret
+from lagrange_cli.scene import parse_expression, read_text
 
 
 def parsed(text, equations):
     """An expression of the scene language, with multipliers, as SymPy's."""
-    names = {"dot": {}, "ddot": {}, "lambda": {c.name: c.multiplier for c in equations.closures}}
+    names = {"dot": {}, "ddot": {}}
     for c in equations.coordinates:
         names["dot"][c.name], names["ddot"][c.name] = c.v, c.a
     symbols = {}
@@ -33,9 +34,10 @@ def parsed(text, equations):
         symbols[key] = names[found[1]][found[2]]
         return key
 
-    text = re.sub(r"\b(ddot|dot|lambda)\((\w+)\)", symbol, text)
+    text = re.sub(r"\b(ddot|dot)\((\w+)\)", symbol, text)
     own = {x.name: x for c in equations.coordinates for x in [c.q]}
     own |= {p.name: p.symbol for p in equations.parameters} | {"t": equations.t}
+    own |= {f"lambda_{c.name}": c.multiplier for c in equations.closures}
     return sp.sympify(text.replace("^", "**"), locals={**own, **symbols})
 
 
@@ -56,7 +58,7 @@ def test_json_holds_the_whole_system(name, form):
     assert report["formulation"] == "multiplier"
     assert report["dof"] == len(equations.coordinates) - kinds.count("position")
     assert report["nonholonomic"] == kinds.count("velocity")
-    assert report["multipliers"] == [f"lambda({k.name})" for k in equations.closures]
+    assert report["multipliers"] == [f"lambda_{k.name}" for k in equations.closures]
     for entry, k in zip(report["closure"], equations.closures, strict=True):
         assert (entry["name"], entry["kind"]) == (k.name, k.kind)
         assert sp.expand(parsed(entry["expression"], equations) - k.expression) == 0
@@ -99,7 +101,7 @@ def test_text_of_the_pendulum():
     ]
     plain = derivation_text(closures.pendulum(), ascii=True, form="explicit")
     assert plain.isascii()
-    assert "  ddot(x) = 2*lambda(rod)*x/m\n" in plain
+    assert "  ddot(x) = 2*lambda_rod*x/m\n" in plain
     assert "  rod   x^2 + z^2 - l^2 = 0\n" in plain
 
 
@@ -161,7 +163,7 @@ def test_a_coordinate_without_inertia_is_not_divided_by_it(form):
         assert "nan" not in text.split("System")[0]
         assert "follow" in text
     report = derivation_report(bare, form)
-    assert "lambda(follow)" in report["equations"][2]["residual"]
+    assert "lambda_follow" in report["equations"][2]["residual"]
     assert "zoo" not in json.dumps(report)
 
 
@@ -178,19 +180,59 @@ def test_names_of_multipliers():
         assert latex_name(multiplier_name(constraint)) == latex
 
 
+NAMESAKE = """
+name: namesake
+parameters: {m: 1.4, lambda_rod: {value: 0.8, positive: true}, g: 9.81}
+plane: xz
+particles: {bob: {mass: m, position: [x, y, z]}}
+constraints: {rod: x^2 + z^2 = lambda_rod^2}
+potentials: {weight: {gravity: g}}
+"""
+
+
 def test_a_parameter_of_the_name_lambda_stays_itself():
     """A scene's ``lambda_rod`` is not the multiplier of ``rod``."""
-    equations = closures.pendulum()
-    m, g, length = equations.parameters
-    own = sp.Symbol("lambda_rod", positive=True)
-    swap = {length.symbol: own}
-    (rod,) = equations.closures
-    rod = replace(rod, expression=rod.expression.subs(swap))
-    renamed = replace(length, name="lambda_rod", symbol=own)
-    equations = replace(equations, parameters=(m, g, renamed), closures=(rod,))
+    equations = derive(read_text(NAMESAKE + "initial: {x: 0, z: -0.8}\n"), forces=True)
     report = derivation_report(equations)
     assert report["closure"][0]["expression"] == "x^2 + z^2 - lambda_rod^2"
-    assert report["equations"][0]["residual"] == "m*ddot(x) - 2*lambda(rod)*x"
+    assert report["equations"][0]["residual"] == "m*ddot(x) - 2*lambda_rod_*x"
+    assert report["multipliers"] == ["lambda_rod_"]
+    text = derivation_text(equations)
+    assert "x   m ẍ - 2 λ_rod_ x = 0" in text
+    assert "x² + z² - λ_rod² = 0" in text
+    assert "f_x = 2 λ_rod_ x" in text
+    (latex,) = EMITTERS["latex"].emit(equations).values()
+    assert r"- 2 \lambda_{\text{rod\_}} x" in latex
+    assert r"- \lambda_{\mathrm{rod}}^{2} = 0" in latex
+
+
+def test_so_it_does_where_the_multiplier_is_known():
+    angle = "coordinates: [theta]\n"
+    angle += "definitions: {x: lambda_rod*sin(theta), z: -lambda_rod*cos(theta)}\n"
+    equations = derive(read_text(NAMESAKE + angle), forces=True)
+    assert "λ_rod_ = -m (λ_rod θ̇² + g cos θ) / (2 λ_rod)" in derivation_text(equations)
+    (latex,) = EMITTERS["latex"].emit(equations).values()
+    assert r"\text{rod}\colon\quad \lambda_{\text{rod\_}}" in latex
+
+
+def test_residuals_read_back():
+    """What JSON prints is what ``expect`` reads, multipliers of families included."""
+    family = (
+        "name: fan\nsizes: {n: 2}\nparameters: {g: 9.81}\nplane: xz\n"
+        'particles: {"b[i=1..n]": {mass: 1, position: ["x[i]", 0, "z[i]"]}}\n'
+        'constraints: {"rod[i=1..n]": "x[i]^2 + z[i]^2 = 1"}\n'
+        "potentials: {weight: {gravity: g}}\n"
+    )
+    for scene in (NAMESAKE + "initial: {x: 0, z: -0.8}\n", family):
+        equations = derive(read_text(scene))
+        assert equations.closures
+        report = derivation_report(equations)
+        for row, shown in zip(report["equations"], equations.shown, strict=True):
+            read = interpret(equations, parse_expression(row["residual"], Mark("json", 1, 1, "")))
+            assert sp.expand(read - shown.residual) == 0
+        for name, closure in zip(report["multipliers"], equations.closures, strict=True):
+            read = interpret(equations, parse_expression(name, Mark("json", 1, 1, "")))
+            assert read == closure.multiplier
 
 
 def test_snippet_and_aligned_hold_the_closures():
