@@ -79,7 +79,7 @@ class Restricted:
         levels, _, gradients = self._manifold.motion(point, [_ZERO] * len(self._q))
         speed = max(map(abs, v), default=_ZERO) or mpf(1)
         for k, (level, gradient) in enumerate(zip(levels, gradients, strict=True)):
-            miss = abs(level) / (max(map(abs, gradient)) or mpf(1))
+            miss = abs(level) / _size(gradient)
             if miss > _TOLERANCE * speed:
                 raise self.violated(k, miss, "velocities")
         moved = self._manifold.tangent(point)
@@ -96,7 +96,7 @@ class Restricted:
             return [], []
         still = [_ZERO] * len(self._q)
         rates, _, gradients = self._manifold.motion(self._point(q), still)
-        sizes = [max(map(abs, g)) or mpf(1) for g in gradients]
+        sizes = [_size(g) for g in gradients]
         return (
             [[x / size if x else x for x in g] for g, size in zip(gradients, sizes, strict=True)],
             [x / size for x, size in zip(rates, sizes, strict=True)],
@@ -133,3 +133,8 @@ class Restricted:
                 rule="initial-inconsistent",
             )
         )
+
+
+def _size(gradient: Sequence[mpf]) -> mpf:
+    """The largest entry, 1 where there is none; most entries of a gradient are zero."""
+    return max((abs(x) for x in gradient if x), default=_ZERO) or mpf(1)
