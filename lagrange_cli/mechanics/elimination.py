@@ -20,7 +20,7 @@ from lagrange_cli.mechanics.solving import factor_branches, linear_parts, soluti
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.scene.expression import Equation
 
-__all__ = ["Elimination", "Stated", "eliminate"]
+__all__ = ["Elimination", "Stated", "eliminate", "solves_everywhere"]
 
 #: What counts as zero at the reference configuration.
 _VANISHES = mpmath.mpf(10) ** -9
@@ -65,6 +65,7 @@ class Elimination:
     stated: Sequence[Stated]
     reference: Mapping[sp.Symbol, mpmath.mpf]
     constants: frozenset[sp.Symbol]
+    declared: bool = True
     solved: dict[sp.Symbol, sp.Expr] = field(default_factory=dict)
     by: dict[sp.Symbol, int] = field(default_factory=dict)
     sources: dict[sp.Symbol, frozenset[int]] = field(default_factory=dict)
@@ -168,6 +169,8 @@ class Elimination:
             if parts is None or not admits(parts[0]):
                 continue
             pivot, rest = parts
+            if not self._everywhere(pivot, rest):
+                continue
             fixed = pivot.free_symbols <= self.constants
             if fixed or not self._loses(number, unknown, [-rest / pivot]):
                 found.append((pivot, unknown, rest))
@@ -206,12 +209,19 @@ class Elimination:
         names = self._open_in(number)
         for unknown in names:
             branches = solutions(phi, unknown, self._value, several=len(names) == 1)
+            parts = linear_parts(phi, unknown)
+            if parts is not None and not self._everywhere(*parts):
+                continue
             if branches and not self._loses(number, unknown, branches):
                 found.append((phi.diff(unknown), unknown, branches))
         if not found:
             return None
         _, unknown, branches = found[self._best([slope for slope, _, _ in found])]
         return unknown, self._branch(number, unknown, branches)
+
+    def _everywhere(self, pivot: sp.Expr, rest: sp.Expr) -> bool:
+        """Whether −rest/pivot may be divided out; declared coordinates say that it may."""
+        return self.declared or solves_everywhere(pivot, rest, self.constants)
 
     def _loses(self, number: int, unknown: sp.Symbol, branches: Sequence[sp.Expr]) -> bool:
         """Whether the given configuration satisfies an equation, but none of its solutions.
@@ -352,6 +362,17 @@ class Elimination:
         )
 
 
+def solves_everywhere(pivot: sp.Expr, rest: sp.Expr, constants: frozenset[sp.Symbol]) -> bool:
+    """Whether −rest/pivot is the solution of pivot·u + rest = 0 wherever that holds.
+
+    The pivot of x·sin(ω t) = y·cos(ω t) vanishes on the way.
+    """
+    if rest != 0 and rest.free_symbols <= constants:
+        return True  # where the pivot vanishes the equation does not hold
+    factors = [f for f in sp.Mul.make_args(pivot) if not f.free_symbols <= constants]
+    return all(f.is_nonzero for f in factors)
+
+
 def _meet(x: mpmath.mpf | None, y: mpmath.mpf | None, length: mpmath.mpf) -> bool:
     """Two values are the same to the tolerance of consistency."""
     if x is None or y is None:
@@ -370,6 +391,7 @@ def eliminate(
     reference: Mapping[sp.Symbol, mpmath.mpf],
     constants: frozenset[sp.Symbol],
     check: Callable[[Elimination], None] = lambda _: None,
+    declared: bool = True,
 ) -> Elimination:
     """Solve definitions and stated equations for as many unknowns as possible.
 
@@ -385,8 +407,10 @@ def eliminate(
         Parameter symbols: preferred as pivots.
     check
         Called when only closed forms with several branches remain; may refuse.
+    declared
+        Whether the scene declares its coordinates.
     """
-    state = Elimination(stated, reference, constants, unknowns=dict.fromkeys(unknowns))
+    state = Elimination(stated, reference, constants, declared, unknowns=dict.fromkeys(unknowns))
     for symbol in _dependency_order(given):
         state.give(symbol, state.reduce(given[symbol]), frozenset())
     state.begin()

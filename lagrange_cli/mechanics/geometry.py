@@ -11,10 +11,10 @@ from mpmath import mpf
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics import refusals
-from lagrange_cli.mechanics.elimination import Elimination
+from lagrange_cli.mechanics.elimination import Elimination, solves_everywhere
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.ranks import TOLERANCE, Point
-from lagrange_cli.mechanics.solving import solutions
+from lagrange_cli.mechanics.solving import linear_parts, solutions
 from lagrange_cli.mechanics.tape import DomainError, values
 
 __all__ = ["Geometry", "Leftover", "Restriction", "examine", "related"]
@@ -140,17 +140,23 @@ def _require_relation(geometry: Geometry, leftover: Leftover) -> None:
         )
     if found.stated[leftover.number].integral or any(q in found.unknowns for q in involved):
         return
-    if any(_is_given(leftover.reduced, q, set(involved)) for q in involved):
+    constants = frozenset(geometry.names.parameters.values())
+    if any(_is_given(leftover.reduced, q, set(involved), constants) for q in involved):
         rest = geometry.without(involved[-1])
         raise refusals.too_many(found.stated[leftover.number], involved, rest)
 
 
-def _is_given(phi: sp.Expr, q: sp.Symbol, coordinates: set[sp.Symbol]) -> bool:
+def _is_given(
+    phi: sp.Expr, q: sp.Symbol, coordinates: set[sp.Symbol], constants: frozenset[sp.Symbol]
+) -> bool:
     """Whether φ = 0 gives q in closed form without a choice that holds in one chart only.
 
     Several branches none of which ends in a root or an inverse function cross each other:
-    φ is a product in disguise.
+    φ is a product in disguise. One that divides by what may vanish holds in one chart.
     """
+    parts = linear_parts(phi, q)
+    if parts is not None and not solves_everywhere(*parts, constants):
+        return False
     branches = solutions(phi, q)
     if not branches:
         return False

@@ -340,6 +340,7 @@ def _eliminate(
         reference,
         constants,
         check=partial(require_enough, scene) if strict else lambda _: None,
+        declared=scene.coordinates is not None,
     )
 
 

@@ -300,6 +300,43 @@ def test_a_multiplier_does_not_take_a_users_name() -> None:
     assert e.closures[0].multiplier.name not in {p.name for p in e.parameters}
 
 
+HOOP = (
+    "parameters: {m: 1.1, R: 0.8, w: 3, g: 9.81}\n"
+    "particles: {bead: {mass: m, position: [x, y, z]}}\n"
+    "constraints: {sphere: x^2 + y^2 + z^2 = R^2, turn: x*sin(w*t) - y*cos(w*t) = 0}\n"
+    "potentials: {weight: m*g*z}\n"
+)
+
+
+@pytest.mark.parametrize("declared", ["", "coordinates: [x, y, z]\n"])
+@pytest.mark.parametrize("turned", ["0", "0.5", "1", "1.25"])
+def test_a_turning_plane_is_no_fraction(declared: str, turned: str) -> None:
+    """q'' = w² sin q cos q − (g/R) sin q for a bead on a hoop, at every angle of the hoop.
+
+    y = x tan(ω t) would not pass a quarter of a turn.
+    """
+    e = derived(HOOP + declared)
+    assert (e.account.dof, e.multipliers) == (1, ("sphere", "turn"))
+    radius, w, q, rate, g = mpf(e.parameters[1].value), 3, mpf("0.7"), mpf("0.4"), mpf("9.81")
+    t = mpf(turned) * mpmath.pi / w
+    sin, cos = mpmath.sin(q), mpmath.cos(q)
+    r, v_r = radius * sin, radius * cos * rate
+    state = state_of(
+        e,
+        t=t,
+        x=r * mpmath.cos(w * t),
+        y=r * mpmath.sin(w * t),
+        z=-radius * cos,
+        v_x=v_r * mpmath.cos(w * t) - r * w * mpmath.sin(w * t),
+        v_y=v_r * mpmath.sin(w * t) + r * w * mpmath.cos(w * t),
+        v_z=radius * sin * rate,
+    )
+    acceleration = w**2 * sin * cos - g / radius * sin
+    found, _ = solved(e, state)
+    expected = radius * (cos * rate**2 + sin * acceleration)
+    assert abs(found["z"] - expected) < mpf(10) ** -12
+
+
 # What stays, what is redundant, what is wrong.
 
 
