@@ -115,10 +115,12 @@ class Search:
 
     def _steepest(self, row: Sequence[mpf]) -> mpf:
         """Largest slope for a length; an angle moves by the scene's length."""
-        return max(
+        slopes = (
             abs(x) / (self._length if c.is_angle else 1)
             for x, c in zip(row, self._coordinates, strict=True)
+            if x
         )
+        return max(slopes, default=_ZERO)
 
     def _run(self, tape: Tape, q: Sequence[mpf]) -> list[mpf]:
         return tape.run([(x, _ZERO, _ZERO) for x in [*q, *self._constants]], 0).values
@@ -187,8 +189,13 @@ class Search:
     def _linear(self, q: Sequence[mpf]) -> tuple[list[mpf], list[list[mpf]]]:
         """Values and gradients of everything that has a target."""
         run = self._tape.run([(x, _ZERO, _ZERO) for x in [*q, *self._constants]], 0)
-        gradients = [run.gradient({k: (mpf(1), _ZERO, _ZERO)}) for k in range(len(self._target))]
-        return run.values, [[x[0] for x in row[: len(q)]] for row in gradients]
+        rows = []
+        for k in range(len(self._target)):
+            rows.append([_ZERO] * len(q))
+            for j, x in run.partials(k).items():
+                if j < len(q):
+                    rows[-1][j] = x
+        return run.values, rows
 
 
 def _outside(reduced: Reduced) -> list[sp.Expr]:
