@@ -129,17 +129,19 @@ _NEEDED = """\
 """
 
 _START_PROJECTED = """\
-    if (@NAME@_start(start, y, &p, state) != 0) {
+    if (@NAME@_start(start, until, y, &p, state) != 0) {
         return 2;
     }
 """
 
 _START = """
 /* Takes rounding out of the initial state y; one that violates the closures is an error. */
-static int @NAME@_start(@REAL@ t, @REAL@ *y, const @NAME@_params *p, const char *const *state)
+static int @NAME@_start(@REAL@ t, @REAL@ until, @REAL@ *y, const @NAME@_params *p,
+                        const char *const *state)
 {
     static const char *const residuals[] = {@RESIDUALS@};
     static @REAL@ given[@NAME@_STATE], out[@NAME@_CONSTRAINTS], work[@NAME@_WORK];
+    @REAL@ scale[2] = {@ZERO@, @ZERO@}, bound[2];
     int i, worst = 0, near = 1, status;
     for (i = 0; i < @NAME@_STATE; ++i) {
         given[i] = y[i];
@@ -153,13 +155,17 @@ static int @NAME@_start(@REAL@ t, @REAL@ *y, const @NAME@_params *p, const char 
     }
     status = @NAME@_project(t, y, 0, p, work);
     for (i = 0; i < @NAME@_STATE; ++i) {
-        const int first = i < @NAME@_STATE/2 ? 0 : @NAME@_STATE/2;
-        @REAL@ scale = @ZERO@;
-        int k;
-        for (k = first; k < first + @NAME@_STATE/2; ++k) {
-            scale = @FABS@(given[k]) > scale ? @FABS@(given[k]) : scale;
-        }
-        near = near && @FABS@(y[i] - given[i]) <= @TOLERANCE@*scale;
+        @REAL@ *const of = scale + (i >= @NAME@_COORDINATES);
+        *of = @FABS@(given[i]) > *of ? @FABS@(given[i]) : *of;
+    }
+    bound[0] = @TOLERANCE@*scale[0];
+    bound[1] = @TOLERANCE@*scale[1];
+    if (until != t) {
+        /* Velocities that move no coordinate by more than rounding are none. */
+        bound[1] += @ROUNDING@*scale[0]/@FABS@(until - t);
+    }
+    for (i = 0; i < @NAME@_STATE; ++i) {
+        near = near && @FABS@(y[i] - given[i]) <= bound[i >= @NAME@_COORDINATES];
     }
     if (status == 0 && near) {
         return 0;
@@ -210,6 +216,7 @@ def main_text(equations: Equations, names: CNames, real: Real) -> str:
         "@RHS@": _RHS_DRIVEN if equations.inputs else _RHS,
         **_projection(equations),
         "@TOLERANCE@": real.value(max(TOLERANCE, 1024.0 * float(real.epsilon))),
+        "@ROUNDING@": real.value(64.0 * float(real.epsilon)),
         "@SHORT@": re.sub(r"\d+", "3", real.print_format),
         "@FABS@": f"fabs{real.suffix}",
         **_state_replacements(equations, real),
@@ -252,9 +259,11 @@ def _state_replacements(equations: Equations, real: Real) -> dict[str, str]:
     labels += [f"dot({name})" for name in labels]
     initial = equations.initial
     values = (0.0,) * 2 * n if initial is None else (*initial.positions, *initial.velocities)
+    # What a solution of the constraints leaves of a zero is zero in a short type.
+    least = 10.0**-real.largest_exponent
     return {
         "@STATE_NAMES@": ", ".join(map(c_string, labels)),
-        "@INITIAL@": ", ".join(map(real.value, values)),
+        "@INITIAL@": ", ".join(real.value(x if abs(x) >= least else 0.0) for x in values),
         "@GIVEN@": ", ".join(["0" if initial is None else "1"] * 2 * n),
     }
 

@@ -13,7 +13,7 @@ from lagrange_cli.emit.c_names import file_stem
 from lagrange_cli.emit.constraints import INTERNAL, constraint_programs
 from lagrange_cli.emit.naming import PYTHON_RESERVED, comment_text, unique_identifiers
 from lagrange_cli.emit.program import asked_for
-from lagrange_cli.emit.python_functions import function_source, prelude, program_of
+from lagrange_cli.emit.python_functions import ROUNDING, function_source, prelude, program_of
 from lagrange_cli.emit.python_project import project_source
 from lagrange_cli.emit.starting import TOLERANCE, rates_note, residual_labels
 from lagrange_cli.version import __version__
@@ -78,7 +78,7 @@ if __name__ == "__main__":
 _STEP = "        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)\n"
 _START = "    p, y = Parameters(*parameters.values()), np.array(list(initial.values()))\n"
 _CHECKED = """\
-    y, wrong = start(y, p)
+    y, wrong = start(y, run["until"], p)
     if wrong:
         return wrong
 """
@@ -86,15 +86,18 @@ _MAIN = "def main(arguments):\n"
 
 #: What stands before ``main``: rounding is taken out of a start, and nothing else.
 _START_FUNCTION = '''\
-def start(given, p):
+def start(given, until, p):
     """The initial state led to the closures, and what is wrong with it: it violates them."""
     y = project(START, given, p)
     residuals = constraints(START, given, p)
     n = len(given) // 2
-    near = np.isfinite(residuals).all() and all(
-        (np.abs(y - given)[part] <= @TOLERANCE@ * np.abs(given[part]).max()).all()
-        for part in (slice(n), slice(n, None))
-    )
+    places, rates = np.abs(given).reshape(2, n).max(axis=1).tolist()
+    rates = @TOLERANCE@ * rates
+    if until != START:
+        # Velocities that move no coordinate by more than rounding are none.
+        rates += @ROUNDING@ * places / abs(until - START)
+    bounds = np.repeat([@TOLERANCE@ * places, rates], n)
+    near = np.isfinite(residuals).all() and (np.abs(y - given) <= bounds).all()
     if near:
         return y, ""
     worst = int(np.abs(residuals).argmax())
@@ -181,6 +184,7 @@ def _script(equations: Equations) -> str:
         text = text.replace(_STEP, f"{_STEP}        y = project(s + h, y, p)\n")
         text = text.replace(_START, f"{_START}{_CHECKED}")
         start = _START_FUNCTION.replace("@TOLERANCE@", repr(TOLERANCE))
+        start = start.replace("@ROUNDING@", repr(64 * float(ROUNDING)))
         text = text.replace(_MAIN, f"{start}{_MAIN}")
         text = text.replace(_SINGULAR, "{t}: a singular configuration or a result not finite")
     return text

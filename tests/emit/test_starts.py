@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 from functools import cache
 
 import emit_closures as closures
@@ -141,6 +142,16 @@ def test_rounding_is_taken_out(build, change, good):
         assert first(rows)[0] == 2.0
 
 
+@pytest.mark.parametrize(("rate", "good"), [(1e-66, True), (1e-13, True), (1e-9, False)])
+def test_velocities_that_move_nothing(build, rate, good):
+    """At rest there is no velocity to compare with: 0.01 units of time move x by nothing."""
+    found, rows, _ = build(closures.pendulum())(f"dot(x)={rate!r}")
+    assert found == good
+    if good:
+        assert first(rows)[:2] == [2.0, 0.0]
+        assert max(map(abs, first(rows)[2:])) < 1e-15 * rate
+
+
 def test_a_parameter_that_the_start_depends_on(build):
     started = build(closures.pendulum())
     assert not started("l=3")[0]
@@ -164,6 +175,12 @@ def test_other_number_types(real, tmp_path):
     done = subprocess.run([program, "s=1.3"], capture_output=True, text=True, timeout=60)
     assert done.returncode == 2
     assert "by 1 (roll" in done.stderr
+
+
+def test_a_zero_with_rounding_in_float(tmp_path):
+    initial = systems.InitialState((2.0, 1e-66), (0.0, -1e-66))
+    (program,) = c_program(replace(closures.pendulum(), initial=initial), tmp_path, "float")
+    assert first(run(program, "until=0.1").splitlines()) == [2.0, 0.0, 0.0, 0.0]
 
 
 def test_what_is_said_of_rates():
