@@ -16,7 +16,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.mechanics.terms import expand_terms
+from lagrange_cli.mechanics.terms import expand_terms, term_count
 
 __all__ = ["factor_branches", "linear_parts", "solutions"]
 
@@ -212,6 +212,8 @@ def _undo_power(
 
 #: Terms and symbols of an equation that is tried for factors.
 _FACTOR_TERMS, _FACTOR_SYMBOLS = 8, 5
+#: The same multiplied out, and its highest power.
+_FACTOR_PRODUCTS, _FACTOR_POWER = 200, 32
 
 
 _PLACES = sp.symbols(f"s:{_FACTOR_SYMBOLS}", real=True)
@@ -224,11 +226,17 @@ def _has_factors(form: sp.Expr) -> bool:
     return not sp.factor(form).is_Add
 
 
+def _is_small(phi: sp.Expr) -> bool:
+    """Whether it may be multiplied out: counted before anything is."""
+    powers = (p.exp for p in phi.atoms(sp.Pow) if p.exp.is_Integer)
+    return all(e <= _FACTOR_POWER for e in powers) and term_count(phi) <= _FACTOR_PRODUCTS
+
+
 def factor_branches(phi: sp.Expr, constants: frozenset[sp.Symbol]) -> list[sp.Expr]:
     """Factors of φ that can vanish, for short polynomial equations; φ itself where it has none."""
     symbols = sorted(phi.free_symbols, key=str)
     short = len(sp.Add.make_args(phi)) <= _FACTOR_TERMS and len(symbols) <= _FACTOR_SYMBOLS
-    if not short or not phi.is_polynomial(*symbols):
+    if not short or not _is_small(phi) or not phi.is_polynomial(*symbols):
         return [phi]
     if not _has_factors(phi.xreplace(dict(zip(symbols, _PLACES, strict=False)))):
         return [phi]

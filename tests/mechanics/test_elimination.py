@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mechanics_support import derived, few, number, refusal
 
-from lagrange_cli.mechanics.solving import linear_parts, solutions
+from lagrange_cli.mechanics.solving import factor_branches, linear_parts, solutions
 
 FREE = "particles: {bead: {mass: 1, position: [x, y, z]}}\n"
 FLAT = FREE + "plane: xz\n"
@@ -258,3 +258,17 @@ def test_a_branch_goes_on_smoothly_where_it_meets_the_other(
     for at in (0.5, 2.0, 4.0, -1.0):
         found = float(number(place(text, "z"), {u: at}))
         assert found == pytest.approx(middle + sign * branch(at), rel=1e-12)
+
+
+def test_high_powers_of_sums_are_not_multiplied_out() -> None:
+    """(x + y + z)¹⁰⁰ has 5151 terms: what is looked for factors stays as it is written."""
+    x, y, z = sp.symbols("x y z", real=True)
+    for phi in ((x + y + z) ** 100 - 14, (x + y) ** 9 * (x - y) ** 9 - z, x**5000 - y**5000):
+        assert factor_branches(phi, frozenset()) == [phi]
+    assert len(factor_branches(x**2 - y**2, frozenset())) == 2
+    problem = refusal(
+        "sizes: {n: 3}\ncoordinates: ['q[i=1..n]']\n"
+        "kinetic: {T: 'sum(dot(q[i])^2, i=1..n)'}\n"
+        "constraints: {c: 'sum(q[i], i=1..n)^100 = 14'}\n"
+    )
+    assert problem.rule == "too-many-coordinates"
