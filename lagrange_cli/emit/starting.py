@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.naming import comment_text
@@ -10,15 +9,10 @@ from lagrange_cli.emit.naming import comment_text
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Closure, Equations
 
-__all__ = ["TOLERANCE", "from_rate", "rates_note", "residual_labels"]
+__all__ = ["TOLERANCE", "rates_note", "residual_labels"]
 
 #: A start may be changed by this part of its scale, as it takes from rounding alone.
 TOLERANCE = 1e-9
-
-
-def from_rate(closure: Closure) -> bool:
-    """Whether the scene states the rate of a closure of positions."""
-    return closure.kind == "position" and re.search(r"\bdot\s*\(", closure.text) is not None
 
 
 def residual_labels(equations: Equations) -> list[str]:
@@ -35,14 +29,14 @@ def residual_labels(equations: Equations) -> list[str]:
 
 def _position_label(closure: Closure) -> str:
     name = comment_text(closure.name)
-    if not from_rate(closure):
+    if not closure.integral:
         return name
     return f"{name}: its constant comes from 'initial' of the scene, to be changed there"
 
 
 def rates_note(equations: Equations) -> list[str]:
     """Lines that say which closures hold for one constant of integration only."""
-    names = [comment_text(c.name) for c in equations.closures if from_rate(c)]
+    names = [comment_text(c.name) for c in equations.closures if c.integral]
     if not names:
         return []
     return [

@@ -73,6 +73,7 @@ def _closure(
         multiplier=multiplier,
         text=restriction.text,
         mark=restriction.mark,
+        integral=restriction.integral,
     )
 
 

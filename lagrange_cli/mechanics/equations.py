@@ -162,7 +162,8 @@ class Closure:
 
     ``gradient`` has one entry a coordinate, over q and t; ``rate`` is over q
     and t, ``bias`` over q, v and t. ``multiplier`` is the symbol λ: λ·gradient
-    is the generalized force that the constraint exerts.
+    is the generalized force that the constraint exerts. ``integral``: the scene
+    states the rate of φ, whose constant its initial state gives.
     """
 
     name: str
@@ -174,6 +175,7 @@ class Closure:
     multiplier: Symbol
     text: str
     mark: Mark | None = None
+    integral: bool = False
 
     @cached_property
     def held(self) -> tuple[int, ...]:

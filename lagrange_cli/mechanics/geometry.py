@@ -51,7 +51,13 @@ class Geometry:
         left, right = self.found.pending[number]
         equation = stated.equation
         return Restriction(
-            stated.constraint, "position", left, right, equation.text, equation.mark()
+            stated.constraint,
+            "position",
+            left,
+            right,
+            equation.text,
+            equation.mark(),
+            stated.integral,
         )
 
     def without(self, q: sp.Symbol) -> list[str]:
@@ -64,7 +70,7 @@ class Restriction:
     """An equation kept beside the coordinates, ``left = right``.
 
     Of ``position`` over q and t; of ``velocity`` over q, v and t. ``text`` and ``mark``
-    are those of the scene's equation.
+    are those of the scene's equation, of which it is the ``integral`` or itself.
     """
 
     name: str
@@ -73,6 +79,7 @@ class Restriction:
     right: sp.Expr
     text: str
     mark: Mark | None
+    integral: bool = False
 
 
 @dataclass(frozen=True)

@@ -101,6 +101,17 @@ def test_a_constant_of_integration_is_not_changed(build):
     assert started("R=0.5", "dot(s)=0.25")[0]
 
 
+def test_rates_by_names_of_velocities():
+    """What is the integral of a rate is known of the derivation, not from its text."""
+    named = "definitions: {u: dot(s), w: dot(phi)}\n"
+    equations = derive(read_text(WHEEL.replace("dot(s) = R*dot(phi)", "u = R*w") + named))
+    (roll,) = equations.closures
+    assert (roll.kind, roll.text) == ("position", "u = R*w")
+    for to in ("c", "python"):
+        text = "".join(EMITTERS[to].emit(equations).values())
+        assert "for other ones emit again: roll" in text
+
+
 def test_velocities_that_violate_a_rate(build):
     good, _, errors = build(wheel())("dot(phi)=0.7")
     assert not good
