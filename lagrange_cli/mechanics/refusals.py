@@ -27,6 +27,10 @@ __all__ = [
 ]
 
 
+#: Equations that a hint lists.
+_LISTED = 8
+
+
 def require_enough(scene: Scene, found: Elimination) -> None:
     """Refuse declared coordinates when more names are open than equations hold any of them."""
     usable = sum(bool(_open_names(found, number)) for number in found.pending)
@@ -99,7 +103,7 @@ def no_configuration(scene: Scene, found: Elimination, related: Sequence[int] = 
     used = [found.stated[k] for k in sorted(set(found.by.values()))] or list(found.stated)
     starts = PLACED_STARTS if related else STARTS
     if related:
-        used = [found.stated[k] for k in related]
+        used = _rests_on(found, related)
     named = _quoted(list(dict.fromkeys(s.constraint for s in used))) or "the scene"
     return InputError(
         Problem(
@@ -123,21 +127,35 @@ def no_solution(stated: Stated) -> InputError:
     )
 
 
-def singular(stated: Sequence[Stated]) -> InputError:
+def _rests_on(found: Elimination, numbers: Sequence[int]) -> list[Stated]:
+    """The equations of these numbers with those that were put into them."""
+    everything = set(numbers).union(*(found.touched[k] for k in numbers))
+    return [found.stated[k] for k in sorted(everything)]
+
+
+def singular(found: Elimination, numbers: Sequence[int]) -> InputError:
     """Equations whose gradients depend on each other wherever they hold, though all are needed."""
+    stated = _rests_on(found, numbers)
     named = list(dict.fromkeys(s.constraint for s in stated))
     what, why = "constraint", "is singular: wherever it holds, its gradient vanishes"
     if len(named) > 1:
         what = "constraints"
         why = "are singular: wherever they hold, their gradients depend on each other"
+    hint = "\n".join(f"{s.constraint}: {s.equation.text}" for s in stated[:_LISTED])
+    if len(stated) == 1 and _holds_even_power(stated[0].phi):
+        hint = "write equations that cross zero: x = 0 in place of x^2 = 0"
     return InputError(
         Problem(
             f"{what} {_quoted(named)} {why}",
-            stated[-1].equation.mark(),
-            hint="write equations that cross zero: x = 0 in place of x^2 = 0",
+            found.stated[numbers[-1]].equation.mark(),
+            hint=hint,
             rule="singular",
         )
     )
+
+
+def _holds_even_power(phi: sp.Expr) -> bool:
+    return any(p.exp.is_even and p.exp.is_positive for p in phi.atoms(sp.Pow))
 
 
 def contradiction(

@@ -55,7 +55,7 @@ def independent_closures(
         if all(
             _size(on[k]) <= _FLAT * _size(off[k]) for on, off in zip(slopes, beside, strict=True)
         ):
-            raise refusals.singular([geometry.found.stated[number]])
+            raise refusals.singular(geometry.found, [number])
     everywhere = [dependent_rows(rows, _DEPENDENT) for rows in slopes]
     dropped = {k: by for k, by in everywhere[0].items() if all(k in other for other in everywhere)}
     kept = [k for k in manifold.all if k not in dropped]
@@ -88,8 +88,7 @@ def _require_implied(
         violations = manifold.violations(point)
         for k, by in dropped.items():
             if violations[k] > _IMPLIED:
-                taking_part = [related[j] for j in (*by, k)]
-                raise refusals.singular([geometry.found.stated[j] for j in taking_part])
+                raise refusals.singular(geometry.found, [related[j] for j in (*by, k)])
 
 
 def require_determined(geometry: Geometry, manifold: Manifold, points: Sequence[Drawn]) -> None:

@@ -426,6 +426,30 @@ def test_sets_that_cannot_hold(text: str, rule: str, named: list[str]) -> None:
         assert name in problem.message
 
 
+def test_what_was_put_into_an_equation_is_named() -> None:
+    """x = 2 w and w = 0.5 + z leave no real point of x² + z² = 0.01; (2 z − sin z)² = 0 is flat."""
+    inner = "parameters: {m: 1}\n" + FLAT + "points: {p: [w, 0, 0]}\n"
+    inner += "constraints: {half: w = 0.5 + z, twice: x = 2*w, %s}\n"
+    problem = refusal(inner % "rod: x^2 + sin(z)^2*x^4 + z^2 = 0.01")
+    assert problem.rule == "inconsistent"
+    assert all(name in problem.message for name in ("'half'", "'twice'", "'rod'"))
+    problem = refusal(inner % "rod: (x - 1 - sin(z))^2 = 0")
+    assert problem.rule == "singular"
+    assert all(name in problem.message for name in ("'half'", "'twice'", "'rod'"))
+    assert "rod: (x - 1 - sin(z))^2 = 0" in problem.hint
+
+
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        (PENDULUM.replace("x^2 + z^2 = l^2", "(x - sin(z))^2 = 0"), "x = 0 in place of x^2 = 0"),
+        (TRIANGLE % "2", "three: (x_a - x_c)^2"),
+    ],
+)
+def test_hints_at_singular_equations(text: str, hint: str) -> None:
+    assert hint in refusal(text).hint
+
+
 def test_declared_coordinates_with_too_little_to_fix_the_others() -> None:
     problem = refusal(
         FOUR_BAR_OF_RODS.replace("  rocker: {distance: [right, B], equals: c}\n", "")
