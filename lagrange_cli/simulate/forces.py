@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.right_hand_side import RightHandSide
+from lagrange_cli.simulate.right_hand_side import RightHandSide, functions_of
 
 __all__ = ["constraint_forces"]
 
@@ -25,9 +23,7 @@ def constraint_forces(
     """
     if not model.forces:
         return {}
-    # Names and numbers that the program chose: no text of a scene is in it.
-    found: dict[str, Any] = {}
-    exec(compile(model.code.forces, "<constraint forces>", "exec"), found)
+    found = functions_of(model.code.forces)
     given = [0.0 if p.value is None else p.value for p in model.parameters]
     n = len(model.coordinates)
     multipliers = functions.multipliers(t, states)

@@ -28,7 +28,14 @@ from lagrange_cli.simulate.library import Source, load
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.watch import StoppedError
 
-__all__ = ["RightHandSide", "Wider", "compiled", "interpreted", "right_hand_side"]
+__all__ = [
+    "RightHandSide",
+    "Wider",
+    "compiled",
+    "functions_of",
+    "interpreted",
+    "right_hand_side",
+]
 
 #: Values at many states: t (m,), y (m, 2n) → (m, k).
 Table: TypeAlias = Callable[[Array, Array], Array]
@@ -246,14 +253,20 @@ def _native_table(library: ctypes.CDLL, function: NativeRhs, width: int, columns
 # Interpreted.
 
 
-def interpreted(model: Model, reason: str) -> RightHandSide:
-    """The functions of a model run by Python; ``reason`` says why they are not compiled.
+def functions_of(code: str) -> dict[str, Any]:
+    """The functions of a model's code in Python, by name.
 
     What is executed is made of names and numbers that the program chose: no
     text of a scene is in it.
     """
     functions: dict[str, Any] = {}
-    exec(compile(model.code.python, "<right-hand side>", "exec"), functions)
+    exec(compile(code, "<model>", "exec"), functions)
+    return functions
+
+
+def interpreted(model: Model, reason: str) -> RightHandSide:
+    """The functions of a model run by Python; ``reason`` says why they are not compiled."""
+    functions = functions_of(model.code.python)
 
     def bound(name: str, parameters: Array) -> Callable[[float, Array], Any]:
         function, given = functions[name], parameters.tolist()

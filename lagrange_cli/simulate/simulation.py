@@ -89,10 +89,19 @@ def simulate(
         is below what double precision can hold; the equations of motion give
         no accelerations at the start, or it is not on the constraints.
     """
-    started = time.perf_counter()
     model = system if isinstance(system, Model) else _modelled(system)
     request = resolve(model, until, accuracy, method, rtol, atol, step, samples, budget)
-    watch = Watch(progress, request.budget)
+    return _simulated(model, request, Watch(progress, request.budget), functions, cache)
+
+
+def _simulated(
+    model: Model,
+    request: Request,
+    watch: Watch,
+    functions: RightHandSide | None,
+    cache: Cache | None,
+) -> Trajectory:
+    started = time.perf_counter()
     if functions is None:
         functions = right_hand_side(model, cache, request.budget)
     problem = _problem(model, request, functions)
