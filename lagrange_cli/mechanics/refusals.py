@@ -142,7 +142,7 @@ def singular(found: Elimination, numbers: Sequence[int]) -> InputError:
         what = "constraints"
         why = "are singular: wherever they hold, their gradients depend on each other"
     hint = "\n".join(f"{s.constraint}: {s.equation.text}" for s in stated[:_LISTED])
-    if len(stated) == 1 and _holds_even_power(stated[0].phi):
+    if len(stated) == 1 and all(map(_is_square, sp.Add.make_args(stated[0].phi))):
         hint = "write equations that cross zero: x = 0 in place of x^2 = 0"
     return InputError(
         Problem(
@@ -154,8 +154,9 @@ def singular(found: Elimination, numbers: Sequence[int]) -> InputError:
     )
 
 
-def _holds_even_power(phi: sp.Expr) -> bool:
-    return any(p.exp.is_even and p.exp.is_positive for p in phi.atoms(sp.Pow))
+def _is_square(term: sp.Expr) -> bool:
+    factors = (f.as_base_exp() for f in sp.Mul.make_args(term) if not f.is_number)
+    return all(exponent.is_even for _, exponent in factors)
 
 
 def contradiction(

@@ -443,6 +443,8 @@ def test_what_was_put_into_an_equation_is_named() -> None:
     ("text", "hint"),
     [
         (PENDULUM.replace("x^2 + z^2 = l^2", "(x - sin(z))^2 = 0"), "x = 0 in place of x^2 = 0"),
+        (PENDULUM.replace("= l^2", "= 0"), "x = 0 in place of x^2 = 0"),
+        (PENDULUM.replace("x^2 + z^2 = l^2", "cosh(x - sin(z)) = 1"), "rod: cosh(x - sin(z)) = 1"),
         (TRIANGLE % "2", "three: (x_a - x_c)^2"),
     ],
 )
