@@ -13,7 +13,7 @@ from typing import Any
 
 import sympy as sp
 
-from lagrange_cli.mechanics.terms import expand_terms
+from lagrange_cli.mechanics.expansion import expand_terms
 
 __all__ = ["Kinematics", "derivative"]
 

@@ -14,10 +14,11 @@ import sympy as sp
 
 from lagrange_cli.mechanics.calculus import Kinematics, derivative
 from lagrange_cli.mechanics.equations import Closure
+from lagrange_cli.mechanics.expansion import expand_terms
 from lagrange_cli.mechanics.geometry import Restriction
 from lagrange_cli.mechanics.grouping import grouped_sum
 from lagrange_cli.mechanics.reduction import Reduced
-from lagrange_cli.mechanics.terms import TermSum, expand_terms, factored, tidy
+from lagrange_cli.mechanics.terms import TermSum, factored, tidy
 
 __all__ = ["closures"]
 

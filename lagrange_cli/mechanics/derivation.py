@@ -23,18 +23,11 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.calculus import Kinematics, derivative
 from lagrange_cli.mechanics.closures import closures
 from lagrange_cli.mechanics.equations import BodyForce, Closure
+from lagrange_cli.mechanics.expansion import expand_terms, term_count
 from lagrange_cli.mechanics.grouping import grouped_sum
 from lagrange_cli.mechanics.recurrence import Moving, recurring_products
 from lagrange_cli.mechanics.reduction import Reduced
-from lagrange_cli.mechanics.terms import (
-    Splitter,
-    TermSum,
-    expand_terms,
-    factored,
-    rational,
-    term_count,
-    tidy,
-)
+from lagrange_cli.mechanics.terms import Splitter, TermSum, factored, rational, tidy
 from lagrange_cli.mechanics.trigonometry import Weights
 from lagrange_cli.scene.model import Force
 

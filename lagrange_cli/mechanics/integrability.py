@@ -19,10 +19,10 @@ from mpmath import mpf
 from sympy.integrals.manualintegrate import manualintegrate
 
 from lagrange_cli.mechanics.calculus import derivative
+from lagrange_cli.mechanics.expansion import expand_terms
 from lagrange_cli.mechanics.ranks import TOLERANCE, Matrix, Point
 from lagrange_cli.mechanics.sampling import double
 from lagrange_cli.mechanics.tape import DomainError, values
-from lagrange_cli.mechanics.terms import expand_terms
 
 __all__ = ["Form", "integrable_rank", "integral"]
 

@@ -4,13 +4,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-from lagrange_cli.mechanics.terms import (
-    TermSum,
-    expand_terms,
-    factored,
-    term_count,
-    tidy,
-)
+from lagrange_cli.mechanics.expansion import expand_terms, term_count
+from lagrange_cli.mechanics.terms import TermSum, factored, tidy
 
 __all__ = ["shortened", "size_along"]
 

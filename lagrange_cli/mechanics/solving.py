@@ -16,7 +16,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.mechanics.terms import expand_terms, term_count
+from lagrange_cli.mechanics.expansion import expand_terms, term_count
 
 __all__ = ["factor_branches", "linear_parts", "solutions"]
 

@@ -13,9 +13,10 @@ from lagrange_cli.mechanics.calculus import derivative
 from lagrange_cli.mechanics.certificate import Evidence
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import Conserved, Facts
+from lagrange_cli.mechanics.expansion import expand_terms
 from lagrange_cli.mechanics.grouping import grouped_sum
 from lagrange_cli.mechanics.ranks import Matrix, clearly_independent
-from lagrange_cli.mechanics.terms import TermSum, expand_terms, factored
+from lagrange_cli.mechanics.terms import TermSum, factored
 from lagrange_cli.scene.expression import names_in
 from lagrange_cli.scene.model import Scene
 

@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import sympy as sp
 
+from lagrange_cli.mechanics.expansion import expand_terms
 from lagrange_cli.mechanics.trigonometry import (
     Rational,
     TrigFactor,
@@ -31,11 +32,9 @@ __all__ = [
     "TermSum",
     "common_factor",
     "exact",
-    "expand_terms",
     "factored",
     "rational",
     "scaled",
-    "term_count",
     "tidy",
     "trig_factors",
 ]
@@ -54,48 +53,6 @@ _ZERO = sp.Integer(0)
 _UNIT: Weights = {_ONE: 1}
 #: The order of the factors of a product.
 _SYMPY_ORDER = cmp_to_key(sp.Basic.compare)
-
-
-def expand_terms(expr: sp.Expr, budget: int) -> list[sp.Expr] | None:
-    """Terms of ``expr`` with products and integer powers of sums multiplied out.
-
-    Returns None when more than ``budget`` terms would come out; they are
-    counted beforehand. Arguments of functions and denominators are left alone.
-    """
-    if term_count(expr) > budget:
-        return None
-    return _expand(expr)
-
-
-def term_count(expr: sp.Expr) -> int:
-    """Number of terms that products and powers of sums would be multiplied out to."""
-    if expr.is_Add:
-        return sum(term_count(a) for a in expr.args)
-    if expr.is_Mul:
-        product = 1
-        for a in expr.args:
-            product *= term_count(a)
-        return product
-    if expr.is_Pow and expr.exp.is_Integer and expr.exp.is_positive:
-        return int(term_count(expr.base) ** min(int(expr.exp), 64))
-    return 1
-
-
-def _expand(expr: sp.Expr) -> list[sp.Expr]:
-    if expr.is_Add:
-        return [t for a in expr.args for t in _expand(a)]
-    if expr.is_Mul:
-        return _product([_expand(a) for a in expr.args])
-    if expr.is_Pow and expr.exp.is_Integer and expr.exp.is_positive and term_count(expr.base) > 1:
-        return _product([_expand(expr.base)] * int(expr.exp))
-    return [expr]
-
-
-def _product(factors: list[list[sp.Expr]]) -> list[sp.Expr]:
-    terms = [_ONE]
-    for factor in factors:
-        terms = [sp.Mul(a, b) for a in terms for b in factor]
-    return terms
 
 
 class Split(NamedTuple):
