@@ -11,6 +11,7 @@ from mpmath import mpf
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics import refusals
+from lagrange_cli.mechanics.calculus import derivative
 from lagrange_cli.mechanics.elimination import Elimination, solves_everywhere
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.ranks import TOLERANCE, Point
@@ -121,6 +122,8 @@ def examine(number: int, sides: tuple[sp.Expr, sp.Expr], points: Sequence[Point]
     if phi == 0:
         return Leftover(number, phi, identity=True, constant=True)
     terms = [*sp.Add.make_args(left), *sp.Add.make_args(right)]
+    if len(sp.Add.make_args(phi)) == 1:
+        terms += _sensitivities(phi)
     totals, sizes = [], []
     for point in points:
         try:
@@ -134,6 +137,21 @@ def examine(number: int, sides: tuple[sp.Expr, sp.Expr], points: Sequence[Point]
     identity = all(abs(x) <= TOLERANCE * size for x, size in zip(totals, sizes, strict=True))
     spread, size = max(totals) - min(totals), max(sizes)
     return Leftover(number, phi, identity, constant=bool(spread <= TOLERANCE * size))
+
+
+def _sensitivities(product: sp.Expr) -> list[sp.Expr]:
+    """What a single term changes by for each term of the sums that its factors are of.
+
+    log(sin² q + cos² q) is zero, and as small as its argument is off 1.
+    """
+    found = []
+    for factor in sp.Mul.make_args(product):
+        inner = factor if factor.is_Add else next(iter(factor.args), factor)
+        if inner.is_Add:
+            place = sp.Dummy(real=True)
+            slope = derivative(factor.xreplace({inner: place}), place).xreplace({place: inner})
+            found += [product / factor * slope * part for part in inner.args]
+    return found
 
 
 def _require_relation(geometry: Geometry, leftover: Leftover) -> None:

@@ -300,6 +300,18 @@ def test_a_multiplier_does_not_take_a_users_name() -> None:
     assert e.closures[0].multiplier.name not in {p.name for p in e.parameters}
 
 
+@pytest.mark.parametrize(
+    "equation", ["log(x^2 + z^2) = 0", "sin(x^2 + z^2 - 1) = 0", "exp(x)*(x^2 + z^2 - 1) = 0"]
+)
+def test_a_single_term_that_definitions_make_zero(equation: str) -> None:
+    e = derived(
+        FLAT + "parameters: {m: 2}\ncoordinates: [q]\ndefinitions: {x: sin(q), z: -cos(q)}\n"
+        "constraints: {curve: '" + equation + "'}\n"
+    )
+    assert (e.account.dof, e.closures) == (1, ())
+    assert e.account.lines[-1].status == "satisfied"
+
+
 HOOP = (
     "parameters: {m: 1.1, R: 0.8, w: 3, g: 9.81}\n"
     "particles: {bead: {mass: m, position: [x, y, z]}}\n"
