@@ -1,6 +1,13 @@
 /* Zeros of event functions within a step, on the interpolant. */
 #include "events.h"
 
+/* Few calls a step: made to be compiled fast. */
+#ifdef __GNUC__
+#ifndef __clang__
+#pragma GCC optimize("O1")
+#endif
+#endif
+
 #include <math.h>
 #include <string.h>
 
