@@ -108,8 +108,8 @@ def assert_close(found: list[Array], expected: list[Array], tolerance: float) ->
     """Component by component within the tolerance of its largest magnitude over all states."""
     a, b = np.array(found), np.array(expected)
     scale = np.abs(b).max(axis=0)
-    # What is zero, but for the rounding of 40 digits, has no scale of its own.
-    scale[scale < 1e-25 * scale.max()] = scale.max()
+    # The rounding of 40 digits is no scale; what is exactly zero stays so.
+    scale[(scale > 0) & (scale < 1e-25 * scale.max())] = scale.max()
     assert np.all(np.abs(a - b) <= tolerance * scale + np.finfo(float).tiny), np.abs(a - b) / scale
 
 
