@@ -21,9 +21,6 @@ _FLAT = 1e-7
 _DEPENDENT = 1e-6
 #: How far around a configuration equations are tried that seem to follow from others.
 _AROUND = mpf("0.01")
-#: Violation up to which an equation follows from others of which each may be off by 1e-9;
-#: one that does not is off by the square of the distance around.
-_IMPLIED = 1e-8
 
 
 def independent_closures(
@@ -87,7 +84,9 @@ def _require_implied(
             continue
         violations = manifold.violations(point)
         for k, by in dropped.items():
-            if violations[k] > _IMPLIED:
+            # Each of the equations may be off by the tolerance, as decimals are; one that
+            # does not follow is off by the square of the distance around.
+            if violations[k] > TOLERANCE * (1 + len(by)):
                 raise refusals.singular(geometry.found, [related[j] for j in (*by, k)])
 
 
