@@ -71,8 +71,17 @@ def _shown(tokens: list[tuple[str, str]]) -> Iterator[str]:
                 inner = inner[1:-1]
             yield "^{" + "".join(_shown(inner)).strip() + "}"
             index = end
+        elif token in ("dot", "ddot") and _is_of_a_name(tokens, index):
+            yield rf"\{token}{{{_one(*tokens[index + 1])}}}"
+            index += 3
         else:
             yield _one(kind, token)
+
+
+def _is_of_a_name(tokens: list[tuple[str, str]], start: int) -> bool:
+    """Whether a name between parentheses begins at ``start``."""
+    group = tokens[start : start + 3]
+    return [token for _, token in group[::2]] == ["(", ")"] and group[1][0] == "name"
 
 
 def _operand_end(tokens: list[tuple[str, str]], start: int) -> int:
