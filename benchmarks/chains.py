@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
-import json
 import shutil
 import sys
 import tempfile
@@ -27,6 +26,7 @@ from typing import Any
 
 import numpy as np
 from derivation import GRAVITY, Array, State
+from reporting import verdict
 from right_hand_side import (
     FEWEST,
     LENGTH,
@@ -203,12 +203,7 @@ def main() -> int:
             rows += [{**row, "operations": total} for row in measure(n, found, options.repetitions)]
             print(f"n = {n} done", file=sys.stderr)
     print(table(rows))
-    worst = max(r["mismatch"] for r in rows)
-    print(f"\nlargest mismatch with Newton's law: {worst:.1e}")
-    if options.json:
-        with open(options.json, "w", encoding="utf-8") as file:
-            json.dump({"about": about(), "rows": rows}, file, indent=1)
-    return 0 if worst < 1e-9 else 1
+    return verdict(rows, about(), "Newton's law", options.json)
 
 
 if __name__ == "__main__":

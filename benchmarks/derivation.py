@@ -16,7 +16,6 @@ from __future__ import annotations
 import argparse
 import gc
 import importlib.util
-import json
 import platform
 import statistics
 import sys
@@ -28,6 +27,7 @@ from typing import Any
 import numpy as np
 import sympy
 from numpy.typing import NDArray
+from reporting import verdict
 from sympy.core.cache import clear_cache
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
@@ -302,13 +302,8 @@ def main() -> int:
         rows += measure(n, candidates, options.repetitions)
         print(f"n = {n} done", file=sys.stderr)
     print(table(rows, [m.name for m in candidates]))
-    worst = max(r["mismatch"] for r in rows)
-    print(f"\nlargest mismatch with the closed form: {worst:.1e}")
-    if options.json:
-        about = {"python": platform.python_version(), "sympy": sympy.__version__}
-        with open(options.json, "w", encoding="utf-8") as file:
-            json.dump({"about": about, "rows": rows}, file, indent=1)
-    return 0 if worst < 1e-10 else 1
+    about = {"python": platform.python_version(), "sympy": sympy.__version__}
+    return verdict(rows, about, "the closed form", options.json)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,6 @@ from __future__ import annotations
 import argparse
 import ctypes
 import importlib.util
-import json
 import os
 import platform
 import shutil
@@ -46,6 +45,7 @@ from derivation import (
     random_state,
     without_certificate,
 )
+from reporting import verdict
 
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.mechanics import derive
@@ -438,12 +438,7 @@ def main() -> int:
             rows += measure(n, made, repetitions)
             print(f"n = {n} done", file=sys.stderr)
     print(table(rows))
-    worst = max(r["mismatch"] for r in rows)
-    print(f"\nlargest mismatch with the closed form: {worst:.1e}")
-    if options.json:
-        with open(options.json, "w", encoding="utf-8") as file:
-            json.dump({"about": about(), "rows": rows}, file, indent=1)
-    return 0 if worst < 1e-9 else 1
+    return verdict(rows, about(), "the closed form", options.json)
 
 
 if __name__ == "__main__":
