@@ -29,6 +29,7 @@ __all__ = [
     "Conserved",
     "ConstraintForces",
     "ConstraintLine",
+    "Contact",
     "Coordinate",
     "Equations",
     "Facts",
@@ -184,6 +185,22 @@ class Closure:
 
 
 @dataclass(frozen=True)
+class Contact:
+    """A one-sided constraint: the gap φ(q, t) ≥ 0 of ``closure``, whose λ ≥ 0 pushes where φ = 0.
+
+    ``restitution``: Newton's coefficient e over the parameters; a contact that closes with
+    φ̇ < 0 opens with −e φ̇.
+    """
+
+    closure: Closure
+    restitution: Expr
+
+    @property
+    def name(self) -> str:
+        return self.closure.name
+
+
+@dataclass(frozen=True)
 class ShownEquation:
     """The textbook form of one equation of motion, ``Σ coefficient·factor = 0``.
 
@@ -323,6 +340,7 @@ class Equations:
 
     ``closures`` are the independent equations that the coordinates obey beside
     them, each with its multiplier λ; none in the formulation ``minimal``.
+    ``contacts`` are one-sided: λ is zero while the gap is open.
 
     ``mass_matrix`` (n × n, over q, t) and ``forcing`` (n, over q, v, t) are
     unscaled; ``shown`` is the textbook form. ``kinetic`` and ``potential`` are
@@ -367,15 +385,16 @@ class Equations:
     warnings: tuple[Problem, ...] = ()
     remarks: tuple[str, ...] = ()
     closures: tuple[Closure, ...] = ()
+    contacts: tuple[Contact, ...] = ()
     outputs: tuple[tuple[str, Expr], ...] = ()
     inputs: tuple[Input, ...] = ()
     constraint_forces: ConstraintForces | None = None
 
     @property
     def formulation(self) -> Literal["minimal", "multiplier"]:
-        return "multiplier" if self.closures else "minimal"
+        return "multiplier" if self.closures or self.contacts else "minimal"
 
     @property
     def multipliers(self) -> tuple[str, ...]:
         """Names of the constraints whose multipliers the equations hold."""
-        return tuple(closure.name for closure in self.closures)
+        return tuple(held.name for held in (*self.closures, *self.contacts))
