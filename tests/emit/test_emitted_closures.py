@@ -4,96 +4,31 @@ from __future__ import annotations
 
 import ctypes
 import shutil
-import sys
-import types
-import warnings
 from dataclasses import replace
 
 import emit_closures as closures
 import emit_systems as systems
-import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from emit_reference import DIGITS, Reference, difference
+from closed_code import (
+    CASES,
+    TOLERANCE,
+    Closed,
+    Multipliers,
+    massless,
+    random_states,
+    simulation_programs,
+)
+from emit_reference import difference
 from emitted_c import WARNINGS, Compiled, compiler, run, write
 
 from lagrange_cli.emit.c_project import workspace
 from lagrange_cli.emit.c_simulation import lanes_source, library_source
 from lagrange_cli.emit.constraints import constraint_programs
-from lagrange_cli.emit.disturbed import disturb
 from lagrange_cli.emit.program import build_program
-from lagrange_cli.emit.python_functions import module_source
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.emit.solve import Block
-
-TOLERANCE = {"float": 3e-5, "double": 1e-13, "long-double": 5e-17}
-
-
-class Closed(Compiled):
-    """Compiled functions with projection."""
-
-    def project(self, t, y, p):
-        y, p = (np.array(a, self.type) for a in (y, p))
-        work = np.full(self.macro("WORK"), np.nan, self.type)
-        c_type = {np.float32: ctypes.c_float, np.float64: ctypes.c_double}
-        pointers = [ctypes.c_void_p(a.ctypes.data) for a in (y, p, work)]
-        status = getattr(self.library, f"{self.prefix}_project")(
-            c_type.get(self.type, ctypes.c_longdouble)(t), pointers[0], None, *pointers[1:]
-        )
-        return status, y
-
-
-class Multipliers(Reference):
-    """Accelerations and multipliers in mpmath."""
-
-    def __init__(self, equations):
-        super().__init__(equations)
-        e = equations
-        arguments = [e.t, *(c.q for c in e.coordinates), *(c.v for c in e.coordinates)]
-        arguments += [p.symbol for p in e.parameters]
-        rows = [x for k in e.closures for x in (*k.gradient, k.bias, k.rate, k.expression)]
-        self._rows = sp.lambdify(arguments, rows, modules="mpmath", dummify=True)
-
-    def solve(self, t, y, p):
-        n, m = self.n, len(self.equations.closures)
-        rows = self._evaluate(self._rows, t, y, p)
-        rows = [rows[k * (n + 3) : (k + 1) * (n + 3)] for k in range(m)]
-        with mpmath.workdps(DIGITS):
-            matrix, right = mpmath.zeros(n + m, n + m), mpmath.zeros(n + m, 1)
-            for k, entry in enumerate(self.mass_matrix(t, y, p)):
-                matrix[k // n, k % n] = entry
-            for i, f in enumerate(self.forcing(t, y, p)):
-                right[i] = f
-            for k, (*gradient, bias, _, _) in enumerate(rows):
-                right[n + k] = -bias
-                for i, g in enumerate(gradient):
-                    matrix[i, n + k], matrix[n + k, i] = -g, g
-            found = list(mpmath.lu_solve(matrix, right))
-            v = [mpmath.mpf(float(u)) for u in y[n:]]
-            rates = [mpmath.fdot(row[:n], v) + row[n + 1] for row in rows]
-        positions = [k.kind == "position" for k in self.equations.closures]
-        phi = [row[-1] for row, of in zip(rows, positions, strict=True) if of]
-        return [*v, *found[:n]], found[n:], [*phi, *rates]
-
-
-CASES = {
-    "pendulum": closures.pendulum,
-    "sleigh": closures.sleigh,
-    "moving_circle": closures.moving_circle,
-    "chain2": lambda: closures.chain(2),
-    "chain8": lambda: closures.chain(8),
-}
-
-
-def random_states(equations, count=5):
-    generator = np.random.default_rng(3)
-    n = len(equations.coordinates)
-    for _ in range(count):
-        t = float(np.float32(generator.uniform(0, 3)))
-        y = np.float32(generator.uniform(-2, 2, 2 * n)).astype(float)
-        p = np.float32(generator.uniform(0.5, 2, len(equations.parameters))).astype(float)
-        yield t, y, p
 
 
 @pytest.mark.parametrize("real", list(TOLERANCE))
@@ -229,30 +164,6 @@ def test_singular_configuration_is_refused(tmp_path):
     assert centre("rhs", 0.0, np.full(4, np.inf), p, 4)[0] != 0
 
 
-def massless():
-    """A mass that a pointer without inertia follows: θ = atan2(z, x), and another pointer."""
-    equations = closures.pendulum()
-    pointer, hand = systems.coordinate("theta"), systems.coordinate("phi")
-    of = [*equations.coordinates, pointer, hand]
-    x, z = (c.q for c in equations.coordinates)
-    row = (sp.Integer(0),) * 4
-    m = equations.parameters[0].symbol
-    mass = [(*row[:i], m, *row[i + 1 :]) for i in range(2)]
-    phi = [
-        closures.closure("rod", equations.closures[0].expression, of),
-        closures.closure("pointer", x * sp.sin(pointer.q) - z * sp.cos(pointer.q), of),
-        closures.closure("hand", 1000 * sp.sin(hand.q) - sp.sin(systems.T), of),
-    ]
-    return replace(
-        equations,
-        name="pointer",
-        coordinates=tuple(of),
-        mass_matrix=(*mass, row, row),
-        forcing=(*equations.forcing, sp.Integer(0), sp.Integer(0)),
-        closures=tuple(phi),
-    )
-
-
 def test_coordinates_without_inertia_follow(tmp_path):
     compiled = Closed(massless(), tmp_path)
     p = compiled.defaults
@@ -269,78 +180,6 @@ def test_coordinates_without_inertia_follow(tmp_path):
     status, dydt = compiled("rhs", 0.5, y, p, 8)
     assert status == 0
     assert dydt[6] == pytest.approx(-9.81 / 2.0 * np.cos(angle), rel=1e-13)
-
-
-@pytest.mark.parametrize("real", list(TOLERANCE))
-@pytest.mark.parametrize("name", list(CASES))
-def test_projection_meets_the_closures(name, real, tmp_path):
-    equations = CASES[name]()
-    compiled = Closed(equations, tmp_path, real)
-    p, n = compiled.defaults, len(equations.coordinates)
-    generator = np.random.default_rng(5)
-    if name.startswith("chain"):
-        links = n // 2
-        start = closures.chain_state(
-            links, generator.uniform(-1, 1, links), generator.uniform(-1, 1, links), p[links:-1]
-        )
-    else:
-        start = np.array(
-            {
-                "pendulum": [1.2, -1.6, 1.6, 1.2],
-                "sleigh": [1.0, 2.0, 0.4, np.cos(0.4), np.sin(0.4), 0.3],
-                "moving_circle": [1.2, 0.0, 3.0, 0.0, 2.5 / 3, 1.0],
-            }[name]
-        )
-    off = start + generator.uniform(-1, 1, 2 * n) * 1e-3
-    status, y = compiled.project(0.0, off, p)
-    assert status == 0
-    size = compiled.macro("CONSTRAINTS")
-    status, out = compiled("constraints", 0.0, y, p, size)
-    assert status == 0
-    assert np.abs(out).max() < TOLERANCE[real]
-    assert np.abs(y - off).max() < 5e-3
-    status, again = compiled.project(0.0, y, p)
-    assert status == 0
-    assert np.abs(again - y).max() <= 4 * np.finfo(compiled.type).eps * np.abs(y).max()
-    if name == "moving_circle":
-        assert y[2] == compiled.type(off[2])
-        assert y[5] == compiled.type(off[5])
-
-
-def test_projection_is_the_smallest_change_in_the_kinetic_metric(tmp_path):
-    """The change of v is M-orthogonal to every velocity that obeys the closures."""
-    equations = closures.chain(2)
-    compiled = Closed(equations, tmp_path)
-    p = compiled.defaults
-    p[1] = 50.0
-    y = closures.chain_state(2, np.array([0.3, 1.0]), np.array([1.0, 2.0]), p[2:4])
-    off = y.copy()
-    off[4:] += [0.3, -0.2, 0.5, 0.1]
-    status, found = compiled.project(0.0, off, p)
-    assert status == 0
-    assert (found[:4] == y[:4]).all()
-    change = np.repeat(p[:2], 2) * (found[4:] - off[4:])
-    for rates in ([1.0, 0.0], [0.0, 1.0]):
-        allowed = closures.chain_state(2, np.array([0.3, 1.0]), np.array(rates), p[2:4])[4:]
-        assert abs(change @ allowed) < 1e-13
-
-
-def test_projection_gives_up_where_nothing_obeys_the_closures(tmp_path):
-    equations = closures.pendulum()
-    x, z = equations.coordinates
-    nowhere = closures.closure("rod", x.q**2 + z.q**2 + 1, [x, z])
-    compiled = Closed(replace(equations, closures=(nowhere,)), tmp_path)
-    assert compiled.project(0.0, np.array([1.0, 0.3, 0.0, 0.0]), compiled.defaults)[0] == 3
-
-
-def test_projection_from_afar_and_of_tiny_and_huge_systems(tmp_path):
-    compiled = Closed(closures.pendulum(), tmp_path)
-    for unit in (1e-100, 1e-12, 1.0, 1e16, 1e100):
-        p = np.array([1.3, 9.81, 2.0]) * [1.0, unit, unit]
-        y = np.array([30.0, 40.0, 1.0, 1.0]) * unit
-        status, y = compiled.project(0.0, y, p)
-        assert status == 0
-        assert y / unit == pytest.approx([1.2, 1.6, 0.16, -0.12], rel=1e-14)
 
 
 STRICT = ["-Wconversion", "-Wsign-conversion", "-Wshadow", "-Wundef", "-Wdouble-promotion"]
@@ -401,13 +240,6 @@ def test_minimal_systems_have_no_functions_of_closures():
         assert "closure" not in text
 
 
-def simulation_programs(equations):
-    return {
-        "rhs": build_program(equations, ["acceleration"]),
-        **constraint_programs(equations),
-    }
-
-
 def test_text_for_the_simulation(tmp_path):
     equations = closures.chain(2, name="secret")
     programs = simulation_programs(equations)
@@ -436,95 +268,3 @@ def test_text_for_the_simulation(tmp_path):
     pointers = [ctypes.c_void_p(a.ctypes.data) for a in (y, p, work)]
     assert functions.system_project(ctypes.c_double(0), pointers[0], None, *pointers[1:]) == 0
     assert (y == expected).all()
-
-
-# Python.
-
-
-def loaded(text, name="module"):
-    """The functions of a Python module by its text."""
-    module = types.ModuleType(name)
-    exec(compile(text, name, "exec"), module.__dict__)
-    return module
-
-
-def emitted(equations):
-    (text,) = EMITTERS["python"].emit(equations).values()
-    return loaded(text)
-
-
-PYTHON_CASES = {**CASES, "massless": massless}
-
-
-@pytest.mark.parametrize("name", list(PYTHON_CASES))
-def test_python_agrees_with_c(name, tmp_path):
-    equations = PYTHON_CASES[name]()
-    compiled, module = Closed(equations, tmp_path), emitted(equations)
-    assert tuple(equations.multipliers) == module.MULTIPLIERS
-    sizes = {"rhs": 2 * len(equations.coordinates), "multipliers": len(equations.closures)}
-    sizes["constraints"] = compiled.macro("CONSTRAINTS")
-    for t, y, p in random_states(equations):
-        for function, size in sizes.items():
-            status, expected = compiled(function, t, y, p, size)
-            assert status == 0
-            found = getattr(module, function)(t, y, p)
-            assert found.shape == (size,)
-            assert np.abs(found - expected).max() <= 1e-11 * np.abs(expected).max()
-        before = y.copy()
-        status, expected = compiled.project(t, y, p)
-        found = module.project(t, y, p)
-        assert (y == before).all()
-        assert np.isfinite(found).all() == (status == 0)
-        if status == 0:
-            constraints = module.constraints(t, found, p)
-            assert np.abs(constraints).max() < 1e-9
-            if np.abs(expected - y).max() < 3:  # else Newton's method may end elsewhere
-                assert found == pytest.approx(expected, rel=1e-9, abs=1e-9)
-
-
-def test_python_refuses_what_c_refuses():
-    module = emitted(closures.pendulum())
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        for y in (np.zeros(4), np.full(4, np.nan), np.full(4, 1e200)):
-            assert np.isnan(module.rhs(0.0, y)).all()
-            assert np.isnan(module.multipliers(0.0, y)).all()
-            assert np.isnan(module.project(0.0, y)).all()
-    x, z = closures.pendulum().coordinates
-    nowhere = closures.closure("rod", x.q**2 + z.q**2 + 1, [x, z])
-    module = emitted(replace(closures.pendulum(), closures=(nowhere,)))
-    assert np.isnan(module.project(0.0, [1.0, 0.3, 0.0, 0.0])).all()
-
-
-def test_python_script_stays_on_the_closures(tmp_path):
-    path = tmp_path / "pendulum.py"
-    (text,) = EMITTERS["python"].emit(closures.pendulum()).values()
-    path.write_text(text)
-    rows = run(sys.executable, path, "dot(z)=-7", "until=0.5", "steps=1").splitlines()
-    _, x, z, u, w = np.array([list(map(float, row.split(","))) for row in rows[1:]]).T
-    assert len(x) == 501
-    assert np.abs(x**2 + z**2 - 4).max() < 1e-14
-    assert np.abs(x * u + z * w).max() < 1e-13
-
-
-def test_python_for_the_simulation():
-    equations = closures.chain(2, name="secret")
-    programs = simulation_programs(equations)
-    programs["disturbed"] = disturb(programs["rhs"])
-    factors = programs["disturbed"].parameters - len(equations.parameters)
-    assert factors > 4
-    text = module_source(programs)
-    assert "secret" not in text
-    assert "rod" not in text
-    module = loaded(text)
-    own = emitted(equations)
-    p = list(own.DEFAULTS)
-    y = closures.chain_state(2, np.array([0.3, 1.0]), np.array([1.0, 2.0]), np.array(p[2:4])) + 1e-4
-    for function in ("rhs", "multipliers", "constraints", "project"):
-        assert (getattr(module, function)(0.0, y, p) == getattr(own, function)(0.0, y)).all()
-    exact = module.disturbed(0.0, y, [*p, *[1.0] * factors])
-    assert (exact == own.rhs(0.0, y)).all()
-    generator = np.random.default_rng(1)
-    off = module.disturbed(0.0, y, [*p, *(1 + generator.uniform(-1, 1, factors) * 1e-10)])
-    change = np.abs(off - exact)[4:].max() / np.abs(exact).max()
-    assert 1e-12 < change < 1e-8

@@ -54,3 +54,51 @@ def holds(e: Equations, state: State) -> None:
 
 def close(x: mpf, y: mpf) -> bool:
     return abs(x - y) <= mpf(10) ** -20 * (1 + abs(y))
+
+
+FLAT = "plane: xz\nparticles: {bob: {mass: m, position: [x, y, z]}}\n"
+PENDULUM = (
+    "parameters: {m: 2, l: 3, g: 9.81}\n" + FLAT + "constraints: {rod: x^2 + z^2 = l^2}\n"
+    "potentials: {weight: m*g*z}\n"
+)
+FOUR_BAR = """
+parameters: {m: 1, a: 1, b: 3, c: 2, d: 3, g: 9.81}
+plane: xz
+particles:
+  A: {mass: m, position: [xa, ya, za]}
+  B: {mass: 2*m, position: [xb, yb, zb]}
+coordinates: [alpha, beta, gamma]
+definitions:
+  xa: a*cos(alpha)
+  za: a*sin(alpha)
+  xb: xa + b*cos(beta)
+  zb: za + b*sin(beta)
+constraints: {loop: [xb = d + c*cos(gamma), zb = c*sin(gamma)]}
+potentials: {weight: {gravity: g}}
+"""
+FOUR_BAR_OF_RODS = """
+parameters: {m: 1, a: 1, b: 3, c: 2, d: 3, g: 9.81}
+plane: xz
+points: {left: [0, 0, 0], right: [d, 0, 0]}
+particles:
+  A: {mass: m, position: [xa, ya, za]}
+  B: {mass: 2*m, position: [xb, yb, zb]}
+constraints:
+  crank: {distance: [left, A], equals: a}
+  coupler: {distance: [A, B], equals: b}
+  rocker: {distance: [right, B], equals: c}
+potentials: {weight: {gravity: g}}
+"""
+SLIDER_CRANK = """
+parameters: {m: 1, M: 4, r: 1, l: 3, g: 9.81}
+plane: xz
+particles:
+  pin: {mass: m, position: [xp, yp, zp]}
+  piston: {mass: M, position: [s, u, w]}
+points: {shaft: [0, 0, 0]}
+constraints:
+  crank: {distance: [shaft, pin], equals: r}
+  rod: {distance: [pin, piston], equals: l}
+  guide: w = 0
+potentials: {weight: {gravity: g}}
+"""
