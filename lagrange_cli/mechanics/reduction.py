@@ -132,6 +132,14 @@ def reduce(scene: Scene) -> Reduced:
         Located and explained: too few or too many coordinates, constraints that
         contradict each other, a branch that nothing chooses, a mass that is not positive.
     """
+    for one_sided in scene.unilateral:
+        raise InputError(
+            Problem(
+                "one-sided constraints are not derived yet",
+                one_sided.inequality.mark(),
+                rule="unsupported",
+            )
+        )
     with mpmath.workdps(working_digits(_DIGITS)):
         problem = _problem(scene)
         reduced, equations, remarks = _integrated(problem)

@@ -120,6 +120,8 @@ class Call:
     span: Span
 
 
+Relation: TypeAlias = Literal["=", ">=", "<="]
+
 Node: TypeAlias = Number | Name | Neg | Add | Mul | Pow | Call
 
 
@@ -148,12 +150,13 @@ class Expression:
 
 @dataclass(frozen=True, slots=True)
 class Equation:
-    """``left = right`` as written; both sides share the equation's text and origin."""
+    """``left = right``, or an inequality, as written; both sides share its text and origin."""
 
     left: Expression
     right: Expression
     text: str
     origin: Mark
+    relation: Relation = "="
 
     def mark(self) -> Mark:
         return self.origin

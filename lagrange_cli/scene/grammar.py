@@ -11,19 +11,34 @@ which associates to the right. A leading sign belongs to the whole term:
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
+from typing import cast
 
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.scene.bounds import check_depth, extent_of
-from lagrange_cli.scene.expression import SUM, Equation, Expression, Name, Node
+from lagrange_cli.scene.expression import SUM, Equation, Expression, Name, Node, Relation
 from lagrange_cli.scene.parser import MAX_NESTING, parse_tokens
 from lagrange_cli.scene.tokens import ExpressionError, Token, tokenize
 
-__all__ = ["MAX_LENGTH", "MAX_NESTING", "parse_equation", "parse_expression", "parse_key"]
+__all__ = [
+    "INEQUALITIES",
+    "MAX_LENGTH",
+    "MAX_NESTING",
+    "parse_equation",
+    "parse_expression",
+    "parse_key",
+]
 
 MAX_LENGTH = 20_000
 
 _RELATIONS = ("=", "==", "<", ">", "<=", ">=")
+
+#: The relations of a one-sided constraint.
+INEQUALITIES: tuple[Relation, ...] = (">=", "<=")
+
+#: How a relation that the language does not have is written in it.
+_MEANT = {"<": "<=", ">": ">=", "=>": ">=", "=<": "<="}
 
 
 def parse_expression(
@@ -53,25 +68,34 @@ def parse_expression(
 
 
 def parse_equation(
-    text: str, origin: Mark, *, exact: bool = True, limited: bool = True
+    text: str,
+    origin: Mark,
+    *,
+    exact: bool = True,
+    limited: bool = True,
+    relations: tuple[Relation, ...] = ("=",),
 ) -> Equation:
-    """Parse ``left = right``; see :func:`parse_expression`.
+    """Parse ``left = right``, or what else ``relations`` allow; see :func:`parse_expression`.
 
     Raises
     ------
     InputError
-        At the place where the text is not an equation, or exceeds a limit.
+        At the place where the text is not such a relation, or exceeds a limit.
     """
     try:
         tokens = _tokens(text, limited)
-        cut = _equals_sign(tokens)
+        cut = _relation_sign(tokens, relations)
         end = Token("end", "", tokens[cut].start, tokens[cut].start)
         left = _checked([*tokens[:cut], end])
         right = _checked(tokens[cut + 1 :])
     except ExpressionError as error:
         raise _located(error, text, origin, exact) from None
     return Equation(
-        Expression(left, text, origin, exact), Expression(right, text, origin, exact), text, origin
+        Expression(left, text, origin, exact),
+        Expression(right, text, origin, exact),
+        text,
+        origin,
+        cast(Relation, tokens[cut].text),
     )
 
 
@@ -128,22 +152,52 @@ def _is_relation(token: Token) -> bool:
     return token.kind == "operator" and token.text in _RELATIONS
 
 
-def _equals_sign(tokens: list[Token]) -> int:
-    """The index of the one ``=`` of an equation."""
-    relations = [i for i, token in enumerate(tokens) if _is_relation(token)]
-    for i in relations:
-        if tokens[i].text == "==":
-            raise ExpressionError("an equation has one '='", tokens[i].span)
-        if tokens[i].text != "=":
-            raise ExpressionError(
-                "unilateral constraints are not supported yet", tokens[i].span, rule="unsupported"
-            )
-    if not relations:
+def _relation_sign(tokens: list[Token], allowed: tuple[Relation, ...]) -> int:
+    """The index of the one relation of an equation or inequality."""
+    found = [i for i, token in enumerate(tokens) if _is_relation(token)]
+    for i in found:
+        _require_known(tokens, i)
+    wanted = _wanted(allowed)
+    if not found:
         span = (tokens[0].start, max(tokens[-1].start, tokens[0].start + 1))
-        raise ExpressionError("expected an equation, found no '='", span)
-    if len(relations) > 1:
-        raise ExpressionError("an equation has one '='", tokens[relations[1]].span)
-    return relations[0]
+        missing = ", ".join(f"'{relation}'" for relation in allowed)
+        missing = " or ".join(missing.rsplit(", ", 1))
+        raise ExpressionError(f"expected {wanted}, found no {missing}", span)
+    texts = {tokens[i].text for i in found}
+    for i in found:
+        if tokens[i].text not in allowed:
+            kind = "an equation" if tokens[i].text == "=" else "an inequality"
+            raise ExpressionError(f"expected {wanted}, found {kind}", tokens[i].span)
+    if len(found) > 1:
+        _refuse_second(tokens[found[1]], texts)
+    return found[0]
+
+
+def _wanted(allowed: tuple[Relation, ...]) -> str:
+    if "=" not in allowed:
+        return "an inequality"
+    return "an equation" if len(allowed) == 1 else "an equation or inequality"
+
+
+def _require_known(tokens: list[Token], number: int) -> None:
+    """Refuse relations that the language does not have, and say what it has."""
+    token, following = tokens[number], tokens[number + 1]
+    if token.text == "==":
+        raise ExpressionError("an equation has one '='", token.span)
+    written, span = token.text, token.span
+    if written == "=" and following.text in ("<", ">"):
+        written, span = written + following.text, (token.start, following.end)
+    if written in _MEANT:
+        meant = _MEANT[written]
+        raise ExpressionError(f"an inequality has '{meant}'", span, f"write '{meant}'")
+
+
+def _refuse_second(token: Token, texts: Collection[str]) -> None:
+    if texts == {"="}:
+        raise ExpressionError("an equation has one '='", token.span)
+    raise ExpressionError(
+        "an inequality has one '>=' or '<='", token.span, "write one for each bound, in a list"
+    )
 
 
 def _checked(tokens: list[Token]) -> Node:

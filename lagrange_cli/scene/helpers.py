@@ -21,18 +21,19 @@ from lagrange_cli.scene.bodies import (
 from lagrange_cli.scene.bounds import Extent, extent_of
 from lagrange_cli.scene.declarations import AXES, component
 from lagrange_cli.scene.expression import Equation, Expression, Neg, Node, Number, names_in
+from lagrange_cli.scene.grammar import INEQUALITIES
 from lagrange_cli.scene.interactions import coulomb, newton
 from lagrange_cli.scene.model import Constraint, Particle
 from lagrange_cli.scene.shapes import Reading
 from lagrange_cli.scene.source import Mapping, Scalar, SourceNode
 from lagrange_cli.scene.tokens import ExpressionError
 
-__all__ = ["read_constraint_helper", "read_plane", "read_potential_helper"]
+__all__ = ["read_constraint_helper", "read_plane", "read_potential_helper", "read_unilateral"]
 
 #: What one particle's weight counts as where a family of potentials repeats it.
 _TERMS_OF_WEIGHT = 20
 
-_LATER_CONSTRAINTS = ("unilateral",)
+_CONSTRAINTS = ("distance", "unilateral")
 _POTENTIALS = ("gravity", "spring", "newton", "coulomb")
 
 
@@ -41,12 +42,8 @@ def read_constraint_helper(
 ) -> tuple[Equation, ...] | None:
     """Write out a constraint's helper: ``{distance: [A, B], equals: l}``."""
     keys = [key.text for key, _ in node.entries]
-    for key, _ in node.entries:
-        if key.text in _LATER_CONSTRAINTS:
-            reading.unsupported(f"{key.text} constraints are", key.mark)
-            return None
     if "distance" not in keys:
-        unknown_helper(node, what, ("distance",), reading)
+        unknown_helper(node, what, _CONSTRAINTS, reading)
         return None
     fields = reading.fields(node, what, ("distance", "equals"), required=("distance", "equals"))
     pair = body_pair(fields["distance"], "distance", what, reading)
@@ -63,6 +60,29 @@ def read_constraint_helper(
     squares = " + ".join(f"({d})^2" for d in differences(*pair))
     text = f"{squares} = {as_factor(length)}^2"
     return (reading.helper_equation(text, place_of(node)),)
+
+
+def read_unilateral(
+    node: Mapping, what: str, reading: Reading
+) -> tuple[Equation, Expression | None] | None:
+    """Read ``{unilateral: z >= 0, restitution: 0.8}``: an inequality, and Newton's coefficient."""
+    fields = reading.fields(node, what, ("unilateral", "restitution"))
+    inequality = reading.equation(fields["unilateral"], what, INEQUALITIES)
+    restitution = None
+    if "restitution" in fields:
+        restitution = reading.expression(fields["restitution"], f"'restitution' of {what}")
+        if restitution is None:
+            return None
+        value = extent_of(restitution.node, {}).value
+        if value is not None and not 0 <= value <= 1:
+            reading.problems.add(
+                f"a restitution is from 0 to 1, found {restitution.text}",
+                restitution.mark(),
+                hint="0: contact is kept; 1: no energy is lost",
+                rule="restitution",
+            )
+            return None
+    return None if inequality is None else (inequality, restitution)
 
 
 def _is_negative(node: Node) -> bool:

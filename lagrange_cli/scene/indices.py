@@ -148,6 +148,7 @@ def written_equation(equation: Equation, values: Values, budget: Budget) -> Equa
         replace(equation.right, node=right, text=text),
         text,
         equation.origin,
+        equation.relation,
     )
 
 

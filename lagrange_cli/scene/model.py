@@ -29,6 +29,7 @@ __all__ = [
     "Size",
     "StateExpectation",
     "Term",
+    "Unilateral",
 ]
 
 
@@ -84,6 +85,19 @@ class Constraint:
     name: str
     mark: Mark
     equations: tuple[Equation, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Unilateral:
+    """One inequality that holds the motion on one side, as the name of its contact says.
+
+    ``restitution`` None: 0. Where a constraint has several inequalities their names are numbered.
+    """
+
+    name: str
+    mark: Mark
+    inequality: Equation
+    restitution: Expression | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,6 +220,7 @@ class Scene:
     particles: tuple[Particle, ...] = ()
     points: tuple[Point, ...] = ()
     constraints: tuple[Constraint, ...] = ()
+    unilateral: tuple[Unilateral, ...] = ()
     coordinates: tuple[Coordinate, ...] | None = None
     coordinates_mark: Mark | None = None
     definitions: tuple[Definition, ...] = ()

@@ -263,7 +263,8 @@ def _check_place(use: Use, names: dict[str, Traits], problems: Problems) -> None
         problems.add(
             f"{traits.rough}(...) cannot stand in {use.what}",
             use.expression.mark(node.span),
-            hint="positions and constraints need functions with a derivative everywhere",
+            hint=use.place.hint
+            or "positions and constraints need functions with a derivative everywhere",
             rule="not-smooth",
         )
     if use.place.names in _ALONE:
@@ -317,7 +318,12 @@ def _report_rate(use: Use, names: dict[str, Traits], problems: Problems) -> None
     assert node is not None
     mark = use.expression.mark(node.span)
     function, hint = _RATES[use.place.rate]
-    problems.add(f"{function} cannot stand in {use.what}", mark, hint=hint, rule="misplaced-rate")
+    problems.add(
+        f"{function} cannot stand in {use.what}",
+        mark,
+        hint=use.place.hint or hint,
+        rule="misplaced-rate",
+    )
 
 
 def _warn_of_lone_names(

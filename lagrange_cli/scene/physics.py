@@ -3,10 +3,17 @@ outputs."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from lagrange_cli.scene.expression import Equation, Expression
-from lagrange_cli.scene.helpers import read_constraint_helper, read_potential_helper
+from lagrange_cli.scene.grammar import INEQUALITIES
+from lagrange_cli.scene.helpers import (
+    read_constraint_helper,
+    read_potential_helper,
+    read_unilateral,
+)
 from lagrange_cli.scene.interactions import damper, drag
-from lagrange_cli.scene.model import Constraint, Force, Term
+from lagrange_cli.scene.model import Constraint, Force, Term, Unilateral
 from lagrange_cli.scene.shapes import Reading
 from lagrange_cli.scene.source import Mapping, Scalar, Sequence, SourceNode
 
@@ -19,26 +26,72 @@ __all__ = [
     "read_potentials",
 ]
 
+#: An equation or inequality, with its restitution.
+_OneSided = tuple[Equation, Expression | None]
+
 _FORCES = {"drag": drag, "damper": damper}
 
 
-def read_constraints(node: SourceNode, reading: Reading) -> tuple[Constraint, ...]:
+def read_constraints(
+    node: SourceNode, reading: Reading
+) -> tuple[tuple[Constraint, ...], tuple[Unilateral, ...]]:
+    """Constraints by equations, and those by inequalities."""
     found = []
+    one_sided: list[tuple[Scalar, list[_OneSided]]] = []
     for key, value in reading.named(node, "constraints", symbols=False):
-        equations = _equations(value, f"constraint '{key.text}'", reading)
-        if equations:
-            found.append(Constraint(key.text, key.mark, equations))
-    return tuple(found)
+        relations = _relations(value, f"constraint '{key.text}'", reading)
+        inequalities = [r for r in relations if r[0].relation != "="]
+        if not relations or _is_mixed(key, relations, inequalities, reading):
+            continue
+        if inequalities:
+            one_sided.append((key, inequalities))
+        else:
+            found.append(Constraint(key.text, key.mark, tuple(r[0] for r in relations)))
+    taken = {*(c.name for c in found), *(key.text for key, _ in one_sided)}
+    return tuple(found), tuple(u for entry in one_sided for u in _unilateral(*entry, taken))
 
 
-def _equations(node: SourceNode, what: str, reading: Reading) -> tuple[Equation, ...] | None:
+def _is_mixed(
+    key: Scalar, relations: list[_OneSided], inequalities: list[_OneSided], reading: Reading
+) -> bool:
+    """Whether a constraint has equations beside inequalities, which is refused."""
+    mixed = bool(inequalities) and len(inequalities) < len(relations)
+    if mixed:
+        reading.problems.add(
+            f"constraint '{key.text}' has equations beside inequalities",
+            inequalities[0][0].mark(),
+            hint="give the inequality a name of its own: its contact and release are called by it",
+            rule="shape",
+        )
+    return mixed
+
+
+def _relations(node: SourceNode, what: str, reading: Reading) -> list[_OneSided]:
+    """Equations and inequalities of a constraint, each with its restitution."""
     if isinstance(node, Mapping):
-        return read_constraint_helper(node, what, reading)
+        if any(key.text == "unilateral" for key, _ in node.entries):
+            one_sided = read_unilateral(node, what, reading)
+            return [one_sided] if one_sided else []
+        return [(e, None) for e in read_constraint_helper(node, what, reading) or ()]
     items = node.items if isinstance(node, Sequence) else (node,)
     if not items:
-        reading.expected("an equation", what, node)
-    read = [reading.equation(item, what) for item in items]
-    return tuple(equation for equation in read if equation)
+        reading.expected("an equation or inequality", what, node)
+    read = [reading.equation(item, what, ("=", *INEQUALITIES)) for item in items]
+    return [(equation, None) for equation in read if equation]
+
+
+def _unilateral(
+    key: Scalar, inequalities: list[_OneSided], taken: set[str]
+) -> Iterator[Unilateral]:
+    """One-sided constraints of one entry, numbered where there are several."""
+    for number, (inequality, restitution) in enumerate(inequalities, 1):
+        name = key.text
+        if len(inequalities) > 1:
+            name = f"{name}_{number}"
+            while name in taken:
+                name += "_"
+            taken.add(name)
+        yield Unilateral(name, key.mark, inequality, restitution)
 
 
 def read_potentials(node: SourceNode, reading: Reading) -> tuple[Term, ...]:

@@ -180,15 +180,15 @@ def _sections(root: SourceNode, reading: Reading) -> dict[str, SourceNode]:
 
 def _scene(reading: Reading, nodes: dict[str, SourceNode], file: str, digest: str) -> Scene:
     values = {key: value for key, value in reading.values.items() if value is not None}
+    values["constraints"], values["unilateral"] = values.get("constraints", ((), ()))
     plane = values.pop("plane", None)
     if plane:
-        constraints = values.get("constraints", ())
-        for constraint in constraints:
+        for constraint in (*values["constraints"], *values["unilateral"]):
             if constraint.name == "plane":
                 reading.problems.add(
                     "'plane' is both a section and a constraint", constraint.mark, rule="clash"
                 )
-        values["constraints"] = (plane, *constraints)
+        values["constraints"] = (plane, *values["constraints"])
     if "expect" in values and not reading.sizes.keys().isdisjoint(reading.given):
         # Expected states are those of the file's sizes.
         values["expect"] = replace(values["expect"], states=())

@@ -25,6 +25,7 @@ from lagrange_cli.scene.expression import (
     Name,
     Node,
     Number,
+    Relation,
     children,
 )
 from lagrange_cli.scene.grammar import parse_equation, parse_expression, parse_key
@@ -71,7 +72,9 @@ class Reading:
     index_marks: dict[str, Mark] = field(default_factory=dict)
     budget: Budget = field(default_factory=Budget)
     _expressions: dict[Scalar, tuple[Expression, int]] = field(default_factory=dict)
-    _equations: dict[Scalar, tuple[Equation, int]] = field(default_factory=dict)
+    _equations: dict[tuple[Scalar, tuple[Relation, ...]], tuple[Equation, int]] = field(
+        default_factory=dict
+    )
     _keys: dict[Scalar, Expression] = field(default_factory=dict)
     _bodies: frozenset[str] | None = None
 
@@ -202,18 +205,26 @@ class Reading:
             self.parts.append((expression, what))
         return expression
 
-    def equation(self, node: SourceNode, what: str) -> Equation | None:
-        scalar = self._expression_text(node, "an equation", what)
+    def equation(
+        self, node: SourceNode, what: str, relations: tuple[Relation, ...] = ("=",)
+    ) -> Equation | None:
+        """An equation; also an inequality, or only that, where ``relations`` say so."""
+        scalar = self._expression_text(
+            node, "an equation" if "=" in relations else "an inequality", what
+        )
         if scalar is None:
             return None
-        if scalar not in self._equations:
+        key = (scalar, relations)
+        if key not in self._equations:
             with self.problems.collect():
-                parsed = parse_equation(scalar.text, scalar.mark, exact=scalar.exact)
+                parsed = parse_equation(
+                    scalar.text, scalar.mark, exact=scalar.exact, relations=relations
+                )
                 terms = leaves(parsed.left.node) + leaves(parsed.right.node)
-                self._equations[scalar] = (parsed, terms)
-        if scalar not in self._equations:
+                self._equations[key] = (parsed, terms)
+        if key not in self._equations:
             return None
-        equation, terms = self._equations[scalar]
+        equation, terms = self._equations[key]
         with self._writing_out(equation.left, terms, what):
             return written_equation(equation, self.indices, self.budget)
         return None

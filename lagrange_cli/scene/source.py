@@ -320,6 +320,9 @@ class _Composer:
         if "\t" in indent:
             mark = Mark(mark.file, mark.line, indent.index("\t") + 1, mark.text)
             return _refusal("a tab cannot indent", mark, "indent with spaces", rule="tab")
+        if ">=" in (mark.text[mark.column - 2 : mark.column], mark.text[mark.column - 1 :][:2]):
+            message = "an inequality has two sides, found nothing before '>='"
+            return _refusal(message, mark, "as in x >= 0", rule="syntax")
         context = f" ({error.context})" if error.context else ""
         hint = (
             "quote a text that begins with one of * & ! | > % @ ` or holds ': ' or ' #',\n"

@@ -57,6 +57,8 @@ _INSTEAD = {
     "\N{SUPERSCRIPT THREE}": "^3",
     "\N{VULGAR FRACTION ONE HALF}": "1/2",
     "\N{SQUARE ROOT}": "sqrt",
+    "\N{GREATER-THAN OR EQUAL TO}": ">=",
+    "\N{LESS-THAN OR EQUAL TO}": "<=",
 }
 
 

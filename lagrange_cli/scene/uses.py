@@ -21,6 +21,7 @@ class Place:
     derivative. ``names``: all names, t and those of constants, those of constants, or
     parameters alone. ``inputs``: what the user drives, whose rates are not known.
     ``multipliers``: names ``lambda_...``, which constraints may or may not have.
+    ``hint``: what to say where ``rate`` or ``smooth`` is not met.
     """
 
     rate: int = 0
@@ -28,10 +29,16 @@ class Place:
     names: Literal["all", "time", "constants", "parameters"] = "all"
     inputs: bool = False
     multipliers: bool = False
+    hint: str = ""
 
 
 _POSITION = Place(smooth=True)
 _CONSTRAINT = Place(rate=1, smooth=True)
+_ONE_SIDED = Place(
+    smooth=True,
+    hint="a one-sided constraint holds positions and t, in functions with a derivative;"
+    "\nx >= abs(y) is two inequalities: [x >= y, x >= -y]",
+)
 _DYNAMICS = Place(rate=1, inputs=True)
 _NUMBER = Place(names="parameters")
 _MOTION = Place(rate=2, inputs=True, multipliers=True)
@@ -78,6 +85,11 @@ def _mechanics(scene: Scene) -> Iterator[Use]:
         for equation in constraint.equations:
             what = f"constraint '{constraint.name}'"
             yield from _sides(equation, what, _CONSTRAINT)
+    for one_sided in scene.unilateral:
+        what = f"constraint '{one_sided.name}'"
+        yield from _sides(one_sided.inequality, what, _ONE_SIDED)
+        if one_sided.restitution:
+            yield Use(one_sided.restitution, f"'restitution' of {what}", _NUMBER)
     for term in scene.potentials:
         yield Use(term.expression, f"potential '{term.name}'", _DYNAMICS)
     for term in scene.kinetic:
