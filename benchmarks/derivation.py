@@ -106,7 +106,8 @@ Forms = tuple[list[Any], list[list[Any]], list[Any]]
 def without_certificate(scene: Scene) -> Forms:
     """Reduction and derivation alone: nothing is checked or put into textbook form."""
     found = derive_uncertified(reduce(scene))
-    matrix = [[sympy.Add(*terms) for terms in row] for row in found.mass]
+    n = len(found.mass)
+    matrix = [[sympy.Add(*row.get(k, ())) for k in range(n)] for row in found.mass]
     forcing = [sympy.Add(*terms) for terms in found.forcing]
     coordinates = found.reduced.coordinates
     return _arguments(coordinates, found.reduced.names.parameters), matrix, forcing

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import sympy
 
 from lagrange_cli.emit.solve import System
+from lagrange_cli.mechanics.sparse import entries
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -40,8 +41,7 @@ def _rate_terms(closure: Closure, e: Equations) -> list[Expr]:
 
 def _products(closure: Closure, by: Sequence[Expr]) -> list[Expr]:
     """The terms of gradient·x."""
-    zero = sympy.S.Zero
-    return [g * x for g, x in zip(closure.gradient, by, strict=True) if g is not zero]
+    return [g * by[j] for j, g in entries(closure.gradient).items()]
 
 
 def _acceleration(e: Equations) -> System:
@@ -75,13 +75,8 @@ SYSTEMS: dict[str, Callable[[Equations], System]] = {
 def _sizes(e: Equations) -> Iterable[Expr]:
     """Sums of the magnitudes that a residual is the difference of, each of which is rounded:
     its terms, and what the coordinates contribute to first order."""
-    for closure in _position_closures(e):
-        yield _magnitude(
-            [
-                *sympy.Add.make_args(closure.expression),
-                *_products(closure, [c.q for c in e.coordinates]),
-            ]
-        )
+    terms = sympy.Add.make_args(closure.expression)
+    return _magnitude([*terms, *_products(closure, [c.q for c in e.coordinates])])
 
 
 def _rate_sizes(e: Equations) -> Iterable[Expr]:

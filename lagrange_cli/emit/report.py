@@ -15,6 +15,7 @@ from lagrange_cli.emit.nodes import Node, Term, as_terms
 from lagrange_cli.emit.ordering import sum_of
 from lagrange_cli.emit.scene_language import ScenePrinter
 from lagrange_cli.mechanics.explicit import explicit_accelerations, right_sides
+from lagrange_cli.mechanics.sparse import entries
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -118,8 +119,8 @@ def _explicit_rows(equations: Equations, say: _Speaker) -> list[Node]:
         if value is not None:
             rows.append(_difference([(1, i)], value, equations, say))
         else:
-            entries = [(m, j) for j, m in enumerate(equations.mass_matrix[i]) if m != 0]
-            rows.append(_difference(entries, right[i], equations, say))
+            held = [(m, j) for j, m in entries(equations.mass_matrix[i]).items()]
+            rows.append(_difference(held, right[i], equations, say))
     return rows
 
 

@@ -27,6 +27,7 @@ import sympy
 from lagrange_cli.emit.banded import bandwidth, elimination_order, is_banded
 from lagrange_cli.emit.values import ONE, Input, Scaled, Values
 from lagrange_cli.mechanics.closed_form import Solution, solve_exactly
+from lagrange_cli.mechanics.sparse import entries
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -161,11 +162,10 @@ def _inertia(values: Values, equations: Equations) -> _Rows:
 
 
 def _converted(values: Values, rows: Iterable[Sequence[Expr]]) -> _Rows:
-    zero = sympy.S.Zero
     found = []
     for row in rows:
-        entries = {j: values.convert(e) for j, e in enumerate(row) if e is not zero}
-        found.append({j: value for j, value in entries.items() if value[0]})
+        held = {j: values.convert(e) for j, e in entries(row).items()}
+        found.append({j: value for j, value in held.items() if value[0]})
     return found
 
 

@@ -31,6 +31,7 @@ from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import Certificate, Closure, ShownEquation
 from lagrange_cli.mechanics.restraints import Restraints
 from lagrange_cli.mechanics.sampling import double, working_digits
+from lagrange_cli.mechanics.steps import Row
 from lagrange_cli.mechanics.tape import DomainError, Series, Tape
 from lagrange_cli.mechanics.tapes import Observation, Point, Tapes
 
@@ -70,13 +71,13 @@ class Evidence:
     energy_is_sum
         Whether Σ q̇ ∂L/∂q̇ − L equals T + V (V without velocities) at every state.
     mass_matrices
-        M at each state, as doubles.
+        M at each state, as doubles, by rows without zeros.
     states
         The states themselves (symbol → value).
     residuals
         M q̈ − f − Σ λ·gradient at the first state, each with the size of its terms.
     gradients
-        Gradients of the closures at each state, as doubles.
+        Gradients of the closures at each state, in the same way.
     """
 
     certificate: Certificate
@@ -84,10 +85,10 @@ class Evidence:
     forced: tuple[bool, ...]
     energy_conserved: bool
     energy_is_sum: bool
-    mass_matrices: tuple[list[list[float]], ...]
+    mass_matrices: tuple[list[dict[int, float]], ...]
     states: tuple[Point, ...]
     residuals: tuple[tuple[mpf, mpf], ...]
-    gradients: tuple[list[list[float]], ...]
+    gradients: tuple[list[dict[int, float]], ...]
 
 
 @dataclass
@@ -95,13 +96,13 @@ class _State:
     """What one state showed."""
 
     mismatch: mpf
-    mass: list[list[float]]
+    mass: list[dict[int, float]]
     cyclic: list[bool]
     forced: list[bool]
     conserved: bool
     is_sum: bool
     residuals: list[tuple[mpf, mpf]]
-    gradients: list[list[float]]
+    gradients: list[dict[int, float]]
 
 
 def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
@@ -240,7 +241,7 @@ def _look(tapes: Tapes, restraints: Restraints, point: Point, thorough: bool) ->
     mismatch = _ZERO
     residuals = []
     for j in range(n):
-        inertia = [x * point[tapes.a[k]] for k, x in enumerate(mass[j]) if x]
+        inertia = [x * point[tapes.a[k]] for k, x in mass[j].items() if x]
         ours = sum(inertia, -forcing[j])
         lagrange = momenta[j][1] - slopes[j][0] - seen.forces[j]
         scale = sum((abs(x) for x in inertia), abs(forcing[j])) + abs(momenta[j][1])
@@ -258,14 +259,18 @@ def _look(tapes: Tapes, restraints: Restraints, point: Point, thorough: bool) ->
     vanishes = _vanishing(tapes, seen, thorough)
     return _State(
         mismatch,
-        [[double(x) for x in row] for row in mass],
+        _doubles(mass),
         vanishes[:n],
         [not zero for zero in vanishes[n : 2 * n]],
         vanishes[2 * n],
         vanishes[2 * n + 1],
         residuals,
-        restraints.doubles(point),
+        _doubles(restraints.gradients(point)),
     )
+
+
+def _doubles(rows: Sequence[Row]) -> list[dict[int, float]]:
+    return [{j: double(x) for j, x in row.items()} for row in rows]
 
 
 def _vanishing(tapes: Tapes, seen: Observation, thorough: bool) -> list[bool]:

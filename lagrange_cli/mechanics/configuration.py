@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import mpmath
 import numpy as np
@@ -15,6 +16,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.mechanics.reduction import Reduced
+from lagrange_cli.mechanics.steps import Row
 from lagrange_cli.mechanics.tape import DomainError, Tape
 
 __all__ = ["STARTS", "Configurations", "Search", "rank"]
@@ -80,7 +82,13 @@ class Search:
         self._target = [*target, *(_ZERO for _ in closures)]
         inputs = [*(c.q for c in reduced.coordinates), *constants]
         self._tape = Tape([*(reduced.resolved[s] for s in symbols), *closures], inputs)
-        self._everything = Tape([*reduced.resolved.values(), *_outside(reduced)], inputs)
+        self._reduced, self._inputs = reduced, inputs
+
+    @cached_property
+    def _everything(self) -> Tape:
+        """What tells configurations apart."""
+        reduced = self._reduced
+        return Tape([*reduced.resolved.values(), *_outside(reduced)], self._inputs)
 
     def configurations(self, guess: Sequence[mpf], tolerance: mpf) -> Configurations:
         """All configurations that were reached, from the guess and from around it."""
@@ -113,12 +121,10 @@ class Search:
             found.append(miss if k < self._given else miss / (self._steepest(row) or mpf(1)))
         return found
 
-    def _steepest(self, row: Sequence[mpf]) -> mpf:
+    def _steepest(self, row: Row) -> mpf:
         """Largest slope for a length; an angle moves by the scene's length."""
         slopes = (
-            abs(x) / (self._length if c.is_angle else 1)
-            for x, c in zip(row, self._coordinates, strict=True)
-            if x
+            abs(x) / (self._length if self._coordinates[j].is_angle else 1) for j, x in row.items()
         )
         return max(slopes, default=_ZERO)
 
@@ -178,7 +184,10 @@ class Search:
             for k, row in enumerate(rows)
         ]
         matrix = mpmath.matrix(
-            [[w * row[j] for j in self._missing] for w, row in zip(weights, rows, strict=True)]
+            [
+                [w * row.get(j, _ZERO) for j in self._missing]
+                for w, row in zip(weights, rows, strict=True)
+            ]
         )
         if rank(matrix) < len(self._missing):
             return None
@@ -186,16 +195,11 @@ class Search:
         residual = [w * (x - y) for w, x, y in zip(weights, self._target, values, strict=True)]
         return list(mpmath.lu_solve(matrix, mpmath.matrix(residual)))
 
-    def _linear(self, q: Sequence[mpf]) -> tuple[list[mpf], list[list[mpf]]]:
+    def _linear(self, q: Sequence[mpf]) -> tuple[list[mpf], list[Row]]:
         """Values and gradients of everything that has a target."""
         run = self._tape.run([(x, _ZERO, _ZERO) for x in [*q, *self._constants]], 0)
-        rows = []
-        for k in range(len(self._target)):
-            rows.append([_ZERO] * len(q))
-            for j, x in run.partials(k).items():
-                if j < len(q):
-                    rows[-1][j] = x
-        return run.values, rows
+        slopes = map(run.partials, range(len(self._target)))
+        return run.values, [{j: x for j, x in row.items() if j < len(q)} for row in slopes]
 
 
 def _outside(reduced: Reduced) -> list[sp.Expr]:

@@ -15,25 +15,27 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeVar
 
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.calculus import Kinematics, derivative
 from lagrange_cli.mechanics.closures import closures
-from lagrange_cli.mechanics.equations import BodyForce, Closure
+from lagrange_cli.mechanics.contacts import contacts
+from lagrange_cli.mechanics.equations import BodyForce, Closure, Contact
 from lagrange_cli.mechanics.expansion import expand_terms, term_count
 from lagrange_cli.mechanics.grouping import grouped_sum
 from lagrange_cli.mechanics.recurrence import Moving, recurring_products
 from lagrange_cli.mechanics.reduction import Reduced
+from lagrange_cli.mechanics.sparse import SparseRow
 from lagrange_cli.mechanics.terms import Splitter, TermSum, factored, rational, tidy
 from lagrange_cli.mechanics.trigonometry import Weights
 from lagrange_cli.scene.model import Force
 
 __all__ = ["Derivation", "derive_uncertified", "raw_terms"]
 
-_Terms: TypeAlias = tuple[sp.Expr, ...]
+_Entry = TypeVar("_Entry")
 
 #: Products that are multiplied out and collected; beyond it sums are left factored.
 PRODUCT_BUDGET = 50_000
@@ -45,6 +47,9 @@ _TERM_BUDGET = 200
 @dataclass(frozen=True)
 class Derivation:
     """``mass[j][k]`` and ``forcing[j]`` as lists of collected terms, and what they came from.
+
+    Rows of ``mass`` hold the columns that are not zero; ``mass_matrix`` has each list as one
+    factored sum.
 
     Attributes
     ----------
@@ -58,10 +63,13 @@ class Derivation:
         False where the product budget was exceeded and sums were left factored.
     closures
         Equations beside the coordinates, whose multipliers enter M a = f + Σ λ·gradient.
+    contacts
+        One-sided constraints, whose multipliers enter in the same way while they touch.
     """
 
     reduced: Reduced
-    mass: tuple[tuple[tuple[sp.Expr, ...], ...], ...]
+    mass: tuple[Mapping[int, tuple[sp.Expr, ...]], ...]
+    mass_matrix: tuple[SparseRow, ...]
     forcing: tuple[tuple[sp.Expr, ...], ...]
     kinetic: sp.Expr
     potential: sp.Expr
@@ -71,6 +79,12 @@ class Derivation:
     velocity: dict[sp.Symbol, sp.Expr]
     collected: bool
     closures: tuple[Closure, ...] = ()
+    contacts: tuple[Contact, ...] = ()
+
+    @property
+    def pushing(self) -> tuple[Closure, ...]:
+        """All that has a multiplier: closures, then the gaps of contacts."""
+        return (*self.closures, *(c.closure for c in self.contacts))
 
     @property
     def lagrangian(self) -> sp.Expr:
@@ -142,31 +156,29 @@ class _Builder:
         forces = tuple(self._add_force(f) for f in self.reduced.scene.forces)
         dissipation = self._add_dissipation()
         upper = {place: tuple(self.mass[place].collected()) for place in sorted(self.mass)}
+        upper = {place: terms for place, terms in upper.items() if terms}
+        inertia = {place: factored(list(terms)) for place, terms in upper.items()}
         velocity = {
             s: sp.Add(*self.kinematics.velocity(s))
             for body in self.reduced.names.particle_symbols
             for s in body
         }
+        kept, gaps = closures(self.reduced)
         return Derivation(
             self.reduced,
-            self._full(upper),
+            tuple(_full(self.n, upper)),
+            tuple(SparseRow(self.n, row) for row in _full(self.n, inertia)),
             tuple(tuple(f.collected()) for f in self.forcing),
-            self._kinetic(velocity, upper),
+            self._kinetic(velocity, inertia),
             self._potential(),
             extra,
             dissipation,
             forces,
             velocity,
             collected,
-            closures(self.reduced),
+            kept,
+            contacts(self.reduced, gaps),
         )
-
-    def _full(self, upper: Mapping[tuple[int, int], _Terms]) -> tuple[tuple[_Terms, ...], ...]:
-        """The mass matrix by rows, from the entries that are not zero of its upper triangle."""
-        rows: list[list[_Terms]] = [[()] * self.n for _ in range(self.n)]
-        for (j, k), terms in upper.items():
-            rows[j][k] = rows[k][j] = terms
-        return tuple(map(tuple, rows))
 
     def _inertia(self, j: int, k: int) -> TermSum:
         """The entry of the mass matrix in row j ≤ column k."""
@@ -313,7 +325,7 @@ class _Builder:
     def _kinetic(
         self,
         velocity: dict[sp.Symbol, sp.Expr],
-        mass: dict[tuple[int, int], tuple[sp.Expr, ...]],
+        mass: Mapping[tuple[int, int], sp.Expr],
     ) -> sp.Expr:
         """T = Σ ½ m ṙ², each particle's square collected, or ½ Σ M q̇ q̇ where that is shorter."""
         names = self.reduced.names
@@ -335,17 +347,24 @@ class _Builder:
             particles = [m * e / 2 for m, e in zip(self.reduced.masses, squares, strict=True)]
         return sp.Add(*particles, *self.terms.kinetic)
 
-    def _quadratic_form(self, mass: dict[tuple[int, int], tuple[sp.Expr, ...]]) -> list[sp.Expr]:
+    def _quadratic_form(self, mass: Mapping[tuple[int, int], sp.Expr]) -> list[sp.Expr]:
         """Terms of ½ Σ M q̇ q̇."""
         return [
-            sp.Mul(sp.Rational(1, 2 if j == k else 1), factored(list(m)), self.v[j], self.v[k])
+            sp.Mul(sp.Rational(1, 2 if j == k else 1), m, self.v[j], self.v[k])
             for (j, k), m in mass.items()
-            if m
         ]
 
     def _potential(self) -> sp.Expr:
         resolved = [tidy(self.reduced.resolve(u), self.masses) for u in self.terms.positional]
         return sp.Add(*resolved, *self.terms.velocity_dependent)
+
+
+def _full(size: int, upper: Mapping[tuple[int, int], _Entry]) -> list[dict[int, _Entry]]:
+    """The rows of a symmetric matrix, from its upper triangle in the order of rows."""
+    rows: list[dict[int, _Entry]] = [{} for _ in range(size)]
+    for (j, k), entry in upper.items():
+        rows[j][k] = rows[k][j] = entry
+    return rows
 
 
 def _collected(terms: Iterable[sp.Expr]) -> list[sp.Expr]:

@@ -9,10 +9,13 @@ never the scene.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
+
+from lagrange_cli.mechanics.sparse import entries
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -161,7 +164,8 @@ class Closure:
     ``kind`` ``velocity``: ψ(q, v, t) = 0, not integrable, with ``expression``
     ψ = ``gradient``·v + ``rate`` and ψ̇ = ``gradient``·a + ``bias``.
 
-    ``gradient`` has one entry a coordinate, over q and t; ``rate`` is over q
+    ``gradient`` has one entry a coordinate, over q and t, walked by
+    :func:`~lagrange_cli.mechanics.sparse.entries`; ``rate`` is over q
     and t, ``bias`` over q, v and t. ``multiplier`` is the symbol λ: λ·gradient
     is the generalized force that the constraint exerts. ``integral``: the scene
     states the rate of φ, whose constant its initial state gives.
@@ -170,7 +174,7 @@ class Closure:
     name: str
     kind: Literal["position", "velocity"]
     expression: Expr
-    gradient: tuple[Expr, ...]
+    gradient: Sequence[Expr]
     rate: Expr
     bias: Expr
     multiplier: Symbol
@@ -342,7 +346,7 @@ class Equations:
     them, each with its multiplier λ; none in the formulation ``minimal``.
     ``contacts`` are one-sided: λ is zero while the gap is open.
 
-    ``mass_matrix`` (n × n, over q, t) and ``forcing`` (n, over q, v, t) are
+    ``mass_matrix`` (n rows of n entries, over q, t) and ``forcing`` (n, over q, v, t) are
     unscaled; ``shown`` is the textbook form. ``kinetic`` and ``potential`` are
     T and V in display form; ``potential`` may hold velocities (a generalized
     potential U). ``energy`` is Σ v ∂L/∂v − L, whether conserved or not.
@@ -370,7 +374,7 @@ class Equations:
     lagrangian: Expr
     dissipation: Expr
     forces: tuple[BodyForce, ...]
-    mass_matrix: tuple[tuple[Expr, ...], ...]
+    mass_matrix: tuple[Sequence[Expr], ...]
     forcing: tuple[Expr, ...]
     shown: tuple[ShownEquation, ...]
     energy: Expr

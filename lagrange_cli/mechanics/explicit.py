@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import sympy
 
+from lagrange_cli.mechanics.sparse import entries
+
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
@@ -25,7 +27,7 @@ def coupled_blocks(equations: Equations) -> list[list[int]]:
         block, pending = {start}, [start]
         while pending:
             row = equations.mass_matrix[pending.pop()]
-            fresh = [j for j, entry in enumerate(row) if entry != 0 and j not in block]
+            fresh = [j for j in entries(row) if j not in block]
             block.update(fresh)
             pending.extend(fresh)
         placed |= block
@@ -35,10 +37,11 @@ def coupled_blocks(equations: Equations) -> list[list[int]]:
 
 def right_sides(equations: Equations) -> list[sympy.Expr]:
     """What M a equals: the forcing, and what multipliers add to it."""
-    return [
-        sympy.Add(f, *(k.multiplier * k.gradient[i] for k in equations.closures))
-        for i, f in enumerate(equations.forcing)
-    ]
+    terms = [[f] for f in equations.forcing]
+    for closure in equations.closures:
+        for i, entry in entries(closure.gradient).items():
+            terms[i].append(closure.multiplier * entry)
+    return [sympy.Add(*of) for of in terms]
 
 
 def explicit_accelerations(equations: Equations) -> tuple[sympy.Expr | None, ...]:

@@ -31,6 +31,7 @@ from lagrange_cli.mechanics.multipliers import Equation, Row, multipliers, rows_
 from lagrange_cli.mechanics.restraints import Restraints
 from lagrange_cli.mechanics.sampling import working_digits
 from lagrange_cli.mechanics.short import shortened, size_along
+from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.mechanics.tapes import Point, Tapes
 from lagrange_cli.scene.expression import Equation as Written
@@ -105,15 +106,24 @@ def _forces(derivation: Derivation, equations: Equations, applied: Loads) -> _Fo
         masses[s] += mass
     solved = _accelerations(equations)
     direct = dict(_direct(derivation))
+    pushes = _pushes(equations)
     along = {}
     for s, mass in masses.items():
         if s in direct:
-            terms = [c.multiplier * c.gradient[direct[s]] for c in equations.closures]
-            along[s] = sp.Add(*terms)
+            along[s] = pushes[direct[s]]
         else:
             force = mass * _acceleration(derivation, s) + applied.of(s)
             along[s] = shortened(shortened(force).xreplace(solved))
     return _Forces(along, direct, solved)
+
+
+def _pushes(equations: Equations) -> list[sp.Expr]:
+    """Σ λ·gradient along each coordinate."""
+    terms: list[list[sp.Expr]] = [[] for _ in equations.coordinates]
+    for closure in equations.closures:
+        for j, entry in entries(closure.gradient).items():
+            terms[j].append(closure.multiplier * entry)
+    return [sp.Add(*of) for of in terms]
 
 
 def _accelerations(equations: Equations) -> dict[sp.Symbol, sp.Expr]:
@@ -344,7 +354,7 @@ class _Check:
         accelerations = [point[a] for a in self.tapes.a]
         found = []
         for row, f in zip(mass, forcing, strict=True):
-            parts = [m * a for m, a in zip(row, accelerations, strict=True)]
+            parts = [m * accelerations[k] for k, m in row.items()]
             found.append((sum(parts, -f), sum(map(abs, parts), abs(f))))
         return found
 

@@ -18,6 +18,7 @@ from lagrange_cli.mechanics.configuration import Configurations, Search, rank
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import InitialState
 from lagrange_cli.mechanics.restricted import Restricted
+from lagrange_cli.mechanics.steps import Row, smallest
 from lagrange_cli.mechanics.tape import DomainError, Tape
 from lagrange_cli.scene.model import InitialValue
 
@@ -32,6 +33,9 @@ _ROUNDING = mpf(10) ** -20
 #: Digits for the metric, whose inverse is huge where a coordinate has no inertia.
 _METRIC_DIGITS = 60
 _ZERO = mpf(0)
+
+#: Above this number of conditions velocities are found by sparse elimination.
+_LARGE = 64
 
 
 def initial_state(derivation: Derivation) -> InitialState | None:
@@ -186,36 +190,54 @@ class _Initial:
         wanted = [self.given[1][s][0] - d for s, d in zip(symbols, drift, strict=True)]
         rows, wanted = [*rows, *kept], [*wanted, *(-x for x in levels)]
         target = [
-            x - sum(row[j] * v for j, v in enumerate(velocities) if v)
+            x - sum(entry * velocities[j] for j, entry in row.items() if velocities[j])
             for x, row in zip(wanted, rows, strict=True)
         ]
         if not any(target):
             return velocities  # nothing moves that need not
-        matrix = [[row[j] for j in missing] for row in rows]
-        metric = self._mass_matrix(start, missing)
-        with mpmath.workdps(_METRIC_DIGITS):
-            solved = _smallest(matrix, target, metric)
+        place = {j: k for k, j in enumerate(missing)}
+        matrix = [{place[j]: x for j, x in row.items() if j in place} for row in rows]
+        solved = self._least(matrix, target, start, missing)
         for j, value in zip(missing, solved, strict=True):
             velocities[j] = value
         return velocities
 
-    def _rates(self, tape: Tape, start: Sequence[mpf]) -> tuple[list[list[mpf]], list[mpf]]:
+    def _least(
+        self,
+        matrix: Sequence[Row],
+        target: Sequence[mpf],
+        start: Sequence[mpf],
+        missing: Sequence[int],
+    ) -> list[mpf]:
+        """Velocities of least kinetic energy with matrix·v = target."""
+        metric = self._metric(start, missing)
+        weights = [row.get(k, _ZERO) for k, row in enumerate(metric)]
+        if len(matrix) > _LARGE and min(weights) > 0 and all(len(row) == 1 for row in metric):
+            return smallest(matrix, target, [1 / mpmath.sqrt(w) for w in weights])
+        with mpmath.workdps(_METRIC_DIGITS):
+            return _smallest(matrix, target, metric)
+
+    def _rates(self, tape: Tape, start: Sequence[mpf]) -> tuple[list[Row], list[mpf]]:
         """∂c/∂q and ∂c/∂t of the Cartesian names with a given velocity."""
         inputs = [(x, _ZERO, _ZERO) for x in [*start, *self.constants.values()]]
         run = tape.run(inputs, 0)
-        clock = len(self.q) + list(self.constants).index(self.reduced.names.t)
-        gradients = [run.gradient({k: (mpf(1), _ZERO, _ZERO)}) for k in range(len(tape.outputs))]
-        rows = [[g[j][0] for j in range(len(self.q))] for g in gradients]
-        return rows, [g[clock][0] for g in gradients]
+        n = len(self.q)
+        clock = n + list(self.constants).index(self.reduced.names.t)
+        gradients = [run.partials(k) for k in range(len(tape.outputs))]
+        rows: list[Row] = [{j: x for j, x in g.items() if j < n} for g in gradients]
+        return rows, [g.get(clock, _ZERO) for g in gradients]
 
-    def _mass_matrix(self, start: Sequence[mpf], rows: Sequence[int]) -> mpmath.matrix:
-        entries = [sp.Add(*self.derivation.mass[j][k]) for j in rows for k in rows]
+    def _metric(self, start: Sequence[mpf], missing: Sequence[int]) -> list[Row]:
+        """The mass matrix of the coordinates ``missing`` by rows without zeros."""
+        place = {j: k for k, j in enumerate(missing)}
+        mass = [self.derivation.mass[j] for j in missing]
+        rows = [{place[k]: terms for k, terms in row.items() if k in place} for row in mass]
         velocities = [c.v for c in self.reduced.coordinates]
+        entries = [sp.Add(*terms) for row in rows for terms in row.values()]
         tape = Tape(entries, [*self.q, *self.constants, *velocities])
         inputs = [*start, *self.constants.values(), *([_ZERO] * len(velocities))]
-        values = tape.run([(x, _ZERO, _ZERO) for x in inputs], 0).values
-        n = len(rows)
-        return mpmath.matrix([values[i * n : (i + 1) * n] for i in range(n)])
+        pending = iter(tape.run([(x, _ZERO, _ZERO) for x in inputs], 0).values)
+        return [{k: next(pending) for k in row} for row in rows]
 
     # Consistency.
 
@@ -236,7 +258,7 @@ class _Initial:
         except DomainError:
             raise self._unreal() from None
         rates = [
-            d + sum(r * v for r, v in zip(row, velocities, strict=True))
+            d + sum(r * velocities[j] for j, r in row.items())
             for row, d in zip(rows, drift, strict=True)
         ]
         speeds = [abs(v) for v, _ in self.given[1].values()]
@@ -284,21 +306,25 @@ def _contradiction(entry: InitialValue, value: mpf) -> InputError:
     )
 
 
-def _smallest(
-    matrix: Sequence[Sequence[mpf]], target: Sequence[mpf], metric: mpmath.matrix
-) -> list[mpf]:
+def _smallest(matrix: Sequence[Row], target: Sequence[mpf], metric: Sequence[Row]) -> list[mpf]:
     """x of least xᵀ·metric·x with matrix·x = target, dependent rows left out."""
+    width = len(metric)
     kept: list[int] = []
     for k in range(len(matrix)):
-        trial = mpmath.matrix([list(matrix[i]) for i in [*kept, k]])
+        trial = _full([matrix[i] for i in [*kept, k]], width)
         if rank(trial) == len(kept) + 1:
             kept.append(k)
     if not kept:
-        return [_ZERO] * len(matrix[0])
-    rows = mpmath.matrix([list(matrix[k]) for k in kept])
+        return [_ZERO] * width
+    rows = _full([matrix[k] for k in kept], width)
     right = mpmath.matrix([target[k] for k in kept])
-    weighted = _inverse(metric) * rows.T
+    weighted = _inverse(_full(metric, width)) * rows.T
     return list(weighted * mpmath.lu_solve(rows * weighted, right))
+
+
+def _full(rows: Sequence[Row], width: int) -> mpmath.matrix:
+    """The rows with their zeros."""
+    return mpmath.matrix([[row.get(j, _ZERO) for j in range(width)] for row in rows])
 
 
 def _inverse(metric: mpmath.matrix) -> mpmath.matrix:

@@ -9,14 +9,14 @@ other need no special case (Deuflhard, Newton Methods for Nonlinear Problems,
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import mpmath
 import numpy as np
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.mechanics.steps import Row, least
+from lagrange_cli.mechanics.steps import Row, least, repetitions
 from lagrange_cli.mechanics.tape import DomainError, Run, Tape
 
 __all__ = ["Manifold"]
@@ -110,7 +110,7 @@ class Manifold:
         if not wrong:
             return True
         before, after = self.slopes(start), self.slopes(point)
-        return all(max(map(abs, after[k])) <= _FLAT * max(map(abs, before[k])) for k in wrong)
+        return all(_steepest(after[k]) <= _FLAT * _steepest(before[k]) for k in wrong)
 
     def _step(self, point: Point, rows: Sequence[int]) -> list[mpf]:
         run = self._at(point)
@@ -139,36 +139,21 @@ class Manifold:
             found.append(abs(value) / (max(terms, change) or mpf(1)))
         return found
 
-    def slopes(self, point: Point) -> list[list[mpf]]:
+    def slopes(self, point: Point) -> list[Row]:
         """∂φ/∂q in the units of the coordinates."""
         run = self._at(point)
         rows = [_partials(run, k, 0, len(self.q)) for k in self.all]
-        return self._dense({j: x * self.scale[j] for j, x in row.items()} for row in rows)
-
-    def _dense(self, rows: Iterable[Row]) -> list[list[mpf]]:
-        """Rows with their zeros."""
-        found = []
-        for row in rows:
-            found.append([_ZERO] * len(self.q))
-            for j, x in row.items():
-                found[-1][j] = x
-        return found
+        return [{j: x * self.scale[j] for j, x in row.items()} for row in rows]
 
     # Velocities and accelerations.
 
     def motion(
         self, point: Point, accelerations: Sequence[mpf]
-    ) -> tuple[list[mpf], list[mpf], list[list[mpf]]]:
+    ) -> tuple[list[mpf], list[mpf], list[Row]]:
         """Residuals of velocity, of acceleration, and the gradient of every equation.
 
         φ̇, φ̈ and ∂φ/∂q for the positional ones; ψ, ψ̇ and ∂ψ/∂v for the others.
         """
-        levels, rates, gradients = self._motion(point, accelerations)
-        return levels, rates, self._dense(gradients)
-
-    def _motion(
-        self, point: Point, accelerations: Sequence[mpf]
-    ) -> tuple[list[mpf], list[mpf], list[Row]]:
         t, *parameters = self._others
         v = [point[w] for w in self.v]
         q = [(point[s], x, a) for s, x, a in zip(self.q, v, accelerations, strict=True)]
@@ -189,8 +174,8 @@ class Manifold:
         """The point with its velocities changed least so that they satisfy every equation."""
         moved = dict(point)
         still = [_ZERO] * len(self.q)
-        for _ in range(self._repetitions()):
-            levels, _, gradients = self._motion(moved, still)
+        for _ in range(repetitions()):
+            levels, _, gradients = self.motion(moved, still)
             step = least(levels, gradients, self.scale)
             for w, unit, x in zip(self.v, self.scale, step, strict=True):
                 moved[w] -= unit * x
@@ -199,16 +184,15 @@ class Manifold:
     def accelerated(self, point: Point, accelerations: Sequence[mpf]) -> list[mpf]:
         """Accelerations changed least so that they satisfy every equation at a point."""
         found = list(accelerations)
-        for _ in range(self._repetitions()):
-            _, rates, gradients = self._motion(point, found)
+        for _ in range(repetitions()):
+            _, rates, gradients = self.motion(point, found)
             step = least(rates, gradients, self.scale)
             found = [a - unit * x for a, unit, x in zip(found, self.scale, step, strict=True)]
         return found
 
-    @staticmethod
-    def _repetitions() -> int:
-        """Solutions in doubles that linear equations need for the digits carried."""
-        return int(mpmath.mp.dps) // 12 + 2
+
+def _steepest(row: Row) -> mpf:
+    return max(map(abs, row.values()), default=_ZERO)
 
 
 def _partials(run: Run, output: int, start: int, stop: int) -> Row:

@@ -26,7 +26,7 @@ from lagrange_cli.mechanics.language import decimal_literals, to_sympy, total_de
 from lagrange_cli.mechanics.parameters import nearest_double
 from lagrange_cli.mechanics.reduction import Reduced, reduce
 from lagrange_cli.mechanics.sampling import working_digits
-from lagrange_cli.mechanics.shown import shown_equation
+from lagrange_cli.mechanics.shown import shown_equations
 from lagrange_cli.mechanics.singular import singular_start
 from lagrange_cli.mechanics.structure import (
     conserved_quantities,
@@ -37,7 +37,6 @@ from lagrange_cli.mechanics.structure import (
     total_energy,
 )
 from lagrange_cli.mechanics.tape import DomainError, values
-from lagrange_cli.mechanics.terms import factored
 from lagrange_cli.scene.expression import Equation, Expression
 from lagrange_cli.scene.model import Scene
 
@@ -84,7 +83,7 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
     scene, names = reduced.scene, reduced.names
     energy = total_energy(derivation, evidence)
     structure = facts(derivation)
-    shown = tuple(_shown(derivation, evidence))
+    shown = _shown(derivation, evidence)
     initial = initial_state(derivation)
     certify_shown(evidence, shown)
     return Equations(
@@ -104,9 +103,7 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
         lagrangian=derivation.lagrangian,
         dissipation=derivation.dissipation,
         forces=derivation.forces,
-        mass_matrix=tuple(
-            tuple(factored(list(e)) if e else sp.S.Zero for e in row) for row in derivation.mass
-        ),
+        mass_matrix=derivation.mass_matrix,
         forcing=tuple(sp.Add(*terms) for terms in derivation.forcing),
         shown=shown,
         energy=energy,
@@ -253,19 +250,15 @@ def _simulation_defaults(reduced: Reduced) -> SimulationDefaults:
 # The textbook form.
 
 
-def _shown(derivation: Derivation, evidence: Evidence) -> Iterator[ShownEquation]:
+def _shown(derivation: Derivation, evidence: Evidence) -> tuple[ShownEquation, ...]:
     expected = derivation.reduced.scene.expect.equations
 
     def asked(residual: sp.Expr) -> bool:
         return any(_same(derivation.reduced, evidence, residual, e) for e in expected or ())
 
-    for row in range(len(derivation.reduced.coordinates)):
-        yield shown_equation(
-            derivation,
-            row,
-            cyclic=evidence.cyclic[row] and not evidence.forced[row],
-            asked=asked if expected else None,
-        )
+    pairs = zip(evidence.cyclic, evidence.forced, strict=True)
+    conserving = [cyclic and not forced for cyclic, forced in pairs]
+    return shown_equations(derivation, conserving, asked if expected else None)
 
 
 def _same(reduced: Reduced, evidence: Evidence, residual: sp.Expr, equation: Equation) -> bool:

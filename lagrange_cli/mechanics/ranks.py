@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 import sympy as sp
@@ -14,12 +16,15 @@ from lagrange_cli.mechanics.tape import Tape, values
 
 __all__ = [
     "TOLERANCE",
+    "Doubles",
     "Matrix",
     "Point",
     "clearly_independent",
+    "dense",
     "dependent_columns",
     "dependent_gradients",
     "dependent_rows",
+    "scaled_doubles",
 ]
 
 #: Relative tolerance of consistency and rank (so that √6/4 may be written in decimals).
@@ -32,24 +37,38 @@ _DISTANT = 1e-10
 
 Point = Mapping[sp.Symbol, mpf]
 Matrix = NDArray[np.float64]
+Doubles: TypeAlias = Mapping[int, float]
+"""The entries of a row that are not zero, by column."""
 
 
 def _jacobian(
-    functions: Sequence[sp.Expr],
-    variables: Sequence[sp.Symbol],
-    point: Point,
-) -> Matrix:
-    """∂functions/∂variables at a point, (functions, variables); largest entry of a row is 1."""
-    others = [s for s in point if s not in set(variables)]
-    inputs = [*variables, *others]
+    functions: Sequence[sp.Expr], variables: Sequence[sp.Symbol], point: Point
+) -> list[Doubles]:
+    """∂functions/∂variables at a point by rows; the largest entry of a row is 1."""
+    varied = set(variables)
+    inputs = [*variables, *(s for s in point if s not in varied)]
     run = Tape(functions, inputs).run([(point[s], mpf(0), mpf(0)) for s in inputs], order=0)
-    rows = np.zeros((len(functions), len(variables)))
+    rows = []
     for k in range(len(functions)):
         row = {j: x for j, x in run.partials(k).items() if j < len(variables)}
-        largest = max((abs(x) for x in row.values()), default=mpf(0))
-        if largest:
-            rows[k, list(row)] = [double(x / largest) for x in row.values()]
+        rows.append(scaled_doubles(row))
     return rows
+
+
+def scaled_doubles(row: Mapping[int, mpf]) -> Doubles:
+    """A row as doubles, divided by its largest entry."""
+    largest = max((abs(x) for x in row.values()), default=mpf(0))
+    return {j: double(x / largest) for j, x in row.items() if x}
+
+
+def dense(rows: Sequence[Doubles], width: int | None = None) -> Matrix:
+    """The rows with their zeros; as many columns as are held where no width is given."""
+    if width is None:
+        width = 1 + max((j for row in rows for j in row), default=-1)
+    matrix = np.zeros((len(rows), width))
+    for k, row in enumerate(rows):
+        matrix[k, list(row)] = list(row.values())
+    return matrix
 
 
 def dependent_columns(
@@ -64,7 +83,7 @@ def dependent_columns(
     """
     null: Matrix | None = None
     for point in points:
-        matrix = _jacobian(functions, variables, point)
+        matrix = dense(_jacobian(functions, variables, point), len(variables))
         scaled = matrix / np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
         _, sizes, right = np.linalg.svd(scaled, full_matrices=True)
         null = right[int(np.sum(sizes > TOLERANCE * max(sizes[0], 1e-300))) :]
@@ -100,7 +119,7 @@ def dependent_gradients(
     return found or {}
 
 
-def clearly_independent(matrix: Matrix) -> bool:
+def clearly_independent(rows: Sequence[Doubles]) -> bool:
     """Whether the pivots of A Aᵀ tell, by sparse elimination, that the rows of A are independent.
 
     A pivot is the square of a row's distance from what the rows before it span.
@@ -108,13 +127,16 @@ def clearly_independent(matrix: Matrix) -> bool:
     from scipy.sparse import csr_array
     from scipy.sparse.linalg import splu
 
-    sizes = np.linalg.norm(matrix, axis=1)
-    if not sizes.all():
+    sizes = [math.hypot(*row.values()) for row in rows]
+    if not all(sizes):
         return False
-    rows = csr_array(matrix / sizes[:, None])
+    numbers = [k for k, row in enumerate(rows) for _ in row]
+    columns = [j for row in rows for j in row]
+    entries = [x / size for row, size in zip(rows, sizes, strict=True) for x in row.values()]
+    matrix = csr_array((entries, (numbers, columns)))
     try:
         factors = splu(
-            (rows @ rows.T).tocsc(),
+            (matrix @ matrix.T).tocsc(),
             permc_spec="MMD_AT_PLUS_A",
             diag_pivot_thresh=0.0,
             options={"SymmetricMode": True},
@@ -124,22 +146,33 @@ def clearly_independent(matrix: Matrix) -> bool:
     return bool((factors.U.diagonal() > _DISTANT).all())
 
 
-def dependent_rows(matrix: Matrix, tolerance: float = TOLERANCE) -> dict[int, tuple[int, ...]]:
-    """Rows that are combinations of earlier independent rows, with the rows that take part."""
-    if len(matrix) > _LARGE and clearly_independent(matrix):
+def dependent_rows(
+    rows: Sequence[Doubles], tolerance: float = TOLERANCE
+) -> dict[int, tuple[int, ...]]:
+    """Rows that are combinations of earlier independent rows, with the rows that take part.
+
+    Each row is freed of what the rows before it span, twice: what rounding leaves the
+    first time is gone then (Gram and Schmidt; Giraud, Langou and Rozložník, The loss of
+    orthogonality in the Gram–Schmidt orthogonalization process, 2005).
+    """
+    if len(rows) > _LARGE and clearly_independent(rows):
         return {}
+    matrix = dense(rows)
+    directions = np.zeros((min(matrix.shape), matrix.shape[1]))
     basis: list[int] = []
     dependent: dict[int, tuple[int, ...]] = {}
     for k, row in enumerate(matrix):
         size = np.linalg.norm(row)
-        if not size:
-            dependent[k] = ()
-            continue
-        if basis:
+        spanned = directions[: len(basis)]
+        rest = row - spanned.T @ (spanned @ row)
+        rest -= spanned.T @ (spanned @ rest)
+        if np.linalg.norm(rest) > tolerance * size:
+            directions[len(basis)] = rest / np.linalg.norm(rest)
+            basis.append(k)
+        elif size and basis:
             shares, *_ = np.linalg.lstsq(matrix[basis].T, row, rcond=1e-12)
-            if np.linalg.norm(matrix[basis].T @ shares - row) <= tolerance * size:
-                part = np.abs(shares) > 1e-7 * np.abs(shares).max()
-                dependent[k] = tuple(b for b, p in zip(basis, part, strict=True) if p)
-                continue
-        basis.append(k)
+            part = np.abs(shares) > 1e-7 * np.abs(shares).max()
+            dependent[k] = tuple(b for b, p in zip(basis, part, strict=True) if p)
+        else:
+            dependent[k] = ()
     return dependent

@@ -14,7 +14,9 @@ import mpmath
 from mpmath import mpf
 
 from lagrange_cli.mechanics.derivation import Derivation
-from lagrange_cli.mechanics.sampling import Drawn, Sampler, double
+from lagrange_cli.mechanics.sampling import Drawn, Sampler
+from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.mechanics.steps import Row
 from lagrange_cli.mechanics.tape import Run, Tape
 from lagrange_cli.mechanics.tapes import Observation, Point, Tapes
 
@@ -33,11 +35,11 @@ class Restraints:
         self.closures = derivation.closures
         self.tapes = tapes
         self.manifold = derivation.reduced.manifold()
-        self._held = [c.held for c in self.closures]
+        self._held = [entries(c.gradient) for c in self.closures]
         parts = [
             e
             for c, held in zip(self.closures, self._held, strict=True)
-            for e in (*(c.gradient[j] for j in held), c.rate, c.bias)
+            for e in (*held.values(), c.rate, c.bias)
         ]
         self._parts = Tape(parts, tapes.moving)
         expressions = [c.expression for c in self.closures]
@@ -52,16 +54,9 @@ class Restraints:
             moved[closure.multiplier] = sampler.noise(mpf(1))
         return moved
 
-    def gradients(self, point: Point) -> list[list[mpf]]:
+    def gradients(self, point: Point) -> list[Row]:
         """The derived gradients."""
-        if not self.closures:
-            return []
-        found = []
-        for held, _, _ in self._derived(point):
-            found.append([_ZERO] * self.tapes.n)
-            for j, x in held.items():
-                found[-1][j] = x
-        return found
+        return [gradient for gradient, _, _ in self._derived(point)] if self.closures else []
 
     def _derived(self, point: Point) -> list[tuple[dict[int, mpf], mpf, mpf]]:
         """Gradient (the entries that are not zero), rate and bias of each closure, as derived."""
@@ -92,7 +87,7 @@ class Restraints:
         run = self._expressions.run(inputs, 0)
         worst = _ZERO
         for k, (gradient, rate, bias) in enumerate(self._derived(point)):
-            stated = {j: x for j, x in enumerate(gradients[k]) if x}
+            stated = gradients[k]
             size = max(map(abs, stated.values()), default=_ZERO)
             pairs = []
             for found in (gradient, self._of_expression(run, k)):
@@ -114,7 +109,7 @@ class Restraints:
     def newton_mismatch(
         self,
         seen: Observation,
-        mass: Sequence[Sequence[mpf]],
+        mass: Sequence[Row],
         forcing: Sequence[mpf],
         sizes: Sequence[mpf],
     ) -> mpf:
@@ -134,21 +129,19 @@ class Restraints:
         _, rates, gradients = self.manifold.motion(point, a)
         worst = _ZERO
         for rate, gradient in zip(rates, gradients, strict=True):
-            own = [seen.point[s] for s in self.tapes.a]
+            own = seen.point
             size = sum(
-                (abs(g) * (abs(x) + abs(y)) for g, x, y in zip(gradient, a, own, strict=True))
+                abs(g) * (abs(a[j]) + abs(own[self.tapes.a[j]])) for j, g in gradient.items()
             )
             worst = max(worst, _relative(rate, size))
         newton = self.tapes.newton(self.tapes.series(point), seen.forces)
         for j, (lacking, size) in enumerate(newton):
-            forces = [x * g[j] for x, g in zip(multipliers, gradients, strict=True)]
+            forces = [x * g[j] for x, g in zip(multipliers, gradients, strict=True) if j in g]
             difference = lacking - sum(forces, _ZERO)
             worst = max(worst, _relative(difference, sum(map(abs, forces), size + sizes[j])))
         return worst
 
-    def solved(
-        self, point: Point, mass: Sequence[Sequence[mpf]], forcing: Sequence[mpf]
-    ) -> list[mpf] | None:
+    def solved(self, point: Point, mass: Sequence[Row], forcing: Sequence[mpf]) -> list[mpf] | None:
         """a and λ of [[M, −Φᵀ], [Φ, 0]] [a; λ] = [f; −bias]; None where that is singular,
         or too large."""
         if len(forcing) + len(self.closures) > _LARGE:
@@ -158,8 +151,8 @@ class Restraints:
         matrix = mpmath.zeros(n + m)
         right = mpmath.matrix([*forcing, *(-bias for _, _, bias in derived)])
         for i in range(n):
-            for j in range(n):
-                matrix[i, j] = mass[i][j]
+            for j, x in mass[i].items():
+                matrix[i, j] = x
         for k, (gradient, _, _) in enumerate(derived):
             for i, x in gradient.items():
                 matrix[i, n + k], matrix[n + k, i] = -x, x
@@ -167,10 +160,6 @@ class Restraints:
             return list(mpmath.lu_solve(matrix, right))
         except ZeroDivisionError:
             return None
-
-    def doubles(self, point: Point) -> list[list[float]]:
-        """Gradients as doubles."""
-        return [[double(x) if x else 0.0 for x in row] for row in self.gradients(point)]
 
 
 def _relative(difference: mpf, size: mpf) -> mpf:

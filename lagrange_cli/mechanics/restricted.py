@@ -11,6 +11,7 @@ from mpmath import mpf
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.configuration import STARTS, Search
 from lagrange_cli.mechanics.reduction import Reduced
+from lagrange_cli.mechanics.steps import Row
 
 __all__ = ["Restricted"]
 
@@ -90,7 +91,7 @@ class Restricted:
         change = max((abs(x - y) for x, y in zip(before, after, strict=True)), default=_ZERO)
         return (after, change) if change > _ROUNDING * scale else (list(before), _ZERO)
 
-    def rates(self, q: Sequence[mpf]) -> tuple[list[list[mpf]], list[mpf]]:
+    def rates(self, q: Sequence[mpf]) -> tuple[list[Row], list[mpf]]:
         """``gradient`` and ``rate`` of each closure: gradient·v + rate = 0."""
         if not self._closures:
             return [], []
@@ -98,7 +99,7 @@ class Restricted:
         rates, _, gradients = self._manifold.motion(self._point(q), still)
         sizes = [_size(g) for g in gradients]
         return (
-            [[x / size if x else x for x in g] for g, size in zip(gradients, sizes, strict=True)],
+            [{j: x / s for j, x in g.items()} for g, s in zip(gradients, sizes, strict=True)],
             [x / size for x, size in zip(rates, sizes, strict=True)],
         )
 
@@ -135,6 +136,6 @@ class Restricted:
         )
 
 
-def _size(gradient: Sequence[mpf]) -> mpf:
-    """The largest entry, 1 where there is none; most entries of a gradient are zero."""
-    return max((abs(x) for x in gradient if x), default=_ZERO) or mpf(1)
+def _size(gradient: Row) -> mpf:
+    """The largest entry, 1 where there is none."""
+    return max(map(abs, gradient.values()), default=_ZERO) or mpf(1)

@@ -10,8 +10,9 @@ from mpmath import mpf
 from lagrange_cli.mechanics import refusals
 from lagrange_cli.mechanics.geometry import Geometry
 from lagrange_cli.mechanics.manifold import Manifold
-from lagrange_cli.mechanics.ranks import TOLERANCE, Matrix, dependent_rows
-from lagrange_cli.mechanics.sampling import Drawn, Sampler, double
+from lagrange_cli.mechanics.ranks import TOLERANCE, dense, dependent_rows, scaled_doubles
+from lagrange_cli.mechanics.sampling import Drawn, Sampler
+from lagrange_cli.mechanics.steps import Row
 
 __all__ = ["independent_closures", "require_determined"]
 
@@ -46,26 +47,22 @@ def independent_closures(
     InputError
         Equations that are singular wherever they hold.
     """
-    slopes = [_doubles(manifold.slopes(p)) for p in points]
-    beside = [_doubles(manifold.slopes(sampler.near(p, mpf(1)))) for p in points]
+    slopes = [manifold.slopes(p) for p in points]
+    beside = [manifold.slopes(sampler.near(p, mpf(1))) for p in points]
     for k, number in enumerate(related):
         if all(
             _size(on[k]) <= _FLAT * _size(off[k]) for on, off in zip(slopes, beside, strict=True)
         ):
             raise refusals.singular(geometry.found, [number])
-    everywhere = [dependent_rows(rows, _DEPENDENT) for rows in slopes]
+    everywhere = [dependent_rows([*map(scaled_doubles, rows)], _DEPENDENT) for rows in slopes]
     dropped = {k: by for k, by in everywhere[0].items() if all(k in other for other in everywhere)}
     kept = [k for k in manifold.all if k not in dropped]
     _require_implied(geometry, related, manifold, sampler, points, dropped)
     return tuple(related[k] for k in kept)
 
 
-def _doubles(rows: Sequence[Sequence[mpf]]) -> Matrix:
-    return np.array([[double(x) for x in row] for row in rows])
-
-
-def _size(row: Matrix) -> float:
-    return float(np.abs(row).max(initial=0.0))
+def _size(row: Row) -> mpf:
+    return max(map(abs, row.values()), default=mpf(0))
 
 
 def _require_implied(
@@ -102,12 +99,13 @@ def require_determined(geometry: Geometry, manifold: Manifold, points: Sequence[
     opened = [k for k, q in enumerate(geometry.coordinates) if q in found.unknowns]
     if names.scene.coordinates is None or not opened:
         return
-    ranks = [_rank(_doubles(manifold.slopes(p))[:, opened]) for p in points]
+    ranks = [_rank(manifold.slopes(p), opened) for p in points]
     if max(ranks) < len(opened):
         raise refusals.too_few(names.scene, found, len(opened) - max(ranks))
 
 
-def _rank(matrix: Matrix) -> int:
-    largest = np.abs(matrix).max(axis=1, initial=0.0, keepdims=True)
-    scaled = matrix / np.where(largest == 0, 1.0, largest)
-    return int(np.linalg.matrix_rank(scaled, rtol=TOLERANCE)) if scaled.size else 0
+def _rank(rows: Sequence[Row], columns: Sequence[int]) -> int:
+    place = {j: k for k, j in enumerate(columns)}
+    held = [{place[j]: x for j, x in row.items() if j in place} for row in rows]
+    matrix = dense([scaled_doubles(row) for row in held], len(columns))
+    return int(np.linalg.matrix_rank(matrix, rtol=TOLERANCE)) if matrix.size else 0

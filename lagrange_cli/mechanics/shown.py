@@ -17,32 +17,36 @@ import sympy as sp
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import ShownEquation
 from lagrange_cli.mechanics.grouping import by_velocities, positional_groups
+from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.mechanics.terms import common_factor, factored, scaled
 
-__all__ = ["shown_equation"]
+__all__ = ["shown_equations"]
 
 #: Whether the equation with this residual, divided by this factor, is the one asked for.
 Asked = Callable[[sp.Expr], bool]
 
 
-def shown_equation(
-    derivation: Derivation, row: int, cyclic: bool, asked: Asked | None
-) -> ShownEquation:
-    """Textbook form of one equation.
+def shown_equations(
+    derivation: Derivation, conserving: Sequence[bool], asked: Asked | None
+) -> tuple[ShownEquation, ...]:
+    """Textbook form of every equation.
 
     Parameters
     ----------
-    cyclic
-        Whether the equation is a conservation law and stays undivided.
+    conserving
+        Whether an equation is a conservation law and stays undivided.
     asked
         Tells whether ``expect`` asks for a given residual; None if it asks for none.
     """
-    coordinates = derivation.reduced.coordinates
-    parameters = frozenset(derivation.reduced.names.parameters.values())
-    name = coordinates[row].name
-    groups = _groups(derivation, row, parameters)
+    rows = _Rows(derivation)
+    return tuple(_shown(rows, row, whole, asked) for row, whole in enumerate(conserving))
+
+
+def _shown(rows: _Rows, row: int, cyclic: bool, asked: Asked | None) -> ShownEquation:
+    name = rows.derivation.reduced.coordinates[row].name
+    groups = rows.groups(row)
     whole = common_factor([c for c, _ in groups])
-    divisor = _harmless(whole, parameters, cyclic)
+    divisor = _harmless(whole, rows.parameters, cyclic)
     if asked is not None and not cyclic and (whole / divisor).free_symbols:
         candidate = ShownEquation(name, _divided(groups, whole), whole)
         if asked(candidate.residual):
@@ -50,29 +54,37 @@ def shown_equation(
     return ShownEquation(name, _divided(groups, divisor), divisor)
 
 
-def _groups(
-    derivation: Derivation, row: int, parameters: frozenset[sp.Symbol]
-) -> list[tuple[sp.Expr, sp.Expr]]:
-    """(coefficient, factor) in display order."""
-    coordinates = derivation.reduced.coordinates
-    found = [
-        (factored(list(terms)), c.a)
-        for terms, c in zip(derivation.mass[row], coordinates, strict=True)
-        if terms
-    ]
-    velocities = [c.v for c in coordinates]
-    rest = [-f for f in derivation.forcing[row]]
-    for monomial, cofactors in by_velocities(rest, velocities):
-        if monomial != 1:
-            found.append((factored(cofactors), monomial))
-        else:
-            held = [c for c in cofactors if c.free_symbols & set(velocities)]
-            free = [c for c in cofactors if not c.free_symbols & set(velocities)]
-            found.extend((c, sp.Integer(1)) for c in held)
-            found.extend((c, sp.Integer(1)) for c in positional_groups(free, parameters))
-    gradients = ((c.gradient[row], c.multiplier) for c in derivation.closures)
-    found.extend((-g, multiplier) for g, multiplier in gradients if g is not sp.S.Zero)
-    return [(c, f) for c, f in found if c != 0]
+class _Rows:
+    """A derivation by rows, with what is looked up in each of them."""
+
+    def __init__(self, derivation: Derivation) -> None:
+        self.derivation = derivation
+        reduced = derivation.reduced
+        self.parameters = frozenset(reduced.names.parameters.values())
+        self.order = {c.v: k for k, c in enumerate(reduced.coordinates)}
+        #: What multipliers add, by coordinate: (entry of the gradient, multiplier).
+        self.pushes: list[list[tuple[sp.Expr, sp.Symbol]]] = [[] for _ in reduced.coordinates]
+        for closure in derivation.closures:
+            for j, entry in entries(closure.gradient).items():
+                self.pushes[j].append((entry, closure.multiplier))
+
+    def groups(self, row: int) -> list[tuple[sp.Expr, sp.Expr]]:
+        """(coefficient, factor) in display order."""
+        coordinates = self.derivation.reduced.coordinates
+        inertia = self.derivation.mass_matrix[row].held
+        found = [(entry, coordinates[k].a) for k, entry in inertia.items()]
+        rest = [-f for f in self.derivation.forcing[row]]
+        present = {s for term in rest for s in term.free_symbols if s in self.order}
+        for monomial, cofactors in by_velocities(rest, sorted(present, key=self.order.__getitem__)):
+            if monomial != 1:
+                found.append((factored(cofactors), monomial))
+            else:
+                held = [c for c in cofactors if c.free_symbols & present]
+                free = [c for c in cofactors if not c.free_symbols & present]
+                found.extend((c, sp.Integer(1)) for c in held)
+                found.extend((c, sp.Integer(1)) for c in positional_groups(free, self.parameters))
+        found.extend((-entry, multiplier) for entry, multiplier in self.pushes[row])
+        return [(c, f) for c, f in found if c != 0]
 
 
 def _harmless(whole: sp.Expr, parameters: frozenset[sp.Symbol], cyclic: bool) -> sp.Expr:

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
 import sympy as sp
 
 from lagrange_cli.errors import Mark, Problem
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import Closure, InitialState
-from lagrange_cli.mechanics.ranks import dependent_rows
+from lagrange_cli.mechanics.ranks import Doubles, dependent_rows, scaled_doubles
+from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.mechanics.tape import DomainError, values
 
 __all__ = ["singular_start"]
@@ -43,13 +43,11 @@ def _configuration(derivation: Derivation, initial: InitialState) -> Mapping[sp.
     return point
 
 
-def _gradients(
-    closures: tuple[Closure, ...], point: Mapping[sp.Symbol, sp.Expr]
-) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+def _gradients(closures: tuple[Closure, ...], point: Mapping[sp.Symbol, sp.Expr]) -> list[Doubles]:
     """Φ at a configuration, the largest entry of each row 1."""
-    rows = np.array([[float(x) for x in values(list(c.gradient), point)] for c in closures])
-    largest = np.abs(rows).max(axis=1, keepdims=True)
-    return np.asarray(rows / np.where(largest > 0, largest, 1.0))
+    held = [entries(c.gradient) for c in closures]
+    pending = iter(values([e for row in held for e in row.values()], point))
+    return [scaled_doubles({j: next(pending) for j in row}) for row in held]
 
 
 def _warning(taking_part: list[Closure], derivation: Derivation) -> Problem:

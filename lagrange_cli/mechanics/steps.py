@@ -12,13 +12,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
+import mpmath
 import numpy as np
 from mpmath import mpf
 from numpy.typing import NDArray
 
 from lagrange_cli.mechanics.sampling import double
 
-__all__ = ["Row", "least"]
+__all__ = ["Row", "least", "repetitions", "smallest"]
 
 Row: TypeAlias = Mapping[int, mpf]
 """The entries of a row that are not zero, by column."""
@@ -59,6 +60,30 @@ def least(values: Sequence[mpf], rows: Sequence[Row], scale: Sequence[mpf]) -> l
     if not np.isfinite(step).all():
         raise ZeroDivisionError
     return [size * mpf(x) for x in step]
+
+
+def smallest(rows: Sequence[Row], target: Sequence[mpf], scale: Sequence[mpf]) -> list[mpf]:
+    """The smallest x, in units of ``scale``, with rows·x = target to all digits carried.
+
+    Raises
+    ------
+    ZeroDivisionError
+        There is none.
+    """
+    found = [_ZERO] * len(scale)
+    for _ in range(repetitions()):
+        missing = [
+            x - sum((entry * found[j] for j, entry in row.items()), _ZERO)
+            for x, row in zip(target, rows, strict=True)
+        ]
+        step = least(missing, rows, scale)
+        found = [x + unit * y for x, unit, y in zip(found, scale, step, strict=True)]
+    return found
+
+
+def repetitions() -> int:
+    """Solutions in doubles that linear equations need for the digits carried."""
+    return int(mpmath.mp.dps) // 12 + 2
 
 
 _Places: TypeAlias = tuple[list[int], list[int]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Literal
 
@@ -15,7 +16,7 @@ from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import Conserved, Facts
 from lagrange_cli.mechanics.expansion import expand_terms
 from lagrange_cli.mechanics.grouping import grouped_sum
-from lagrange_cli.mechanics.ranks import Matrix, clearly_independent
+from lagrange_cli.mechanics.ranks import Doubles, Matrix, clearly_independent, dense
 from lagrange_cli.mechanics.terms import TermSum, factored
 from lagrange_cli.scene.expression import names_in
 from lagrange_cli.scene.model import Scene
@@ -42,7 +43,7 @@ _TERM_BUDGET = 400
 def facts(derivation: Derivation) -> Facts:
     """Structure facts; a fact that is not proven is False."""
     reduced = derivation.reduced
-    mass = [{k: sp.Add(*entry) for k, entry in enumerate(row) if entry} for row in derivation.mass]
+    mass = [{k: sp.Add(*entry) for k, entry in row.items()} for row in derivation.mass]
     forcing = {s for row in derivation.forcing for term in row for s in term.free_symbols}
     moving = {c.q for c in reduced.coordinates} | {c.v for c in reduced.coordinates}
     moving.add(reduced.names.t)
@@ -107,7 +108,7 @@ def _unused(scene: Scene) -> tuple[str, ...]:
     """Parameters that nothing in the scene mentions."""
     expressions = [
         *(p.value for p in scene.parameters),
-        *(t.expression for t in scene.inputs),
+        *(u.expression for u in scene.inputs),
         *(p.mass for p in scene.particles),
         *(e for p in scene.particles for e in p.position),
         *(e for p in scene.points for e in p.position),
@@ -168,7 +169,7 @@ def require_inertia(derivation: Derivation, evidence: Evidence) -> None:
     coordinates = derivation.reduced.coordinates
     best = None
     for mass, gradients in zip(evidence.mass_matrices, evidence.gradients, strict=True):
-        direction = _null_direction(np.array(mass), np.array(gradients))
+        direction = _null_direction(mass, gradients)
         if direction is None:
             return
         best = direction
@@ -187,14 +188,15 @@ def require_inertia(derivation: Derivation, evidence: Evidence) -> None:
     )
 
 
-def _null_direction(mass: Matrix, gradients: Matrix) -> Matrix | None:
+def _null_direction(inertia: Sequence[Doubles], slopes: Sequence[Doubles]) -> Matrix | None:
     """Direction of q that the equations leave open, None where they are regular (or there is none).
 
     M is scaled by its diagonal, each gradient by its largest entry.
     """
-    n = len(mass)
-    if _clearly_regular(mass, gradients):
+    n = len(inertia)
+    if _clearly_regular(inertia, slopes):
         return None
+    mass, gradients = dense(inertia, n), dense(slopes, n)
     scale = np.sqrt(np.abs(np.diag(mass)))
     scale[scale == 0] = np.sqrt(np.abs(mass).max(initial=0.0)) or 1.0
     whole = np.zeros((n + len(gradients), n + len(gradients)))
@@ -210,15 +212,15 @@ def _null_direction(mass: Matrix, gradients: Matrix) -> Matrix | None:
     return direction
 
 
-def _clearly_regular(mass: Matrix, gradients: Matrix) -> bool:
+def _clearly_regular(inertia: Sequence[Doubles], slopes: Sequence[Doubles]) -> bool:
     """Whether a large diagonal M and clearly independent gradients settle it."""
-    sizes = np.diag(mass)
-    if len(mass) + len(gradients) <= _LARGE or not (sizes > 0).all():
+    if len(inertia) + len(slopes) <= _LARGE:
         return False
-    if np.count_nonzero(mass) > len(mass) or not len(gradients):
+    sizes = [row.get(j, 0.0) for j, row in enumerate(inertia)]
+    if min(sizes) <= 0 or any(any(row[k] for k in row if k != j) for j, row in enumerate(inertia)):
         return False
-    rows = gradients / np.sqrt(sizes)
-    return clearly_independent(rows)
+    rows = [{j: x / math.sqrt(sizes[j]) for j, x in row.items()} for row in slopes]
+    return not rows or clearly_independent(rows)
 
 
 def cyclic_names(derivation: Derivation, evidence: Evidence) -> tuple[str, ...]:

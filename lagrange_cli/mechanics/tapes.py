@@ -45,9 +45,9 @@ class Tapes:
         self.parameters = [*reduced.names.parameters.values(), *reduced.names.inputs.values()]
         self.still = [self.t, *self.q, *self.parameters]
         self.moving = [self.t, *self.q, *self.v, *self.parameters]
-        held = [(j, k) for j, row in enumerate(derivation.mass) for k, e in enumerate(row) if e]
+        held = [(j, k) for j, row in enumerate(derivation.mass) for k in row]
         self.upper = [(j, k) for j, k in held if j <= k]
-        if any(derivation.mass[j][k] != derivation.mass[k][j] for j, k in held):
+        if any(derivation.mass[j][k] != derivation.mass[k].get(j) for j, k in held):
             raise InternalError(Problem("the derived mass matrix is not symmetric"))
         masses = [sp.Add(*derivation.mass[j][k]) for j, k in self.upper]
         forcing = [sp.Add(*f) for f in derivation.forcing]
@@ -106,10 +106,10 @@ class Tapes:
 
     # Evaluations at one state (q, v, a, t, parameters).
 
-    def derived_parts(self, point: Point) -> tuple[list[list[mpf]], list[mpf]]:
-        """M and f at a state."""
+    def derived_parts(self, point: Point) -> tuple[list[dict[int, mpf]], list[mpf]]:
+        """M, by rows without zeros, and f at a state."""
         values = self.derived.run([(point[s], _ZERO, _ZERO) for s in self.moving], 0).values
-        mass = [[_ZERO] * self.n for _ in range(self.n)]
+        mass: list[dict[int, mpf]] = [{} for _ in range(self.n)]
         for (j, k), value in zip(self.upper, values, strict=False):
             mass[j][k] = mass[k][j] = value
         return mass, values[len(self.upper) :]

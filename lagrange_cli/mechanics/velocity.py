@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import mpmath
-import numpy as np
 import sympy as sp
 from mpmath import mpf
 
@@ -22,7 +21,7 @@ from lagrange_cli.mechanics.geometry import Restriction
 from lagrange_cli.mechanics.integrability import Form, integrable_rank, integral
 from lagrange_cli.mechanics.manifold import Manifold
 from lagrange_cli.mechanics.names import Names
-from lagrange_cli.mechanics.ranks import TOLERANCE, Matrix, Point, dependent_rows
+from lagrange_cli.mechanics.ranks import TOLERANCE, Doubles, Point, dependent_rows
 from lagrange_cli.mechanics.sampling import Drawn, double
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.scene.expression import Equation
@@ -245,12 +244,11 @@ def _slope(
     return tuple(derivative(phi, s) for s in (*(c.q for c in coordinates), t))
 
 
-def _slopes(manifold: Manifold, coordinates: Sequence[Coordinate], point: Drawn) -> Matrix:
+def _slopes(manifold: Manifold, coordinates: Sequence[Coordinate], point: Drawn) -> list[Doubles]:
     at_rest = {**point, **{c.v: mpf(0) for c in coordinates}}
     _, _, gradients = manifold.motion(at_rest, [mpf(0)] * len(coordinates))
-    return np.array(
-        [[double(x * s) for x, s in zip(row, manifold.scale, strict=True)] for row in gradients]
-    )
+    scale = manifold.scale
+    return [{j: double(x * scale[j]) for j, x in row.items()} for row in gradients]
 
 
 def _require_consistent(

@@ -14,7 +14,7 @@ from lagrange_cli.errors import InternalError
 from lagrange_cli.mechanics import derive, derive_uncertified, reduce
 from lagrange_cli.mechanics.certificate import certify, certify_shown
 from lagrange_cli.mechanics.derivation import Derivation
-from lagrange_cli.mechanics.shown import shown_equation
+from lagrange_cli.mechanics.shown import shown_equations
 from lagrange_cli.scene import read_text
 
 FORCED = (
@@ -96,18 +96,17 @@ def test_every_term_of_the_forcing_counts(text: str, change: str) -> None:
 @pytest.mark.parametrize(("j", "k"), [(0, 0), (0, 1), (1, 1)])
 def test_every_entry_of_the_mass_matrix_counts(j: int, k: int, change: str) -> None:
     right = derivation()
-    rows = [[list(entry) for entry in row] for row in right.mass]
-    rows[j][k][0] = CHANGES[change](rows[j][k][0])
-    rows[k][j] = rows[j][k]
-    frozen = tuple(tuple(tuple(entry) for entry in row) for row in rows)
-    require_caught(replace(right, mass=frozen))
+    rows = [dict(row) for row in right.mass]
+    first, *others = rows[j][k]
+    rows[j][k] = rows[k][j] = (CHANGES[change](first), *others)
+    require_caught(replace(right, mass=tuple(rows)))
 
 
 def test_an_asymmetric_mass_matrix_is_caught() -> None:
     right = derivation()
-    rows = [list(row) for row in right.mass]
+    rows = [dict(row) for row in right.mass]
     rows[1][0] = tuple(2 * e for e in rows[1][0])
-    require_caught(replace(right, mass=tuple(map(tuple, rows))))
+    require_caught(replace(right, mass=tuple(rows)))
 
 
 @pytest.mark.parametrize("text", [FORCED, MAGNETIC])
@@ -172,7 +171,7 @@ def test_what_is_shown_is_what_was_derived(text: str) -> None:
     right = derivation(text)
     evidence = certify(right, 30, 2)
     n = len(right.reduced.coordinates)
-    shown = [shown_equation(right, row, cyclic=False, asked=None) for row in range(n)]
+    shown = shown_equations(right, [False] * n, None)
     certify_shown(evidence, shown)
     for row, equation in enumerate(shown):
         wrong = [replace(equation, divided_by=2 * equation.divided_by)]

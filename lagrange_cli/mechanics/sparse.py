@@ -1,0 +1,76 @@
+"""Rows of which most entries are zero: of a mass matrix, or gradients of closures.
+
+A row reads like the tuple of all its entries; what has many coordinates is walked by
+:func:`entries` instead, so that its zeros cost nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, overload
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+__all__ = ["SparseRow", "entries"]
+
+
+class SparseRow(Sequence["Expr"]):
+    """A row of expressions, of which those that are not zero are kept.
+
+    Parameters
+    ----------
+    length
+        Number of columns.
+    held
+        Column → entry; zeros among them are left out.
+    """
+
+    __slots__ = ("_held", "_length")
+
+    def __init__(self, length: int, held: Mapping[int, Expr]) -> None:
+        self._length = length
+        self._held = {j: held[j] for j in sorted(held) if held[j] != 0}
+
+    @property
+    def held(self) -> Mapping[int, Expr]:
+        """The entries that are not zero by column, ascending."""
+        return self._held
+
+    def __len__(self) -> int:
+        return self._length
+
+    @overload
+    def __getitem__(self, place: int) -> Expr: ...
+
+    @overload
+    def __getitem__(self, place: slice) -> tuple[Expr, ...]: ...
+
+    def __getitem__(self, place: int | slice) -> Expr | tuple[Expr, ...]:
+        import sympy
+
+        columns = range(self._length)[place]
+        if isinstance(columns, range):
+            return tuple(self._held.get(j, sympy.S.Zero) for j in columns)
+        return self._held.get(columns, sympy.S.Zero)
+
+    def __iter__(self) -> Iterator[Expr]:
+        return iter(self[:])
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, SparseRow):
+            return (self._length, self._held) == (other._length, other._held)
+        return isinstance(other, tuple) and self[:] == other
+
+    def __hash__(self) -> int:
+        return hash(self[:])
+
+    def __repr__(self) -> str:
+        return f"SparseRow({self._length}, {self._held})"
+
+
+def entries(row: Sequence[Expr]) -> Mapping[int, Expr]:
+    """The entries of a row that are not plainly zero, by column."""
+    if isinstance(row, SparseRow):
+        return row.held
+    return {j: entry for j, entry in enumerate(row) if entry != 0}
