@@ -26,12 +26,13 @@ typedef int (*function)(double, const double *, const double *, const system_par
 
 /* out[i*columns ..]: a function at t[i] and y[i*width ..], for i below rows. */
 void system_table(function f, long rows, const double *t, const double *y, long width,
-                  const system_params *p, double *work, double *out, long columns)
+                  const double *u, const system_params *p, double *work, double *out,
+                  long columns)
 {
     long i, k;
     for (i = 0; i < rows; ++i) {
         double *row = out + i*columns;
-        if (f(t[i], y + i*width, 0, p, work, row) != 0) {
+        if (f(t[i], y + i*width, u, p, work, row) != 0) {
             for (k = 0; k < columns; ++k) {
                 row[k] = NAN;
             }
@@ -75,7 +76,7 @@ def lanes_source(programs: Mapping[str, Program]) -> str:
 
 def _language(programs: Mapping[str, Program]) -> tuple[CNames, Real, Dialect]:
     real = real_type("double")
-    names = _dummy_names(programs["rhs"].coordinates, _parameters(programs))
+    names = _dummy_names(programs["rhs"].coordinates, _parameters(programs), programs["rhs"].driven)
     return names, real, Dialect(real.literal, function_names(names, real), names.inputs)
 
 
@@ -83,7 +84,8 @@ def _parameters(programs: Mapping[str, Program]) -> int:
     return max(program.parameters for program in programs.values())
 
 
-def _dummy_names(coordinates: int, parameters: int) -> CNames:
+def _dummy_names(coordinates: int, parameters: int, driven: int) -> CNames:
     inputs = {f"p{i}": f"p->p[{i}]" for i in range(parameters)}
     inputs |= {f"{kind}{i}": f"{kind}{i}" for kind in "qv" for i in range(coordinates)}
+    inputs |= {f"u{i}": f"u[{i}]" for i in range(driven)}
     return CNames("system", (), inputs, parameter_array="p->p")

@@ -311,7 +311,16 @@ class _Document:
         return self.setter.definition(label, quantity.expression)
 
     def inputs(self) -> list[str]:
-        return self._named("Inputs", [(u.name, u.expression) for u in self.equations.inputs])
+        inputs = self.equations.inputs
+        given = [(u.name, u.expression) for u in inputs if u.recording is None]
+        recorded = [
+            f"${latex_name(u.name)}$: {latex_text(u.recording.described)}."
+            for u in inputs
+            if u.recording is not None
+        ]
+        if not recorded:
+            return self._named("Inputs", given)
+        return [*(self._named("Inputs", given) or [r"\section*{Inputs}"]), *recorded]
 
     def outputs(self) -> list[str]:
         return self._named("Outputs", self.equations.outputs)

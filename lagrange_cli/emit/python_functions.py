@@ -142,10 +142,16 @@ def program_of(equations: Equations, name: str) -> Program:
 def module_source(programs: Mapping[str, Program]) -> str:
     """Source of a module with a function ``f(t, y, p)`` for each program, over dummy names.
 
-    With those of :func:`lagrange_cli.emit.constraints.constraint_programs` there is
+    Where programs have inputs they are ``f(t, y, p, u)``, with a function ``u(t, y, p)``
+    that gives their values. With those of
+    :func:`lagrange_cli.emit.constraints.constraint_programs` there is
     ``project(t, y, p)`` too, which returns a state.
     """
-    functions = [function_source(p, name, {}, "p") for name, p in programs.items()]
+    arguments = "p, u" if any(program.driven for program in programs.values()) else "p"
+    functions = [
+        function_source(program, name, {}, "p" if name in INTERNAL else arguments)
+        for name, program in programs.items()
+    ]
     body = "\n\n".join(filter(None, [*functions, project_source(programs, "p")]))
     imports, helpers = prelude(body)
     return "\n\n".join(["\n".join([*imports, "import numpy as np\n"]), *helpers, body])

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.errors import Problem
-    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.equations import Equations, Input
 
 __all__ = ["derivation_report"]
 
@@ -76,7 +76,7 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
             {"name": c.name, "kind": c.kind, "expression": say(c.expression)}
             for c in equations.closures
         ],
-        "inputs": [{"name": u.name, "expression": say(u.expression)} for u in equations.inputs],
+        "inputs": [_input(given, say) for given in equations.inputs],
         "outputs": [{"name": name, "expression": say(e)} for name, e in equations.outputs],
         "facts": {
             **asdict(equations.facts),
@@ -145,6 +145,15 @@ def _matrix(rows: Sequence[Sequence[Expr]], say: _Speaker) -> list[list[str]] | 
         if entry != 0
     ]
     return {"shape": [len(rows), len(rows)], "entries": entries}
+
+
+def _input(given: Input, say: _Speaker) -> dict[str, Any]:
+    """An input: its expression, or the file and column of its values."""
+    of = given.recording
+    if of is None:
+        return {"name": given.name, "expression": say(given.expression)}
+    where = {"file": of.file, "column": of.column, "interpolation": of.interpolation}
+    return {"name": given.name, "expression": None, **where}
 
 
 def _warning(problem: Problem) -> dict[str, Any]:

@@ -31,7 +31,7 @@ from lagrange_cli.mechanics.explicit import explicit_accelerations, right_sides
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from lagrange_cli.mechanics.equations import Conserved, Equations
+    from lagrange_cli.mechanics.equations import Conserved, Equations, Input
 
 __all__ = ["derivation_text"]
 
@@ -276,7 +276,15 @@ class _Page:
         return quantity.reason.replace(quantity.coordinate, symbol, 1)
 
     def inputs(self) -> list[str]:
-        return self.named("Inputs", [(u.name, u.expression) for u in self.equations.inputs])
+        lines = [line for given in self.equations.inputs for line in self.given(given)]
+        return ["Inputs", *lines] if lines else []
+
+    def given(self, given: Input) -> list[str]:
+        """What an input is: an expression, or in words where its values are recorded."""
+        label = f"  {self.printer.symbol(given.name)}"
+        if given.recording is None:
+            return self.formula(label, given.expression)
+        return self.listed(f"{label}: ", escape_controls(given.recording.described).split())
 
     def outputs(self) -> list[str]:
         return self.named("Outputs", self.equations.outputs)

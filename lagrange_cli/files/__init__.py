@@ -1,6 +1,13 @@
 """Files: read with bounds, written whole or not at all."""
 
 from lagrange_cli.files.reading import MAX_BYTES, read_bytes, too_large
+from lagrange_cli.files.recordings import (
+    INTERPOLATIONS,
+    Interpolation,
+    Recorded,
+    Recording,
+    read_recording,
+)
 from lagrange_cli.files.writing import (
     cannot_write,
     check_writable,
@@ -10,11 +17,16 @@ from lagrange_cli.files.writing import (
 )
 
 __all__ = [
+    "INTERPOLATIONS",
     "MAX_BYTES",
+    "Interpolation",
+    "Recorded",
+    "Recording",
     "cannot_write",
     "check_writable",
     "new_file",
     "read_bytes",
+    "read_recording",
     "too_large",
     "write_file",
     "write_files",

@@ -1,4 +1,4 @@
-"""Reading a scene's bytes: bounded, and only from what has an end."""
+"""Reading the bytes of scenes and what they name: bounded, and only from what has an end."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 
 from lagrange_cli.errors import InputError, Mark, Problem
 
-__all__ = ["MAX_BYTES", "read_bytes", "too_large"]
+__all__ = ["MAX_BYTES", "read_bytes", "read_regular", "too_large"]
 
 MAX_BYTES = 4 * 2**20
 
@@ -23,42 +23,59 @@ def read_bytes(path: str) -> bytes:
     """
     if path == "-":
         data = sys.stdin.buffer.read(MAX_BYTES + 1)
-    else:
-        try:
-            data = _read_regular(path)
-        except OSError as error:
-            raise _refusal(_reason(error), path) from None
-        except ValueError:
-            raise _refusal("this is not the name of a file", path) from None
-    if len(data) > MAX_BYTES:
-        raise too_large("<stdin>" if path == "-" else path)
-    return data
+        if len(data) > MAX_BYTES:
+            raise too_large("<stdin>")
+        return data
+    return read_regular(path, Mark(path, 1, 1), "a scene file")
 
 
 def too_large(file: str) -> InputError:
     """The refusal of a text of more than :data:`MAX_BYTES`."""
-    return _refusal(f"larger than {MAX_BYTES // 2**20} MiB", file, "limit")
+    return _too_large(Mark(file, 1, 1))
 
 
-def _read_regular(path: str) -> bytes:
+def read_regular(path: str, mark: Mark, what: str) -> bytes:
+    """Read a regular file of at most :data:`MAX_BYTES`; ``what`` it should be.
+
+    Raises
+    ------
+    InputError
+        At ``mark``: there is none, it cannot be read, or it is too large.
+    """
+    try:
+        data = _read(path, mark, what)
+    except OSError as error:
+        raise _refusal(_reason(error, what), mark) from None
+    except ValueError:
+        raise _refusal("this is not the name of a file", mark) from None
+    if len(data) > MAX_BYTES:
+        raise _too_large(mark)
+    return data
+
+
+def _read(path: str, mark: Mark, what: str) -> bytes:
     # Non-blocking, so that opening a named pipe without a writer returns.
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     with os.fdopen(os.open(path, flags), "rb") as file:
         mode = os.fstat(file.fileno()).st_mode
         if stat.S_ISDIR(mode):
-            raise _refusal("this is a folder, not a scene file", path)
+            raise _refusal(f"this is a folder, not {what}", mark)
         if not stat.S_ISREG(mode):
-            raise _refusal("this is not a regular file", path)
+            raise _refusal("this is not a regular file", mark)
         return file.read(MAX_BYTES + 1)
 
 
-def _reason(error: OSError) -> str:
+def _too_large(mark: Mark) -> InputError:
+    return _refusal(f"larger than {MAX_BYTES // 2**20} MiB", mark, "limit")
+
+
+def _reason(error: OSError, what: str) -> str:
     if isinstance(error, FileNotFoundError):
         return "no such file"
     if isinstance(error, IsADirectoryError):
-        return "this is a folder, not a scene file"
+        return f"this is a folder, not {what}"
     return f"cannot be read: {error.strerror or type(error).__name__}"
 
 
-def _refusal(message: str, path: str, rule: str = "file") -> InputError:
-    return InputError(Problem(message, Mark(path, 1, 1), rule=rule))
+def _refusal(message: str, mark: Mark, rule: str = "file") -> InputError:
+    return InputError(Problem(message, mark, rule=rule))

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
     from lagrange_cli.errors import Mark, Problem
+    from lagrange_cli.files import Recording
 
 __all__ = [
     "Account",
@@ -61,11 +62,16 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Input:
-    """What the user drives; ``expression`` is the scene's, over t and parameters."""
+    """What the user drives.
+
+    ``expression`` is the scene's, over t and parameters; None where the values are
+    those of a ``recording``, which is read when they are needed.
+    """
 
     name: str
     symbol: Symbol
-    expression: Expr
+    expression: Expr | None
+    recording: Recording | None = None
 
 
 @dataclass(frozen=True)

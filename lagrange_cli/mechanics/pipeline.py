@@ -198,9 +198,11 @@ def _abbreviations(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
 
 
 def _inputs(reduced: Reduced) -> Iterator[Input]:
-    for term in reduced.scene.inputs:
-        symbol = reduced.names.inputs[term.name]
-        yield Input(term.name, symbol, reduced.names.convert(term.expression))
+    for given in reduced.scene.inputs:
+        symbol, expression = reduced.names.inputs[given.name], None
+        if given.expression is not None:
+            expression = reduced.names.convert(given.expression)
+        yield Input(given.name, symbol, expression, given.recording)
 
 
 def _outputs(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
@@ -214,7 +216,7 @@ def _expressions(scene: Scene) -> Iterator[Expression]:
     yield from (p.mass for p in scene.particles)
     yield from (s for c in scene.constraints for e in c.equations for s in (e.left, e.right))
     yield from (d.expression for d in scene.definitions)
-    yield from (t.expression for t in scene.inputs)
+    yield from (u.expression for u in scene.inputs if u.expression is not None)
     for term in (*scene.potentials, *scene.kinetic, *scene.dissipation, *scene.outputs):
         yield term.expression
     yield from (c for f in scene.forces for c in f.components)

@@ -8,8 +8,17 @@ from fractions import Fraction
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.expression import Expression, Name, Number
 from lagrange_cli.scene.latex import check_latex
-from lagrange_cli.scene.model import Coordinate, Definition, Parameter, Particle, Point, Size, Term
+from lagrange_cli.scene.model import (
+    Coordinate,
+    Definition,
+    Input,
+    Parameter,
+    Particle,
+    Point,
+    Size,
+)
 from lagrange_cli.scene.overrides import given_size
+from lagrange_cli.scene.recordings import RECORDED, read_recorded
 from lagrange_cli.scene.shapes import Reading
 from lagrange_cli.scene.source import Mapping, Scalar, Sequence, SourceNode
 
@@ -98,21 +107,22 @@ def _latex(fields: dict[str, SourceNode], what: str, reading: Reading) -> str | 
     return text
 
 
-def read_inputs(node: SourceNode, reading: Reading) -> tuple[Term, ...]:
+def read_inputs(node: SourceNode, reading: Reading) -> tuple[Input, ...]:
     """Read ``inputs``: functions of time by name, or a list of names of inputs that are 0."""
     if isinstance(node, Sequence):
         names = reading.listed(node.items, "inputs", "an input")
-        return tuple(Term(name.text, name.mark, _zero(name.mark)) for name in names)
+        return tuple(Input(name.text, name.mark, _zero(name.mark)) for name in names)
     found = []
     for key, value in reading.named(node, "inputs", symbols=True):
         what = f"input '{key.text}'"
-        entries = value.entries if isinstance(value, Mapping) else ()
-        files = [name for name, _ in entries if name.text == "file"]
-        for file in files:
-            reading.unsupported(f"'file' of {what} is", file.mark)
-        expression = None if files else reading.expression(value, what)
+        if isinstance(value, Mapping) and any(k.text in RECORDED for k, _ in value.entries):
+            recording = read_recorded(value, what, reading)
+            if recording:
+                found.append(Input(key.text, key.mark, recording=recording))
+            continue
+        expression = reading.expression(value, what)
         if expression:
-            found.append(Term(key.text, key.mark, expression))
+            found.append(Input(key.text, key.mark, expression))
     return tuple(found)
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from lagrange_cli.errors import Mark, Problem
+from lagrange_cli.files import Recording
 from lagrange_cli.scene.expression import Equation, Expression
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "Expect",
     "Force",
     "InitialValue",
+    "Input",
     "Parameter",
     "Particle",
     "Point",
@@ -53,6 +55,16 @@ class Parameter:
     positive: bool = False
     description: str | None = None
     latex: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """What the user drives: an ``expression`` in t, or a ``recording``; the other is None."""
+
+    name: str
+    mark: Mark
+    expression: Expression | None = None
+    recording: Recording | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +134,7 @@ class Definition:
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """A named term of ``potentials``, ``kinetic`` or ``dissipation``, an input or an output."""
+    """A named term of ``potentials``, ``kinetic`` or ``dissipation``, or an output."""
 
     name: str
     mark: Mark
@@ -224,7 +236,7 @@ class Scene:
     coordinates: tuple[Coordinate, ...] | None = None
     coordinates_mark: Mark | None = None
     definitions: tuple[Definition, ...] = ()
-    inputs: tuple[Term, ...] = ()
+    inputs: tuple[Input, ...] = ()
     potentials: tuple[Term, ...] = ()
     kinetic: tuple[Term, ...] = ()
     forces: tuple[Force, ...] = ()

@@ -58,8 +58,9 @@ def uses(scene: Scene, cartesian: Iterable[str]) -> Iterator[Use]:
     for parameter in scene.parameters:
         if parameter.value:
             yield Use(parameter.value, f"parameter '{parameter.name}'", _NUMBER)
-    for term in scene.inputs:
-        yield Use(term.expression, f"input '{term.name}'", Place(names="time"))
+    for given in scene.inputs:
+        if given.expression:
+            yield Use(given.expression, f"input '{given.name}'", Place(names="time"))
     for particle in scene.particles:
         what = f"the mass of particle '{particle.name}'"
         yield Use(particle.mass, what, Place(names="constants"))

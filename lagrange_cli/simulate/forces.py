@@ -23,15 +23,16 @@ def constraint_forces(
     """
     if not model.forces:
         return {}
-    found = functions_of(model.code.forces)
+    found, driven = functions_of(model.code.forces), functions.drive
     given = [0.0 if p.value is None else p.value for p in model.parameters]
     n = len(model.coordinates)
     multipliers = functions.multipliers(t, states)
-    rows = [
-        found["outputs"](
-            float(time), state, [*given, *functions.rhs(float(time), state)[n:], *unknowns]
-        )
-        for time, state, unknowns in zip(t, states, multipliers, strict=True)
-    ]
+
+    def row(time: float, state: Array, unknowns: Array) -> Array:
+        known = [*given, *functions.rhs(time, state)[n:], *unknowns]
+        inputs = [lambda *_: driven.pieces.rows[driven.pieces.at(time)]] if driven else []
+        return np.asarray(found["outputs"](time, state, known, *inputs))
+
+    rows = [row(*of) for of in zip(t.tolist(), states, multipliers, strict=True)]
     table = np.array(rows, dtype=float).reshape(len(t), len(model.forces))
     return {name: table[:, k].copy() for k, name in enumerate(model.forces)}

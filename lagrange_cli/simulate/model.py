@@ -10,6 +10,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from lagrange_cli.errors import Mark
+from lagrange_cli.files import Recording
+
 __all__ = ["Code", "Defaults", "Model", "ModelParameter"]
 
 
@@ -68,7 +71,9 @@ class Model:
     ``multipliers``, ``constraints``, which gives ``residuals`` numbers, and
     ``project``. ``outputs`` names what the scene asks for besides; where there is
     something, the code has a function ``outputs``. ``forces`` names constraint forces, which
-    the code has where they were asked for.
+    the code has where they were asked for. ``recordings``: inputs whose values are read
+    from files at each run; the code takes the numbers of their present pieces, as
+    :mod:`.driving` has them, as ``u``.
     """
 
     name: str
@@ -86,6 +91,7 @@ class Model:
     residuals: int = 0
     outputs: tuple[str, ...] = ()
     forces: tuple[str, ...] = ()
+    recordings: tuple[Recording, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The model as values that JSON holds; doubles keep all their digits."""
@@ -100,6 +106,11 @@ class Model:
             found[name] = tuple(found[name])
         found["parameters"] = tuple(ModelParameter(**p) for p in found["parameters"])
         found["initial"] = None if found["initial"] is None else tuple(found["initial"])
+        found["recordings"] = tuple(_recording(**r) for r in found["recordings"])
         found["defaults"] = Defaults(**found["defaults"])
         found["code"] = Code(**found["code"])
         return cls(**found)
+
+
+def _recording(mark: dict[str, Any], column_mark: dict[str, Any], **fields: Any) -> Recording:
+    return Recording(mark=Mark(**mark), column_mark=Mark(**column_mark), **fields)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
-from sympy import I, nan, oo, zoo
+from sympy import I, Symbol, nan, oo, zoo
 
 from lagrange_cli.emit.c_project import workspace
 from lagrange_cli.emit.c_simulation import lanes_source, library_source
@@ -14,7 +15,8 @@ from lagrange_cli.emit.disturbed import disturb
 from lagrange_cli.emit.forces import force_columns
 from lagrange_cli.emit.python_functions import module_source, program_of
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.equations import Parameter
+from lagrange_cli.mechanics.equations import Input, Parameter
+from lagrange_cli.simulate.driving import COEFFICIENTS
 from lagrange_cli.simulate.model import Code, Defaults, Model, ModelParameter
 
 if TYPE_CHECKING:
@@ -52,11 +54,14 @@ def model_of(equations: Equations) -> Model:
         residuals=sum(1 + (c.kind == "position") for c in equations.closures),
         outputs=tuple(name for name, _ in equations.outputs),
         forces=tuple(name for name, _ in force_columns(equations)),
+        recordings=tuple(u.recording for u in equations.inputs if u.recording is not None),
     )
 
 
 def driven(equations: Equations) -> Equations:
     """The equations with the scene's functions of time in place of its inputs.
+
+    Those from files become polynomials whose coefficients are inputs.
 
     Raises
     ------
@@ -65,7 +70,11 @@ def driven(equations: Equations) -> Equations:
     """
     if not equations.inputs:
         return equations
-    given = {u.symbol: u.expression for u in equations.inputs}
+    given, inputs = {}, list[Input]()
+    for u in equations.inputs:
+        numbers = tuple(_numbers(u))
+        given[u.symbol] = _polynomial(numbers, equations.t) if numbers else u.expression
+        inputs += numbers
 
     def put(expression: Expr) -> Expr:
         found = expression.xreplace(given)
@@ -82,7 +91,7 @@ def driven(equations: Equations) -> Equations:
 
     return replace(
         equations,
-        inputs=(),
+        inputs=tuple(inputs),
         forcing=tuple(map(put, equations.forcing)),
         energy=put(equations.energy),
         kinetic=put(equations.kinetic),
@@ -90,6 +99,27 @@ def driven(equations: Equations) -> Equations:
         lagrangian=put(equations.lagrangian),
         outputs=tuple((name, put(e)) for name, e in equations.outputs),
     )
+
+
+def _numbers(given: Input) -> Iterator[Input]:
+    """What the code takes for an input from a file: the numbers of a piece, none otherwise."""
+    if given.recording is None:
+        return
+    coefficients = COEFFICIENTS[given.recording.interpolation]
+    for k in range(coefficients + (coefficients > 1)):
+        name = f"{given.name}|{k}"
+        yield Input(name, Symbol(name, real=True), None)
+
+
+def _polynomial(numbers: Sequence[Input], t: Symbol) -> Expr:
+    """A polynomial in the time since the first number, in Horner's form; or one number alone."""
+    first, *coefficients = (u.symbol for u in numbers)
+    if not coefficients:
+        return first
+    value = coefficients[-1]
+    for coefficient in reversed(coefficients[:-1]):
+        value = coefficient + (t - first) * value
+    return value
 
 
 def _code(equations: Equations) -> Code:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -15,15 +15,18 @@ from lagrange_cli.cache import Cache, open_cache
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.disturbance import off_by_one_ulp, rounding_factors
-from lagrange_cli.simulate.integrators.base import Array, ConstrainedRhs, Rhs
+from lagrange_cli.simulate.driving import Drive, drive_of
+from lagrange_cli.simulate.integrators.base import Array, Rhs
 from lagrange_cli.simulate.integrators.native import (
     DOUBLE,
     EXTENDED,
+    Driving,
     NativeReal,
     NativeRhs,
     function_type,
     projection_type,
 )
+from lagrange_cli.simulate.integrators.pieces import Pieces, PiecewiseRhs, with_projection
 from lagrange_cli.simulate.library import Source, load
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.watch import StoppedError
@@ -45,10 +48,8 @@ _LONG, _POINTER = ctypes.c_long, ctypes.c_void_p
 #: int64_t lagrange_digits(void)
 _DIGITS = ctypes.CFUNCTYPE(ctypes.c_int64)
 
-#: void system_table(f, rows, t, y, width, p, work, out, columns)
-_TABLE = ctypes.CFUNCTYPE(
-    None, _POINTER, _LONG, _POINTER, _POINTER, _LONG, _POINTER, _POINTER, _POINTER, _LONG
-)
+#: void system_table(f, rows, t, y, width, u, p, work, out, columns)
+_TABLE = ctypes.CFUNCTYPE(None, _POINTER, _LONG, _POINTER, _POINTER, _LONG, *[_POINTER] * 4, _LONG)
 
 #: Options for the text of a system.
 OPTIONS = ("-O2",)
@@ -82,7 +83,8 @@ class RightHandSide:
     exist. ``implementation`` says in words what runs. ``wider`` makes the same
     right-hand sides in wider arithmetic, or None where there is none. Right-hand
     sides of systems with closure equations have a projection, see
-    :func:`.base.projection`.
+    :func:`.base.projection`, those of systems with inputs from files pieces, see
+    :func:`.pieces.pieces`; ``drive`` is what was read.
     """
 
     rhs: Rhs
@@ -95,6 +97,7 @@ class RightHandSide:
     outputs: Table
     implementation: str
     wider: Callable[[], Wider | None] = lambda: None
+    drive: Drive | None = None
 
 
 def right_hand_side(
@@ -103,6 +106,11 @@ def right_hand_side(
     """The functions compiled where the machine has a C compiler, else interpreted.
 
     ``budget``: seconds for all that is done with them, from now on.
+
+    Raises
+    ------
+    InputError
+        A file of inputs cannot be read.
     """
     seconds = math.inf if budget is None else budget
     try:
@@ -121,6 +129,13 @@ def _off(model: Model, pattern: int, real: NativeReal = DOUBLE) -> Array:
     return np.concatenate([given, rounding_factors(model.code.factors, pattern, real)])
 
 
+def _pieces(drive: Drive | None, pattern: int) -> Pieces | None:
+    """Pieces of inputs, off by their rounding error in a pattern other than 0."""
+    if drive is None:
+        return None
+    return drive.disturbed(pattern) if pattern else drive.pieces
+
+
 def _no_columns(t: Array, y: Array) -> Array:
     return np.empty((len(t), 0))
 
@@ -137,7 +152,9 @@ class _Libraries:
         There is no compiler, or it failed, or had not ended at the deadline.
     """
 
-    def __init__(self, model: Model, cache: Cache, real: NativeReal, deadline: float) -> None:
+    def __init__(
+        self, model: Model, drive: Drive | None, cache: Cache, real: NativeReal, deadline: float
+    ) -> None:
         code, options = model.code, kernels.options(2 * len(model.coordinates))
         system, stepping = {"system.c": code.c}, kernels.files()
         if real is not DOUBLE:
@@ -146,16 +163,28 @@ class _Libraries:
             system = {"system.c": code.c + code.lanes, **kernels.headers()}
         sources = [Source(system, OPTIONS), Source(stepping, options)]
         self.system, self.stepper = load(find_compiler(), sources, cache, deadline)
-        self._model, self._real = model, real
+        self._model, self._real, self._drive = model, real, drive
         self._functions = sources[0].functions
 
-    def function(self, name: str, parameters: Array) -> NativeRhs:
+    def function(self, name: str, pattern: int = 0) -> NativeRhs:
+        """A function of the system; its numbers are off by their rounding in a pattern not 0."""
+        parameters = _off(self._model, pattern, self._real) if pattern else _given(self._model)
+        pieces = _pieces(self._drive, pattern)
         entry = function_type(self._real)((f"system_{name}", self.system))
         lanes = f"system_{name}_lanes"
         at_once = self.system[lanes] if lanes in self._functions else None
         work = np.empty(self._model.code.work)
         projection = self._projection if self._model.multipliers else None
-        return NativeRhs(entry, parameters, work, self.stepper, at_once, self._real, projection)
+        return NativeRhs(
+            entry,
+            parameters,
+            work,
+            self.stepper,
+            at_once,
+            self._real,
+            projection,
+            None if pieces is None else Driving(pieces, self._real),
+        )
 
     @property
     def _projection(self) -> Any:
@@ -163,9 +192,8 @@ class _Libraries:
 
     def sides(self) -> tuple[NativeRhs, tuple[NativeRhs, NativeRhs]]:
         """The right-hand side, and the two disturbed ones."""
-        rhs = self.function("rhs", _given(self._model))
-        off = [self.function("disturbed", _off(self._model, k, self._real)) for k in (1, 2)]
-        return rhs, (off[0], off[1])
+        off = [self.function("disturbed", pattern) for pattern in (1, 2)]
+        return self.function("rhs"), (off[0], off[1])
 
     @property
     def digits(self) -> int:
@@ -180,16 +208,18 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
     ------
     CompileError
         There is no compiler, or it failed, or took half of the ``budget``, in seconds.
+    InputError
+        A file of inputs cannot be read.
     """
     started = time.perf_counter()
-    libraries = _Libraries(model, cache, DOUBLE, started + COMPILING * budget)
+    drive = drive_of(model.recordings)
+    libraries = _Libraries(model, drive, cache, DOUBLE, started + COMPILING * budget)
     width = 2 * len(model.coordinates)
 
     def table(name: str, columns: int) -> Table:
         if columns == 0:
             return _no_columns
-        function = libraries.function(name, _given(model))
-        return _native_table(libraries.system, function, width, columns)
+        return _native_table(libraries.system, libraries.function(name), width, columns)
 
     rhs, disturbed = libraries.sides()
     return RightHandSide(
@@ -202,11 +232,12 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
         constraints=table("constraints", model.residuals),
         outputs=table("outputs", len(model.outputs)),
         implementation="compiled C",
-        wider=lambda: _wider(model, cache, started + budget),
+        wider=lambda: _wider(model, drive, cache, started + budget),
+        drive=drive,
     )
 
 
-def _wider(model: Model, cache: Cache, deadline: float) -> Wider | None:
+def _wider(model: Model, drive: Drive | None, cache: Cache, deadline: float) -> Wider | None:
     """Right-hand sides in long doubles, where they have more digits here and in C.
 
     Raises
@@ -217,7 +248,7 @@ def _wider(model: Model, cache: Cache, deadline: float) -> Wider | None:
     if EXTENDED.epsilon >= DOUBLE.epsilon:
         return None
     try:
-        libraries = _Libraries(model, cache, EXTENDED, deadline)
+        libraries = _Libraries(model, drive, cache, EXTENDED, deadline)
     except CompileError:
         if time.perf_counter() >= deadline:
             raise StoppedError from None
@@ -234,20 +265,35 @@ def _native_table(library: ctypes.CDLL, function: NativeRhs, width: int, columns
     def table(t: Array, y: Array) -> Array:
         t, y = np.ascontiguousarray(t, dtype=float), np.ascontiguousarray(y, dtype=float)
         out = np.empty((len(t), columns))
-        call(
-            function.address,
-            len(t),
-            t.ctypes.data,
-            y.ctypes.data,
-            width,
-            function.parameters.ctypes.data,
-            function.work.ctypes.data,
-            out.ctypes.data,
-            columns,
-        )
+        for first, last, inputs in _alike(function, t):
+            call(
+                function.address,
+                last - first,
+                t[first:].ctypes.data,
+                y[first:].ctypes.data,
+                width,
+                inputs,
+                function.parameters.ctypes.data,
+                function.work.ctypes.data,
+                out[first:].ctypes.data,
+                columns,
+            )
         return out
 
     return table
+
+
+def _alike(function: NativeRhs, t: Array) -> Iterator[tuple[int, int, int | None]]:
+    """Rows of a table from and to where inputs have the same numbers, and their address."""
+    driving = function.driving
+    if driving is None:
+        yield 0, len(t), None
+        return
+    piece = [driving.pieces.at(time) for time in t.tolist()]
+    ends = [k for k in range(1, len(t)) if piece[k] != piece[k - 1]]
+    for first, last in zip([0, *ends], [*ends, len(t)], strict=True):
+        if first < last:
+            yield first, last, driving.address(piece[first])
 
 
 # Interpreted.
@@ -265,25 +311,34 @@ def functions_of(code: str) -> dict[str, Any]:
 
 
 def interpreted(model: Model, reason: str) -> RightHandSide:
-    """The functions of a model run by Python; ``reason`` says why they are not compiled."""
-    functions = functions_of(model.code.python)
+    """The functions of a model run by Python; ``reason`` says why they are not compiled.
 
-    def bound(name: str, parameters: Array) -> Callable[[float, Array], Any]:
-        function, given = functions[name], parameters.tolist()
-        return lambda t, y: function(t, y, given)
+    Raises
+    ------
+    InputError
+        A file of inputs cannot be read.
+    """
+    functions = functions_of(model.code.python)
+    drive = drive_of(model.recordings)
+
+    def bound(name: str, pattern: int = 0) -> Rhs:
+        parameters = _off(model, pattern) if pattern else _given(model)
+        return _bound(functions[name], parameters.tolist(), _pieces(drive, pattern))
 
     def table(name: str, columns: int) -> Table:
-        return _interpreted_table(bound(name, _given(model)), columns) if columns else _no_columns
+        return _interpreted_table(bound(name), columns) if columns else _no_columns
 
-    def side(name: str, parameters: Array) -> Rhs:
-        rhs = bound(name, parameters)
+    def side(name: str, pattern: int = 0) -> Rhs:
+        rhs = bound(name, pattern)
         if not model.multipliers:
             return rhs
-        return ConstrainedRhs(rhs, bound("project", parameters[: len(model.parameters)]))
+        parameters = _off(model, pattern) if pattern else _given(model)
+        given = parameters[: len(model.parameters)].tolist()
+        return with_projection(rhs, _bound(functions["project"], given, None))
 
     return RightHandSide(
-        rhs=side("rhs", _given(model)),
-        disturbed=(side("disturbed", _off(model, 1)), side("disturbed", _off(model, 2))),
+        rhs=side("rhs"),
+        disturbed=(side("disturbed", 1), side("disturbed", 2)),
         energy=table("energy", 1),
         positions=table("positions", len(model.cartesian)),
         velocities=table("velocities", len(model.cartesian)),
@@ -291,7 +346,20 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         constraints=table("constraints", model.residuals),
         outputs=table("outputs", len(model.outputs)),
         implementation=f"interpreted Python: {reason}",
+        drive=drive,
     )
+
+
+def _bound(function: Callable[..., Any], given: list[float], pieces: Pieces | None) -> Rhs:
+    """A function of t and y with its parameters and inputs."""
+    if pieces is None:
+        return lambda t, y: function(t, y, given)
+
+    def within(row: Array) -> Rhs:
+        values = row.tolist()
+        return lambda t, y: function(t, y, given, lambda *_: values)
+
+    return PiecewiseRhs(pieces, within)
 
 
 def _interpreted_table(function: Callable[[float, Array], Any], columns: int) -> Table:

@@ -105,6 +105,8 @@ def _simulated(
     if functions is None:
         functions = right_hand_side(model, cache, request.budget)
     problem = _problem(model, request, functions)
+    if functions.drive is not None:
+        functions.drive.require(problem.start, problem.until)
     require_a_start(model, problem)
     compile_seconds = time.perf_counter() - started
     if request.accuracy is not None:

@@ -14,6 +14,7 @@ from lagrange_cli.simulate.integrators.compiled import COMPILED
 from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.implicit import BDF, LSODA, Radau
 from lagrange_cli.simulate.integrators.native import NativeRhs
+from lagrange_cli.simulate.integrators.pieces import in_pieces, pieces
 from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4, RK45
 
 __all__ = ["INTEGRATORS", "Control", "Integrator", "Rhs", "StepError", "start"]
@@ -32,4 +33,6 @@ def start(
         raise ValueError(f"{method.name} cannot move its states onto constraints")
     native = isinstance(rhs, NativeRhs) and rhs.kernels is not None
     implementation = COMPILED.get(method.name, method) if native else method
+    if implementation is method and pieces(rhs) is not None:
+        return in_pieces(method, rhs, t0, y0, t_end, control)
     return implementation(rhs, t0, y0, t_end, control)

@@ -38,6 +38,8 @@ choices and tests derive from there. An implementer promises:
    samples between. What :meth:`~Integrator.interpolate` gives is not. A projection that
    fails is a step that cannot be made. A method that cannot do so has ``projects`` false
    and is not started.
+12. **Pieces.** Where ``rhs`` has :func:`.pieces.pieces`, steps end with each of them. What
+   sees ``rhs(t, y)`` alone is begun anew in each by :func:`.pieces.in_pieces`.
 """
 
 from __future__ import annotations
@@ -130,7 +132,7 @@ class Integrator(ABC):
     or of fixed step; ``implicit`` (A-stable or stiffly stable, so that stiff
     systems do not force small steps); ``symplectic``; ``needs``, the structure
     facts it relies on (names of :class:`~lagrange_cli.mechanics.equations.Facts`);
-    ``interpolates``, see the fourth promise; ``projects``, see the last.
+    ``interpolates``, see the fourth promise; ``projects``, see the eleventh.
     """
 
     name: ClassVar[str]

@@ -59,6 +59,8 @@ def _run_type(real: NativeReal) -> Any:
         *((name, real.ctype) for name in ("t_end", "max_step", "t", "t_old", "t_new", "h")),
         *((name, _LONG) for name in ("steps", "rejections", "evaluations", "dense", "mode")),
         *((name, real.ctype) for name in ("rate", "noise")),
+        *((name, _POINTER) for name in ("starts", "inputs")),
+        *((name, _LONG) for name in ("width", "pieces", "piece")),
     )
     return type("Run", (ctypes.Structure,), {"_fields_": fields})
 
@@ -84,6 +86,7 @@ class _Compiled:
         address, row = memory.ctypes.data, memory.itemsize * n
         run.rhs, run.lanes, run.project = rhs.address, rhs.lanes_address, rhs.projection_address
         run.p = rhs.parameters_address
+        self._drive(rhs, t0)
         run.memory, run.n, run.t_end = address, n, t_end
         run.rtol, run.atol = address + row * rows, address + row * (rows + 1)
         run.work = address + row * (rows + 3)
@@ -92,6 +95,16 @@ class _Compiled:
         self.t_end = t_end
         self._advance = self._function("advance", _advance_type(rhs.real))
         self._read()
+
+    def _drive(self, rhs: NativeRhs, t0: float) -> None:
+        """Let inputs begin with the piece that holds at the start."""
+        driving, run = rhs.driving, self._run
+        if driving is None:
+            return
+        run.starts, run.inputs = driving.starts.ctypes.data, driving.rows.ctypes.data
+        run.pieces, run.width = driving.rows.shape
+        run.piece = driving.pieces.at(t0)
+        run.u = driving.address(run.piece)
 
     def _first_step(self, span: float) -> float:
         return min(self._control.first_step, span)
@@ -114,7 +127,7 @@ class _Compiled:
         """Look for zeros of event functions from here on; a terminal one ends the run."""
         if not self.interpolates:
             raise ValueError(f"steps of {self.kernel} have no interpolant to find events on")
-        self._events = EventBuffer(events, self._memory.shape[1], self._native.real)
+        self._events = EventBuffer(events, self._memory.shape[1], self._native.real, self._run.u)
         self._run.events = self._events.address
 
     @property

@@ -70,7 +70,9 @@ class _Events(ctypes.Structure):
 class EventBuffer:
     """Room for what one call of a kernel finds, and the list of all that was ``found``."""
 
-    def __init__(self, events: NativeEvents, dimension: int, real: NativeReal) -> None:
+    def __init__(
+        self, events: NativeEvents, dimension: int, real: NativeReal, inputs: int | None = None
+    ) -> None:
         count, dtype = len(events.directions), real.dtype
         capacity = _STEPS * _MOST * count
         self.found: list[Event] = []
@@ -90,7 +92,7 @@ class EventBuffer:
             "states": self._states,
         }
         self._kept_alive = events, arrays
-        self._c = _Events(count=count, capacity=capacity)
+        self._c = _Events(count=count, capacity=capacity, u=inputs)
         self._c.function = ctypes.cast(events.function, _POINTER)
         for name, array in arrays.items():
             setattr(self._c, name, array.ctypes.data)

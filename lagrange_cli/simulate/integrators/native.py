@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import ctypes
 from dataclasses import dataclass
 from functools import cache
@@ -10,12 +11,14 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Projection
+from lagrange_cli.simulate.integrators.pieces import Pieces
 
 __all__ = [
     "DOUBLE",
     "EXTENDED",
     "LANES",
     "RHS",
+    "Driving",
     "NativeReal",
     "NativeRhs",
     "function_type",
@@ -67,6 +70,19 @@ def _address(function: Any) -> int:
     return int(ctypes.cast(function, _POINTER).value or 0)
 
 
+class Driving:
+    """Pieces of inputs as C functions of a type read them: ``u`` is the address of a row."""
+
+    def __init__(self, pieces: Pieces, real: NativeReal) -> None:
+        self.pieces = pieces
+        self.starts = np.ascontiguousarray(pieces.starts, dtype=real.dtype)
+        self.rows = np.ascontiguousarray(pieces.rows, dtype=real.dtype)
+
+    def address(self, piece: int) -> int:
+        """Where the numbers of a piece are."""
+        return int(self.rows.ctypes.data) + piece * self.rows.strides[0]
+
+
 class NativeRhs:
     """A C function of the emitted interface with its parameters bound.
 
@@ -94,6 +110,8 @@ class NativeRhs:
     projection
         Where states obey constraints, a C function of the :func:`projection_type` of
         ``real`` with the same parameters, that moves a state onto them.
+    driving
+        What the C function reads at ``u``, by the time, where it has inputs.
     """
 
     def __init__(
@@ -105,8 +123,11 @@ class NativeRhs:
         lanes: Any = None,
         real: NativeReal = DOUBLE,
         projection: Any = None,
+        driving: Driving | None = None,
     ) -> None:
         self.function = function
+        self.driving = driving
+        self._fixed: int | None = None
         self.real = real
         self.parameters = np.ascontiguousarray(parameters, dtype=real.dtype)
         self.work = np.ascontiguousarray(work, dtype=real.dtype)
@@ -129,14 +150,32 @@ class NativeRhs:
             self._pointers = tuple(array.ctypes.data for array in arrays)
         self._state[:] = y
         state, slope, work = self._pointers
-        if self.function(t, state, None, self.parameters_address, work, slope):
+        if self.function(t, state, self._inputs(t), self.parameters_address, work, slope):
             return np.full(len(y), np.nan)
         return self._slope.astype(float)
+
+    @property
+    def pieces(self) -> Pieces | None:
+        """The pieces of its inputs; None where it has none, or is that of one piece."""
+        return self.driving.pieces if self.driving and self._fixed is None else None
+
+    def in_piece(self, piece: int) -> NativeRhs:
+        """The same with the inputs of one piece, at any time."""
+        other = copy.copy(self)
+        other._fixed = piece
+        return other
+
+    def _inputs(self, t: float) -> int | None:
+        """The address of the inputs."""
+        if self.driving is None:
+            return None
+        fixed = self._fixed
+        return self.driving.address(self.driving.pieces.at(t) if fixed is None else fixed)
 
     def _projected(self, t: float, y: Array) -> Array:
         """The state moved onto the constraints, NaN where the C function returns nonzero."""
         state = np.array(y, self.real.dtype)
         parameters, work = self.parameters_address, self.work.ctypes.data
-        if self._projection(t, state.ctypes.data, None, parameters, work):
+        if self._projection(t, state.ctypes.data, self._inputs(t), parameters, work):
             return np.full(len(y), np.nan)
         return state.astype(float)

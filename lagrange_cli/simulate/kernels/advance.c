@@ -1,5 +1,5 @@
 /* Many steps in one call, with samples filled on the way. */
-#include "kernel.h"
+#include "events.h"
 
 #include <math.h>
 
@@ -82,15 +82,49 @@ static int take(lagrange_run *run, lagrange_interpolate interpolate, const doubl
     return status;
 }
 
+/* Where the inputs' piece ends that holds. */
+static double end_of_piece(const lagrange_run *run)
+{
+    return run->piece + 1 < run->pieces ? run->starts[run->piece + 1] : HUGE_VAL;
+}
+
+/* Where a piece has ended, begin the next one, with slopes of its own. */
+static int next_piece(lagrange_run *run, lagrange_begin start)
+{
+    if (!(run->t >= end_of_piece(run))) {
+        return LAGRANGE_OK;
+    }
+    run->piece += 1;
+    run->u = run->inputs + run->piece*run->width;
+    if (run->events) {
+        run->events->u = run->u;
+    }
+    lagrange_fold(lagrange_row(run, HI), lagrange_row(run, LOW), DIM(run));
+    return start && start(run) ? LAGRANGE_NOT_FINITE : LAGRANGE_OK;
+}
+
+/* One step within the piece. What the end of a piece has cut off is no reason for short steps. */
+static int step_in_piece(lagrange_run *run, lagrange_step step, double limit)
+{
+    const double end = end_of_piece(run), wanted = run->h;
+    const int status = step(run, fmin(limit, end));
+    if (!status && run->t == end) {
+        run->h = fmax(run->h, wanted);
+    }
+    return status;
+}
+
 /* Step on until all samples are filled or a limit is reached.
  *
  * times: ascending, none before the start of the last step. states: count rows.
  * No further step begins after most_steps or most_evaluations in this call.
+ * A null start: the method keeps no slope from step to step.
  * A null interpolate: steps end on the sample times.
  */
-int lagrange_advance(lagrange_run *run, lagrange_step step, lagrange_interpolate interpolate,
-                     const double *times, int64_t count, double *states, int64_t *filled,
-                     int64_t most_steps, double most_evaluations)
+int lagrange_advance(lagrange_run *run, lagrange_begin start, lagrange_step step,
+                     lagrange_interpolate interpolate, const double *times, int64_t count,
+                     double *states, int64_t *filled, int64_t most_steps,
+                     double most_evaluations)
 {
     const int64_t steps = run->steps, evaluations = run->evaluations;
     int status;
@@ -104,7 +138,10 @@ int lagrange_advance(lagrange_run *run, lagrange_step step, lagrange_interpolate
         if (run->events && lagrange_events_full(run)) {
             break;
         }
-        status = step(run, interpolate ? run->t_end : times[*filled]);
+        status = next_piece(run, start);
+        if (!status) {
+            status = step_in_piece(run, step, interpolate ? run->t_end : times[*filled]);
+        }
         if (!status) {
             const int ended = run->events ? lagrange_locate(run, interpolate) : LAGRANGE_OK;
             run->steps += 1;

@@ -315,6 +315,6 @@ int lagrange_dop853_interpolate(lagrange_run *run, double t, double *out)
 int lagrange_dop853_advance(lagrange_run *run, const double *times, int64_t count, double *states,
                             int64_t *filled, int64_t most_steps, double most_evaluations)
 {
-    return lagrange_advance(run, step, interpolate, times, count, states, filled, most_steps,
-                            most_evaluations);
+    return lagrange_advance(run, lagrange_dop853_start, step, interpolate, times, count, states,
+                            filled, most_steps, most_evaluations);
 }

@@ -435,6 +435,6 @@ int lagrange_gauss_interpolate(lagrange_run *run, double t, double *out)
 int lagrange_gauss_advance(lagrange_run *run, const double *times, int64_t count, double *states,
                            int64_t *filled, int64_t most_steps, double most_evaluations)
 {
-    return lagrange_advance(run, step, interpolate, times, count, states, filled, most_steps,
-                            most_evaluations);
+    return lagrange_advance(run, lagrange_gauss_start, step, interpolate, times, count, states,
+                            filled, most_steps, most_evaluations);
 }

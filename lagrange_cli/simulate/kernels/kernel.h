@@ -57,9 +57,16 @@ typedef struct {
     int64_t rejections;
     int64_t evaluations;
     int64_t dense; /* whether the last step's interpolant is ready */
-    int64_t mode; /* of the method, as are the last two */
+    int64_t mode; /* of the method, as are the next two */
     double rate;
     double noise;
+    /* Inputs that are other numbers in each piece of time: u is row `piece` of `inputs`, which
+     * holds from starts[piece] to the next start, and there anew. */
+    const double *starts;
+    const double *inputs;
+    int64_t width;
+    int64_t pieces;
+    int64_t piece;
 } lagrange_run;
 
 #ifdef LAGRANGE_DIM
@@ -99,7 +106,9 @@ static inline int lagrange_stay(lagrange_run *run, int status)
     return status;
 }
 
-/* A method: one step no further than `limit`, and states within the last step. */
+/* A method: standing at (t, hi + low), not 0 where there is no slope; one step no further than
+ * `limit`; and states within the last step. */
+typedef int (*lagrange_begin)(lagrange_run *run);
 typedef int (*lagrange_step)(lagrange_run *run, double limit);
 typedef int (*lagrange_interpolate)(lagrange_run *run, double t, double *out);
 
@@ -113,9 +122,10 @@ int lagrange_project(const lagrange_run *run, double t, const double *hi, double
 /* The state at t within the last step, on the constraints. */
 int lagrange_between(lagrange_run *run, lagrange_interpolate interpolate, double t, double *out);
 
-int lagrange_advance(lagrange_run *run, lagrange_step step, lagrange_interpolate interpolate,
-                     const double *times, int64_t count, double *states, int64_t *filled,
-                     int64_t most_steps, double most_evaluations);
+int lagrange_advance(lagrange_run *run, lagrange_begin start, lagrange_step step,
+                     lagrange_interpolate interpolate, const double *times, int64_t count,
+                     double *states, int64_t *filled, int64_t most_steps,
+                     double most_evaluations);
 
 /* The last step's events; LAGRANGE_ENDED where a terminal one has cut it. */
 int lagrange_locate(lagrange_run *run, lagrange_interpolate interpolate);

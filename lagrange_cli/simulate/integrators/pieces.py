@@ -1,0 +1,137 @@
+"""Right-hand sides with inputs that are other numbers in each piece of time.
+
+Within a piece such a right-hand side is smooth; at its end it may jump, or have a kink. So
+steps end where a piece ends, and begin there with the numbers of the next one: the order of
+a method, and its estimate of errors, hold as for any smooth problem.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import (
+    Array,
+    ConstrainedRhs,
+    Control,
+    Integrator,
+    Projection,
+    Rhs,
+    projection,
+)
+
+__all__ = ["Pieces", "PiecewiseRhs", "in_pieces", "pieces", "with_projection"]
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Numbers ``rows[k]``, which hold from ``starts[k]`` (ascending) to the next start.
+
+    The first row holds before the first start too; at a start the new row does.
+    ``rows`` has shape (len(starts), width).
+    """
+
+    starts: Array
+    rows: Array
+
+    def at(self, t: float) -> int:
+        """The number of the piece that holds at a time, and on from there."""
+        return max(int(np.searchsorted(self.starts, t, side="right")) - 1, 0)
+
+    def end(self, piece: int) -> float:
+        """Where a piece ends."""
+        return float(self.starts[piece + 1]) if piece + 1 < len(self.starts) else math.inf
+
+
+@dataclass(frozen=True)
+class PiecewiseRhs:
+    """A right-hand side with pieces; ``within`` makes it for one row of them."""
+
+    pieces: Pieces
+    within: Callable[[Array], Rhs]
+    project: Projection | None = None
+
+    def __call__(self, t: float, y: Array) -> Array:
+        return self.in_piece(self.pieces.at(t))(t, y)
+
+    def in_piece(self, piece: int) -> Rhs:
+        """The right-hand side with the numbers of one piece, at any time."""
+        return self.within(self.pieces.rows[piece])
+
+
+def pieces(rhs: Rhs) -> Pieces | None:
+    """The pieces of a right-hand side, None where it has none."""
+    found: Pieces | None = getattr(rhs, "pieces", None)
+    return found
+
+
+def with_projection(rhs: Rhs, project: Projection) -> Rhs:
+    """A right-hand side, with pieces or without, whose states obey constraints."""
+    if isinstance(rhs, PiecewiseRhs):
+        within = rhs.within
+        return PiecewiseRhs(rhs.pieces, lambda row: ConstrainedRhs(within(row), project), project)
+    return ConstrainedRhs(rhs, project)
+
+
+def in_pieces(
+    method: type[Integrator], rhs: Any, t0: float, y0: Array, t_end: float, control: Control
+) -> Integrator:
+    """A run of a method that begins anew in each piece of ``rhs``."""
+    kind = _Interpolating if method.interpolates else _Piecewise
+    return kind(method, rhs, t0, y0, t_end, control)
+
+
+class _Piecewise(Integrator):
+    """Runs of a method, one a piece."""
+
+    interpolates: ClassVar[bool] = False
+
+    def __init__(
+        self,
+        method: type[Integrator],
+        rhs: Any,
+        t0: float,
+        y0: Array,
+        t_end: float,
+        control: Control,
+    ) -> None:
+        self._method, self._rhs, self._pieces = method, rhs, rhs.pieces
+        self._projection = projection(rhs)
+        self._control, self.t_end = control, t_end
+        self._before = 0
+        self._begin(self._pieces.at(t0), t0, y0, control.first_step)
+
+    def _begin(self, piece: int, t: float, y: Array, first_step: float) -> None:
+        self._piece, self._taken = piece, (first_step, 0.0)
+        end = min(self._pieces.end(piece), self.t_end)
+        # The tolerances stay those of the control, which may change between steps.
+        control = replace(self._control, first_step=first_step)
+        self._run = self._method(self._rhs.in_piece(piece), t, y, end, control)
+        self.t, self.y = self._run.t, self._run.y
+        self.evaluations = self._before + self._run.evaluations
+
+    def step(self, limit: float) -> None:
+        if self.t >= self._run.t_end and self.t < self.t_end:
+            # The last step may have been cut by the end of the piece, the one before was not.
+            self._before = self.evaluations
+            self._begin(self._piece + 1, self.t, self.y, max(self._taken))
+        run = self._run
+        try:
+            run.step(run.t_end if self.interpolates else min(limit, run.t_end))
+        finally:
+            self.evaluations = self._before + run.evaluations
+        self._taken = (self._taken[1] or run.t - self.t, run.t - self.t)
+        self.t, self.y = run.t, run.y
+
+
+class _Interpolating(_Piecewise):
+    """The same of a method that interpolates."""
+
+    interpolates: ClassVar[bool] = True
+
+    def interpolate(self, times: Array) -> Array:
+        return self._run.interpolate(times)
