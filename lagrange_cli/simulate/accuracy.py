@@ -17,20 +17,21 @@ stays below.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.attempt import FLOOR_ULPS, NOISE_PART, Attempt
 from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.switching import Switch
 from lagrange_cli.simulate.pilot import Pilot, pilot
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
 from lagrange_cli.simulate.run import Failure
 from lagrange_cli.simulate.watch import StoppedError, Watch
 
-__all__ = ["Measured", "integrate_to_accuracy", "only_the_start", "why"]
+__all__ = ["Measured", "integrate_to_accuracy", "only_the_start", "until", "why"]
 
 #: The first tolerance as a part of eps: errors grow over a run.
 FIRST_TOLERANCE = 1e-5
@@ -54,8 +55,10 @@ class Measured:
     itself ends, ``stopped`` that the user or the budget ended it. ``choice``
     says why the method was taken; ``disproved`` is the time of a sample that a
     conserved energy contradicts; ``wider`` whether the run was made in wider
-    arithmetic than doubles. ``steps`` and ``evaluations`` are those of the
-    run, ``all_evaluations`` of everything.
+    arithmetic than doubles. ``switches`` are what happened to contacts until the
+    last sample, and the end of bounces that stands behind it; velocities at the times
+    ``exempt`` are as close to a jump as the error of its time. ``steps`` and
+    ``evaluations`` are those of the run, ``all_evaluations`` of everything.
     """
 
     states: Array
@@ -72,6 +75,8 @@ class Measured:
     estimate_seconds: float
     disproved: float | None = None
     wider: bool = False
+    switches: tuple[Switch, ...] = ()
+    exempt: Array = field(default_factory=lambda: np.empty(0))
 
 
 def integrate_to_accuracy(problem: InitialValueProblem, eps: float, watch: Watch) -> Measured:
@@ -194,6 +199,7 @@ def _measured(
 ) -> Measured:
     best = max(attempts, key=lambda attempt: attempt.judge().samples)
     judged = best.judge()
+    times, events = problem.times[: judged.samples], best.events
     return Measured(
         states=best.run.states[: judged.samples].copy(),
         scales=judged.scales,
@@ -208,7 +214,19 @@ def _measured(
         run_seconds=best.run_seconds,
         estimate_seconds=seconds - best.run_seconds,
         wider=best.wider,
+        switches=until(best.run.switches, problem, judged.samples),
+        exempt=times[events.exempt(times)] if events is not None else times[:0],
     )
+
+
+def until(
+    switches: Sequence[Switch], problem: InitialValueProblem, samples: int
+) -> tuple[Switch, ...]:
+    """Those up to the last of so many samples, and the end of bounces next behind it."""
+    last, all_of_them = float(problem.times[samples - 1]), samples == len(problem.times)
+    inside = [s for s in switches if s.t <= last]
+    beyond = [s for s in switches if s.t > last and s.kind == "accumulation"]
+    return (*inside, *([] if all_of_them else beyond[:1]))
 
 
 def why(found: Pilot) -> str:

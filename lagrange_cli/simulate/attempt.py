@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lagrange_cli.simulate.agreement import Agreement, agreement, end_of_bounces
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Array, projection
@@ -235,9 +236,27 @@ class Attempt:
         """Estimated error of the samples from ``first`` that all runs have reached."""
         common = min(run.filled for run in self._runs)
         own, looser, disturbed = (run.states[first:common] for run in self._runs)
+        _, looser_weight, weight = self._weights
+        errors = looser_weight * np.abs(looser - own) + weight * np.abs(disturbed - own)
+        events = self.events
+        if events is not None:
+            errors[events.exempt(self._problem.times[first:common]), len(self._problem.kinds) :] = 0
+        return np.asarray(errors)
+
+    @property
+    def _weights(self) -> tuple[float, float, float]:
+        """What the distance of each run from the first counts."""
         # LSODA's own error is larger than what rounding does.
-        weight = 1.0 if self._disturbed.method is INTEGRATORS["LSODA"] else ROUNDING_WEIGHT
-        return np.asarray(LOOSER_WEIGHT * np.abs(looser - own) + weight * np.abs(disturbed - own))
+        by_lsoda = self._disturbed.method is INTEGRATORS["LSODA"]
+        return 0.0, LOOSER_WEIGHT, 1.0 if by_lsoda else ROUNDING_WEIGHT
+
+    @property
+    def events(self) -> Agreement | None:
+        """What the runs say of the events of contacts, None where there are none."""
+        switches = [run.switches for run in self._runs]
+        if not any(switches):
+            return None
+        return agreement(switches, [run.t for run in self._runs], self._weights)
 
     def _hopeless(self, first: int) -> bool:
         """Whether the newest errors are far beyond eps on any scale to be expected."""
@@ -255,6 +274,11 @@ class Attempt:
         errors[:, :n] = np.maximum(errors[:, :n], ulps)
         scales = running_scales(self._problem, states)
         ratios = (errors / scales).max(axis=1)
+        events = self.events
+        if events is not None:
+            times = self._problem.times[: len(errors)]
+            ratios = np.maximum(ratios, events.ratios(times, self._problem.span))
+            ratios[times >= end_of_bounces(self.run.switches)] = np.inf
         ratios[0] = 0.0  # the start is given
         last = int(np.flatnonzero(ratios < self._eps)[-1])
         return Verdict(last + 1, float(ratios[last]), scales[last], float(ratios[-1] / self._eps))
@@ -276,7 +300,8 @@ class Attempt:
     def settled(self) -> bool:
         """Whether a smaller tolerance has nothing to add."""
         reached = self.judge().samples
-        if reached == len(self._problem.times) or self.lost:
+        possible = self._problem.times < end_of_bounces(self.run.switches)
+        if reached == np.count_nonzero(possible) or self.lost:
             return True
         return self.failure is not None and reached == min(run.filled for run in self._runs)
 

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from lagrange_cli.simulate.accuracy import Measured, only_the_start, why
+from lagrange_cli.simulate.accuracy import Measured, only_the_start, until, why
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.pilot import FIRST_STEP, Pilot, pilot
@@ -48,6 +48,7 @@ def integrate_with_method(problem: InitialValueProblem, request: Request, watch:
         all_evaluations=run.evaluations + (found.evaluations if found else 0),
         run_seconds=time.perf_counter() - run_started,
         estimate_seconds=run_started - started,
+        switches=until(run.switches, problem, run.filled),
     )
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from lagrange_cli.simulate.integrators import Control, Integrator, Rhs, start
 from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.switching import Switch, Switching
 from lagrange_cli.simulate.problem import InitialValueProblem
 
 __all__ = ["Failure", "Run"]
@@ -78,6 +80,11 @@ class Run:
     @property
     def evaluations(self) -> int:
         return self._integrator.evaluations
+
+    @property
+    def switches(self) -> Sequence[Switch]:
+        """What happened to contacts so far."""
+        return self._integrator.switches if isinstance(self._integrator, Switching) else ()
 
     @property
     def ended(self) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from lagrange_cli.simulate.integrators.base import (
     Array,
     Control,
@@ -16,6 +18,7 @@ from lagrange_cli.simulate.integrators.implicit import BDF, LSODA, Radau
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.pieces import in_pieces, pieces
 from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4, RK45
+from lagrange_cli.simulate.integrators.switching import SwitchedRhs, Switching
 
 __all__ = ["INTEGRATORS", "Control", "Integrator", "Rhs", "StepError", "start"]
 
@@ -31,6 +34,8 @@ def start(
     """Stand at (t0, y0) with a method, in machine code where it and ``rhs`` have one."""
     if not method.projects and projection(rhs) is not None:
         raise ValueError(f"{method.name} cannot move its states onto constraints")
+    if isinstance(rhs, SwitchedRhs):
+        return Switching(partial(start, method), rhs, t0, y0, t_end, control)
     native = isinstance(rhs, NativeRhs) and rhs.kernels is not None
     implementation = COMPILED.get(method.name, method) if native else method
     if implementation is method and pieces(rhs) is not None:

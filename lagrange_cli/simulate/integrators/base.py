@@ -40,6 +40,9 @@ choices and tests derive from there. An implementer promises:
    and is not started.
 12. **Pieces.** Where ``rhs`` has :func:`.pieces.pieces`, steps end with each of them. What
    sees ``rhs(t, y)`` alone is begun anew in each by :func:`.pieces.in_pieces`.
+13. **Events.** Behind :meth:`~Integrator.stop_at` the run ends where the first of some
+   functions falls through zero: ``t`` and ``y`` are there, projected, ``fallen`` is the
+   function's number, and no later sample is filled. Methods without interpolant cannot.
 """
 
 from __future__ import annotations
@@ -47,10 +50,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.integrators.falling import Falling, Search
 
 __all__ = [
     "UNMET",
@@ -151,7 +157,9 @@ class Integrator(ABC):
     t_end: float
     evaluations: int = 0
     steps: int = 0
+    fallen: int | None = None
     _projection: Projection | None = None
+    _search: Search | None = None
 
     @abstractmethod
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
@@ -165,10 +173,18 @@ class Integrator(ABC):
         """States at ``times`` within the last step, shape (len(times), n)."""
         raise NotImplementedError(f"{self.name} does not interpolate")
 
+    def stop_at(self, falling: Falling) -> None:
+        """End the run where one of the functions falls through zero."""
+        from lagrange_cli.simulate.integrators.falling import Search
+
+        if not self.interpolates:
+            raise ValueError(f"steps of {self.name} have no interpolant to find events on")
+        self._search = Search(falling)
+
     def advance(
         self, times: Array, states: Array, *, most_steps: int, most_evaluations: float
     ) -> Advance:
-        """Step on until all samples are filled, or a limit is reached.
+        """Step on until all samples are filled, a limit is reached, or the run ends.
 
         Parameters
         ----------
@@ -183,16 +199,35 @@ class Integrator(ABC):
         first_steps, first_evaluations = self.steps, self.evaluations
         while (
             filled < len(times)
+            and self.fallen is None
             and self.steps - first_steps < most_steps
             and self.evaluations - first_evaluations < most_evaluations
         ):
             try:
+                start = self.t
                 self.step(self.t_end if self.interpolates else float(times[filled]))
                 self.steps += 1
-                filled = self._take(times, states, filled)
+                event = self._event(start)
+                end = np.searchsorted(times, event[0], side="right") if event else len(times)
+                filled = self._take(times[:end], states, filled)
+                if event is not None:
+                    self._stop(*event)
             except StepError as error:
                 return Advance(filled, error.reason)
         return Advance(filled)
+
+    def _event(self, start: float) -> tuple[float, int] | None:
+        """Time and number of the function that fell first in the last step, which began there."""
+        return None if self._search is None else self._search.first(self._within, start, self.t)
+
+    def _within(self, t: float) -> Array:
+        """The state at a time within the last step, on the constraints."""
+        return self.y if t == self.t else self._projected(t, self.interpolate(np.array([t]))[0])
+
+    def _stop(self, t: float, event: int) -> None:
+        """Stand at the end of the run."""
+        self.y = self._within(t)
+        self.t, self.fallen = t, event
 
     def _take(self, times: Array, states: Array, filled: int) -> int:
         """Fill the samples that the last step has passed; return how many are filled."""

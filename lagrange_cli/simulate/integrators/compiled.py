@@ -15,6 +15,7 @@ import numpy as np
 
 from lagrange_cli.simulate.integrators.base import UNMET, Advance, Array, Control, Rhs, StepError
 from lagrange_cli.simulate.integrators.events import Event, EventBuffer, NativeEvents
+from lagrange_cli.simulate.integrators.falling import Falling
 from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.native import NativeReal, NativeRhs
 from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4
@@ -76,6 +77,7 @@ class _Compiled:
         self._native, self._control = rhs, control
         self._events: EventBuffer | None = None
         self.ended = False
+        self.fallen: int | None = None
         n, rows = len(y0), self._function("rows", _ROWS)()
         memory = _aligned(n * (rows + 3) + len(rhs.work), rhs.real)
         self._memory = memory[: n * rows].reshape(rows, n)
@@ -130,6 +132,10 @@ class _Compiled:
         self._events = EventBuffer(events, self._memory.shape[1], self._native.real, self._run.u)
         self._run.events = self._events.address
 
+    def stop_at(self, falling: Falling) -> None:
+        assert falling.native is not None
+        self.watch(falling.native)
+
     @property
     def events(self) -> list[Event]:
         """The events found so far, in order."""
@@ -164,6 +170,7 @@ class _Compiled:
             states[: filled.value] = out[: filled.value]
         self.ended = status == _ENDED
         self._read()
+        self.fallen = self.events[-1].index if self.ended else None
         return Advance(filled.value, _FAILURES.get(status))
 
 

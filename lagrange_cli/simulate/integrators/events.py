@@ -11,13 +11,13 @@ import numpy as np
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.native import NativeReal
 
-__all__ = ["Event", "EventBuffer", "NativeEvents"]
+__all__ = ["PARTS", "Event", "EventBuffer", "NativeEvents"]
 
 _LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
 
 #: Parts of a step, and events of one function in it at most (events.h and events.c).
-_PARTS = 4
-_MOST = 2 * _PARTS
+PARTS = 4
+_MOST = 2 * PARTS
 
 #: Steps full of events for which there is room in one call.
 _STEPS = 64
@@ -47,6 +47,9 @@ class NativeEvents:
         For each event: whether the run ends there.
     parameters, work
         As of a :class:`.native.NativeRhs`.
+    signs, noise
+        Those that the functions have at first, 0 where that is to be seen; all are by default.
+        What is made of one that rises from zero (events.h) begins above its noise.
     """
 
     function: Any
@@ -54,6 +57,8 @@ class NativeEvents:
     terminal: tuple[bool, ...]
     parameters: Array
     work: Array
+    signs: tuple[float, ...] = ()
+    noise: tuple[float, ...] = ()
 
 
 class _Events(ctypes.Structure):
@@ -61,7 +66,7 @@ class _Events(ctypes.Structure):
 
     _fields_ = (
         *((name, _POINTER) for name in ("function", "u", "p", "work", "direction", "terminal")),
-        *((name, _POINTER) for name in ("sign", "values", "state")),
+        *((name, _POINTER) for name in ("sign", "noise", "values", "state")),
         *((name, _LONG) for name in ("count", "capacity", "found")),
         *((name, _POINTER) for name in ("times", "indices", "states")),
     )
@@ -84,8 +89,9 @@ class EventBuffer:
             "work": np.empty_like(events.work, dtype),
             "direction": np.array(events.directions, dtype=np.int64),
             "terminal": np.array(events.terminal, dtype=np.int64),
-            "sign": np.zeros(count, dtype),
-            "values": np.empty((_PARTS + 4, count), dtype),
+            "sign": np.array(events.signs or np.zeros(count), dtype),
+            "noise": np.array(events.noise or np.zeros(count), dtype),
+            "values": np.empty((PARTS + 4, count), dtype),
             "state": np.empty(dimension, dtype),
             "times": self._times,
             "indices": self._indices,

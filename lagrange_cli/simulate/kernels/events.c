@@ -154,13 +154,37 @@ static void crossings_inside(const along *g, const double *t, const double *v, i
     }
 }
 
+/* Where a function that is zero at t[1] and rises from there falls through zero again before
+ * t[2]: only what lies between tells it from rounding. */
+static void falls_back(const along *g, const double *t, const double *v, int64_t first)
+{
+    double a = t[1], b = t[2], inside = 0.0;
+    while (!(inside > 0.0) && b - t[1] > 2.0*ulp(b)) {
+        a = t[1] + (b - t[1])/2.0;
+        inside = value(g, a);
+        b = inside > 0.0 ? b : a;
+    }
+    record(g, inside > 0.0 ? a : t[1], inside > 0.0 ? inside : 0.0, b,
+           b == t[2] ? v[2] : value(g, b), first);
+}
+
 /* The crossings of one event function; t and its values v run from one part before the step
  * (where the interpolant is continued) to one after it. */
 static void crossings(const along *g, const double *t, const double *v, int64_t first)
 {
     double *sign = g->run->events->sign + g->index;
-    int k, last = 1;
-    for (k = 1; k <= PARTS + 1; ++k) {
+    const double noise = g->run->events->noise[g->index];
+    int k = 1, last = 1;
+    for (; *sign == LAGRANGE_RISES && k <= PARTS; ++k) {
+        if (v[k + 1] > noise) {
+            *sign = 1.0;
+        } else if (v[k + 1] < -noise) {
+            falls_back(g, t + k - 1, v + k - 1, first);
+            *sign = -1.0;
+        }
+        last = k + 1;
+    }
+    for (; k <= PARTS + 1; ++k) {
         const double now = sign_of(v[k]);
         if (now == 0.0 || isnan(v[k])) {
             continue;

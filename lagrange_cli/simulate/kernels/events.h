@@ -7,7 +7,11 @@
 /* Intervals of a step at whose ends signs are looked at. */
 #define LAGRANGE_PARTS 4
 
-/* The caller sets everything; `sign` is 0 at first. It takes what was found and
+/* The sign of a function that is zero where the run begins, and then positive: until it is
+ * larger than its noise nothing is made of its sign. */
+#define LAGRANGE_RISES 2.0
+
+/* The caller sets everything; `sign` is 0 at first where nothing is known of it. It takes what was found and
  * sets `found` back to 0. */
 typedef struct lagrange_events {
     lagrange_function function; /* all count values of g at once */
@@ -17,6 +21,7 @@ typedef struct lagrange_events {
     const int64_t *direction; /* 1 rising, -1 falling, 0 both */
     const int64_t *terminal;
     double *sign;   /* count: of each g when it was last not 0 */
+    const double *noise; /* count: of each g where it rises from 0 */
     double *values; /* (LAGRANGE_PARTS + 4) rows of count */
     double *state;  /* n */
     int64_t count;

@@ -1,0 +1,80 @@
+"""What several runs of one motion say of its events: where they agree, and to what."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.switching import Switch
+
+__all__ = ["Agreement", "agreement", "end_of_bounces"]
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Events that all runs have, with the estimated errors of their times.
+
+    ``times``, ``errors`` and ``jumps`` (whether velocities change) have one entry an
+    event; from ``broken`` on the runs differ in what happens.
+    """
+
+    times: Array
+    errors: Array
+    jumps: NDArray[np.bool_]
+    broken: float
+
+    def ratios(self, t: Array, span: float) -> Array:
+        """The largest error of an event up to each time, as a part of the span."""
+        order = np.argsort(self.times)
+        largest = np.maximum.accumulate(np.concatenate([[0.0], self.errors[order] / span]))
+        found = largest[np.searchsorted(self.times[order], t, side="right")]
+        return np.where(t < self.broken, found, np.inf)
+
+    def exempt(self, t: Array) -> NDArray[np.bool_]:
+        """Which times are as close to a jump as the error of its time."""
+        times, errors = self.times[self.jumps], self.errors[self.jumps]
+        if len(times) == 0:
+            return np.zeros(len(t), dtype=bool)
+        near = np.abs(t[:, None] - times[None, :]) <= errors[None, :]
+        return np.asarray(near.any(axis=1))
+
+
+def agreement(
+    runs: Sequence[Sequence[Switch]], reached: Sequence[float], weights: Sequence[float]
+) -> Agreement:
+    """Compare the events of a run, the first, with those of others, contact by contact.
+
+    So events of different contacts at one time may come in any order.
+
+    Parameters
+    ----------
+    reached
+        How far each run has come.
+    weights
+        What the distances of each run's times from the first one's count.
+    """
+    matched: list[tuple[float, float, bool]] = []
+    broken = np.inf
+    until = min(reached)
+    for contact in sorted({s.contact for run in runs for s in run}):
+        own = [[s for s in run if s.contact == contact] for run in runs]
+        for k in range(max(map(len, own))):
+            same = [run[k] for run in own if len(run) > k]
+            first = min(s.t for s in same)
+            if len(same) < len(runs) or len({s.kind for s in same}) > 1:
+                broken = min(broken, first if first <= until else np.inf)
+                break
+            t = same[0].t
+            error = sum(w * abs(s.t - t) for w, s in zip(weights, same, strict=True))
+            matched.append((t, error, any(s.jumps for s in same)))
+    times, errors, jumps = zip(*matched, strict=True) if matched else ((), (), ())
+    return Agreement(np.array(times), np.array(errors), np.array(jumps, dtype=bool), broken)
+
+
+def end_of_bounces(switches: Sequence[Switch]) -> float:
+    """When the first sequence of ever shorter bounces ends; infinity where none does."""
+    return min((s.t for s in switches if s.kind == "accumulation"), default=np.inf)

@@ -1,0 +1,274 @@
+"""Motion with contacts: smooth pieces, each with a right-hand side of its own, events between.
+
+A piece goes on until the event function of a contact falls through zero: the multiplier of a
+closed one, the gap of an open one. Then the state is reset and the next piece begins. Bounces
+that follow each other ever faster are ended where what is left of them is shorter than a part
+of the span (accumulation points, after Zeno; Leine and van de Wouw, *Stability and Convergence
+of Mechanical Systems with Unilateral Constraints*, 2008, section 2.6).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import ClassVar, Literal, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import (
+    Advance,
+    Array,
+    Control,
+    Integrator,
+    Rhs,
+    StepError,
+)
+from lagrange_cli.simulate.integrators.falling import RISES, Falling
+
+__all__ = ["Flags", "Switch", "SwitchedRhs", "Switching"]
+
+#: Which contacts are closed.
+Flags: TypeAlias = tuple[bool, ...]
+
+#: What happens to a contact: it closes, for an instant or for longer; it opens; it closes since
+#: its bounces have become too short.
+Kind: TypeAlias = Literal["contact", "release", "accumulation"]
+
+#: A gap is zero below this part of what it is the difference of.
+TOUCHING = 1e-12
+
+#: Bounces are ended where all that are left take less than this part of the span.
+ACCUMULATED = 1e-10
+
+#: Shrinking intervals between bounces that make a sequence.
+SEQUENCE = 4
+
+#: Events one upon the other, and the units in the last place of time within which they are.
+CHATTER, TOGETHER = 40, 16
+
+#: The event of a reset at the start of a motion.
+START = -1
+
+
+@dataclass(frozen=True)
+class Switch:
+    """What happened to a contact, with the states before and after, and what is closed then."""
+
+    t: float
+    contact: int
+    kind: Kind
+    before: Array
+    after: Array
+    flags: Flags
+
+    @property
+    def jumps(self) -> bool:
+        """Whether velocities changed."""
+        return not np.array_equal(self.before, self.after)
+
+
+@dataclass(frozen=True)
+class Gaps:
+    """Gaps φ of all contacts, with the sizes of what they are differences of (both (U,)), their
+    gradients (U, n), and how they change at rest, ∂φ/∂t (U,)."""
+
+    values: Array
+    sizes: Array
+    gradients: Array
+    rates: Array
+
+    @property
+    def touching(self) -> Flags:
+        """Which are zero but for rounding."""
+        return tuple((np.abs(self.values) <= TOUCHING * self.sizes).tolist())
+
+    def opening(self, velocities: Array) -> Flags:
+        """Which grow, by more than rounding."""
+        products = self.gradients * velocities
+        change = products.sum(axis=1) + self.rates
+        return tuple(
+            (change > TOUCHING * (np.abs(products).sum(axis=1) + np.abs(self.rates))).tolist()
+        )
+
+    def noise(self, errors: Array) -> Array:
+        """What errors of the coordinates make of them, shape (U,)."""
+        return np.abs(self.gradients) @ errors + TOUCHING * self.sizes
+
+
+class SwitchedRhs(ABC):
+    """Right-hand sides for every set of closed contacts; called like one, it is that of none."""
+
+    #: No contact closed.
+    free: Flags
+
+    @abstractmethod
+    def project(self, t: float, y: Array) -> Array:
+        """A state moved onto the constraints that hold in free flight, too."""
+
+    @abstractmethod
+    def __call__(self, t: float, y: Array) -> Array:
+        """y' with no contact closed."""
+
+    @abstractmethod
+    def side(self, closed: Flags) -> Rhs:
+        """y' with these contacts closed, with a projection onto them."""
+
+    @abstractmethod
+    def falling(self, closed: Flags, signs: tuple[float, ...], noise: tuple[float, ...]) -> Falling:
+        """The multiplier of each closed contact and the gap of each open one."""
+
+    @abstractmethod
+    def gaps(self, t: float, y: Array) -> Gaps:
+        """How far each contact is from closing."""
+
+    @abstractmethod
+    def reset(
+        self, t: float, y: Array, closed: Flags, event: int, bounce: float
+    ) -> tuple[Array, Flags] | None:
+        """State and closed contacts after the event of a contact; None where there are none.
+
+        ``bounce`` multiplies the coefficients of restitution.
+        """
+
+
+#: Stands at a state with a method: (rhs, t, y, t_end, control).
+Begin: TypeAlias = Callable[[Rhs, float, Array, float, Control], Integrator]
+
+
+class Switching(Integrator):
+    """One method over all pieces, called like any; ``switches`` are those passed so far."""
+
+    interpolates: ClassVar[bool] = False
+
+    def __init__(
+        self,
+        begin: Begin,
+        rhs: SwitchedRhs,
+        t0: float,
+        y0: Array,
+        t_end: float,
+        control: Control,
+    ) -> None:
+        self._begin, self._rhs, self._control = begin, rhs, control
+        self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
+        self._shortest = ACCUMULATED * (t_end - t0)
+        self._past = 0, 0
+        self._closed = rhs.free
+        self._bounces: dict[int, list[float]] = {}
+        self._stuck: str | None = None
+        self._run: Integrator | None = None
+        self.switches: list[Switch] = []
+        self._reset(START, "contact")
+
+    def step(self, limit: float) -> None:
+        states = np.empty((1, len(self.y)))
+        done = self.advance(np.array([np.inf]), states, most_steps=1, most_evaluations=float("inf"))
+        if done.failure is not None:
+            raise StepError(done.failure)
+
+    def advance(
+        self, times: Array, states: Array, *, most_steps: int, most_evaluations: float
+    ) -> Advance:
+        filled, steps, evaluations = 0, self.steps, self.evaluations
+        while self._run is not None:
+            done = self._run.advance(
+                times[filled:],
+                states[filled:],
+                most_steps=most_steps - (self.steps - steps),
+                most_evaluations=most_evaluations - (self.evaluations - evaluations),
+            )
+            filled += done.filled
+            self._read(self._run)
+            event = self._run.fallen
+            if done.failure is not None or event is None:
+                return Advance(filled, done.failure)
+            self._switch(event)
+            if filled and times[filled - 1] == self.t:
+                states[filled - 1] = self.y
+            spent = self.evaluations - evaluations
+            if (
+                filled == len(times)
+                or self.steps - steps >= most_steps
+                or spent >= most_evaluations
+            ):
+                break
+        return Advance(filled, self._stuck)
+
+    def _read(self, run: Integrator) -> None:
+        self.t, self.y = run.t, run.y
+        self.steps, self.evaluations = self._past[0] + run.steps, self._past[1] + run.evaluations
+
+    def _switch(self, event: int) -> None:
+        """Go on behind the event of a contact."""
+        self._past = self.steps, self.evaluations
+        if self._closed[event]:
+            self._reset(event, "release")
+        else:
+            self._reset(event, "accumulation" if self._accumulates(event) else "contact")
+        last = self.switches[-CHATTER:]
+        if len(last) == CHATTER and self.t - last[0].t <= self._together:
+            self._run, self._stuck = None, "contacts close and open without end"
+
+    @property
+    def _together(self) -> float:
+        return float(TOGETHER * np.spacing(max(abs(self.t), abs(self.t_end))))
+
+    def _accumulates(self, contact: int) -> bool:
+        """Whether all bounces of a contact that are left take next to no time."""
+        times = self._bounces.setdefault(contact, [])
+        times.append(self.t)
+        del times[: -SEQUENCE - 1]
+        between = np.diff(times)
+        if len(between) < SEQUENCE or not (np.diff(between) < 0).all():
+            return False
+        ratio = between[-1] / between[-2]
+        ends = between[-1] * ratio / (1 - ratio) <= max(self._shortest, self._together)
+        if ends:
+            times.clear()
+        return bool(ends)
+
+    def _reset(self, event: int, kind: Kind) -> None:
+        """Find what holds behind an event, tell what changed, and begin the next piece."""
+        before, was = self.y, self._closed
+        bounce = 0.0 if kind == "accumulation" else 1.0
+        found = self._rhs.reset(self.t, before, was, event, bounce)
+        if found is None:
+            self._run, self._stuck = None, "what the contacts do next cannot be determined"
+            return
+        self.y, self._closed = found
+        changes = self._struck(before) if event == START else {event: kind}
+        for k, (old, now) in enumerate(zip(was, self._closed, strict=True)):
+            if old != now and event != START:
+                changes.setdefault(k, "contact" if now else "release")
+        self.switches += [
+            Switch(self.t, k, of, before, self.y, self._closed) for k, of in changes.items()
+        ]
+        self._stand()
+
+    def _struck(self, before: Array) -> dict[int, Kind]:
+        """Contacts that are met with a velocity at the start."""
+        if np.array_equal(before, self.y):
+            return {}
+        touching = self._rhs.gaps(self.t, before).touching
+        return {k: "contact" for k, touches in enumerate(touching) if touches}
+
+    def _stand(self) -> None:
+        """Begin a piece here."""
+        n = len(self.y) // 2
+        gaps = self._rhs.gaps(self.t, self.y)
+        began = [s.contact for s in self.switches if s.t == self.t]
+        # What has just opened is zero but for rounding, of either sign.
+        rises = [
+            not closed and (touches or k in began)
+            for k, (closed, touches) in enumerate(zip(self._closed, gaps.touching, strict=True))
+        ]
+        opening = gaps.opening(self.y[n:])
+        noise = np.where(opening, 0.0, gaps.noise(self._control.atol[:n]))
+        signs = tuple(RISES if rising else 1.0 for rising in rises)
+        first_step = min(self._control.first_step, self.t_end - self.t)
+        # The tolerances stay those of the control, which may change between steps.
+        control = replace(self._control, first_step=first_step)
+        side = self._rhs.side(self._closed)
+        self._run = self._begin(side, self.t, self.y, self.t_end, control)
+        self._run.stop_at(self._rhs.falling(self._closed, signs, tuple(noise.tolist())))
