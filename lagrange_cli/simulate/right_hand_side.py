@@ -5,9 +5,9 @@ from __future__ import annotations
 import ctypes
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from lagrange_cli.simulate.integrators.native import (
 from lagrange_cli.simulate.integrators.pieces import Pieces, PiecewiseRhs, with_projection
 from lagrange_cli.simulate.library import Source, load
 from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.tables import Table, interpreted_table, native_table, no_columns
 from lagrange_cli.simulate.watch import StoppedError
 
 __all__ = [
@@ -40,16 +41,8 @@ __all__ = [
     "right_hand_side",
 ]
 
-#: Values at many states: t (m,), y (m, 2n) → (m, k).
-Table: TypeAlias = Callable[[Array, Array], Array]
-
-_LONG, _POINTER = ctypes.c_long, ctypes.c_void_p
-
 #: int64_t lagrange_digits(void)
 _DIGITS = ctypes.CFUNCTYPE(ctypes.c_int64)
-
-#: void system_table(f, rows, t, y, width, u, p, work, out, columns)
-_TABLE = ctypes.CFUNCTYPE(None, _POINTER, _LONG, _POINTER, _POINTER, _LONG, *[_POINTER] * 4, _LONG)
 
 #: Options for the text of a system.
 OPTIONS = ("-O2",)
@@ -136,10 +129,6 @@ def _pieces(drive: Drive | None, pattern: int) -> Pieces | None:
     return drive.disturbed(pattern) if pattern else drive.pieces
 
 
-def _no_columns(t: Array, y: Array) -> Array:
-    return np.empty((len(t), 0))
-
-
 # Machine code.
 
 
@@ -218,8 +207,8 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
 
     def table(name: str, columns: int) -> Table:
         if columns == 0:
-            return _no_columns
-        return _native_table(libraries.system, libraries.function(name), width, columns)
+            return no_columns
+        return native_table(libraries.system, libraries.function(name), width, columns)
 
     rhs, disturbed = libraries.sides()
     return RightHandSide(
@@ -258,44 +247,6 @@ def _wider(model: Model, drive: Drive | None, cache: Cache, deadline: float) -> 
     return Wider(*libraries.sides(), EXTENDED.epsilon)
 
 
-def _native_table(library: ctypes.CDLL, function: NativeRhs, width: int, columns: int) -> Table:
-    """A function of the library at many states; ``width`` numbers a state."""
-    call = _TABLE(("system_table", library))
-
-    def table(t: Array, y: Array) -> Array:
-        t, y = np.ascontiguousarray(t, dtype=float), np.ascontiguousarray(y, dtype=float)
-        out = np.empty((len(t), columns))
-        for first, last, inputs in _alike(function, t):
-            call(
-                function.address,
-                last - first,
-                t[first:].ctypes.data,
-                y[first:].ctypes.data,
-                width,
-                inputs,
-                function.parameters.ctypes.data,
-                function.work.ctypes.data,
-                out[first:].ctypes.data,
-                columns,
-            )
-        return out
-
-    return table
-
-
-def _alike(function: NativeRhs, t: Array) -> Iterator[tuple[int, int, int | None]]:
-    """Rows of a table from and to where inputs have the same numbers, and their address."""
-    driving = function.driving
-    if driving is None:
-        yield 0, len(t), None
-        return
-    piece = [driving.pieces.at(time) for time in t.tolist()]
-    ends = [k for k in range(1, len(t)) if piece[k] != piece[k - 1]]
-    for first, last in zip([0, *ends], [*ends, len(t)], strict=True):
-        if first < last:
-            yield first, last, driving.address(piece[first])
-
-
 # Interpreted.
 
 
@@ -326,7 +277,7 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         return _bound(functions[name], parameters.tolist(), _pieces(drive, pattern))
 
     def table(name: str, columns: int) -> Table:
-        return _interpreted_table(bound(name), columns) if columns else _no_columns
+        return interpreted_table(bound(name), columns) if columns else no_columns
 
     def side(name: str, pattern: int = 0) -> Rhs:
         rhs = bound(name, pattern)
@@ -360,11 +311,3 @@ def _bound(function: Callable[..., Any], given: list[float], pieces: Pieces | No
         return lambda t, y: function(t, y, given, lambda *_: values)
 
     return PiecewiseRhs(pieces, within)
-
-
-def _interpreted_table(function: Callable[[float, Array], Any], columns: int) -> Table:
-    def table(t: Array, y: Array) -> Array:
-        rows = [function(float(s), state) for s, state in zip(t, y, strict=True)]
-        return np.array(rows, dtype=float).reshape(len(t), columns)
-
-    return table

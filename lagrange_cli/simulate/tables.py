@@ -1,0 +1,75 @@
+"""Functions of a system at many states at once."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterator
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.native import NativeRhs
+
+__all__ = ["Table", "interpreted_table", "native_table", "no_columns"]
+
+#: Values at many states: t (m,), y (m, 2n) → (m, k).
+Table: TypeAlias = Callable[[Array, Array], Array]
+
+_LONG, _POINTER = ctypes.c_long, ctypes.c_void_p
+
+#: void system_table(f, rows, t, y, width, u, p, work, out, columns)
+_TABLE = ctypes.CFUNCTYPE(None, _POINTER, _LONG, _POINTER, _POINTER, _LONG, *[_POINTER] * 4, _LONG)
+
+
+def no_columns(t: Array, y: Array) -> Array:
+    """A table without columns."""
+    return np.empty((len(t), 0))
+
+
+def native_table(library: ctypes.CDLL, function: NativeRhs, width: int, columns: int) -> Table:
+    """A function of the library at many states; ``width`` numbers a state."""
+    call = _TABLE(("system_table", library))
+
+    def table(t: Array, y: Array) -> Array:
+        t, y = np.ascontiguousarray(t, dtype=float), np.ascontiguousarray(y, dtype=float)
+        out = np.empty((len(t), columns))
+        for first, last, inputs in _alike(function, t):
+            call(
+                function.address,
+                last - first,
+                t[first:].ctypes.data,
+                y[first:].ctypes.data,
+                width,
+                inputs,
+                function.parameters.ctypes.data,
+                function.work.ctypes.data,
+                out[first:].ctypes.data,
+                columns,
+            )
+        return out
+
+    return table
+
+
+def _alike(function: NativeRhs, t: Array) -> Iterator[tuple[int, int, int | None]]:
+    """Rows of a table from and to where inputs have the same numbers, and their address."""
+    driving = function.driving
+    if driving is None:
+        yield 0, len(t), None
+        return
+    piece = [driving.pieces.at(time) for time in t.tolist()]
+    ends = [k for k in range(1, len(t)) if piece[k] != piece[k - 1]]
+    for first, last in zip([0, *ends], [*ends, len(t)], strict=True):
+        if first < last:
+            yield first, last, driving.address(piece[first])
+
+
+def interpreted_table(function: Callable[[float, Array], Any], columns: int) -> Table:
+    """A function run by Python at many states."""
+
+    def table(t: Array, y: Array) -> Array:
+        rows = [function(float(s), state) for s, state in zip(t, y, strict=True)]
+        return np.array(rows, dtype=float).reshape(len(t), columns)
+
+    return table
