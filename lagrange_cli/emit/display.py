@@ -92,7 +92,7 @@ def vocabulary(equations: Equations) -> Vocabulary:
         p.symbol: ordering.atom(p.name, Level.PARAMETER, rank, latex=p.latex)
         for rank, p in enumerate(equations.parameters)
     }
-    for rank, closure in enumerate(equations.closures, len(equations.parameters)):
+    for rank, closure in enumerate(equations.pushing, len(equations.parameters)):
         # With the underscores that tell the symbol from other names of the scene.
         name = multiplier_name(closure.multiplier.name.removeprefix("lambda_"))
         atoms[closure.multiplier] = ordering.atom(name, Level.PARAMETER, rank)

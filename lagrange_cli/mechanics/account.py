@@ -241,6 +241,9 @@ def _lines(
                 rheonomic=any(_depends_on_time(geometry.names, stated[k].phi) for k in numbers),
             )
         )
+    for gap in geometry.gaps:
+        moved = geometry.names.t in (gap.left - gap.right).free_symbols
+        lines.append(ConstraintLine(gap.name, (gap.text,), "unilateral", rheonomic=moved))
     return lines
 
 

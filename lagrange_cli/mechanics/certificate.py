@@ -62,12 +62,13 @@ class Evidence:
     Attributes
     ----------
     cyclic
-        For each coordinate, whether ∂L/∂q vanished at every state, and no closure acts on it.
+        For each coordinate, whether ∂L/∂q vanished at every state, and no closure or
+        contact acts on it.
     forced
         For each coordinate, whether a generalized force did not vanish.
     energy_conserved
         Whether d/dt (Σ q̇ ∂L/∂q̇ − L) = Q·q̇ − ∂L/∂t vanished at every state, and
-        no closure does work: none is moved in time.
+        no closure or contact does work: none is moved in time.
     energy_is_sum
         Whether Σ q̇ ∂L/∂q̇ − L equals T + V (V without velocities) at every state.
     mass_matrices
@@ -151,7 +152,7 @@ def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
             )
         )
     certificate = Certificate(points, digits, double(worst))
-    return _evidence(derivation.closures, certificate, states, seen)
+    return _evidence(derivation.pushing, certificate, states, seen)
 
 
 def _evidence(

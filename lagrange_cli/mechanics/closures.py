@@ -26,19 +26,25 @@ __all__ = ["closures"]
 _TERM_BUDGET = 200
 
 
-def closures(reduced: Reduced) -> tuple[Closure, ...]:
-    """The closures of a scene, in the order in which it states them."""
-    return tuple(
+def closures(reduced: Reduced) -> tuple[tuple[Closure, ...], tuple[Closure, ...]]:
+    """The closures of a scene and the gaps of its one-sided constraints, each in its order."""
+    restrictions = (*reduced.closures, *reduced.gaps)
+    found = tuple(
         _closure(reduced, restriction, name, symbol)
-        for restriction, (name, symbol) in zip(reduced.closures, _multipliers(reduced), strict=True)
+        for restriction, (name, symbol) in zip(restrictions, _multipliers(reduced), strict=True)
     )
+    count = len(reduced.closures)
+    return found[:count], found[count:]
 
 
 def _multipliers(reduced: Reduced) -> Iterator[tuple[str, sp.Symbol]]:
-    """Name and multiplier of each closure; numbered where a constraint keeps several equations."""
-    constraints = [r.name for r in reduced.closures]
+    """Name and multiplier of each closure, then of each gap.
+
+    The names are numbered where a constraint keeps several equations.
+    """
+    constraints = [r.name for r in (*reduced.closures, *reduced.gaps)]
     scene = reduced.scene
-    taken = {c.name for c in scene.constraints}
+    taken = {*(c.name for c in scene.constraints), *(u.name for u in scene.unilateral)}
     used = {*reduced.names.parameters, *reduced.names.inputs, *reduced.names.cartesian}
     used |= {c.name for c in reduced.coordinates}
     for k, name in enumerate(constraints):

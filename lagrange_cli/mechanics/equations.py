@@ -100,12 +100,14 @@ class ConstraintLine:
     ``equations`` as written; ``status``: ``independent``; ``satisfied`` (the
     definitions satisfy it identically); ``redundant`` (others imply it, named
     in ``implied_by``); ``nonholonomic`` (it holds velocities and is not
-    integrable). ``rheonomic``: it contains t.
+    integrable); ``unilateral`` (an inequality). ``rheonomic``: it contains t.
     """
 
     name: str
     equations: tuple[str, ...]
-    status: Literal["independent", "satisfied", "redundant", "nonholonomic"] = "independent"
+    status: Literal["independent", "satisfied", "redundant", "nonholonomic", "unilateral"] = (
+        "independent"
+    )
     implied_by: tuple[str, ...] = ()
     rheonomic: bool = False
 
@@ -117,7 +119,7 @@ class Account:
     ``cartesian`` = 3N; ``extra`` = E; ``constraints`` = K; ``implied`` of the K
     restrictions are stated by no constraint but follow from definitions or
     position expressions. ``nonholonomic`` constraints lower the freedom of
-    velocities, not ``dof``.
+    velocities, not ``dof``; ``unilateral`` ones neither.
     """
 
     cartesian: int
@@ -128,6 +130,11 @@ class Account:
     lines: tuple[ConstraintLine, ...]
     chosen_automatically: bool = False
     nonholonomic: int = 0
+
+    @property
+    def unilateral(self) -> int:
+        """Number of one-sided constraints."""
+        return sum(line.status == "unilateral" for line in self.lines)
 
 
 @dataclass(frozen=True)
@@ -405,6 +412,11 @@ class Equations:
         return "multiplier" if self.closures or self.contacts else "minimal"
 
     @property
+    def pushing(self) -> tuple[Closure, ...]:
+        """All that has a multiplier: closures, then the gaps of contacts."""
+        return (*self.closures, *(c.closure for c in self.contacts))
+
+    @property
     def multipliers(self) -> tuple[str, ...]:
         """Names of the constraints whose multipliers the equations hold."""
-        return tuple(held.name for held in (*self.closures, *self.contacts))
+        return tuple(closure.name for closure in self.pushing)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import sympy as sp
@@ -17,6 +18,8 @@ from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.ranks import TOLERANCE, Point
 from lagrange_cli.mechanics.solving import linear_parts, solutions
 from lagrange_cli.mechanics.tape import DomainError, values
+from lagrange_cli.scene.expression import Expression
+from lagrange_cli.scene.model import Unilateral
 
 __all__ = ["Geometry", "Leftover", "Restriction", "examine", "related"]
 
@@ -60,6 +63,24 @@ class Geometry:
             equation.mark(),
             stated.integral,
         )
+
+    @cached_property
+    def gaps(self) -> tuple[Restriction, ...]:
+        """The one-sided constraints: ``left`` ≥ ``right``."""
+        return tuple(map(self._gap, self.names.scene.unilateral))
+
+    def _gap(self, one_sided: Unilateral) -> Restriction:
+        written = one_sided.inequality
+        left, right = self._resolved(written.left), self._resolved(written.right)
+        if written.relation == "<=":
+            left, right = right, left
+        return Restriction(one_sided.name, "position", left, right, written.text, written.mark())
+
+    def _resolved(self, expression: Expression) -> sp.Expr:
+        """An expression of the scene over q and t."""
+        expr = self.names.convert(expression)
+        present = expr.free_symbols & self.resolved.keys()
+        return expr.xreplace({s: self.resolved[s] for s in present})
 
     def without(self, q: sp.Symbol) -> list[str]:
         """Names of the other coordinates."""

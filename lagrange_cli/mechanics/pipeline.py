@@ -124,6 +124,7 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
         ),
         remarks=_remarks(derivation, initial),
         closures=derivation.closures,
+        contacts=derivation.contacts,
     )
 
 
@@ -215,6 +216,9 @@ def _expressions(scene: Scene) -> Iterator[Expression]:
         yield from position
     yield from (p.mass for p in scene.particles)
     yield from (s for c in scene.constraints for e in c.equations for s in (e.left, e.right))
+    for one_sided in scene.unilateral:
+        yield from (one_sided.inequality.left, one_sided.inequality.right)
+        yield from filter(None, [one_sided.restitution])
     yield from (d.expression for d in scene.definitions)
     yield from (u.expression for u in scene.inputs if u.expression is not None)
     for term in (*scene.potentials, *scene.kinetic, *scene.dissipation, *scene.outputs):
@@ -302,7 +306,8 @@ def interpret(equations: Equations, expression: Expression) -> sp.Expr:
     for particle in equations.particles:
         for axis, position in zip("xyz", particle.position, strict=True):
             meanings[f"{axis}_{particle.name}"] = position
-    meanings.update((c.multiplier.name, c.multiplier) for c in equations.closures)
+    multipliers = [c.multiplier for c in equations.pushing]
+    meanings.update((multiplier.name, multiplier) for multiplier in multipliers)
     meanings.update((c.name, c.position) for c in equations.cartesian_names)
     meanings.update((p.name, p.symbol) for p in equations.parameters)
     meanings.update((u.name, u.symbol) for u in equations.inputs)

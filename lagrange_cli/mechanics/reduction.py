@@ -95,6 +95,11 @@ class Reduced:
         return expr.xreplace(present) if present else expr
 
     @property
+    def gaps(self) -> tuple[Restriction, ...]:
+        """One-sided constraints, ``left`` ≥ ``right``."""
+        return self.chart.geometry.gaps
+
+    @property
     def rate(self) -> Rate:
         """Total time derivative of an expression over raw symbols, q, v and t.
 
@@ -106,9 +111,9 @@ class Reduced:
         """Random feasible configurations at which ``domain`` is real as well."""
         return _sampler(self.chart, domain, self.manifold())
 
-    def manifold(self) -> Manifold:
-        """The states that the closures leave."""
-        return _manifold(self.chart, self.closures)
+    def manifold(self, gaps: Sequence[Restriction] = ()) -> Manifold:
+        """The states that the closures leave, and ``gaps`` that are closed."""
+        return _manifold(self.chart, [*self.closures, *gaps])
 
 
 def _rate(reduced: Reduced, expr: sp.Expr) -> sp.Expr:
@@ -132,14 +137,6 @@ def reduce(scene: Scene) -> Reduced:
         Located and explained: too few or too many coordinates, constraints that
         contradict each other, a branch that nothing chooses, a mass that is not positive.
     """
-    for one_sided in scene.unilateral:
-        raise InputError(
-            Problem(
-                "one-sided constraints are not derived yet",
-                one_sided.inequality.mark(),
-                rule="unsupported",
-            )
-        )
     with mpmath.workdps(working_digits(_DIGITS)):
         problem = _problem(scene)
         reduced, equations, remarks = _integrated(problem)
@@ -362,7 +359,7 @@ def _coordinates(geometry: Geometry, restrictions: Sequence[Restriction]) -> Ite
     scene = geometry.names.scene
     declared = {c.name: c for c in scene.coordinates or ()}
     expressions = [geometry.resolved[s] for s in geometry.positions]
-    expressions += [side for r in restrictions for side in (r.left, r.right)]
+    expressions += [side for r in (*restrictions, *geometry.gaps) for side in (r.left, r.right)]
     periodic = periodic_symbols(expressions)
     for q in geometry.coordinates:
         written = declared.get(q.name)
@@ -400,10 +397,14 @@ def _sampler(chart: Chart, domain: list[sp.Expr], manifold: Manifold) -> Sampler
         [*(s for n, s in names.parameters.items() if n not in exact), *names.inputs.values()],
         {c.q: reference.get(c.q, mpf(0)) for c in chart.coordinates},
         _scales(chart),
-        [*chart.geometry.resolved.values(), *domain],
+        [*chart.geometry.resolved.values(), *_differences(chart.geometry.gaps), *domain],
         seed=names.scene.digest,
         place=manifold.placed if manifold.all else None,
     )
+
+
+def _differences(restrictions: Sequence[Restriction]) -> list[sp.Expr]:
+    return [r.left - r.right for r in restrictions]
 
 
 def _manifold(chart: Chart, restrictions: Sequence[Restriction]) -> Manifold:

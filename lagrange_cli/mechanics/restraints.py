@@ -14,6 +14,7 @@ import mpmath
 from mpmath import mpf
 
 from lagrange_cli.mechanics.derivation import Derivation
+from lagrange_cli.mechanics.gap_check import GapCheck
 from lagrange_cli.mechanics.sampling import Drawn, Sampler
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.mechanics.steps import Row
@@ -34,6 +35,7 @@ class Restraints:
     def __init__(self, derivation: Derivation, tapes: Tapes) -> None:
         self.closures = derivation.closures
         self.tapes = tapes
+        self.gaps = GapCheck(derivation, tapes)
         self.manifold = derivation.reduced.manifold()
         self._held = [entries(c.gradient) for c in self.closures]
         parts = [
@@ -47,10 +49,8 @@ class Restraints:
 
     def draw(self, point: Drawn, sampler: Sampler) -> Drawn:
         """The point with velocities that satisfy the closures, and random multipliers."""
-        if not self.closures:
-            return point
-        moved = self.manifold.tangent(point)
-        for closure in self.closures:
+        moved = self.manifold.tangent(point) if self.closures else dict(point)
+        for closure in (*self.closures, *self.gaps.closures):
             moved[closure.multiplier] = sampler.noise(mpf(1))
         return moved
 
@@ -67,25 +67,27 @@ class Restraints:
         ]
 
     def forces(self, point: Point) -> list[list[mpf]]:
-        """For each coordinate λ·gradient of each closure that holds it."""
+        """For each coordinate λ·gradient of each closure and gap that holds it."""
         found: list[list[mpf]] = [[] for _ in self.tapes.q]
         for closure, (gradient, _, _) in zip(
             self.closures, self._derived(point) if self.closures else (), strict=True
         ):
             for j, x in gradient.items():
                 found[j].append(point[closure.multiplier] * x)
+        for j, force in self.gaps.forces(point):
+            found[j].append(force)
         return found
 
     def mismatch(self, point: Point) -> mpf:
         """Largest relative difference between what was derived and the equations as stated."""
+        worst = self.gaps.mismatch(point)
         if not self.closures:
-            return _ZERO
+            return worst
         v = [point[s] for s in self.tapes.v]
         a = [point[s] for s in self.tapes.a]
         levels, rates, gradients = self.manifold.motion(point, a)
         inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
         run = self._expressions.run(inputs, 0)
-        worst = _ZERO
         for k, (gradient, rate, bias) in enumerate(self._derived(point)):
             stated = gradients[k]
             size = max(map(abs, stated.values()), default=_ZERO)

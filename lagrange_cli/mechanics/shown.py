@@ -64,7 +64,7 @@ class _Rows:
         self.order = {c.v: k for k, c in enumerate(reduced.coordinates)}
         #: What multipliers add, by coordinate: (entry of the gradient, multiplier).
         self.pushes: list[list[tuple[sp.Expr, sp.Symbol]]] = [[] for _ in reduced.coordinates]
-        for closure in derivation.closures:
+        for closure in derivation.pushing:
             for j, entry in entries(closure.gradient).items():
                 self.pushes[j].append((entry, closure.multiplier))
 

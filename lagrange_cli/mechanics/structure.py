@@ -50,14 +50,14 @@ def facts(derivation: Derivation) -> Facts:
     constant = not any(e.free_symbols & moving for row in mass for e in row.values())
     diagonal = all(e == 0 for j, row in enumerate(mass) for k, e in row.items() if j != k)
     held = {s for row in mass for e in row.values() for s in e.free_symbols} | forcing
-    for closure in derivation.closures:
+    for closure in derivation.pushing:
         held |= closure.expression.free_symbols
     velocities = {c.v for c in reduced.coordinates}
-    positions = [*reduced.resolved.values(), *(c.expression for c in derivation.closures)]
+    positions = [*reduced.resolved.values(), *(c.expression for c in derivation.pushing)]
     return Facts(
         constant_mass_matrix=constant,
         diagonal_mass_matrix=diagonal,
-        separable=constant and not forcing & velocities and not derivation.closures,
+        separable=constant and not forcing & velocities and not derivation.pushing,
         autonomous=held.isdisjoint([reduced.names.t, *reduced.names.inputs.values()]),
         rheonomic=any(reduced.names.t in e.free_symbols for e in positions),
         planar=_planar(derivation),
@@ -113,6 +113,8 @@ def _unused(scene: Scene) -> tuple[str, ...]:
         *(e for p in scene.particles for e in p.position),
         *(e for p in scene.points for e in p.position),
         *(s for c in scene.constraints for e in c.equations for s in (e.left, e.right)),
+        *(s for u in scene.unilateral for s in (u.inequality.left, u.inequality.right)),
+        *(u.restitution for u in scene.unilateral),
         *(d.expression for d in scene.definitions),
         *(t.expression for t in (*scene.potentials, *scene.kinetic, *scene.dissipation)),
         *(c for f in scene.forces for c in f.components),
@@ -249,8 +251,14 @@ def conserved_quantities(
     inputs = derivation.reduced.names.inputs.values()
     if evidence.energy_conserved and derivation.lagrangian.free_symbols.isdisjoint(inputs):
         kind: Literal["energy", "jacobi"] = "energy" if evidence.energy_is_sum else "jacobi"
-        found.append(Conserved(kind, kind, energy, "L does not depend on t"))
+        found.append(Conserved(kind, kind, energy, _reason(derivation)))
     return tuple(found)
+
+
+def _reason(derivation: Derivation) -> str:
+    """Why the energy is conserved, and where it is not: an impact takes part of it."""
+    elastic = all(contact.restitution == 1 for contact in derivation.contacts)
+    return "L does not depend on t" + ("" if elastic else "; between impacts")
 
 
 def _momentum(derivation: Derivation, row: int) -> sp.Expr:

@@ -178,7 +178,7 @@ class Tapes:
         self, series: Mapping[sp.Symbol, Series], outputs: Sequence[Series]
     ) -> dict[sp.Symbol, mpf]:
         """∂V/∂s of Cartesian names, which have the values ``outputs``, and of coordinates."""
-        inputs = self._raw_inputs(series, outputs)
+        inputs = self.raw_inputs(series, outputs)
         slope = self.potential.run(inputs, 0).gradient({0: _ONE})
         return {s: x[0] for s, x in zip(self.raw, slope, strict=False)}
 
@@ -191,9 +191,10 @@ class Tapes:
         """The mass that goes with each entry of ``components``."""
         return self.masses.run([series[s] for s in self.parameters], 0).values
 
-    def _raw_inputs(
+    def raw_inputs(
         self, series: Mapping[sp.Symbol, Series], outputs: Sequence[Series]
     ) -> list[Series]:
+        """``raw``, t and parameters, where Cartesian names have the values ``outputs``."""
         place = dict(zip(self.symbols, outputs, strict=True))
         raw = [place.get(s, series.get(s, _ONE)) for s in self.raw]
         return [*raw, series[self.t], *(series[p] for p in self.parameters)]
@@ -212,7 +213,7 @@ class Tapes:
             for mass, k in zip(self.mass_values(series), self.components, strict=True)
         ]
         kinetic, velocity_dependent = self.declared.run(moving, 0).values
-        positional = self.potential.run(self._raw_inputs(series, outputs), 0).values[0]
+        positional = self.potential.run(self.raw_inputs(series, outputs), 0).values[0]
         pairs = [
             (seen.values[1], sum(squares, kinetic)),
             (seen.values[2], positional + velocity_dependent),

@@ -1,0 +1,150 @@
+"""One-sided constraints: gaps φ(q, t) ≥ 0 whose multipliers push while they are closed.
+
+The coordinates must describe free flight too: a gap that they, or the constraints beside
+it, do not let change is refused, and so is one whose sign is proven.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.equations import Closure, Contact
+from lagrange_cli.mechanics.geometry import Restriction
+from lagrange_cli.mechanics.reduction import Reduced
+from lagrange_cli.mechanics.sampling import Drawn, working_digits
+from lagrange_cli.mechanics.tape import DomainError, values
+from lagrange_cli.scene.model import Unilateral
+
+__all__ = ["contacts"]
+
+_DIGITS = 30
+#: A gap that changes by less than this part of what its gradient lets expect does not change.
+_STILL = mpf(10) ** -9
+#: What is left of the arithmetic's rounding.
+_ROUNDING = mpf(10) ** -35
+
+#: Configurations beside one, each closer to it, that are tried, and those that are enough.
+_TRIALS, _ENOUGH = 12, 3
+
+_FREE = "the coordinates must describe free flight too"
+
+
+def contacts(reduced: Reduced, gaps: Sequence[Closure]) -> tuple[Contact, ...]:
+    """The contacts of a scene, whose gaps were given gradient, rate and bias.
+
+    Raises
+    ------
+    InputError
+        Located: a gap that no motion changes, that cannot be violated or is violated
+        everywhere; a restitution outside [0, 1].
+    """
+    if not gaps:
+        return ()
+    with mpmath.workdps(working_digits(_DIGITS)):
+        states = _neighbours(reduced)
+        for gap, closure in zip(reduced.gaps, gaps, strict=True):
+            _require_change(reduced, gap, closure, states)
+            _require_sign_open(reduced, gap, closure)
+    coefficients = [_restitution(reduced, one_sided) for one_sided in reduced.scene.unilateral]
+    return tuple(map(Contact, gaps, coefficients))
+
+
+def _restitution(reduced: Reduced, one_sided: Unilateral) -> sp.Expr:
+    """Newton's coefficient, over the parameters."""
+    written = one_sided.restitution
+    if written is None:
+        return sp.Integer(0)
+    value = reduced.values.number(written)
+    if value is not None and not 0 <= value <= 1:
+        raise InputError(
+            Problem(
+                f"the restitution of '{one_sided.name}' is from 0 to 1,"
+                f" found {written.text} = {sp.N(value, 6)}",
+                written.mark(),
+                rule="restitution",
+            )
+        )
+    return reduced.names.convert(written)
+
+
+def _require_sign_open(reduced: Reduced, gap: Restriction, closure: Closure) -> None:
+    """Refuse a gap whose sign is that of its expression, whatever the coordinates are."""
+    names = reduced.names
+    constants = {names.parameters[n]: x for n, x in reduced.values.exact.items()}
+    phi = closure.expression.xreplace(constants)
+    if phi.is_nonpositive:
+        raise _refusal(gap, "leaves no room to move", "turn it round, or write an equation")
+    if phi.is_nonnegative:
+        raise _refusal(gap, "cannot be violated", "leave it out, or correct it")
+
+
+def _require_change(
+    reduced: Reduced, gap: Restriction, closure: Closure, states: Sequence[Drawn]
+) -> None:
+    """Refuse a gap that is the same in all configurations next to each other."""
+    q = [reduced.coordinates[j].q for j in closure.held]
+    terms = [*sp.Add.make_args(gap.left), *sp.Add.make_args(gap.right)]
+    slopes = [closure.gradient[j] for j in closure.held]
+    first = states[0]
+    level, *parts = values([gap.left - gap.right, *slopes, *terms], first)
+    steepness, size = parts[: len(q)], sum(map(abs, parts[len(q) :]), mpf(0))
+    for state in states[1:]:
+        moves = (abs(g * (state[s] - first[s])) for g, s in zip(steepness, q, strict=True))
+        change = values([gap.left - gap.right], state)[0] - level
+        if abs(change) > max(_STILL * sum(moves, mpf(0)), _ROUNDING * size):
+            return
+    if abs(level) <= _STILL * size:
+        says = "closed at every configuration"
+    else:
+        says = "never closed" if level > 0 else "violated at every configuration"
+    raise _refusal(gap, f"is {says}", "\n".join([_FREE, *_holding(reduced, gap)]))
+
+
+def _holding(reduced: Reduced, gap: Restriction) -> Iterator[str]:
+    """What keeps a gap from changing: constraints and definitions of the names in it."""
+    names, found = reduced.names, reduced.chart.geometry.found
+    written = next(u.inequality for u in reduced.scene.unilateral if u.name == gap.name)
+    sides = [names.convert(written.left), names.convert(written.right)]
+    held = sorted({s for side in sides for s in side.free_symbols}, key=str)
+    stated = [found.stated[found.by[s]].constraint for s in held if s in found.by]
+    present = (gap.left - gap.right).free_symbols
+    for closure in reduced.closures:
+        if present & (closure.left - closure.right).free_symbols:
+            stated.append(closure.name)
+    if stated:
+        listed = ", ".join(f"'{n}'" for n in dict.fromkeys(stated))
+        yield f"constraints that hold it: {listed}"
+    defined = [s.name for s in held if s in names.given]
+    if defined:
+        yield f"take {', '.join(defined)} as coordinates instead of defining them"
+
+
+def _neighbours(reduced: Reduced) -> list[Drawn]:
+    """A configuration and some next to it, at the same t and parameters."""
+    sampler, manifold = reduced.sampler([]), reduced.manifold()
+    point = sampler.draw()
+    found = [] if point is None else [point]
+    differences = [gap.left - gap.right for gap in reduced.gaps]
+    for count in range(_TRIALS if point is not None else 0):
+        moved = manifold.placed(sampler.near(found[0], mpf(2) ** -(1 + count)))
+        if moved is None:
+            continue
+        try:
+            values(differences, moved)
+        except DomainError:
+            continue
+        found.append(moved)
+        if len(found) > _ENOUGH:
+            break
+    return found
+
+
+def _refusal(gap: Restriction, says: str, hint: str) -> InputError:
+    return InputError(
+        Problem(f"the one-sided constraint '{gap.name}' {says}", gap.mark, hint, rule="one-sided")
+    )
