@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from lagrange_cli.emit.registry import OptionValue
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.scene.model import Scene
+    from lagrange_cli.scene.model import Formulation, Scene
     from lagrange_cli.simulate import Trajectory
 
 __all__ = ["Derivation", "LoadedScene", "load", "loads"]
@@ -71,7 +71,9 @@ class LoadedScene:
 
     scene: Scene
 
-    def derive(self, *, digits: int = 30, forces: bool = False) -> Derivation:
+    def derive(
+        self, *, digits: int = 30, forces: bool = False, formulation: Formulation = "auto"
+    ) -> Derivation:
         """Derive and certify the equations of motion.
 
         Parameters
@@ -80,15 +82,20 @@ class LoadedScene:
             Decimal digits of the arithmetic that certifies them.
         forces
             Find the constraint forces too.
+        formulation
+            ``minimal``: few coordinates; ``multiplier``: Cartesian names, with the
+            constraints beside them; ``auto``: as the program chooses.
 
         Raises
         ------
         InputError
-            The scene's geometry or its coordinates are at fault.
+            The scene's geometry or its coordinates are at fault, or there is no such
+            formulation.
         """
         from lagrange_cli.mechanics import derive
 
-        return Derivation(derive(self.scene, digits=digits, forces=forces))
+        found = derive(self.scene, digits=digits, forces=forces, formulation=formulation)
+        return Derivation(found)
 
     def __repr__(self) -> str:
         return f"<LoadedScene {self.scene.name}>"

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.scene.model import Scene
+    from lagrange_cli.scene.model import Formulation, Scene
 
 __all__ = ["derive", "derived"]
 
@@ -33,11 +33,12 @@ def derived(
     times: Mapping[str, str] | None = None,
     digits: int = 30,
     forces: bool = False,
+    formulation: Formulation | None = None,
 ) -> Equations:
     """Derive a scene for a command; its warnings and remarks go to stderr.
 
-    ``times`` replaces ``until`` and ``start`` of the scene's section
-    ``simulate``, by expressions.
+    ``formulation`` None is that of the scene's section ``simulate``; ``times`` replaces
+    ``until`` and ``start`` there, by expressions.
     """
     from lagrange_cli.scene import read_text
 
@@ -47,7 +48,8 @@ def derived(
     # After reading, so that a mistake in the scene is answered at once.
     from lagrange_cli.mechanics import derive as derive_equations
 
-    equations = derive_equations(read, digits=digits, forces=forces)
+    form: Formulation = formulation or read.simulate.formulation or "auto"
+    equations = derive_equations(read, digits=digits, forces=forces, formulation=form)
     session.tell(equations.warnings, equations.remarks)
     session.detail(f"derived and certified in {perf_counter() - started:.2f} s")
     return equations
@@ -101,10 +103,11 @@ def _latex(equations: Equations, form: str) -> str:
 @options.json_flag("The same as --format json.")
 @click.option(
     "--form",
-    type=click.Choice(["lagrange", "explicit"]),
+    type=click.Choice(["lagrange", "explicit", "multiplier"]),
     default="lagrange",
     show_default=True,
-    help="Lagrange's equations, or solved for the accelerations.",
+    help="Lagrange's equations, or solved for the accelerations; or with all constraints beside "
+    "Cartesian names, each with its multiplier.",
 )
 @click.option(
     "--forces",
@@ -141,8 +144,18 @@ def derive(
     # Files are in UTF-8; what can be shown on a terminal is the terminal's matter.
     encoding = "utf-8" if output is not None else stdout_encoding()
 
+    formulation: Formulation = "multiplier" if form == "multiplier" else "auto"
+    form = "explicit" if form == "explicit" else "lagrange"
+
     def work() -> Answer:
-        equations = derived(session, source, parameters=parameters, digits=digits, forces=forces)
+        equations = derived(
+            session,
+            source,
+            parameters=parameters,
+            digits=digits,
+            forces=forces,
+            formulation=formulation,
+        )
         if format_ == "json":
             text = _json(equations, form)
         elif format_ == "latex":
@@ -151,7 +164,8 @@ def derive(
             text = _text(equations, form, ascii_only, encoding)
         return Answer(text, equations.warnings, equations.remarks)
 
-    asked = (format_, form, forces, digits, ascii_only, encoding, list(parameters.items()))
+    how = (format_, form, formulation, forces, digits, ascii_only, encoding)
+    asked = (*how, list(parameters.items()))
     result = remembered(session, "derive", source, asked, work)
     if output is None:
         print_text(result)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -15,6 +15,9 @@ from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.session import Session
 from lagrange_cli.emit.registry import EMITTERS, Emitter, Option, emitter
 from lagrange_cli.files import write_files
+
+if TYPE_CHECKING:
+    from lagrange_cli.scene.model import Formulation
 
 __all__ = ["emit"]
 
@@ -86,6 +89,7 @@ def _refuse_several(chosen: Emitter, scene: str) -> None:
     help="List the formats and stop.  [default: off]",
 )
 @_format_options
+@options.formulation("auto", "auto")
 @options.parameters
 @options.output_path(
     "Write into this folder, made where it is missing.  "
@@ -98,6 +102,7 @@ def emit(
     /,
     scene: str,
     to: str,
+    formulation: Formulation,
     parameters: dict[str, str],
     output: str | None,
     **chosen: str | bool | None,
@@ -110,10 +115,10 @@ def emit(
     source = read_source(scene)
 
     def work() -> Answer:
-        equations = derived(session, source, parameters=parameters)
+        equations = derived(session, source, parameters=parameters, formulation=formulation)
         return Answer(format_.emit(equations, given), equations.warnings, equations.remarks)
 
-    asked = (to, sorted(given.items()), list(parameters.items()))
+    asked = (to, formulation, sorted(given.items()), list(parameters.items()))
     files = remembered(session, "emit", source, asked, work)
     if output is None:
         print_text("".join(files.values()))

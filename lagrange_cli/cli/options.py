@@ -12,6 +12,7 @@ from lagrange_cli.cli.session import Session
 
 __all__ = [
     "common",
+    "formulation",
     "initial",
     "json_flag",
     "not_empty",
@@ -20,6 +21,9 @@ __all__ = [
     "scene",
     "traceback",
 ]
+
+#: Names of formulations.
+FORMULATIONS = ("auto", "minimal", "multiplier")
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -69,6 +73,17 @@ def initial(function: Command) -> Command:
         help="Set an initial value, of NAME or 'dot(NAME)'; repeatable.  "
         "[default: the scene's values]",
     )(function)
+
+
+def formulation(default: str | None, said: str) -> Callable[[Command], Command]:
+    """``--formulation minimal|multiplier|auto``."""
+    return click.option(
+        "--formulation",
+        type=click.Choice(FORMULATIONS),
+        default=default,
+        help="Few coordinates, or Cartesian names with the constraints beside them and a "
+        f"multiplier each; auto chooses.  [default: {said}]",
+    )
 
 
 def not_empty(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:

@@ -23,6 +23,7 @@ from lagrange_cli.files import check_writable
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from lagrange_cli.scene.model import Formulation
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.model import Model
 
@@ -87,6 +88,7 @@ def _model(
     initial: Mapping[str, str],
     times: Mapping[str, str],
     forces: bool,
+    formulation: Formulation | None,
 ) -> Model:
     """The model of a scene: that of before, or derived anew."""
 
@@ -98,13 +100,15 @@ def _model(
             initial=initial,
             times=times,
             forces=forces,
+            formulation=formulation,
         )
         from lagrange_cli.simulate.modelling import model_of
 
         value = model_of(equations).to_json()
         return Answer(value, equations.warnings, equations.remarks)
 
-    asked = [*(sorted(given.items()) for given in (parameters, initial, times)), forces]
+    given = [sorted(given.items()) for given in (parameters, initial, times)]
+    asked = [*given, forces, formulation]
     value = remembered(session, "simulate", source, asked, work)
     from lagrange_cli.simulate.model import Model
 
@@ -211,6 +215,7 @@ def _json(trajectory: Trajectory, derive_seconds: float) -> str:
     metavar="SECONDS",
     help="Stop after this time and keep what is done.  [default: none]",
 )
+@options.formulation(None, "the scene's, or auto")
 @options.parameters
 @options.initial
 @click.option(
@@ -246,6 +251,7 @@ def simulate(
     scene: str,
     until: str | None,
     start: str | None,
+    formulation: Formulation | None,
     parameters: dict[str, str],
     initial: dict[str, str],
     columns: tuple[str, ...],
@@ -269,6 +275,7 @@ def simulate(
         initial=initial,
         times=times,
         forces="forces" in columns,
+        formulation=formulation,
     )
     derive_seconds = perf_counter() - started
     from lagrange_cli.simulate import simulate as integrate

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "certificate_line",
+    "choice_line",
     "counting",
     "energy_is_sum",
     "implied_line",
@@ -83,6 +84,19 @@ def multipliers_line(equations: Equations) -> str:
     return (
         f"The multiplier times the gradient of the left side{by} is the force that the "
         "constraint exerts"
+    )
+
+
+def choice_line(equations: Equations) -> str:
+    """Which formulation was taken and why, where something is to be said of it."""
+    choice = equations.choice
+    if choice is None or not choice.why:
+        return ""
+    other = "multiplier" if choice.formulation == "minimal" else "minimal"
+    counts = {"minimal": choice.minimal, "multiplier": choice.multiplier}
+    return (
+        f"{choice.formulation} ({choice.why}): {counts[choice.formulation]:,} operations predicted"
+        f" for a right-hand side beside {counts[other]:,} of {other}"
     )
 
 

@@ -61,6 +61,7 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         "unilateral": 0,
         "coordinates": [c.name for c in equations.coordinates],
         "formulation": equations.formulation,
+        "predicted": _predicted(equations),
         "kinetic": say(equations.kinetic),
         "potential": say(equations.potential),
         "lagrangian": say(equations.lagrangian),
@@ -145,6 +146,14 @@ def _matrix(rows: Sequence[Sequence[Expr]], say: _Speaker) -> list[list[str]] | 
         if entry != 0
     ]
     return {"shape": [len(rows), len(rows)], "entries": entries}
+
+
+def _predicted(equations: Equations) -> dict[str, int] | None:
+    """Operations of a right-hand side in each formulation, where there are two."""
+    choice = equations.choice
+    if choice is None:
+        return None
+    return {"minimal": choice.minimal, "multiplier": choice.multiplier}
 
 
 def _input(given: Input, say: _Speaker) -> dict[str, Any]:

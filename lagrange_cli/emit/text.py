@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.account import (
     certificate_line,
+    choice_line,
     counting,
     energy_is_sum,
     implied_line,
@@ -98,7 +99,9 @@ class _Page:
 
     def account(self) -> list[str]:
         counts = ", ".join(f"{name} = {value}" for name, value in counting(self.equations))
-        return [f"Degrees of freedom   {counts}", *self.constraints(), *self.coordinates()]
+        lines = [f"Degrees of freedom   {counts}", *self.constraints(), *self.coordinates()]
+        chosen = choice_line(self.equations)
+        return [*lines, *(self.listed("Formulation   ", chosen.split()) if chosen else [])]
 
     def constraints(self) -> list[str]:
         account = self.equations.account

@@ -29,6 +29,7 @@ __all__ = [
     "BodyReaction",
     "CartesianName",
     "Certificate",
+    "Choice",
     "Closure",
     "Conserved",
     "ConstraintForces",
@@ -325,6 +326,19 @@ class Certificate:
 
 
 @dataclass(frozen=True)
+class Choice:
+    """Which formulation was taken of two, with the operations predicted for a right-hand side.
+
+    ``why`` is a short phrase where something is to be said of it, else empty.
+    """
+
+    formulation: Literal["minimal", "multiplier"]
+    minimal: int
+    multiplier: int
+    why: str = ""
+
+
+@dataclass(frozen=True)
 class InitialState:
     """Initial q and v (doubles, in coordinate order) at the start time.
 
@@ -367,6 +381,7 @@ class Equations:
     ``outputs`` what it asks for besides, by name, over (q, v, t). The symbols of
     ``inputs`` may stand wherever velocities may, but beside them in L.
     ``literals`` maps exact values to decimals as the scene wrote them.
+    ``choice`` is None where there is one formulation only.
     ``initial`` is None when the scene gives no initial state or a parameter
     lacks its value. ``constraint_forces`` is None unless it was asked for.
     """
@@ -406,6 +421,7 @@ class Equations:
     outputs: tuple[tuple[str, Expr], ...] = ()
     inputs: tuple[Input, ...] = ()
     constraint_forces: ConstraintForces | None = None
+    choice: Choice | None = None
 
     @property
     def formulation(self) -> Literal["minimal", "multiplier"]:

@@ -9,7 +9,8 @@ before the coordinates are.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator
+from copy import copy
 
 import sympy as sp
 
@@ -78,6 +79,8 @@ class Names:
         )
         self.body_symbols = (*self.particle_symbols, *self.point_symbols)
         self._aliases = dict(self._alias_pairs())
+        self._rewrite: Callable[[sp.Expr], sp.Expr] = lambda expr: expr
+        self._gone: frozenset[str] = frozenset()
         self.given = dict(self._given())
 
     def _raw(self, body: Particle | Point, axis: int) -> sp.Symbol:
@@ -138,8 +141,18 @@ class Names:
     def convert(self, expression: Expression, rate: Rate | None = None) -> sp.Expr:
         """An expression over raw symbols; abbreviations that hold rates need ``rate``."""
         if rate is None:
-            return to_sympy(expression, self.lookup)
-        return to_sympy(expression, lambda name: self._lookup_with_rate(name, rate), rate)
+            return self._rewrite(to_sympy(expression, self.lookup))
+        found = to_sympy(expression, lambda name: self._lookup_with_rate(name, rate), rate)
+        return self._rewrite(found)
+
+    def rewriting(
+        self, rewrite: Callable[[sp.Expr], sp.Expr], gone: Collection[sp.Symbol]
+    ) -> Names:
+        """The same names without some coordinates, which ``rewrite`` replaces in expressions."""
+        found = copy(self)
+        found._rewrite = rewrite
+        found._gone = frozenset(s.name for s in gone)
+        return found
 
     def _lookup_with_rate(self, name: str, rate: Rate) -> sp.Expr | None:
         if name in self._definitions and name not in self.cartesian:
@@ -160,8 +173,20 @@ class Names:
                     return True
         return False
 
+    def mentioned(self, expression: Expression) -> set[str]:
+        """Declared coordinates that stand in an expression or in abbreviations that it names."""
+        found: set[str] = set()
+        for node in walk(expression.node):
+            if not isinstance(node, Name):
+                continue
+            if node.name in self.coordinates:
+                found.add(node.name)
+            elif node.name in self._definitions and node.name not in self.cartesian:
+                found |= self.mentioned(self._definitions[node.name])
+        return found
+
     def abbreviations(self) -> Iterator[tuple[str, Expression]]:
-        """Definitions that are not of Cartesian names."""
+        """Definitions that are not of Cartesian names, of coordinates that there are."""
         for name, expression in self._definitions.items():
-            if name not in self.cartesian:
+            if name not in self.cartesian and self._gone.isdisjoint(self.mentioned(expression)):
                 yield name, expression

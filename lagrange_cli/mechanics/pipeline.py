@@ -21,7 +21,7 @@ from lagrange_cli.mechanics.equations import (
     ShownEquation,
     SimulationDefaults,
 )
-from lagrange_cli.mechanics.initial import initial_state
+from lagrange_cli.mechanics.formulation import formulated, start
 from lagrange_cli.mechanics.language import decimal_literals, to_sympy, total_derivative
 from lagrange_cli.mechanics.parameters import nearest_double
 from lagrange_cli.mechanics.reduction import Reduced, reduce
@@ -38,7 +38,7 @@ from lagrange_cli.mechanics.structure import (
 )
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.scene.expression import Equation, Expression
-from lagrange_cli.scene.model import Scene
+from lagrange_cli.scene.model import Formulation, Scene
 
 __all__ = ["derive", "interpret"]
 
@@ -46,7 +46,14 @@ __all__ = ["derive", "interpret"]
 _SAME = mpmath.mpf(10) ** -12
 
 
-def derive(scene: Scene, *, digits: int = 30, points: int = 8, forces: bool = False) -> Equations:
+def derive(
+    scene: Scene,
+    *,
+    digits: int = 30,
+    points: int = 8,
+    forces: bool = False,
+    formulation: Formulation = "auto",
+) -> Equations:
     """Certified equations of motion of a scene.
 
     Parameters
@@ -57,19 +64,22 @@ def derive(scene: Scene, *, digits: int = 30, points: int = 8, forces: bool = Fa
         Random states at which it is checked.
     forces
         Find the constraint forces too.
+    formulation
+        ``minimal`` or ``multiplier``; ``auto`` as :func:`.formulation.formulated` says.
 
     Raises
     ------
     InputError
-        Located: whatever is wrong with the scene.
+        Located: whatever is wrong with the scene, or that there is no such formulation.
     InternalError
         The derivation failed its certificate.
     """
-    derivation = derive_uncertified(reduce(scene))
+    reduced, choice = formulated(reduce(scene), formulation)
+    derivation = derive_uncertified(reduced)
     require_no_rates_of_inputs(derivation)
     evidence = certify(derivation, digits, points)
     require_inertia(derivation, evidence)
-    equations = _equations(derivation, evidence)
+    equations = replace(_equations(derivation, evidence), choice=choice)
     if not forces:
         return equations
     from lagrange_cli.mechanics.forces import constraint_forces
@@ -84,7 +94,7 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
     energy = total_energy(derivation, evidence)
     structure = facts(derivation)
     shown = _shown(derivation, evidence)
-    initial = initial_state(derivation)
+    initial = start(derivation)
     certify_shown(evidence, shown)
     return Equations(
         name=scene.name,

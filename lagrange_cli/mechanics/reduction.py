@@ -39,7 +39,7 @@ from lagrange_cli.mechanics.velocity import Level, independent_levels, integrals
 from lagrange_cli.scene.expression import Equation
 from lagrange_cli.scene.model import Particle, Scene
 
-__all__ = ["Reduced", "reduce"]
+__all__ = ["Reduced", "in_coordinates", "reduce"]
 
 #: Decimal digits of the numbers that tests of identity and rank work with.
 _DIGITS = 30
@@ -74,6 +74,8 @@ class Reduced:
         Values of symbols that ``initial`` and ``near`` give.
     closures
         Independent equations that restrict the coordinates and their velocities.
+    origin
+        The scene as it was reduced, where these coordinates replace others.
     """
 
     scene: Scene
@@ -88,6 +90,7 @@ class Reduced:
     remarks: tuple[str, ...]
     closures: tuple[Restriction, ...]
     chart: Chart
+    origin: Reduced | None = None
 
     def resolve(self, expr: sp.Expr) -> sp.Expr:
         """``expr`` with raw symbols replaced by their r(q, t)."""
@@ -147,6 +150,31 @@ def reduce(scene: Scene) -> Reduced:
             require_determined(geometry, reduced.manifold(), points)
         reduced = replace(reduced, remarks=(*reduced.remarks, *remarks))
         return _with_levels(reduced, _levels(reduced, equations)) if equations else reduced
+
+
+def in_coordinates(
+    reduced: Reduced,
+    names: Names,
+    resolved: Mapping[sp.Symbol, sp.Expr],
+    coordinates: Sequence[sp.Symbol],
+    closures: Sequence[Restriction],
+    reference: Mapping[sp.Symbol, mpf],
+) -> Reduced:
+    """The same scene over other coordinates with closures beside them; its account stays."""
+    found = reduced.chart.geometry.found
+    geometry = Geometry(names, found, resolved, coordinates, reference)
+    chart = Chart(reduced.values, geometry, tuple(_coordinates(geometry, closures)))
+    return replace(
+        reduced,
+        names=names,
+        coordinates=chart.coordinates,
+        resolved=resolved,
+        reference=reference,
+        remarks=tuple(r for r in reduced.remarks if r not in found.remarks),
+        closures=tuple(closures),
+        chart=chart,
+        origin=reduced,
+    )
 
 
 @dataclass(frozen=True)

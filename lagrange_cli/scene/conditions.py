@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
+from typing import Any, get_args
 
 from lagrange_cli.scene.expression import Equation, Expression
 from lagrange_cli.scene.model import (
     ErrorExpectation,
     Expect,
+    Formulation,
     InitialValue,
     SimulateDefaults,
     StateExpectation,
 )
 from lagrange_cli.scene.overrides import initial_name
+from lagrange_cli.scene.problems import shown, suggestion
 from lagrange_cli.scene.shapes import Reading, is_indexed
 from lagrange_cli.scene.source import Mapping, Scalar, Sequence, SourceNode
 
@@ -67,7 +69,7 @@ def read_simulate(node: SourceNode, reading: Reading) -> SimulateDefaults:
     mapping = reading.mapping(node, "'simulate'")
     if mapping is None:
         return SimulateDefaults()
-    fields = reading.fields(mapping, "'simulate'", (*_NUMBERS, "method"), later=("formulation",))
+    fields = reading.fields(mapping, "'simulate'", (*_NUMBERS, "method", "formulation"))
     numbers: dict[str, Any] = {
         "start" if key == "from" else key: reading.expression(fields[key], f"'{key}' in 'simulate'")
         for key in _NUMBERS
@@ -78,7 +80,23 @@ def read_simulate(node: SourceNode, reading: Reading) -> SimulateDefaults:
         reading.problems.add(
             "'samples' and 'step' exclude each other", fields["step"].mark, rule="conflict"
         )
-    return SimulateDefaults(mark=mapping.mark, method=method, **numbers)
+    formulation = _formulation(fields["formulation"], reading) if "formulation" in fields else None
+    return SimulateDefaults(mark=mapping.mark, method=method, formulation=formulation, **numbers)
+
+
+def _formulation(node: SourceNode, reading: Reading) -> Formulation | None:
+    known: tuple[Formulation, ...] = get_args(Formulation)
+    text = node.text if isinstance(node, Scalar) else ""
+    for name in known:
+        if text == name:
+            return name
+    hint = suggestion(text, known, f"known are {', '.join(known)}")
+    if text:
+        found = f"unknown formulation {shown(text)} in 'simulate'"
+        reading.problems.add(found, node.mark, hint=hint, rule="unknown-name")
+    else:
+        reading.expected("a formulation", "'simulate'", node, hint)
+    return None
 
 
 def read_expect(node: SourceNode, reading: Reading) -> Expect:

@@ -9,6 +9,7 @@ its own such as ``p[3]``. Nothing else is evaluated.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
 
 from lagrange_cli.errors import Mark, Problem
 from lagrange_cli.files import Recording
@@ -21,6 +22,7 @@ __all__ = [
     "ErrorExpectation",
     "Expect",
     "Force",
+    "Formulation",
     "InitialValue",
     "Input",
     "Parameter",
@@ -162,6 +164,10 @@ class InitialValue:
     value: Expression
 
 
+Formulation: TypeAlias = Literal["auto", "minimal", "multiplier"]
+"""Few coordinates, or more with constraints beside them; ``auto`` is the program's choice."""
+
+
 @dataclass(frozen=True, slots=True)
 class SimulateDefaults:
     """The section ``simulate``; every number may be an expression in parameters."""
@@ -175,6 +181,7 @@ class SimulateDefaults:
     method: str | None = None
     rtol: Expression | None = None
     atol: Expression | None = None
+    formulation: Formulation | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,204 @@
+"""Which form the equations of motion take: few coordinates, or many with multipliers.
+
+``minimal`` keeps as few coordinates as there are degrees of freedom; its mass matrix is
+full where positions hold many of them, and solving with it costs the cube of their
+number. ``multiplier`` keeps Cartesian names with closures (:mod:`cartesian`), of which
+each holds few: elimination in a good order costs little more than there are entries.
+Predicted are operations of one right-hand side, from sizes and from which name stands in
+which equation alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.mechanics.cartesian import cartesian_form, incidence
+from lagrange_cli.mechanics.derivation import Derivation, derive_uncertified
+from lagrange_cli.mechanics.equations import Choice, InitialState
+from lagrange_cli.mechanics.initial import initial_state
+from lagrange_cli.mechanics.language import total_derivative
+from lagrange_cli.mechanics.reduction import Reduced
+from lagrange_cli.mechanics.tape import values
+from lagrange_cli.scene.model import Formulation
+
+__all__ = ["formulated", "start"]
+
+#: By how much fewer operations must be predicted before another form than minimal is taken.
+CLEARLY = 2
+
+#: Operations predicted for a product of derivatives in M and f, an entry of a closure's
+#: gradient with its part of the bias, and a closure.
+PRODUCT, ENTRY, CLOSURE = 12, 6, 4
+
+_DIGITS = 34
+
+
+def formulated(reduced: Reduced, wanted: Formulation) -> tuple[Reduced, Choice | None]:
+    """The scene in the form that is wanted, and why it is this one.
+
+    ``auto`` keeps declared coordinates. Where none are declared it takes closures if
+    clearly fewer operations are predicted for them.
+
+    Returns
+    -------
+    The scene, and the choice; None where there was none to make.
+
+    Raises
+    ------
+    InputError
+        There is no such form.
+    """
+    if reduced.closures:
+        if wanted == "minimal":
+            raise _no_minimal(reduced)
+        return reduced, None
+    counts = None if reduced.scene.unilateral else _predicted(reduced)
+    if counts is None:
+        if wanted == "multiplier":
+            raise _no_multiplier(reduced)
+        return reduced, None
+    minimal, multiplier = counts
+    cheaper = CLEARLY * multiplier < minimal
+    declared = reduced.scene.coordinates is not None
+    if wanted == "multiplier" or (wanted == "auto" and cheaper and not declared):
+        form = cartesian_form(reduced)
+        if form is not None and form.closures:
+            why = "as asked" if wanted == "multiplier" else "fewer operations"
+            return form, Choice("multiplier", minimal, multiplier, why)
+        if wanted == "multiplier":
+            raise _no_multiplier(reduced)
+    why = "as asked" if wanted == "minimal" else "the coordinates are declared" if cheaper else ""
+    return reduced, Choice("minimal", minimal, multiplier, why)
+
+
+def _no_minimal(reduced: Reduced) -> InputError:
+    closure = reduced.closures[0]
+    named = ", ".join(f"'{n}'" for n in dict.fromkeys(c.name for c in reduced.closures))
+    return InputError(
+        Problem(
+            f"there is no minimal form: {named} cannot be solved in closed form in one chart",
+            closure.mark,
+            hint="--formulation multiplier keeps what has no closed form; auto does where it must",
+            rule="formulation",
+        )
+    )
+
+
+def _no_multiplier(reduced: Reduced) -> InputError:
+    scene = reduced.scene
+    constraint = scene.constraints[0].mark if scene.constraints else None
+    what = "no constraint is left to keep beside Cartesian names"
+    if not scene.particles:
+        what = "there are no particles whose positions could be constrained"
+    elif scene.unilateral:
+        what = "beside one-sided constraints coordinates stay as they are"
+    return InputError(
+        Problem(
+            f"there is no form with multipliers: {what}",
+            constraint or scene.coordinates_mark or Mark(scene.file, 1, 1),
+            hint="leave the formulation out, or take minimal",
+            rule="formulation",
+        )
+    )
+
+
+# Predicted operations.
+
+
+def _predicted(reduced: Reduced) -> tuple[int, int] | None:
+    """Operations of one right-hand side: minimal, and with multipliers; None without closures."""
+    held = incidence(reduced)
+    return (_minimal(reduced), _multiplier(held)) if held else None
+
+
+def _minimal(reduced: Reduced) -> int:
+    """Products of derivatives in M and f, and elimination of a full matrix."""
+    q = {c.q for c in reduced.coordinates}
+    pairs: set[tuple[sp.Symbol, sp.Symbol]] = set()
+    for held in {
+        frozenset(reduced.resolved[s].free_symbols & q)
+        for body in reduced.names.particle_symbols
+        for s in body
+    }:
+        ordered = sorted(held, key=str)
+        pairs |= {(a, b) for k, a in enumerate(ordered) for b in ordered[k:]}
+    n = len(q)
+    solve = n if all(a == b for a, b in pairs) else n**3 // 3 + 2 * n**2
+    return PRODUCT * len(pairs) + solve
+
+
+def _multiplier(held: Iterable[frozenset[sp.Symbol]]) -> int:
+    """Gradients and their products, and elimination of closures, the least connected first."""
+    closures = list(held)
+    holders: dict[sp.Symbol, list[int]] = {}
+    for k, names in enumerate(closures):
+        for s in names:
+            holders.setdefault(s, []).append(k)
+    near: dict[int, set[int]] = {k: set() for k in range(len(closures))}
+    for numbers in holders.values():
+        for k in numbers:
+            near[k].update(numbers)
+    operations = sum(CLOSURE + ENTRY * len(names) for names in closures)
+    operations += sum(len(numbers) ** 2 for numbers in holders.values())
+    return operations + _elimination(near)
+
+
+def _elimination(near: Mapping[int, set[int]]) -> int:
+    """Operations of eliminating the nodes of a graph, the least connected first."""
+    left = {k: others - {k} for k, others in near.items()}
+    operations = 0
+    while left:
+        k = min(left, key=lambda k: (len(left[k]), k))
+        others = left.pop(k)
+        operations += len(others) ** 2 + 5 * len(others) + 1
+        for j in others:
+            left[j] |= others
+            left[j] -= {j, k}
+    return operations
+
+
+# The initial state.
+
+
+def start(derivation: Derivation) -> InitialState | None:
+    """The initial state; from the coordinates of the scene where these have replaced them.
+
+    Raises
+    ------
+    InputError
+        As :func:`.initial.initial_state`.
+    """
+    reduced = derivation.reduced
+    origin = reduced.origin
+    if origin is None or all(_is_known(reduced, e.name) for e in reduced.scene.initial):
+        return initial_state(derivation)
+    given = initial_state(derive_uncertified(origin))
+    return None if given is None else _carried_over(origin, reduced, given)
+
+
+def _is_known(reduced: Reduced, name: str) -> bool:
+    symbol = reduced.names.lookup(name)
+    return symbol in reduced.resolved or symbol in {c.q for c in reduced.coordinates}
+
+
+def _carried_over(origin: Reduced, reduced: Reduced, given: InitialState) -> InitialState:
+    """Positions and velocities in other coordinates."""
+    motion = [(c.q, c.v) for c in origin.coordinates]
+    t = origin.names.t
+    places = [origin.resolved.get(c.q, c.q) for c in reduced.coordinates]
+    rates = [total_derivative(e, t, motion) for e in places]
+    state = [*given.positions, *given.velocities]
+    symbols = [*(c.q for c in origin.coordinates), *(c.v for c in origin.coordinates)]
+    with mpmath.workdps(_DIGITS):
+        point = dict(zip(symbols, map(mpf, state), strict=True))
+        for name, value in origin.values.exact.items():
+            point[origin.names.parameters[name]] = mpf(value.evalf(_DIGITS))
+        point[t] = origin.reference[t]
+        found = [float(x) for x in values([*places, *rates], point)]
+    n = len(places)
+    return InitialState(tuple(found[:n]), tuple(found[n:]), given.projected)
