@@ -14,7 +14,7 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.equations import Closure, Contact
-from lagrange_cli.mechanics.geometry import Restriction
+from lagrange_cli.mechanics.geometry import Restriction, gap_over_names
 from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.sampling import Drawn, working_digits
 from lagrange_cli.mechanics.tape import DomainError, values
@@ -64,7 +64,7 @@ def _restitution(reduced: Reduced, one_sided: Unilateral) -> sp.Expr:
         raise InputError(
             Problem(
                 f"the restitution of '{one_sided.name}' is from 0 to 1,"
-                f" found {written.text} = {sp.N(value, 6)}",
+                f" found {written.text} = {float(value):g}",
                 written.mark(),
                 rule="restitution",
             )
@@ -98,7 +98,9 @@ def _require_change(
         change = values([gap.left - gap.right], state)[0] - level
         if abs(change) > max(_STILL * sum(moves, mpf(0)), _ROUNDING * size):
             return
-    if abs(level) <= _STILL * size:
+    if reduced.names.t in (gap.left - gap.right).free_symbols:
+        says = "changed by no motion: it depends on t alone"
+    elif abs(level) <= _STILL * size:
         says = "closed at every configuration"
     else:
         says = "never closed" if level > 0 else "violated at every configuration"
@@ -108,9 +110,8 @@ def _require_change(
 def _holding(reduced: Reduced, gap: Restriction) -> Iterator[str]:
     """What keeps a gap from changing: constraints and definitions of the names in it."""
     names, found = reduced.names, reduced.chart.geometry.found
-    written = next(u.inequality for u in reduced.scene.unilateral if u.name == gap.name)
-    sides = [names.convert(written.left), names.convert(written.right)]
-    held = sorted({s for side in sides for s in side.free_symbols}, key=str)
+    one_sided = next(u for u in reduced.scene.unilateral if u.name == gap.name)
+    held = sorted(gap_over_names(names, one_sided).free_symbols, key=str)
     stated = [found.stated[found.by[s]].constraint for s in held if s in found.by]
     present = (gap.left - gap.right).free_symbols
     for closure in reduced.closures:

@@ -38,7 +38,7 @@ def coupled_blocks(equations: Equations) -> list[list[int]]:
 def right_sides(equations: Equations) -> list[sympy.Expr]:
     """What M a equals: the forcing, and what multipliers add to it."""
     terms = [[f] for f in equations.forcing]
-    for closure in equations.closures:
+    for closure in equations.pushing:
         for i, entry in entries(closure.gradient).items():
             terms[i].append(closure.multiplier * entry)
     return [sympy.Add(*of) for of in terms]

@@ -26,6 +26,7 @@ from lagrange_cli.mechanics.certificate import Evidence
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import BodyReaction, ConstraintForces, Equations, Reaction
 from lagrange_cli.mechanics.explicit import explicit_accelerations
+from lagrange_cli.mechanics.geometry import gap_over_names
 from lagrange_cli.mechanics.loads import Loads, loads, velocity_slopes
 from lagrange_cli.mechanics.multipliers import Equation, Row, multipliers, rows_of
 from lagrange_cli.mechanics.restraints import Restraints
@@ -89,7 +90,7 @@ def _form(
     equations: Equations, shown: Sequence[sp.Expr]
 ) -> Literal["motion", "accelerations", "multipliers"]:
     """What the expressions hold."""
-    if equations.closures:
+    if equations.pushing:
         return "multipliers"
     held = set().union(*(e.free_symbols for e in shown))
     return "motion" if held.isdisjoint(c.a for c in equations.coordinates) else "accelerations"
@@ -120,7 +121,7 @@ def _forces(derivation: Derivation, equations: Equations, applied: Loads) -> _Fo
 def _pushes(equations: Equations) -> list[sp.Expr]:
     """Σ λ·gradient along each coordinate."""
     terms: list[list[sp.Expr]] = [[] for _ in equations.coordinates]
-    for closure in equations.closures:
+    for closure in equations.pushing:
         for j, entry in entries(closure.gradient).items():
             terms[j].append(closure.multiplier * entry)
     return [sp.Add(*of) for of in terms]
@@ -184,7 +185,7 @@ def _bodies(derivation: Derivation, applied: Loads, forces: _Forces) -> Iterator
 
 
 def _stated(derivation: Derivation) -> list[Equation]:
-    """The scene's equations, each with the name of its multiplier."""
+    """The scene's equations and gaps, each with the name of its multiplier."""
     reduced = derivation.reduced
     kept = {(r.mark, r.text): c for r, c in zip(reduced.closures, derivation.closures, strict=True)}
     taken = {closure.name for closure in kept.values()}
@@ -198,6 +199,11 @@ def _stated(derivation: Derivation) -> list[Equation]:
             taken.add(name)
         known = None if closure is None else closure.multiplier
         found.append(Equation(name, equation.text, slopes, known))
+    for one_sided, contact in zip(reduced.scene.unilateral, derivation.contacts, strict=True):
+        gap = gap_over_names(reduced.names, one_sided)
+        slopes = {s: derivative(gap, s) for s in gap.free_symbols}
+        text = one_sided.inequality.text
+        found.append(Equation(contact.name, text, slopes, contact.closure.multiplier))
     return found
 
 
@@ -293,7 +299,7 @@ class _Check:
         return {**point, **dict(zip([*self.tapes.a, *multipliers], solution, strict=True))}
 
     def newton(self, forces: _Forces) -> None:
-        """Compare forces with m r̈ − F, and their work with that of the closures."""
+        """Compare forces with m r̈ − F, and their work with that of closures and contacts."""
         for state in self.states:
             try:
                 point = self._moving(state)

@@ -9,16 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.mechanics.derivation import Derivation
-from lagrange_cli.mechanics.names import Names
+from lagrange_cli.mechanics.geometry import gap_over_names
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.mechanics.steps import Row
 from lagrange_cli.mechanics.tape import Run, Tape
 from lagrange_cli.mechanics.tapes import Point, Tapes
-from lagrange_cli.scene.model import Unilateral
 
 __all__ = ["GapCheck"]
 
@@ -35,7 +33,7 @@ class GapCheck:
         reduced = derivation.reduced
         self.closures = tuple(c.closure for c in derivation.contacts)
         self.tapes = tapes
-        stated = [_over_names(reduced.names, u) for u in reduced.scene.unilateral]
+        stated = [gap_over_names(reduced.names, u) for u in reduced.scene.unilateral]
         self._stated = Tape(stated, [*tapes.raw, tapes.t, *tapes.parameters])
         self._held = [entries(c.gradient) for c in self.closures]
         self._derived = Tape(
@@ -98,13 +96,6 @@ class GapCheck:
             for j, x in moved.items():
                 found[j] = found.get(j, _ZERO) + slope * x
         return found
-
-
-def _over_names(names: Names, one_sided: Unilateral) -> sp.Expr:
-    """φ over the names of the scene."""
-    written = one_sided.inequality
-    difference = names.convert(written.left) - names.convert(written.right)
-    return difference if written.relation == ">=" else -difference
 
 
 def _triples(

@@ -17,6 +17,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.configuration import Configurations, Search, rank
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import InitialState
+from lagrange_cli.mechanics.gap_start import GapStart
 from lagrange_cli.mechanics.restricted import Restricted
 from lagrange_cli.mechanics.steps import Row, smallest
 from lagrange_cli.mechanics.tape import DomainError, Tape
@@ -70,6 +71,7 @@ class _Initial:
         for entry in self.reduced.scene.initial:
             self._take(entry)
         self.restrictions = Restricted(self.reduced, self.constants, self._length())
+        self.gaps = GapStart(self.reduced, self.constants)
 
     def _take(self, entry: InitialValue) -> None:
         symbol = self.reduced.names.lookup(entry.name)
@@ -91,17 +93,20 @@ class _Initial:
         try:
             velocities = self._velocities(self._tape(1), start)
             velocities, turned = self.restrictions.tangent(start, velocities)
+            velocities, slid = self.gaps.tangent(start, velocities)
         except DomainError:
             raise self._singular() from None
-        projected = max(self._check(start, velocities), moved, turned)
+        projected = max(self._check(start, velocities), moved, turned, slid)
         return InitialState(
             tuple(float(x) for x in start), tuple(float(x) for x in velocities), float(projected)
         )
 
     def _placed(self) -> tuple[list[mpf], mpf]:
-        """Coordinates on the closures, and how far they were from them."""
+        """Coordinates on the closures and at closed gaps, and how far they were from them."""
         try:
-            return self.restrictions.placed(self._positions())
+            start, moved = self.restrictions.placed(self._positions())
+            start, closed = self.gaps.placed(start)
+            return start, max(moved, closed)
         except DomainError:
             raise self._unreal() from None
 

@@ -98,6 +98,11 @@ class Reduced:
         return expr.xreplace(present) if present else expr
 
     @property
+    def scales(self) -> Mapping[sp.Symbol, mpf]:
+        """Size of the motion of each coordinate."""
+        return _scales(self.chart)
+
+    @property
     def gaps(self) -> tuple[Restriction, ...]:
         """One-sided constraints, ``left`` ≥ ``right``."""
         return self.chart.geometry.gaps

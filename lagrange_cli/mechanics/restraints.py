@@ -137,21 +137,27 @@ class Restraints:
             )
             worst = max(worst, _relative(rate, size))
         newton = self.tapes.newton(self.tapes.series(point), seen.forces)
+        pushes: list[list[mpf]] = [[] for _ in newton]
+        for j, force in self.gaps.forces(point):
+            pushes[j].append(force)
         for j, (lacking, size) in enumerate(newton):
             forces = [x * g[j] for x, g in zip(multipliers, gradients, strict=True) if j in g]
+            forces += pushes[j]
             difference = lacking - sum(forces, _ZERO)
             worst = max(worst, _relative(difference, sum(map(abs, forces), size + sizes[j])))
         return worst
 
     def solved(self, point: Point, mass: Sequence[Row], forcing: Sequence[mpf]) -> list[mpf] | None:
         """a and λ of [[M, −Φᵀ], [Φ, 0]] [a; λ] = [f; −bias]; None where that is singular,
-        or too large."""
+        or too large. Contacts push as the state says."""
         if len(forcing) + len(self.closures) > _LARGE:
             return None
         derived = self._derived(point)
         n, m = self.tapes.n, len(derived)
         matrix = mpmath.zeros(n + m)
         right = mpmath.matrix([*forcing, *(-bias for _, _, bias in derived)])
+        for j, force in self.gaps.forces(point):
+            right[j] += force
         for i in range(n):
             for j, x in mass[i].items():
                 matrix[i, j] = x

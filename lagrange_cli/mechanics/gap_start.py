@@ -1,0 +1,125 @@
+"""Gaps at the initial state: refused where they are violated, closed to the last digit where
+they touch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.geometry import Restriction, gap_over_names
+from lagrange_cli.mechanics.reduction import Reduced
+from lagrange_cli.mechanics.steps import Row
+from lagrange_cli.mechanics.tape import Run, Tape
+
+__all__ = ["GapStart"]
+
+_ZERO = mpf(0)
+
+#: Largest gap, relative to the scene's length, that counts as closed, and largest rate of
+#: one, relative to the speeds it is made of, that counts as zero.
+_TOLERANCE = mpf(10) ** -9
+#: What is left of the arithmetic's rounding.
+_ROUNDING = mpf(10) ** -20
+
+
+class GapStart:
+    """The gaps of a scene at its parameters and start time.
+
+    Parameters
+    ----------
+    constants
+        Values of parameters and t.
+    """
+
+    def __init__(self, reduced: Reduced, constants: Mapping[sp.Symbol, mpf]) -> None:
+        self._reduced = reduced
+        self._constants = dict(constants)
+        self._q = [c.q for c in reduced.coordinates]
+        self._v = [c.v for c in reduced.coordinates]
+        self._tape = Tape([g.left - g.right for g in reduced.gaps], [*self._q, *constants])
+
+    def placed(self, q: Sequence[mpf]) -> tuple[list[mpf], mpf]:
+        """Coordinates at which closed gaps are so to the last digit, and the largest change.
+
+        Raises
+        ------
+        InputError
+            They violate a gap by more than 1e-9 of the scene's length.
+        """
+        touching = self._touching(q)
+        if not touching:
+            return list(q), _ZERO
+        point = self._reduced.manifold(touching).placed(self._point(q, [_ZERO] * len(q)))
+        if point is None:
+            raise self._violated(touching[0], _ZERO)
+        return self._changed(q, [point[s] for s in self._q])
+
+    def tangent(self, q: Sequence[mpf], v: Sequence[mpf]) -> tuple[list[mpf], mpf]:
+        """Velocities along the closed gaps that they leave by rounding only; the largest change."""
+        touching = self._touching(q)
+        if not touching:
+            return list(v), _ZERO
+        run = self._run(q, v)
+        sliding = []
+        for k, gap in enumerate(self._reduced.gaps):
+            speeds = [x * v[j] for j, x in self._slopes(run, k).items()]
+            level = run.outputs[k][1]
+            parts = sum(map(abs, speeds), abs(level - sum(speeds, _ZERO)))
+            if gap in touching and abs(level) <= _TOLERANCE * parts:
+                sliding.append(gap)
+        moved = self._reduced.manifold(sliding).tangent(self._point(q, v))
+        return self._changed(v, [moved[w] for w in self._v])
+
+    def _touching(self, q: Sequence[mpf]) -> list[Restriction]:
+        """The gaps that are closed; an error where one is violated."""
+        if not self._reduced.gaps:
+            return []
+        run = self._run(q, [_ZERO] * len(q))
+        scales = [self._reduced.scales[s] for s in self._q]
+        touching = []
+        for k, gap in enumerate(self._reduced.gaps):
+            steps = [abs(x) * scales[j] for j, x in self._slopes(run, k).items()]
+            distance = run.values[k] / (max(steps, default=_ZERO) or mpf(1))
+            if distance < -_TOLERANCE:
+                raise self._violated(gap, run.values[k])
+            if distance <= _TOLERANCE:
+                touching.append(gap)
+        return touching
+
+    def _run(self, q: Sequence[mpf], v: Sequence[mpf]) -> Run:
+        """φ and φ̇ of each gap."""
+        t = self._reduced.names.t
+        moving = [(x, w, _ZERO) for x, w in zip(q, v, strict=True)]
+        others = [(x, mpf(s == t), _ZERO) for s, x in self._constants.items()]
+        return self._tape.run([*moving, *others], 1)
+
+    def _slopes(self, run: Run, number: int) -> Row:
+        return {j: x for j, x in run.partials(number).items() if j < len(self._q)}
+
+    def _point(self, q: Sequence[mpf], v: Sequence[mpf]) -> dict[sp.Symbol, mpf]:
+        return {**self._constants, **dict(zip([*self._q, *self._v], [*q, *v], strict=True))}
+
+    @staticmethod
+    def _changed(before: Sequence[mpf], after: list[mpf]) -> tuple[list[mpf], mpf]:
+        change = max((abs(x - y) for x, y in zip(before, after, strict=True)), default=_ZERO)
+        size = max(map(abs, before), default=_ZERO)
+        return after, change if change > _ROUNDING * size else _ZERO
+
+    def _violated(self, gap: Restriction, value: mpf) -> InputError:
+        """The error at the first initial value that the gap holds, or at the first of all."""
+        scene, names = self._reduced.scene, self._reduced.names
+        one_sided = next(u for u in scene.unilateral if u.name == gap.name)
+        held = gap_over_names(names, one_sided).free_symbols
+        entry = next((e for e in scene.initial if names.lookup(e.name) in held), scene.initial[0])
+        return InputError(
+            Problem(
+                f"the initial values violate the one-sided constraint '{gap.name}':"
+                f" {gap.text} is missed by {mpmath.nstr(abs(value), 3)}",
+                entry.mark,
+                rule="initial-inconsistent",
+            )
+        )
