@@ -19,19 +19,20 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.attempt import FLOOR_ULPS, NOISE_PART, Attempt
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.integrators.switching import Switch
+from lagrange_cli.simulate.integrators.switching import Flags, Switch
 from lagrange_cli.simulate.pilot import Pilot, pilot
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
 from lagrange_cli.simulate.run import Failure
 from lagrange_cli.simulate.watch import StoppedError, Watch
 
-__all__ = ["Measured", "integrate_to_accuracy", "only_the_start", "until", "why"]
+__all__ = ["Disproof", "Measured", "integrate_to_accuracy", "only_the_start", "until", "why"]
 
 #: The first tolerance as a part of eps: errors grow over a run.
 FIRST_TOLERANCE = 1e-5
@@ -47,16 +48,25 @@ FIRST_WIDER_TOLERANCE, WORTHWHILE = 1e-15, 1.05
 
 
 @dataclass(frozen=True)
+class Disproof:
+    """When what shows that a result is wrong: a conserved energy that changes, a negative gap,
+    or an impact that adds energy."""
+
+    time: float
+    by: Literal["energy", "gap", "impact"]
+
+
+@dataclass(frozen=True)
 class Measured:
     """Samples with what is known of their error.
 
     ``states`` (samples, 2n) are those that hold; ``estimate`` the largest
     estimated error over its scale among them; ``failure`` says where the motion
     itself ends, ``stopped`` that the user or the budget ended it. ``choice``
-    says why the method was taken; ``disproved`` is the time of a sample that a
-    conserved energy contradicts; ``wider`` whether the run was made in wider
-    arithmetic than doubles. ``switches`` are what happened to contacts until the
-    last sample, and the end of bounces that stands behind it; velocities at the times
+    says why the method was taken; ``disproved`` what shows that the rest is wrong;
+    ``wider`` whether the run was made in wider arithmetic than doubles. ``switches`` are
+    what happened to contacts until the last sample, and the end of bounces that stands
+    behind it, ``began`` the contacts that were closed at first; velocities at the times
     ``exempt`` are as close to a jump as the error of its time. ``steps`` and
     ``evaluations`` are those of the run, ``all_evaluations`` of everything.
     """
@@ -73,9 +83,10 @@ class Measured:
     all_evaluations: int
     run_seconds: float
     estimate_seconds: float
-    disproved: float | None = None
+    disproved: Disproof | None = None
     wider: bool = False
     switches: tuple[Switch, ...] = ()
+    began: Flags = ()
     exempt: Array = field(default_factory=lambda: np.empty(0))
 
 
@@ -215,6 +226,7 @@ def _measured(
         estimate_seconds=seconds - best.run_seconds,
         wider=best.wider,
         switches=until(best.run.switches, problem, judged.samples),
+        began=best.run.began,
         exempt=times[events.exempt(times)] if events is not None else times[:0],
     )
 
@@ -225,7 +237,7 @@ def until(
     """Those up to the last of so many samples, and the end of bounces next behind it."""
     last, all_of_them = float(problem.times[samples - 1]), samples == len(problem.times)
     inside = [s for s in switches if s.t <= last]
-    beyond = [s for s in switches if s.t > last and s.kind == "accumulation"]
+    beyond = [s for s in switches if s.t > last and s.kind == "zeno"]
     return (*inside, *([] if all_of_them else beyond[:1]))
 
 

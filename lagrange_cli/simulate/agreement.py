@@ -77,4 +77,4 @@ def agreement(
 
 def end_of_bounces(switches: Sequence[Switch]) -> float:
     """When the first sequence of ever shorter bounces ends; infinity where none does."""
-    return min((s.t for s in switches if s.kind == "accumulation"), default=np.inf)
+    return min((s.t for s in switches if s.kind == "zeno"), default=np.inf)

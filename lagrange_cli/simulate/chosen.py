@@ -49,6 +49,7 @@ def integrate_with_method(problem: InitialValueProblem, request: Request, watch:
         run_seconds=time.perf_counter() - run_started,
         estimate_seconds=run_started - started,
         switches=until(run.switches, problem, run.filled),
+        began=run.began,
     )
 
 

@@ -73,7 +73,8 @@ class Model:
     something, the code has a function ``outputs``. ``forces`` names constraint forces, which
     the code has where they were asked for. ``recordings``: inputs whose values are read
     from files at each run; the code takes the numbers of their present pieces, as
-    :mod:`.driving` has them, as ``u``.
+    :mod:`.driving` has them, as ``u``. ``contacts`` names the one-sided constraints, whose
+    functions the code has (:mod:`lagrange_cli.emit.contacts`).
     """
 
     name: str
@@ -92,6 +93,7 @@ class Model:
     outputs: tuple[str, ...] = ()
     forces: tuple[str, ...] = ()
     recordings: tuple[Recording, ...] = ()
+    contacts: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The model as values that JSON holds; doubles keep all their digits."""
@@ -102,7 +104,7 @@ class Model:
         """The model that :meth:`to_json` gave."""
         found = dict(value)
         lists = ("coordinates", "kinds", "cartesian", "conserved")
-        for name in (*lists, "multipliers", "outputs", "forces"):
+        for name in (*lists, "multipliers", "outputs", "forces", "contacts"):
             found[name] = tuple(found[name])
         found["parameters"] = tuple(ModelParameter(**p) for p in found["parameters"])
         found["initial"] = None if found["initial"] is None else tuple(found["initial"])

@@ -6,7 +6,7 @@ import ctypes
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,8 @@ import numpy as np
 from lagrange_cli.cache import Cache, open_cache
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
+from lagrange_cli.simulate.contact_parts import ContactParts, InterpretedParts, NativeParts
+from lagrange_cli.simulate.contacts import ContactRhs
 from lagrange_cli.simulate.disturbance import off_by_one_ulp, rounding_factors
 from lagrange_cli.simulate.driving import Drive, drive_of
 from lagrange_cli.simulate.integrators.base import Array, Rhs
@@ -44,6 +46,9 @@ __all__ = [
 #: int64_t lagrange_digits(void)
 _DIGITS = ctypes.CFUNCTYPE(ctypes.c_int64)
 
+#: Numbers that code reads of each contact: whether it is closed, and what an impulse aims at.
+CONTACT_NUMBERS = 2
+
 #: Options for the text of a system.
 OPTIONS = ("-O2",)
 
@@ -73,11 +78,12 @@ class RightHandSide:
     ``velocities`` the scene's Cartesian names; ``multipliers`` and ``constraints``
     (φ, then φ̇ and ψ) those of the closure equations, ``outputs`` what the scene
     asks for besides, no columns where there are none. NaN stands for what does not
-    exist. ``implementation`` says in words what runs. ``wider`` makes the same
-    right-hand sides in wider arithmetic, or None where there is none. Right-hand
-    sides of systems with closure equations have a projection, see
+    exist. ``implementation`` says in words what runs, ``native`` whether it is machine
+    code. ``wider`` makes the same right-hand sides in wider arithmetic, or None where
+    there is none. Right-hand sides of systems with closure equations have a projection, see
     :func:`.base.projection`, those of systems with inputs from files pieces, see
-    :func:`.pieces.pieces`; ``drive`` is what was read.
+    :func:`.pieces.pieces`; ``drive`` is what was read. Those of systems with contacts are
+    :class:`.contacts.ContactRhs`.
     """
 
     rhs: Rhs
@@ -89,6 +95,7 @@ class RightHandSide:
     constraints: Table
     outputs: Table
     implementation: str
+    native: bool = False
     wider: Callable[[], Wider | None] = lambda: None
     drive: Drive | None = None
 
@@ -113,13 +120,36 @@ def right_hand_side(
 
 
 def _given(model: Model) -> Array:
-    return np.array([0.0 if p.value is None else p.value for p in model.parameters])
+    """Parameters, and behind them what is read of each contact."""
+    given = [0.0 if p.value is None else p.value for p in model.parameters]
+    return np.array([*given, *[0.0] * (CONTACT_NUMBERS * len(model.contacts))])
 
 
 def _off(model: Model, pattern: int, real: NativeReal = DOUBLE) -> Array:
     """Parameters off by their rounding error, then the factors of a pattern."""
     given = off_by_one_ulp(_given(model), pattern)
     return np.concatenate([given, rounding_factors(model.code.factors, pattern, real)])
+
+
+def _with_contacts(model: Model, functions: RightHandSide, parts: ContactParts) -> RightHandSide:
+    """The functions with right-hand sides for every set of closed contacts, if there are any."""
+    if not model.contacts:
+        return functions
+
+    def side(flight: Rhs, name: str, parameters: Array) -> ContactRhs:
+        first, count = len(model.parameters), len(model.contacts)
+        return ContactRhs(flight, parts, name, parameters, first, count)
+
+    one, other = functions.disturbed
+    return replace(
+        functions,
+        rhs=side(functions.rhs, "contact_rhs", _given(model)),
+        disturbed=(
+            side(one, "contact_disturbed", _off(model, 1)),
+            side(other, "contact_disturbed", _off(model, 2)),
+        ),
+        wider=lambda: None,
+    )
 
 
 def _pieces(drive: Drive | None, pattern: int) -> Pieces | None:
@@ -211,7 +241,7 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
         return native_table(libraries.system, libraries.function(name), width, columns)
 
     rhs, disturbed = libraries.sides()
-    return RightHandSide(
+    found = RightHandSide(
         rhs=rhs,
         disturbed=disturbed,
         energy=table("energy", 1),
@@ -221,9 +251,11 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
         constraints=table("constraints", model.residuals),
         outputs=table("outputs", len(model.outputs)),
         implementation="compiled C",
+        native=True,
         wider=lambda: _wider(model, drive, cache, started + budget),
         drive=drive,
     )
+    return _with_contacts(model, found, NativeParts(model, libraries.system, libraries.stepper))
 
 
 def _wider(model: Model, drive: Drive | None, cache: Cache, deadline: float) -> Wider | None:
@@ -287,7 +319,7 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         given = parameters[: len(model.parameters)].tolist()
         return with_projection(rhs, _bound(functions["project"], given, None))
 
-    return RightHandSide(
+    found = RightHandSide(
         rhs=side("rhs"),
         disturbed=(side("disturbed", 1), side("disturbed", 2)),
         energy=table("energy", 1),
@@ -299,6 +331,7 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         implementation=f"interpreted Python: {reason}",
         drive=drive,
     )
+    return _with_contacts(model, found, InterpretedParts(model, functions))
 
 
 def _bound(function: Callable[..., Any], given: list[float], pieces: Pieces | None) -> Rhs:

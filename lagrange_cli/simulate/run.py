@@ -11,7 +11,7 @@ import numpy as np
 
 from lagrange_cli.simulate.integrators import Control, Integrator, Rhs, start
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.integrators.switching import Switch, Switching
+from lagrange_cli.simulate.integrators.switching import Flags, Switch, Switching
 from lagrange_cli.simulate.problem import InitialValueProblem
 
 __all__ = ["Failure", "Run"]
@@ -85,6 +85,11 @@ class Run:
     def switches(self) -> Sequence[Switch]:
         """What happened to contacts so far."""
         return self._integrator.switches if isinstance(self._integrator, Switching) else ()
+
+    @property
+    def began(self) -> Flags:
+        """The contacts that were closed at first."""
+        return self._integrator.began if isinstance(self._integrator, Switching) else ()
 
     @property
     def ended(self) -> bool:

@@ -6,24 +6,24 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
+from lagrange_cli.simulate.along import Along, along
 from lagrange_cli.simulate.chosen import integrate_with_method
-from lagrange_cli.simulate.conservation import first_contradiction
-from lagrange_cli.simulate.constraints import constraint_drift
+from lagrange_cli.simulate.disproof import energies, energy_is_conserved, undisproved
 from lagrange_cli.simulate.forces import constraint_forces
-from lagrange_cli.simulate.integrators.base import Array, projection
+from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.compiled import COMPILED
-from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.outcome import reason, status
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.request import Request, resolve
 from lagrange_cli.simulate.right_hand_side import RightHandSide, right_hand_side
 from lagrange_cli.simulate.starting import require_a_start
-from lagrange_cli.simulate.trajectory import Trajectory
+from lagrange_cli.simulate.trajectory import Event, Trajectory
 from lagrange_cli.simulate.watch import Watch
 
 if TYPE_CHECKING:
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 __all__ = ["simulate"]
-
-Status = Literal["ok", "accuracy_not_reached", "stopped", "blow_up"]
 
 
 def simulate(
@@ -111,38 +109,20 @@ def _simulated(
     compile_seconds = time.perf_counter() - started
     if request.accuracy is not None:
         measured = integrate_to_accuracy(problem, request.accuracy, watch)
-        measured = _undisproved(model, functions, problem, measured, request.accuracy)
     else:
         measured = integrate_with_method(problem, request, watch)
+    t = problem.times[: len(measured.states)]
+    seen = along(model, functions, t, measured)
+    measured = undisproved(model, seen, t, measured, request.accuracy)
     if not measured.stopped:
         watch.done()
-    return _trajectory(model, request, functions, problem, measured, compile_seconds)
+    return _trajectory(model, request, seen, problem, measured, compile_seconds)
 
 
 def _modelled(equations: Equations) -> Model:
     from lagrange_cli.simulate.modelling import model_of
 
     return model_of(equations)
-
-
-def _undisproved(
-    model: Model,
-    functions: RightHandSide,
-    problem: InitialValueProblem,
-    measured: Measured,
-    accuracy: float,
-) -> Measured:
-    """What holds, cut off where a conserved energy changes by more than the accuracy allows."""
-    if not _energy_is_conserved(model):
-        return measured
-    t = problem.times[: len(measured.states)]
-    _, kinetic = _energies(functions, t, measured.states)
-    first = first_contradiction(
-        functions.energy, t, measured.states, accuracy, measured.scales, kinetic
-    )
-    if first is None:
-        return measured
-    return replace(measured, states=measured.states[:first], disproved=float(t[first]))
 
 
 def _problem(model: Model, request: Request, functions: RightHandSide) -> InitialValueProblem:
@@ -167,20 +147,19 @@ def _wider(problem: InitialValueProblem, functions: RightHandSide) -> InitialVal
 def _trajectory(
     model: Model,
     request: Request,
-    functions: RightHandSide,
+    seen: Along,
     problem: InitialValueProblem,
     measured: Measured,
     compile_seconds: float,
 ) -> Trajectory:
-    t = problem.times[: len(measured.states)]
-    status = _status(problem, measured)
+    t, functions = problem.times[: len(measured.states)], seen.functions
     names = [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
-    energy, kinetic = _energies(functions, t, measured.states)
+    energy, kinetic = energies(seen, t, measured.states)
     promised = request.accuracy is not None
     return Trajectory(
         name=model.name,
-        status=status,
-        reason=_reason(status, problem, measured, request),
+        status=status(problem, measured),
+        reason=reason(model, problem, measured, request),
         t=t,
         columns=_columns(model, functions, t, measured.states),
         energy=energy,
@@ -189,14 +168,20 @@ def _trajectory(
         estimated=measured.estimate if promised else None,
         scales=dict(zip(names, measured.scales.tolist(), strict=True)),
         holds_until=float(t[-1]) if promised else None,
-        energy_drift=_drift(energy, kinetic) if _energy_is_conserved(model) else None,
-        constraint_drift=constraint_drift(
-            functions.constraints, t, measured.states, measured.scales
-        ),
+        energy_drift=_drift(energy - seen.lost[: len(t)], kinetic)
+        if energy_is_conserved(model)
+        else None,
+        constraint_drift=seen.drift(t, measured.states, measured.scales),
         multipliers=dict(
-            zip(model.multipliers, functions.multipliers(t, measured.states).T, strict=True)
+            zip(
+                (*model.multipliers, *model.contacts),
+                functions.multipliers(t, measured.states).T,
+                strict=True,
+            )
         ),
         forces=constraint_forces(model, functions, t, measured.states),
+        events=_events(model, functions, measured),
+        exempt=tuple(measured.exempt.tolist()),
         method=measured.method,
         implementation=_implementation(functions, measured),
         choice=measured.choice,
@@ -214,10 +199,29 @@ def _trajectory(
 
 def _implementation(functions: RightHandSide, measured: Measured) -> str:
     """What evaluated the equations and made the steps, in words."""
-    if not isinstance(functions.rhs, NativeRhs):
+    if not functions.native:
         return functions.implementation
     steps = "" if measured.method in COMPILED else ", stepped by SciPy"
     return functions.implementation + (", long double" if measured.wider else steps)
+
+
+def _events(model: Model, functions: RightHandSide, measured: Measured) -> tuple[Event, ...]:
+    """What happened to contacts, with all columns before and after."""
+    switches = measured.switches
+    times = np.array([s.t for s in switches])
+    sides = [np.array([getattr(s, side) for s in switches]) for side in ("before", "after")]
+    before, after = (
+        _columns(model, functions, times, states.reshape(len(switches), -1)) for states in sides
+    )
+    return tuple(
+        Event(
+            s.t,
+            f"{s.kind}:{model.contacts[s.contact]}",
+            {name: float(column[k]) for name, column in after.items()},
+            {name: float(column[k]) for name, column in before.items()} if s.jumps else None,
+        )
+        for k, s in enumerate(switches)
+    )
 
 
 def _columns(model: Model, functions: RightHandSide, t: Array, states: Array) -> dict[str, Array]:
@@ -232,54 +236,8 @@ def _columns(model: Model, functions: RightHandSide, t: Array, states: Array) ->
     return columns | dict(zip(model.outputs, functions.outputs(t, states).T.copy(), strict=True))
 
 
-def _energy_is_conserved(model: Model) -> bool:
-    return "energy" in model.conserved or "jacobi" in model.conserved
-
-
-def _energies(functions: RightHandSide, t: Array, states: Array) -> tuple[Array, Array]:
-    """The energy function at the samples, and its part that depends on velocities."""
-    still = states.copy()
-    still[:, states.shape[1] // 2 :] = 0.0
-    total = functions.energy(t, states)[:, 0]
-    return total, total - functions.energy(t, still)[:, 0]
-
-
 def _drift(energy: Array, kinetic: Array) -> float | None:
     """Largest change over the largest kinetic part, which no choice of zero shifts."""
     change, size = np.abs(energy - energy[0]).max(), np.abs(kinetic).max()
     drift = float(change / size) if size > 0 else float(change)
     return drift if math.isfinite(drift) else None
-
-
-def _status(problem: InitialValueProblem, measured: Measured) -> Status:
-    if len(measured.states) == len(problem.times):
-        return "ok"
-    if measured.stopped:
-        return "stopped"
-    if measured.disproved is not None:
-        return "accuracy_not_reached"
-    return "blow_up" if measured.failure is not None else "accuracy_not_reached"
-
-
-def _reason(
-    status: Status, problem: InitialValueProblem, measured: Measured, request: Request
-) -> str:
-    last = float(problem.times[len(measured.states) - 1])
-    if status == "ok":
-        return ""
-    if status == "stopped":
-        return f"stopped; what is kept ends at t = {last:.9g}"
-    if measured.disproved is not None:
-        return (
-            f"accuracy {request.accuracy:g} is disproved at t = {measured.disproved:.9g}:"
-            " the energy is not what it was. A force acts in less than a step;"
-            " --method RK4 with a --step that resolves it goes on"
-        )
-    if measured.failure is not None:
-        kept = " a position where the constraints are singular," if projection(problem.rhs) else ""
-        return (
-            f"the motion cannot be continued past t = {measured.failure.time:.9g}:"
-            f" {measured.failure.reason} (a singularity,{kept}"
-            " or the edge of where the equations exist)"
-        )
-    return f"accuracy {request.accuracy:g} holds until t = {last:.9g} of {problem.until:.9g}"

@@ -42,10 +42,16 @@ def require_forces(name: str, forces: Collection[str]) -> None:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened at a time."""
+    """Something that happened at a time: ``contact:NAME``, ``release:NAME`` or
+    ``zeno:NAME``, where bounces become too short and the contact stays closed.
+
+    ``state`` has every column then, and ``before`` where velocities jump.
+    """
 
     t: float
     name: str
+    state: Mapping[str, float] = field(default_factory=dict)
+    before: Mapping[str, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -69,6 +75,9 @@ class Trajectory:
     ``multipliers`` maps the name of each to its λ at the samples; ``forces`` has the
     columns ``force_x(PARTICLE)`` and ``lambda(NAME)`` of other constraints where the
     forces were derived.
+
+    ``events`` are in order; velocities at the sample times ``exempt`` are as close to a jump as
+    the estimated error of its time, and outside of the promise.
 
     ``implementation`` says what evaluated the equations and made the steps.
     ``steps`` and ``rhs_evaluations`` are those of the run itself,
@@ -100,6 +109,7 @@ class Trajectory:
     multipliers: Mapping[str, Array] = field(default_factory=dict)
     forces: Mapping[str, Array] = field(default_factory=dict)
     events: tuple[Event, ...] = field(default_factory=tuple)
+    exempt: tuple[float, ...] = ()
 
     @property
     def exit_code(self) -> int:
@@ -122,6 +132,7 @@ class Trajectory:
                 "requested": self.requested,
                 "estimated": self.estimated,
                 "scales": dict(self.scales),
+                "exempt": list(self.exempt),
             },
             "holds_until": self.holds_until,
             "energy_drift": self.energy_drift,
@@ -131,7 +142,7 @@ class Trajectory:
             "formulation": self.formulation,
             "steps": self.steps,
             "rhs_evaluations": self.rhs_evaluations,
-            "events": [{"t": event.t, "name": event.name} for event in self.events],
+            "events": [_reported(event) for event in self.events],
             "seconds": {"derive": derive_seconds, **self.seconds},
         }
 
@@ -214,3 +225,9 @@ class Trajectory:
         from lagrange_cli.simulate.plot import draw
 
         write_file(path, draw(self, Path(path).suffix.lower().lstrip(".")))
+
+
+def _reported(event: Event) -> dict[str, Any]:
+    """An event as JSON."""
+    found = {"t": event.t, "name": event.name, "state": dict(event.state)}
+    return found if event.before is None else {**found, "before": dict(event.before)}

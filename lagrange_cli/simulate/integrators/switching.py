@@ -26,14 +26,14 @@ from lagrange_cli.simulate.integrators.base import (
 )
 from lagrange_cli.simulate.integrators.falling import RISES, Falling
 
-__all__ = ["Flags", "Switch", "SwitchedRhs", "Switching"]
+__all__ = ["FAILURES", "TOUCHING", "Flags", "Gaps", "Switch", "SwitchedRhs", "Switching"]
 
 #: Which contacts are closed.
 Flags: TypeAlias = tuple[bool, ...]
 
 #: What happens to a contact: it closes, for an instant or for longer; it opens; it closes since
 #: its bounces have become too short.
-Kind: TypeAlias = Literal["contact", "release", "accumulation"]
+Kind: TypeAlias = Literal["contact", "release", "zeno"]
 
 #: A gap is zero below this part of what it is the difference of.
 TOUCHING = 1e-12
@@ -46,6 +46,11 @@ SEQUENCE = 4
 
 #: Events one upon the other, and the units in the last place of time within which they are.
 CHATTER, TOGETHER = 40, 16
+
+#: Why a motion cannot be continued.
+ENDLESS = "contacts close and open without end"
+UNDETERMINED = "what the contacts do next cannot be determined"
+FAILURES = (ENDLESS, UNDETERMINED)
 
 #: The event of a reset at the start of a motion.
 START = -1
@@ -137,7 +142,10 @@ Begin: TypeAlias = Callable[[Rhs, float, Array, float, Control], Integrator]
 
 
 class Switching(Integrator):
-    """One method over all pieces, called like any; ``switches`` are those passed so far."""
+    """One method over all pieces, called like any.
+
+    ``switches`` are those passed so far; ``began`` the contacts that are closed at first.
+    """
 
     interpolates: ClassVar[bool] = False
 
@@ -160,6 +168,7 @@ class Switching(Integrator):
         self._run: Integrator | None = None
         self.switches: list[Switch] = []
         self._reset(START, "contact")
+        self.began = self._closed
 
     def step(self, limit: float) -> None:
         states = np.empty((1, len(self.y)))
@@ -205,10 +214,10 @@ class Switching(Integrator):
         if self._closed[event]:
             self._reset(event, "release")
         else:
-            self._reset(event, "accumulation" if self._accumulates(event) else "contact")
+            self._reset(event, "zeno" if self._accumulates(event) else "contact")
         last = self.switches[-CHATTER:]
         if len(last) == CHATTER and self.t - last[0].t <= self._together:
-            self._run, self._stuck = None, "contacts close and open without end"
+            self._run, self._stuck = None, ENDLESS
 
     @property
     def _together(self) -> float:
@@ -231,10 +240,10 @@ class Switching(Integrator):
     def _reset(self, event: int, kind: Kind) -> None:
         """Find what holds behind an event, tell what changed, and begin the next piece."""
         before, was = self.y, self._closed
-        bounce = 0.0 if kind == "accumulation" else 1.0
+        bounce = 0.0 if kind == "zeno" else 1.0
         found = self._rhs.reset(self.t, before, was, event, bounce)
         if found is None:
-            self._run, self._stuck = None, "what the contacts do next cannot be determined"
+            self._run, self._stuck = None, UNDETERMINED
             return
         self.y, self._closed = found
         changes = self._struck(before) if event == START else {event: kind}

@@ -1,0 +1,143 @@
+"""A motion with contacts, looked at afterwards: what holds where which contacts are closed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lagrange_cli.simulate.accuracy import Measured
+from lagrange_cli.simulate.constraints import constraint_drift
+from lagrange_cli.simulate.contacts import ContactRhs
+from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.switching import TOUCHING, Flags, Switch
+from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.right_hand_side import RightHandSide
+from lagrange_cli.simulate.tables import Table
+
+__all__ = ["Along", "along", "first_penetration"]
+
+#: How far beyond the accuracy's first-order effect a gap must be negative to disprove it.
+MARGIN = 8.0
+
+
+@dataclass(frozen=True)
+class Along:
+    """A model's functions along one motion, and what impacts took of its energy.
+
+    ``functions`` evaluate accelerations, multipliers and constraints with the contacts that are
+    closed at their time, ``contact`` with any set of them. ``lost`` is the energy after impacts
+    less that before, in all, at each sample; ``gained`` the first time of an impact that adds
+    energy. ``drift`` is that of :func:`.constraints.constraint_drift`.
+    """
+
+    functions: RightHandSide
+    contact: ContactRhs | None
+    lost: Array
+    gained: float
+    drift: Callable[[Array, Array, Array], float | None]
+
+
+def along(model: Model, functions: RightHandSide, t: Array, measured: Measured) -> Along:
+    """The functions of a model along the samples of a motion.
+
+    Parameters
+    ----------
+    t
+        Times of the samples, shape (m,).
+    """
+    rhs = functions.rhs
+    if not isinstance(rhs, ContactRhs):
+        nothing = np.zeros(len(t))
+        return Along(
+            functions,
+            None,
+            nothing,
+            np.inf,
+            lambda t, y, scales: constraint_drift(functions.constraints, t, y, scales),
+        )
+    history = _History(measured.switches, measured.began or rhs.free)
+    count = len(model.multipliers) + len(rhs.free)
+    moving = replace(
+        functions,
+        rhs=lambda t, y: rhs.side(history.at(t))(t, y),
+        multipliers=_by_mode(history, lambda c: rhs.table("contact_multipliers", count, c), count),
+    )
+    columns = model.residuals + 2 * len(rhs.free)
+
+    def drift(times: Array, states: Array, scales: Array) -> float | None:
+        found = []
+        for closed, rows in history.rows(times):
+            table = rhs.table("contact_constraints", columns, closed)
+            if any(closed) or model.multipliers:
+                found.append(constraint_drift(table, times[rows], states[rows], scales))
+        return max((x for x in found if x is not None), default=None)
+
+    steps = _energy_steps(functions.energy, measured.switches)
+    lost = np.array([sum(change for at, change, _ in steps if at <= time) for time in t.tolist()])
+    gained = min((at for at, change, size in steps if change > TOUCHING * size), default=np.inf)
+    return Along(moving, rhs, lost, gained, drift)
+
+
+class _History:
+    """Which contacts are closed when."""
+
+    def __init__(self, switches: Sequence[Switch], began: Flags) -> None:
+        self._times = [s.t for s in switches]
+        self._closed = [began, *(s.flags for s in switches)]
+
+    def at(self, t: float) -> Flags:
+        return self._closed[int(np.searchsorted(self._times, t, side="right"))]
+
+    def rows(self, t: Array) -> list[tuple[Flags, list[int]]]:
+        """The numbers of the times at which each set of contacts is closed."""
+        closed = [self.at(time) for time in t.tolist()]
+        return [
+            (of, [k for k, own in enumerate(closed) if own == of]) for of in dict.fromkeys(closed)
+        ]
+
+
+def _by_mode(history: _History, table: Callable[[Flags], Table], columns: int) -> Table:
+    """A table whose rows are of the function for the contacts that are closed there."""
+
+    def found(t: Array, y: Array) -> Array:
+        out = np.zeros((len(t), columns))
+        for closed, rows in history.rows(t):
+            out[rows] = table(closed)(t[rows], y[rows])
+        return out
+
+    return found
+
+
+def _energy_steps(energy: Table, switches: Sequence[Switch]) -> list[tuple[float, float, float]]:
+    """Time of each impact, how it changes the energy, and the size of that."""
+    impacts = {id(s.before): s for s in switches if s.jumps}.values()
+    found = []
+    for s in impacts:
+        states = np.array([s.before, s.after])
+        before, after = energy(np.full(2, s.t), states)[:, 0].tolist()
+        found.append((s.t, after - before, abs(before) + abs(after)))
+    return found
+
+
+def first_penetration(
+    rhs: ContactRhs, t: Array, states: Array, accuracy: float, scales: Array
+) -> int | None:
+    """Number of the first sample at which a gap is negative by more than the accuracy explains.
+
+    Parameters
+    ----------
+    t, states
+        Samples, shapes (m,) and (m, 2n).
+    accuracy, scales
+        Each component of a state is known to ``accuracy·scales``, shape (2n,).
+    """
+    count, n = len(rhs.free), states.shape[1] // 2
+    values = rhs.table("gaps", 2 * count, rhs.free)(t, states)[:, :count]
+    for k in np.flatnonzero((values < 0).any(axis=1)).tolist():
+        gaps = rhs.gaps(float(t[k]), states[k])
+        allowed = MARGIN * gaps.noise(accuracy * scales[:n])
+        if (gaps.values < -allowed).any():
+            return int(k)
+    return None

@@ -1,0 +1,128 @@
+"""What the code of a system with contacts offers, in machine code or interpreted.
+
+All of it reads flags of closed contacts behind the scene's parameters (see
+:mod:`lagrange_cli.emit.contacts`).
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import Array, ConstrainedRhs, Rhs
+from lagrange_cli.simulate.integrators.events import NativeEvents
+from lagrange_cli.simulate.integrators.native import DOUBLE, RHS, NativeRhs, projection_type
+from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.tables import Table, interpreted_table, native_table
+
+__all__ = ["ContactParts", "InterpretedParts", "NativeParts"]
+
+_POINTER = ctypes.c_void_p
+
+#: int system_reset(t, y, u, p, event, bounce, work)
+_RESET = ctypes.CFUNCTYPE(
+    ctypes.c_int,
+    ctypes.c_double,
+    *[_POINTER] * 3,
+    ctypes.c_long,
+    ctypes.c_double,
+    _POINTER,
+)
+
+
+class ContactParts(Protocol):
+    """Functions of a system with contacts for given ``parameters``, flags among them."""
+
+    def side(self, name: str, parameters: Array) -> Rhs:
+        """A right-hand side that projects onto the closed contacts."""
+
+    def table(self, name: str, columns: int, parameters: Array) -> Table:
+        """Another function, at many states."""
+
+    def events(
+        self, parameters: Array, signs: tuple[float, ...], noise: tuple[float, ...]
+    ) -> NativeEvents | None:
+        """The event functions for compiled integrators, None where none are compiled."""
+
+    def reset(
+        self, t: float, y: Array, parameters: Array, event: int, bounce: float
+    ) -> tuple[Array, Array] | None:
+        """State and flags behind an event; None where they cannot be found."""
+
+
+class NativeParts:
+    """Those of a library of machine code; ``stepper`` holds the integrators."""
+
+    def __init__(self, model: Model, system: ctypes.CDLL, stepper: ctypes.CDLL) -> None:
+        self._model, self._system, self._stepper = model, system, stepper
+        self._work = np.empty(model.code.work)
+
+    def _function(self, name: str, parameters: Array, projection: Any = None) -> NativeRhs:
+        entry = RHS((f"system_{name}", self._system))
+        work = np.empty_like(self._work)
+        return NativeRhs(entry, parameters, work, self._stepper, projection=projection)
+
+    def side(self, name: str, parameters: Array) -> Rhs:
+        project = projection_type(DOUBLE)(("system_contact_project", self._system))
+        return self._function(name, parameters, project)
+
+    def table(self, name: str, columns: int, parameters: Array) -> Table:
+        width = 2 * len(self._model.coordinates)
+        return native_table(self._system, self._function(name, parameters), width, columns)
+
+    def events(
+        self, parameters: Array, signs: tuple[float, ...], noise: tuple[float, ...]
+    ) -> NativeEvents | None:
+        count = len(signs)
+        function = RHS(("system_events", self._system))
+        work = np.empty_like(self._work)
+        falling, terminal = (-1,) * count, (True,) * count
+        return NativeEvents(function, falling, terminal, parameters, work, signs, noise)
+
+    def reset(
+        self, t: float, y: Array, parameters: Array, event: int, bounce: float
+    ) -> tuple[Array, Array] | None:
+        state, given = np.array(y, dtype=float), np.array(parameters, dtype=float)
+        call = _RESET(("system_reset", self._system))
+        addresses = state.ctypes.data, None, given.ctypes.data
+        if call(t, *addresses, event, bounce, self._work.ctypes.data):
+            return None
+        return state, given[_flags(self._model)]
+
+
+class InterpretedParts:
+    """Those of a module of Python."""
+
+    def __init__(self, model: Model, functions: Mapping[str, Callable[..., Any]]) -> None:
+        self._model, self._functions = model, functions
+
+    def _bound(self, name: str, parameters: Array) -> Callable[[float, Array], Any]:
+        function, given = self._functions[name], parameters.tolist()
+        return lambda t, y: function(t, y, given)
+
+    def side(self, name: str, parameters: Array) -> Rhs:
+        return ConstrainedRhs(
+            self._bound(name, parameters), self._bound("contact_project", parameters)
+        )
+
+    def table(self, name: str, columns: int, parameters: Array) -> Table:
+        return interpreted_table(self._bound(name, parameters), columns)
+
+    def events(
+        self, parameters: Array, signs: tuple[float, ...], noise: tuple[float, ...]
+    ) -> NativeEvents | None:
+        return None
+
+    def reset(
+        self, t: float, y: Array, parameters: Array, event: int, bounce: float
+    ) -> tuple[Array, Array] | None:
+        found = self._functions["reset"](t, y, parameters.tolist(), event, bounce)
+        return None if found is None else (np.array(found[0]), np.array(found[1]))
+
+
+def _flags(model: Model) -> slice:
+    """Where the flags of closed contacts are among the parameters."""
+    return slice(len(model.parameters), len(model.parameters) + len(model.contacts))

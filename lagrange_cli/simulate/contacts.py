@@ -1,0 +1,91 @@
+"""Systems with one-sided constraints: a right-hand side for each set of closed contacts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lagrange_cli.simulate.contact_parts import ContactParts
+from lagrange_cli.simulate.integrators.base import Array, Rhs, projection
+from lagrange_cli.simulate.integrators.falling import Falling
+from lagrange_cli.simulate.integrators.switching import Flags, Gaps, SwitchedRhs
+from lagrange_cli.simulate.tables import Table
+
+__all__ = ["ContactRhs"]
+
+
+class ContactRhs(SwitchedRhs):
+    """The right-hand side of a system with contacts.
+
+    Parameters
+    ----------
+    flight
+        The one with no contact closed.
+    name
+        Of the function that is it with contacts closed, as ``parts`` know it.
+    parameters
+        All that it reads; the flags of ``contacts`` contacts begin at ``first``.
+    """
+
+    def __init__(
+        self,
+        flight: Rhs,
+        parts: ContactParts,
+        name: str,
+        parameters: Array,
+        first: int,
+        contacts: int,
+    ) -> None:
+        self.free = (False,) * contacts
+        self._flight, self._parts, self._name = flight, parts, name
+        self._parameters, self._flags = parameters, slice(first, first + contacts)
+        self._sides: dict[Flags, Rhs] = {self.free: flight}
+        self._gaps = parts.table("gaps", 2 * contacts, parameters)
+        self._terms: Table | None = None
+
+    def __call__(self, t: float, y: Array) -> Array:
+        return self._flight(t, y)
+
+    def project(self, t: float, y: Array) -> Array:
+        project = projection(self._flight)
+        return np.array(y) if project is None else project(t, y)
+
+    def side(self, closed: Flags) -> Rhs:
+        if closed not in self._sides:
+            self._sides[closed] = self._parts.side(self._name, self._with(closed))
+        return self._sides[closed]
+
+    def _with(self, closed: Flags) -> Array:
+        parameters = np.array(self._parameters)
+        parameters[self._flags] = closed
+        return parameters
+
+    def falling(self, closed: Flags, signs: tuple[float, ...], noise: tuple[float, ...]) -> Falling:
+        parameters = self._with(closed)
+        table = self._parts.table("events", len(closed), parameters)
+        native = self._parts.events(parameters, signs, noise)
+        return Falling(lambda t, y: _row(table, t, y), signs, noise, native)
+
+    def gaps(self, t: float, y: Array) -> Gaps:
+        count, n = len(self.free), len(y) // 2
+        if self._terms is None:
+            self._terms = self._parts.table("gap_terms", count * (n + 3), self._parameters)
+        values, sizes = _row(self._gaps, t, y).reshape(2, count)
+        terms = _row(self._terms, t, y)
+        return Gaps(values, sizes, terms[: count * n].reshape(count, n), terms[count * n :][:count])
+
+    def table(self, name: str, columns: int, closed: Flags) -> Table:
+        """Another function of the system with contacts, at many states."""
+        return self._parts.table(name, columns, self._with(closed))
+
+    def reset(
+        self, t: float, y: Array, closed: Flags, event: int, bounce: float
+    ) -> tuple[Array, Flags] | None:
+        found = self._parts.reset(t, y, self._with(closed), event, bounce)
+        if found is None or not np.isfinite(found[0]).all():
+            return None
+        return found[0], tuple((found[1] != 0).tolist())
+
+
+def _row(table: Table, t: float, y: Array) -> Array:
+    found: Array = table(np.array([t]), np.asarray(y, dtype=float)[None, :])[0]
+    return found
