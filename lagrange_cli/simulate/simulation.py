@@ -208,6 +208,8 @@ def _implementation(functions: RightHandSide, measured: Measured) -> str:
 def _events(model: Model, functions: RightHandSide, measured: Measured) -> tuple[Event, ...]:
     """What happened to contacts, with all columns before and after."""
     switches = measured.switches
+    if not switches:
+        return ()
     times = np.array([s.t for s in switches])
     sides = [np.array([getattr(s, side) for s in switches]) for side in ("before", "after")]
     before, after = (
