@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = [
     "certificate_line",
     "choice_line",
+    "contacts_lines",
     "counting",
     "energy_is_sum",
     "implied_line",
@@ -60,7 +61,8 @@ def _names(equations: Equations) -> set[str]:
 
 
 def counting(equations: Equations) -> tuple[tuple[str, int], ...]:
-    """What is counted: 3N, E where there is one, K, DOF, nonholonomic constraints."""
+    """What is counted: 3N, E where there is one, K, DOF, nonholonomic and unilateral
+    constraints."""
     account = equations.account
     extra = (("E", account.extra),) if account.extra else ()
     return (
@@ -69,6 +71,7 @@ def counting(equations: Equations) -> tuple[tuple[str, int], ...]:
         ("K", account.constraints),
         ("DOF", account.dof),
         *((("nonholonomic", account.nonholonomic),) if account.nonholonomic else ()),
+        *((("unilateral", account.unilateral),) if account.unilateral else ()),
     )
 
 
@@ -84,6 +87,17 @@ def multipliers_line(equations: Equations) -> str:
     return (
         f"The multiplier times the gradient of the left side{by} is the force that the "
         "constraint exerts"
+    )
+
+
+def contacts_lines(equations: Equations) -> tuple[str, ...]:
+    """How contacts, their multipliers and impacts are meant (none: there are no contacts)."""
+    if not equations.contacts:
+        return ()
+    return (
+        "Where a gap is 0 its multiplier is at least 0, and times the gradient of the gap it is"
+        " the force of the contact; where a gap is open its multiplier is 0",
+        "A gap that closes at the rate u < 0 opens at the rate -e u, where e is its restitution",
     )
 
 
@@ -108,6 +122,8 @@ def remark_on(line: ConstraintLine) -> str:
     elif line.status == "redundant":
         others = ", ".join(line.implied_by)
         remarks.append(f"redundant, implied by {others}" if others else "redundant")
+    elif line.status == "unilateral":
+        remarks.append("one-sided" + (f", restitution {line.restitution}" * bool(line.restitution)))
     if line.rheonomic:
         remarks.append("depends on t")
     return "; ".join(remarks)

@@ -64,7 +64,7 @@ def reaction_rows(
     The multiplier is None where it is an unknown of the equations of motion; λ |∇φ| is
     left out where it is the multiplier again.
     """
-    unknowns = {closure.multiplier for closure in equations.closures}
+    unknowns = {closure.multiplier for closure in equations.pushing}
     for reaction in forces.reactions:
         known = None if reaction.multiplier in unknowns else reaction.multiplier
         sizes = [(names, e) for names, e in _by_size(reaction) if e != reaction.multiplier]
@@ -109,7 +109,7 @@ def force_columns(equations: Equations) -> list[tuple[str, Expr]]:
         for body in forces.bodies
         for axis, component in zip(_AXES, body.components, strict=True)
     ]
-    unknowns = {closure.multiplier for closure in equations.closures}
+    unknowns = {closure.multiplier for closure in equations.pushing}
     known = [r for r in forces.reactions if r.multiplier not in unknowns]
     return columns + [(multiplier_name(r.name), r.multiplier) for r in known]
 

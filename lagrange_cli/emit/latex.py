@@ -61,7 +61,7 @@ def snippet(equations: Equations, form: str = "lagrange") -> str:
     title = equations.title or equations.name
     lines = [
         f"% {latex_text(title)}: equations of motion (needs amsmath)",
-        *setter.align([*setter.motion(form), *setter.closures()]),
+        *setter.align([*setter.motion(form), *setter.closures(), *setter.contacts()]),
     ]
     return "\n".join(lines) + "\n"
 
@@ -73,11 +73,11 @@ def equation_latex(equations: Equations, index: int) -> str:
 
 
 def equations_latex(equations: Equations) -> str:
-    """All equations of motion, then those of closures, in an ``aligned`` environment,
-    without math delimiters."""
+    """All equations of motion, then those of closures and contacts, in an ``aligned``
+    environment, without math delimiters."""
     setter = Typesetter.of(equations)
     rows = [f"& {joined(setter.row(i))}" for i in range(len(equations.shown))]
-    rows += [f"& {joined(row.pieces)}" for row in setter.closures()]
+    rows += [f"& {joined(row.pieces)}" for row in (*setter.closures(), *setter.contacts())]
     return "\n".join([r"\begin{aligned}", " \\\\\n".join(rows), r"\end{aligned}"])
 
 
@@ -177,6 +177,16 @@ class Typesetter:
             )
             for c in self.equations.closures
         ]
+
+    def contacts(self) -> list[Row]:
+        """Complementarity of each contact: 0 ≤ λ ⊥ φ ≥ 0."""
+        rows = []
+        for contact in self.equations.contacts:
+            push = rf"0 \le {self.inline(contact.closure.multiplier)} \perp "
+            gap = suffixed(self.pieces(contact.closure.expression), r" \ge 0", 4)
+            label = rf"\text{{{latex_text(contact.name)}}}\colon\quad"
+            rows.append(Row(label, prefixed(gap, push, 12)))
+        return rows
 
     def _coupled(self, indices: list[int], forcing: Sequence[Expr]) -> list[Row]:
         """``Σ M a = f`` for coordinates that are coupled by more than two."""

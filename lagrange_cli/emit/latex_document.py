@@ -58,6 +58,7 @@ def document(equations: Equations, form: str = "lagrange") -> str:
         page.forces(),
         page.motion(form),
         page.closures(),
+        page.contacts(),
         forces_section(page.setter),
         page.conserved(),
         page.outputs(),
@@ -160,7 +161,16 @@ class _Document:
         ]
         if rows:
             lines += ["The positions are", *self.setter.align(rows, numbered=False)]
-        return lines
+        return [*lines, *self._singular()]
+
+    def _singular(self) -> list[str]:
+        """Where the coordinates have no meaning, a sentence each."""
+        named = {c.name: f"${self.setter.coordinate(c)}$" for c in self.equations.coordinates}
+        return [
+            f"The motion of {' and '.join(named[name] for name in place.coordinates)}"
+            f" is singular where ${self.setter.inline(place.where)} = 0$."
+            for place in self.equations.singular
+        ]
 
     def _described(self, coordinate: Coordinate) -> str:
         text = f"${self.setter.coordinate(coordinate)}$"
@@ -234,8 +244,8 @@ class _Document:
         )
 
     def _multiplied(self) -> list[str]:
-        """The generalized forces of the constraints, by kinds of closures."""
-        kinds = {closure.kind for closure in self.equations.closures}
+        """The generalized forces of the constraints, by kinds of closures and contacts."""
+        kinds = {closure.kind for closure in self.equations.pushing}
         return [
             rf"\sum_k \lambda_k \frac{{\partial {phi}_k}}{{\partial {by}_j}}"
             for kind, phi, by in (
@@ -260,6 +270,26 @@ class _Document:
             f"These hold beside the equations of motion; their left sides are {sides}.",
             *self.setter.align(rows),
             f"{multipliers_line(self.equations)}.",
+        ]
+
+    def contacts(self) -> list[str]:
+        """Gaps with their multipliers and restitutions, and what these mean."""
+        rows = self.setter.contacts()
+        if not rows:
+            return []
+        told = [
+            f"${self.setter.inline(c.restitution)}$ for {latex_text(c.name)}"
+            for c in self.equations.contacts
+        ]
+        return [
+            r"\section*{Contacts}",
+            r"The gaps $\varphi_k$ of one-sided constraints and their multipliers obey",
+            r"\[ \varphi_k \ge 0,\quad \lambda_k \ge 0,\quad \lambda_k \varphi_k = 0, \]",
+            "here",
+            *self.setter.align(rows),
+            r"Times the gradient of the gap, $\lambda_k$ is the force of the contact. A gap that"
+            r" closes with $\dot\varphi_k = u < 0$ opens with $-e_k u$;"
+            f" the restitution $e_k$ is {', '.join(told)}.",
         ]
 
     def _divided(self) -> str:
@@ -346,7 +376,7 @@ class _Document:
 #: Rows of a table that is kept on one page.
 _LONGEST_TABLE = 24
 
-_COUNTED = {"DOF": r"\text{DOF}", "nonholonomic": r"\text{nonholonomic}"}
+_COUNTED = {word: rf"\text{{{word}}}" for word in ("DOF", "nonholonomic", "unilateral")}
 
 _BULLETS = r"Constraints: \begin{itemize}\setlength{\itemsep}{0pt}\setlength{\parskip}{0pt}"
 

@@ -54,7 +54,7 @@ class LinearPrinter(ABC):
 
     ``times`` and ``over`` stand between factors and at a division; ``lead``
     begins a line that continues a product. ``times_width`` and ``sign_width``
-    are those of what stands between factors and terms.
+    are those of what stands between factors and terms; ``at_least`` is the sign of gaps.
     """
 
     times = "*"
@@ -62,6 +62,7 @@ class LinearPrinter(ABC):
     sign_width = 3.0
     lead = "*"
     over = "/"
+    at_least = "\N{GREATER-THAN OR EQUAL TO}"
 
     def __init__(self) -> None:
         self._rows: dict[type, Callable[[Node], list[Piece]]] = {

@@ -58,7 +58,7 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         "constraints": account.constraints,
         "dof": account.dof,
         "nonholonomic": account.nonholonomic,
-        "unilateral": 0,
+        "unilateral": account.unilateral,
         "coordinates": [c.name for c in equations.coordinates],
         "formulation": equations.formulation,
         "predicted": _predicted(equations),
@@ -72,10 +72,26 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         "conserved": [
             {"name": c.name, "expression": say(c.expression)} for c in equations.conserved
         ],
-        "multipliers": [c.multiplier.name for c in equations.closures],
+        "multipliers": [c.multiplier.name for c in equations.pushing],
         "closure": [
             {"name": c.name, "kind": c.kind, "expression": say(c.expression)}
             for c in equations.closures
+        ],
+        "contacts": [
+            {
+                "name": c.name,
+                "gap": say(c.closure.expression),
+                "gradient": [
+                    {
+                        "coordinate": equations.coordinates[j].name,
+                        "entry": say(c.closure.gradient[j]),
+                    }
+                    for j in c.closure.held
+                ],
+                "multiplier": c.closure.multiplier.name,
+                "restitution": say(c.restitution),
+            }
+            for c in equations.contacts
         ],
         "inputs": [_input(given, say) for given in equations.inputs],
         "outputs": [{"name": name, "expression": say(e)} for name, e in equations.outputs],

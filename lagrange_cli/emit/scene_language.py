@@ -24,6 +24,8 @@ __all__ = ["ScenePrinter", "to_scene_language"]
 class ScenePrinter(LinearPrinter):
     """``(M + m)*ddot(r) - M*r*dot(theta)^2 + m*g``."""
 
+    at_least = ">="
+
     def number(self, node: Number) -> str:
         if node.literal is not None:
             return node.literal

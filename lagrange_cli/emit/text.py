@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.account import (
     certificate_line,
     choice_line,
+    contacts_lines,
     counting,
     energy_is_sum,
     implied_line,
@@ -74,6 +75,7 @@ def derivation_text(equations: Equations, *, ascii: bool = False, form: str = "l
         page.forces(),
         page.accelerations() if form == "explicit" else page.motion(),
         page.closures(),
+        page.contacts(),
         page.constraint_forces(),
         page.conserved(),
         page.outputs(),
@@ -101,7 +103,17 @@ class _Page:
         counts = ", ".join(f"{name} = {value}" for name, value in counting(self.equations))
         lines = [f"Degrees of freedom   {counts}", *self.constraints(), *self.coordinates()]
         chosen = choice_line(self.equations)
-        return [*lines, *(self.listed("Formulation   ", chosen.split()) if chosen else [])]
+        lines += self.listed("Formulation   ", chosen.split()) if chosen else []
+        return [*lines, *self.singular()]
+
+    def singular(self) -> list[str]:
+        """Where the coordinates have no meaning."""
+        lines = []
+        for place in self.equations.singular:
+            names = ", ".join(self.printer.symbol(name) for name in place.coordinates)
+            opening = f"Singular      {names} where "
+            lines += self.hung(opening, suffixed(self.pieces(place.where), " = 0", 4))
+        return lines
 
     def constraints(self) -> list[str]:
         account = self.equations.account
@@ -227,6 +239,27 @@ class _Page:
             left = suffixed(self.pieces(expression), " = 0", 4)
             lines += self.hung(f"  {_padded(name, width)}   ", left)
         return [*lines, *self.listed("  ", multipliers_line(self.equations).split(" "))]
+
+    def contacts(self) -> list[str]:
+        """Gaps and restitutions of one-sided constraints, and what their multipliers mean."""
+        rows = [
+            (escape_controls(c.name), c.closure.expression, c.restitution)
+            for c in self.equations.contacts
+        ]
+        width = max((columns(name) for name, _, _ in rows), default=0)
+        lines = ["Contacts"] if rows else []
+        for name, gap, restitution in rows:
+            open_gap = f" {self.printer.at_least} 0"
+            left = suffixed(self.pieces(gap), open_gap, columns(open_gap))
+            lines += self.hung(f"  {_padded(name, width)}   ", left)
+            elasticity = f"   restitution {joined(self.pieces(restitution))}"
+            if columns(lines[-1] + elasticity) <= WIDTH:
+                lines[-1] += elasticity
+            else:
+                lines += self.formula(" " * (width + 5) + "restitution", restitution)
+        for line in contacts_lines(self.equations):
+            lines += self.listed("  ", line.split(" "))
+        return lines
 
     def constraint_forces(self) -> list[str]:
         """Forces on the particles, and what each constraint exerts, where asked for."""

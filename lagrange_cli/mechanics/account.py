@@ -241,9 +241,16 @@ def _lines(
                 rheonomic=any(_depends_on_time(geometry.names, stated[k].phi) for k in numbers),
             )
         )
-    for gap in geometry.gaps:
-        moved = geometry.names.t in (gap.left - gap.right).free_symbols
-        lines.append(ConstraintLine(gap.name, (gap.text,), "unilateral", rheonomic=moved))
+    for one_sided, gap in zip(geometry.names.scene.unilateral, geometry.gaps, strict=True):
+        lines.append(
+            ConstraintLine(
+                gap.name,
+                (gap.text,),
+                "unilateral",
+                rheonomic=geometry.names.t in (gap.left - gap.right).free_symbols,
+                restitution=one_sided.restitution.text if one_sided.restitution else "",
+            )
+        )
     return lines
 
 

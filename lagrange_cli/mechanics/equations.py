@@ -101,7 +101,8 @@ class ConstraintLine:
     ``equations`` as written; ``status``: ``independent``; ``satisfied`` (the
     definitions satisfy it identically); ``redundant`` (others imply it, named
     in ``implied_by``); ``nonholonomic`` (it holds velocities and is not
-    integrable); ``unilateral`` (an inequality). ``rheonomic``: it contains t.
+    integrable); ``unilateral`` (an inequality, with its ``restitution`` as written).
+    ``rheonomic``: it contains t.
     """
 
     name: str
@@ -111,6 +112,7 @@ class ConstraintLine:
     )
     implied_by: tuple[str, ...] = ()
     rheonomic: bool = False
+    restitution: str = ""
 
 
 @dataclass(frozen=True)

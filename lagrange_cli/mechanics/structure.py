@@ -258,7 +258,7 @@ def conserved_quantities(
 def _reason(derivation: Derivation) -> str:
     """Why the energy is conserved, and where it is not: an impact takes part of it."""
     elastic = all(contact.restitution == 1 for contact in derivation.contacts)
-    return "L does not depend on t" + ("" if elastic else "; between impacts")
+    return "L does not depend on t" + ("" if elastic else " (between impacts)")
 
 
 def _momentum(derivation: Derivation, row: int) -> sp.Expr:

@@ -16,8 +16,9 @@ from lagrange_cli.errors import Mark, Problem
 
 KEYS = [
     "name", "cartesian", "extra", "constraints", "dof", "nonholonomic", "unilateral",
-    "coordinates", "formulation", "kinetic", "potential", "lagrangian", "equations",
-    "mass_matrix", "forcing", "cyclic", "conserved", "multipliers", "closure",
+    "coordinates", "formulation", "predicted", "singular", "kinetic", "potential", "lagrangian",
+    "equations",
+    "mass_matrix", "forcing", "cyclic", "conserved", "multipliers", "closure", "contacts",
     "inputs", "outputs", "facts", "certificate", "warnings",
 ]  # fmt: skip
 
