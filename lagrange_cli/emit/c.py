@@ -13,17 +13,18 @@ from lagrange_cli.emit.c_body import body_text, result_name
 from lagrange_cli.emit.c_header import header_text
 from lagrange_cli.emit.c_main import main_text
 from lagrange_cli.emit.c_names import CNames, Real, file_stem, real_type
-from lagrange_cli.emit.c_project import project_text, workspace
+from lagrange_cli.emit.c_project import project_text, residual_text, workspace
 from lagrange_cli.emit.c_solvers import helper_text, solver_text
 from lagrange_cli.emit.constraints import INTERNAL, constraint_programs
 from lagrange_cli.emit.printing import Dialect, functions_in
 from lagrange_cli.emit.program import FUNCTIONS, Program, asked_for, build_program
+from lagrange_cli.emit.solve import Block
 from lagrange_cli.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["emit", "function_names", "function_text", "functions_used"]
+__all__ = ["blocks_of", "emit", "function_names", "function_text", "functions_used"]
 
 #: Function of the interface → outputs that it writes, one after the other.
 _OUTPUTS: dict[str, tuple[str, ...]] = {
@@ -87,12 +88,12 @@ def _source(
         f"/* {names.prefix}: see {stem}.h, which documents every function. */\n",
         f'#include "{stem}.h"\n\n#include <math.h>\n',
         helper_text(used, names, real),
-        solver_text(programs["rhs"].blocks, names, real),
+        solver_text(blocks_of(programs), names, real),
         _defaults(equations, names, real),
     ]
     for function, program in programs.items():
         parts.append(function_text(function, program, names, real, dialect))
-    parts.append(project_text(programs, names, real))
+    parts += [residual_text(programs, names, real), project_text(programs, names, real)]
     return "\n".join(part for part in parts if part)
 
 
@@ -102,6 +103,12 @@ def function_names(names: CNames, real: Real) -> dict[str, str]:
     table = {name: name + real.suffix for name in FUNCTIONS if name not in own}
     table["abs"] = "fabs" + real.suffix
     return table | {name: f"{names.prefix}_{name}" for name in sorted(own)}
+
+
+def blocks_of(programs: Mapping[str, Program]) -> list[Block]:
+    """The systems that right-hand sides solve, with contacts and without."""
+    sides = [programs[name] for name in ("rhs", "flight_rhs", "contact_rhs") if name in programs]
+    return [block for program in sides for block in program.blocks]
 
 
 def functions_used(program: Program) -> set[str]:
@@ -126,7 +133,7 @@ def function_text(
 ) -> str:
     """The definition of one function of the interface: a right-hand side where it has blocks."""
     result = result_name(function, program)
-    static = "static " if function in INTERNAL else ""
+    static = "static " if function in INTERNAL or names.contact_from is not None else ""
     return "\n".join(
         [
             f"{static}int {names.prefix}_{function}({names.arguments(real, result)})",

@@ -7,13 +7,14 @@ live in the workspace; the others keep names of their own.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from textwrap import wrap
 
 from lagrange_cli.emit.c_names import CNames, Real
 from lagrange_cli.emit.c_solvers import EPSILON_NAME, dense_size
+from lagrange_cli.emit.constraints import finds_change, finds_multipliers
 from lagrange_cli.emit.families import Assignment
 from lagrange_cli.emit.operands import Number, Operand, Product, Variable, rebuilt
 from lagrange_cli.emit.printing import Dialect, expression
@@ -52,10 +53,10 @@ def body_text(
     """
     parts: Sequence[_Part]
     n = program.coordinates
-    if function == "multipliers":
+    if finds_multipliers(function):
         results = sum(len(block.closures) for block in program.blocks)
         parts = _solution(program, {}, {k: Cell("out", k) for k in range(results)})
-    elif function.endswith("_change"):
+    elif finds_change(function):
         parts, results = _change(program), n
     elif program.blocks:
         parts, results = _right_hand_side(program), 2 * n
@@ -71,7 +72,7 @@ def body_text(
 
 def result_name(function: str, program: Program) -> str:
     """The array that a function stores its results in."""
-    found = function == "multipliers" or function.endswith("_change")
+    found = finds_multipliers(function) or finds_change(function)
     return "dydt" if program.blocks and not found else "out"
 
 
@@ -174,7 +175,7 @@ def _solution(
                 parts.append(_Stores([Statement(coordinates[i], next(accelerations)) for i in of]))
             continue
         entries = [next(matrix) for _ in range(size * (size + 1) // 2)]
-        gradients = [next(matrix) for _ in range(size * len(block.closures))]
+        gradients = [next(matrix) for _ in range((size + block.compliant) * len(block.closures))]
         right = [next(forcing) for _ in range(block.size)]
         parts += _dense_block(block, entries, gradients, right)
         targets = [coordinates.get(i) for i in of] + [closures.get(k) for k in block.closures]
@@ -211,6 +212,8 @@ def _dense_block(
     if not (block.definite or block.closures):
         yield _Stores(_mirrored("work", "d", n))
     below = [Cell("work", i * size + j) for i in range(n, size) for j in range(n)]
+    if block.compliant:
+        below += [Cell("work", i * size + i) for i in range(n, size)]
     yield _Stores(list(map(Statement, below, gradients)), "Gradients of the closures, by rows.")
     forcing = [Statement(Cell("work", size * size + i), f) for i, f in enumerate(right)]
     yield _Stores(forcing, _RIGHT if block.closures else "Forcing.")
@@ -299,12 +302,19 @@ class _Writer:
             "t": "t" not in reads,
             "y": not state,
             "u": not any(name.startswith("u") for name in reads),
-            "p": not any(name.startswith("p") for name in reads),
+            **self._unread(reads),
             "work": not uses_work,
             "out": not results,
         }
         lines += [f"    (void){name};" for name, is_so in unused.items() if is_so]
         return lines + self._workspace()
+
+    def _unread(self, reads: Collection[str]) -> dict[str, bool]:
+        """Whether the arguments that hold parameters are not used."""
+        read = {int(name[1:]) for name in reads if name.startswith("p")}
+        if (first := self.names.contact_from) is None:
+            return {"p": not read}
+        return {"p": not any(k < first for k in read), "contact": not any(k >= first for k in read)}
 
     def _state(self) -> list[str]:
         return [f"{kind}{i}" for kind in "qv" for i in range(self.program.coordinates)]

@@ -68,6 +68,8 @@ class CNames:
     its parameters, and dummy name → text for every input of a program.
 
     ``parameter_array``: the array that holds the parameters, if one does.
+    ``contact_from``: the parameters from this number on come in an array ``contact``
+    of their own.
     """
 
     prefix: str
@@ -75,6 +77,7 @@ class CNames:
     inputs: Mapping[str, str]
     empty_field: str = "none"
     parameter_array: str | None = None
+    contact_from: int | None = None
 
     @classmethod
     def of(cls, equations: Equations) -> CNames:
@@ -91,15 +94,24 @@ class CNames:
         """The parameter list that all functions of the interface share."""
         return (
             f"{real.name} t, const {real.name} *y, const {real.name} *u, "
-            f"const {self.prefix}_params *p, {real.name} *work, {real.name} *{result}"
+            f"const {self.prefix}_params *p, {self._contact(real)}"
+            f"{real.name} *work, {real.name} *{result}"
         )
 
     def state_arguments(self, real: Real) -> str:
         """The parameter list of the function that changes a state."""
         return (
             f"{real.name} t, {real.name} *y, const {real.name} *u, "
-            f"const {self.prefix}_params *p, {real.name} *work"
+            f"const {self.prefix}_params *p, {self._contact(real)}{real.name} *work"
         )
+
+    def _contact(self, real: Real) -> str:
+        return "" if self.contact_from is None else f"const {real.name} *contact, "
+
+    @property
+    def passed(self) -> str:
+        """What functions pass on to others, before ``work``."""
+        return "t, y, u, p" if self.contact_from is None else "t, y, u, p, contact"
 
 
 def file_stem(name: str) -> str:

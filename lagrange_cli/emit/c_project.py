@@ -6,11 +6,12 @@ from collections.abc import Mapping
 
 from lagrange_cli.emit.c_body import work_size
 from lagrange_cli.emit.c_names import CNames, Real
+from lagrange_cli.emit.c_reset import reset_workspace
 from lagrange_cli.emit.c_solvers import fill
 from lagrange_cli.emit.constraints import INTERNAL
 from lagrange_cli.emit.program import Program
 
-__all__ = ["project_text", "workspace"]
+__all__ = ["project_text", "residual_text", "workspace"]
 
 _SIZE = """\
 /* The largest of m residuals, each in units of the last place of the magnitude m behind it. */
@@ -28,7 +29,7 @@ static @REAL@ @NAME@_residual(int m, const @REAL@ *out)
 """
 
 _HEAD = """\
-int @NAME@_project(@ARGUMENTS@)
+@STATIC@int @NAME@_@OF@project(@ARGUMENTS@)
 {
     @REAL@ *const out = work + @START@;
 """
@@ -37,7 +38,7 @@ _POSITIONS = """\
     @REAL@ size, last = @ZERO@;
     int i, round, status;
     for (round = 0; ; ++round) {
-        status = @NAME@_position_error(t, y, u, p, work, out);
+        status = @NAME@_@OF@position_error(@PASSED@, work, out);
         if (status != 0) {
             return status;
         }
@@ -50,7 +51,7 @@ _POSITIONS = """\
             return 3;
         }
         last = size;
-        status = @NAME@_position_change(t, y, u, p, work, out);
+        status = @NAME@_@OF@position_change(@PASSED@, work, out);
         if (status != 0) {
             return status;
         }
@@ -65,11 +66,11 @@ _NO_POSITIONS = """\
 """
 
 _VELOCITIES = """\
-    status = @NAME@_velocity_error(t, y, u, p, work, out);
+    status = @NAME@_@OF@velocity_error(@PASSED@, work, out);
     if (status != 0 || @NAME@_residual(@CLOSURES@, out) <= @NEAR@) {
         return status;
     }
-    status = @NAME@_velocity_change(t, y, u, p, work, out);
+    status = @NAME@_@OF@velocity_change(@PASSED@, work, out);
     for (i = 0; status == 0 && i < @N@; ++i) {
         y[@N@ + i] += out[i];
     }
@@ -87,23 +88,37 @@ FAR = 1024.0
 ROUNDS = 50
 
 
-def project_text(programs: Mapping[str, Program], names: CNames, real: Real) -> str:
-    """The definition of ``NAME_project``, empty where there are no closures."""
-    if "velocity_change" not in programs:
+def residual_text(programs: Mapping[str, Program], names: CNames, real: Real) -> str:
+    """The helper of all projections, empty where there is none."""
+    used = any(name.endswith("velocity_change") for name in programs)
+    more = {"@NEXT@": "nextafter" + real.suffix}
+    return fill(_SIZE, names, real, more) if used else ""
+
+
+def project_text(programs: Mapping[str, Program], names: CNames, real: Real, of: str = "") -> str:
+    """The definition of ``NAME_project``, empty where there are no closures.
+
+    Parameters
+    ----------
+    of
+        ``contact_`` for that of closures and of what is in contact.
+    """
+    if f"{of}velocity_change" not in programs:
         return ""
-    positions = "position_change" in programs
-    text = "".join([_SIZE, "\n", _HEAD, _POSITIONS if positions else _NO_POSITIONS, _VELOCITIES])
+    positions = f"{of}position_change" in programs
     return fill(
-        text,
+        "".join([_HEAD, _POSITIONS if positions else _NO_POSITIONS, _VELOCITIES]),
         names,
         real,
         {
+            "@OF@": of,
+            "@STATIC@": "" if names.contact_from is None else "static ",
             "@ARGUMENTS@": names.state_arguments(real),
-            "@NEXT@": "nextafter" + real.suffix,
-            "@START@": str(_inner(programs)),
-            "@N@": str(programs["velocity_change"].coordinates),
-            "@POSITIONS@": str(_closures(programs, "position_change")),
-            "@CLOSURES@": str(_closures(programs, "velocity_change")),
+            "@PASSED@": names.passed,
+            "@START@": str(_inner(programs, of)),
+            "@N@": str(programs[f"{of}velocity_change"].coordinates),
+            "@POSITIONS@": str(_closures(programs, f"{of}position_change")),
+            "@CLOSURES@": str(_closures(programs, f"{of}velocity_change")),
             "@ROUNDS@": str(ROUNDS),
             "@NEAR@": real.value(NEAR),
             "@FAR@": real.value(FAR),
@@ -114,16 +129,23 @@ def project_text(programs: Mapping[str, Program], names: CNames, real: Real) -> 
 
 def workspace(programs: Mapping[str, Program]) -> int:
     """Numbers of workspace with which every function has enough."""
-    work = max(map(work_size, programs.values()))
-    if "velocity_change" not in programs:
-        return work
-    results = max(programs["velocity_change"].coordinates, 2 * _closures(programs, "multipliers"))
-    return max(work, _inner(programs) + results)
+    each = max(map(work_size, programs.values()))
+    projections = (_workspace(programs, of) for of in ("", "contact_"))
+    return max(each, *projections, reset_workspace(programs))
 
 
-def _inner(programs: Mapping[str, Program]) -> int:
+def _workspace(programs: Mapping[str, Program], of: str) -> int:
+    if f"{of}velocity_change" not in programs:
+        return 0
+    closures = _closures(programs, f"{of}velocity_change")
+    results = max(programs[f"{of}velocity_change"].coordinates, 2 * closures)
+    return _inner(programs, of) + results
+
+
+def _inner(programs: Mapping[str, Program], of: str) -> int:
     """What the functions that ``project`` calls need of it."""
-    return max(work_size(program) for name, program in programs.items() if name in INTERNAL)
+    called = INTERNAL.intersection(name for name in programs if name.startswith(of))
+    return max(work_size(programs[name]) for name in called)
 
 
 def _closures(programs: Mapping[str, Program], function: str) -> int:

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lagrange_cli.emit.c import function_names, function_text, functions_used
+from lagrange_cli.emit.c import blocks_of, function_names, function_text, functions_used
 from lagrange_cli.emit.c_lanes import LANES_HEADER, lanes_text
 from lagrange_cli.emit.c_names import CNames, Real, real_type
-from lagrange_cli.emit.c_project import project_text
+from lagrange_cli.emit.c_project import project_text, residual_text
+from lagrange_cli.emit.c_reset import reset_text
 from lagrange_cli.emit.c_solvers import helper_text, solver_text
 from lagrange_cli.emit.printing import Dialect
 from lagrange_cli.emit.program import Program
@@ -46,9 +47,10 @@ def library_source(programs: Mapping[str, Program]) -> str:
     """A text of C with a function ``system_NAME`` for each program, and ``system_table``.
 
     With those of :func:`lagrange_cli.emit.constraints.constraint_programs` there
-    is ``system_project`` too; :func:`lagrange_cli.emit.c_project.workspace` is the
-    size of ``work`` that serves all of them. The programs read parameters from an
-    array of doubles at ``p``.
+    is ``system_project`` too, with those of ``contact_programs`` beside it
+    ``system_contact_project``, ``system_events`` and ``system_reset``;
+    :func:`lagrange_cli.emit.c_project.workspace` is the size of ``work`` that serves all of
+    them. The programs read parameters from an array of doubles at ``p``.
     """
     names, real, dialect = _language(programs)
     parameters = _parameters(programs)
@@ -57,9 +59,11 @@ def library_source(programs: Mapping[str, Program]) -> str:
         "#include <math.h>\n",
         f"typedef struct {{ double p[{max(parameters, 1)}]; }} system_params;\n",
         helper_text(used, names, real),
-        solver_text(programs["rhs"].blocks, names, real),
+        solver_text(blocks_of(programs), names, real),
         *(function_text(f, p, names, real, dialect) for f, p in programs.items()),
-        project_text(programs, names, real),
+        residual_text(programs, names, real),
+        *(project_text(programs, names, real, of) for of in ("", "contact_")),
+        reset_text(programs, names, real),
         _TABLE,
     ]
     return "\n".join(filter(None, parts))

@@ -202,7 +202,7 @@ static int @NAME@_equilibrate(int s, const @REAL@ *a, @REAL@ *d)
  * [x; l] replaces [f; g] in b, behind which n + m more numbers are overwritten.
  * Units do not matter: M is divided by its size, and rows and columns are
  * scaled alike, all by powers of two. Then comes elimination with pivoting.
- */
+@COMPLIANT@ */
 static int @NAME@_solve_saddle(int n, int m, @REAL@ *a, @REAL@ *b)
 {
     const int s = n + m;
@@ -219,7 +219,7 @@ static int @NAME@_solve_saddle(int n, int m, @REAL@ *a, @REAL@ *b)
     }
     for (i = 0; i < s; ++i) {
         for (j = i; j < s; ++j) {
-            a[i*s + j] = j < n ? a[i*s + j]*unit : (i < n ? a[j*s + i] : @ZERO@);
+            a[i*s + j] = j < n ? a[i*s + j]*unit : (i < n ? a[j*s + i] : @CORNER@);
             a[j*s + i] = a[i*s + j];
         }
         b[i] *= i < n ? unit : @ONE@;
@@ -244,6 +244,12 @@ static int @NAME@_solve_saddle(int n, int m, @REAL@ *a, @REAL@ *b)
     }
     return 0;
 }
+"""
+
+#: More of the comment where the diagonal of the closures is given.
+_COMPLIANT = """\
+ * The diagonal behind M is given too: 0, or 1 where a row of G and g are zero,
+ * which makes that number of l zero.
 """
 
 _BANDED = """\
@@ -318,7 +324,11 @@ def solver_text(blocks: Sequence[Block], names: CNames, real: Real) -> str:
     if any(not block.definite for block in loops):
         parts.append(fill(_PIVOTED, names, real))
     if any(block.closures for block in loops):
-        parts.append(fill(_SADDLE, names, real))
+        compliant = any(block.compliant for block in loops)
+        corner = "(i == j ? a[i*s + i] : @ZERO@)" if compliant else "@ZERO@"
+        comment = _COMPLIANT if compliant else ""
+        given = {"@CORNER@": corner, "@COMPLIANT@": comment}
+        parts.append(fill(_SADDLE, names, real, given))
     if any(block.band is not None for block in blocks):
         parts.append(fill(_BANDED, names, real))
     return "\n".join(parts)

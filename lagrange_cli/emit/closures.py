@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Closure, Equations
 
-__all__ = ["CLOSURE_OUTPUTS", "SYSTEMS"]
+__all__ = ["CLOSURE_OUTPUTS", "CLOSURE_SYSTEMS", "rate_of", "rate_size", "residual_size"]
 
 
 def _position_closures(e: Equations) -> list[Closure]:
@@ -32,7 +32,12 @@ def _position_closures(e: Equations) -> list[Closure]:
 
 def _rates(e: Equations) -> list[Expr]:
     """What is zero of the velocities: φ̇ of position closures, ψ of velocity closures."""
-    return [sympy.Add(*_rate_terms(c, e)) for c in e.closures]
+    return [rate_of(c, e) for c in e.closures]
+
+
+def rate_of(closure: Closure, e: Equations) -> Expr:
+    """gradient·v + rate."""
+    return sympy.Add(*_rate_terms(closure, e))
 
 
 def _rate_terms(closure: Closure, e: Equations) -> list[Expr]:
@@ -64,7 +69,7 @@ def _velocity_change(e: Equations) -> System:
 
 
 #: What is found by solving a system with the mass matrix.
-SYSTEMS: dict[str, Callable[[Equations], System]] = {
+CLOSURE_SYSTEMS: dict[str, Callable[[Equations], System]] = {
     "acceleration": _acceleration,
     "multipliers": _multipliers,
     "position_change": _position_change,
@@ -72,15 +77,16 @@ SYSTEMS: dict[str, Callable[[Equations], System]] = {
 }
 
 
-def _sizes(e: Equations) -> Iterable[Expr]:
-    """Sums of the magnitudes that a residual is the difference of, each of which is rounded:
+def residual_size(closure: Closure, e: Equations) -> Expr:
+    """Sum of the magnitudes that a residual is the difference of, each of which is rounded:
     its terms, and what the coordinates contribute to first order."""
     terms = sympy.Add.make_args(closure.expression)
     return _magnitude([*terms, *_products(closure, [c.q for c in e.coordinates])])
 
 
-def _rate_sizes(e: Equations) -> Iterable[Expr]:
-    return (_magnitude(_rate_terms(closure, e)) for closure in e.closures)
+def rate_size(closure: Closure, e: Equations) -> Expr:
+    """Sum of the magnitudes that gradient·v + rate is the difference of."""
+    return _magnitude(_rate_terms(closure, e))
 
 
 def _magnitude(terms: Sequence[Expr]) -> Expr:
@@ -93,7 +99,7 @@ def _magnitude(terms: Sequence[Expr]) -> Expr:
 #: What can be asked for of the closures: each a function to its expressions.
 CLOSURE_OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "closures": lambda e: [c.expression for c in _position_closures(e)],
-    "closure_sizes": _sizes,
+    "closure_sizes": lambda e: [residual_size(c, e) for c in _position_closures(e)],
     "closure_rates": _rates,
-    "closure_rate_sizes": _rate_sizes,
+    "closure_rate_sizes": lambda e: [rate_size(c, e) for c in e.closures],
 }

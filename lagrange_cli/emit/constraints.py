@@ -2,7 +2,11 @@
 
 ``multipliers`` and ``constraints`` belong to the interface. The others are what
 ``project`` is made of: changes of q and of v that lead back to the closures,
-and the residuals with the sums of magnitudes that tell them from rounding.
+and the residuals with the sums of magnitudes that tell them from rounding. One-sided
+constraints have more (:mod:`lagrange_cli.emit.contacts`): ``gaps`` with their
+magnitudes; ``gap_terms``, which are their gradients by rows, rates, biases and
+restitutions; and ``impulse``, the change of v that changes the rates of what is in
+contact by the targets.
 """
 
 from __future__ import annotations
@@ -14,7 +18,13 @@ from lagrange_cli.emit.program import Program, build_program
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["INTERNAL", "constraint_programs"]
+__all__ = [
+    "INTERNAL",
+    "constraint_programs",
+    "contact_programs",
+    "finds_change",
+    "finds_multipliers",
+]
 
 #: Function → outputs that it writes, one after the other.
 _OUTPUTS: dict[str, tuple[str, ...]] = {
@@ -26,8 +36,36 @@ _OUTPUTS: dict[str, tuple[str, ...]] = {
     "velocity_change": ("velocity_change",),
 }
 
+#: The same where there are one-sided constraints, with those in contact among the closures.
+_OF_CONTACTS: dict[str, tuple[str, ...]] = {
+    "contact_rhs": ("contact_acceleration",),
+    "contact_multipliers": ("contact_multipliers",),
+    "contact_constraints": ("contact_closures", "contact_closure_rates"),
+    "contact_position_error": ("contact_closures", "contact_closure_sizes"),
+    "contact_position_change": ("contact_position_change",),
+    "contact_velocity_error": ("contact_closure_rates", "contact_closure_rate_sizes"),
+    "contact_velocity_change": ("contact_velocity_change",),
+    "gaps": ("gaps", "gap_sizes"),
+    "gap_terms": ("gap_gradients", "gap_rates", "gap_biases", "restitutions"),
+    "impulse": ("impulse",),
+}
+
 #: Functions that only ``project`` calls.
-INTERNAL = frozenset({"position_error", "position_change", "velocity_error", "velocity_change"})
+INTERNAL = frozenset(
+    f"{contact}{what}"
+    for contact in ("", "contact_")
+    for what in ("position_error", "position_change", "velocity_error", "velocity_change")
+)
+
+
+def finds_multipliers(function: str) -> bool:
+    """Whether a function solves a system for its multipliers."""
+    return function.endswith("multipliers")
+
+
+def finds_change(function: str) -> bool:
+    """Whether a function solves a system for changes of coordinates or of velocities."""
+    return function.endswith("_change") or function == "impulse"
 
 
 def constraint_programs(equations: Equations) -> dict[str, Program]:
@@ -38,3 +76,10 @@ def constraint_programs(equations: Equations) -> dict[str, Program]:
         for function, outputs in _OUTPUTS.items()
         if kinds and ("position" in kinds or not function.startswith("position_"))
     }
+
+
+def contact_programs(equations: Equations) -> dict[str, Program]:
+    """Function → program, of equations that :func:`~lagrange_cli.emit.contacts.flagged` gave."""
+    if not equations.contacts:
+        return {}
+    return {f: build_program(equations, outputs) for f, outputs in _OF_CONTACTS.items()}

@@ -15,7 +15,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.angles import expand_angle_sums
-from lagrange_cli.emit.closures import CLOSURE_OUTPUTS, SYSTEMS
+from lagrange_cli.emit.closures import CLOSURE_OUTPUTS, CLOSURE_SYSTEMS
+from lagrange_cli.emit.contacts import CONTACT_OUTPUTS, CONTACT_SYSTEMS
 from lagrange_cli.emit.families import Assignment
 from lagrange_cli.emit.operands import (
     FUNCTIONS,
@@ -104,7 +105,11 @@ OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "inputs": lambda e: (given.expression for given in e.inputs),
     "outputs": lambda e: (expression for _, expression in e.outputs),
     **CLOSURE_OUTPUTS,
+    **CONTACT_OUTPUTS,
 }
+
+#: What is found by solving a system with the mass matrix.
+SYSTEMS = {**CLOSURE_SYSTEMS, **CONTACT_SYSTEMS}
 
 
 def asked_for(equations: Equations) -> list[str]:

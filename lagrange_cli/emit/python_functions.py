@@ -14,7 +14,7 @@ from fractions import Fraction
 from textwrap import fill, wrap
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.constraints import INTERNAL
+from lagrange_cli.emit.constraints import INTERNAL, finds_change, finds_multipliers
 from lagrange_cli.emit.families import Assignment
 from lagrange_cli.emit.numbers import double_literal
 from lagrange_cli.emit.printing import Dialect, expression
@@ -30,6 +30,7 @@ from lagrange_cli.emit.program import (
     input_names,
 )
 from lagrange_cli.emit.python_project import HELPERS, project_source
+from lagrange_cli.emit.python_reset import reset_source
 from lagrange_cli.emit.solve import Block
 
 if TYPE_CHECKING:
@@ -116,6 +117,9 @@ _DOCS = {
     "position_change": "The change of q that makes the linearized closures vanish.",
     "velocity_error": "Rates of the closures, then the magnitudes behind them.",
     "velocity_change": "The change of v that makes the rates of the closures vanish.",
+    "gaps": "The gaps of all one-sided constraints, then the magnitudes behind them.",
+    "gap_terms": "Gradients of the gaps, by rows; their rates; biases; restitutions.",
+    "impulse": "The change of v that changes the rates of what is in contact by the targets.",
 }
 
 FUNCTIONS_OF_STATE = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
@@ -145,14 +149,17 @@ def module_source(programs: Mapping[str, Program]) -> str:
     Where programs have inputs they are ``f(t, y, p, u)``, with a function ``u(t, y, p)``
     that gives their values. With those of
     :func:`lagrange_cli.emit.constraints.constraint_programs` there is
-    ``project(t, y, p)`` too, which returns a state.
+    ``project(t, y, p)`` too, which returns a state. With those of ``contact_programs`` beside
+    it there are ``contact_project``, ``events`` of the arguments of programs, and ``reset`` with
+    ``event`` and ``bounce`` behind them.
     """
     arguments = "p, u" if any(program.driven for program in programs.values()) else "p"
     functions = [
         function_source(program, name, {}, "p" if name in INTERNAL else arguments)
         for name, program in programs.items()
     ]
-    body = "\n\n".join(filter(None, [*functions, project_source(programs, "p")]))
+    functions += [project_source(programs, "p", of) for of in ("", "contact_")]
+    body = "\n\n".join(filter(None, [*functions, *reset_source(programs, arguments)]))
     imports, helpers = prelude(body)
     return "\n\n".join(["\n".join([*imports, "import numpy as np\n"]), *helpers, body])
 
@@ -197,13 +204,14 @@ def function_source(program: Program, name: str, names: Mapping[str, str], param
     late = dict(following(program, found))
     body.extend(_assigned([a for a in program.assignments if a[0] not in late], dialect))
     failure = "nan" if name == "energy" else f"np.full({_shape(program, name)}, nan)"
-    if name == "multipliers" or name.endswith("_change"):
-        body.extend(_unknowns(program, dialect, failure, closures=name == "multipliers"))
+    if finds_multipliers(name) or finds_change(name):
+        body.extend(_unknowns(program, dialect, failure, closures=finds_multipliers(name)))
     else:
         write = _accelerations if program.blocks else _RESULTS.get(name, _vector_result)
         body.extend(write(program, dialect))
     label = f"_{name}" if name in INTERNAL else name
-    lines = [f"def {label}(t, y, {parameter}):", f'    """{_DOCS[name]}"""', "    try:"]
+    doc = _DOCS[name.removeprefix("contact_")]
+    lines = [f"def {label}(t, y, {parameter}):", f'    """{doc}"""', "    try:"]
     lines.extend(f"        {line}" for line in body)
     lines.append("    except (ArithmeticError, ValueError, np.linalg.LinAlgError):")
     lines.append(f"        return {failure}")
@@ -226,9 +234,9 @@ def _shape(program: Program, name: str) -> str:
     n = program.coordinates
     if name == "mass_matrix":
         return f"({n}, {n})"
-    if name == "multipliers":
+    if finds_multipliers(name):
         return str(sum(len(block.closures) for block in program.blocks))
-    if name.endswith("_change"):
+    if finds_change(name):
         return str(n)
     if program.blocks:
         return str(2 * n)
@@ -236,7 +244,7 @@ def _shape(program: Program, name: str) -> str:
 
 
 def _is_right_hand_side(program: Program, name: str) -> bool:
-    return bool(program.blocks) and name != "multipliers" and not name.endswith("_change")
+    return bool(program.blocks) and not (finds_multipliers(name) or finds_change(name))
 
 
 def _load_inputs(program: Program, dialect: Dialect, *, velocities: bool) -> list[str]:
@@ -337,7 +345,8 @@ def _solution(
             if coordinates:
                 results |= {i: expression(next(written), dialect) for i in block.coordinates}
             continue
-        matrix = [next(dense_matrix) for _ in range(n * (n + 1) // 2 + n * m)]
+        count = n * (n + 1) // 2 + n * m + m * block.compliant
+        matrix = [next(dense_matrix) for _ in range(count)]
         right = [next(dense_forcing) for _ in range(block.size)]
         lines.extend(_dense_block(number, block, matrix, right, dialect, failure))
         results |= {i: f"a{number}[{k}]" for k, i in enumerate(block.coordinates)}
@@ -384,14 +393,19 @@ def _dense_block(
 
 
 def _bordered(block: Block, matrix: Sequence[Operand]) -> list[Operand]:
-    """The upper triangle, by rows, of [[M, Gᵀ], [G, 0]], from that of M and the rows of G."""
+    """The upper triangle, by rows, of [[M, Gᵀ], [G, C]], from that of M, the rows of G and the
+    diagonal C (zero if not given)."""
     n, m = len(block.coordinates), len(block.closures)
     entries, gradients = iter(matrix[: n * (n + 1) // 2]), matrix[n * (n + 1) // 2 :]
     upper: list[Operand] = []
     for i in range(n):
         upper.extend(next(entries) for _ in range(i, n))
         upper.extend(gradients[k * n + i] for k in range(m))
-    return [*upper, *[Number(Fraction(0))] * (m * (m + 1) // 2)]
+    zero = Number(Fraction(0))
+    diagonal = gradients[n * m :] or [zero] * m
+    for k, entry in enumerate(diagonal):
+        upper += [entry, *[zero] * (m - 1 - k)]
+    return upper
 
 
 def _pivot_tests(program: Program, dialect: Dialect) -> list[str]:

@@ -84,7 +84,7 @@ def _residual(out):
 }
 
 _HEAD = '''\
-def project(t, y, @P@):
+def @NAME@(t, y, @P@):
     """The state led back to the closures (all NaN where it is too far from them): q by the
     smallest changes in the metric of the kinetic energy, until only rounding is left
     (Newton's method), then v in the same metric.
@@ -97,23 +97,23 @@ def project(t, y, @P@):
 _POSITIONS = """\
         last = 0.0
         for number in range(@ROUNDS@ + 1):
-            size = _residual(_position_error(t, y, p))
+            size = _residual(_@OF@position_error(t, y, @CALL@))
             if size <= @NEAR@ or (number and size <= @FAR@ and 2.0 * size > last):
                 break
             if number == @ROUNDS@ or size != size:
                 return np.full(2 * n, nan)
             last = size
-            y[:n] += _position_change(t, y, p)
+            y[:n] += _@OF@position_change(t, y, @CALL@)
 """
 
 _VELOCITIES = """\
-        if not _residual(_velocity_error(t, y, p)) <= @NEAR@:
-            y[n:] += _velocity_change(t, y, p)
+        if not _residual(_@OF@velocity_error(t, y, @CALL@)) <= @NEAR@:
+            y[n:] += _@OF@velocity_change(t, y, @CALL@)
     return y if np.isfinite(y).all() else np.full(2 * n, nan)
 """
 
 
-def project_source(functions: Collection[str], parameter: str) -> str:
+def project_source(functions: Collection[str], parameter: str, of: str = "") -> str:
     """The definition of ``project``, empty where there are no closures.
 
     Parameters
@@ -122,12 +122,18 @@ def project_source(functions: Collection[str], parameter: str) -> str:
         The other functions of the module.
     parameter
         The text of the last argument (``p``, or ``p=DEFAULTS``).
+    of
+        ``contact_`` for that of closures and of what is in contact.
     """
-    if "velocity_change" not in functions:
+    if f"{of}velocity_change" not in functions:
         return ""
-    positions = _POSITIONS if "position_change" in functions else ""
+    positions = _POSITIONS if f"{of}position_change" in functions else ""
+    apart = parameter.endswith("contact")
     text = _HEAD + positions + _VELOCITIES
     replacements = {
+        "@NAME@": f"_{of}project" if apart else f"{of}project",
+        "@OF@": of,
+        "@CALL@": "p, contact" if apart else "p",
         "@P@": parameter,
         "@ROUNDS@": str(ROUNDS),
         "@NEAR@": repr(NEAR),

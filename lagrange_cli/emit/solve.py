@@ -59,7 +59,8 @@ class Block:
     (indices) are solved with them; their block is never unrolled. ``band``: the
     multipliers alone are solved for, closures as far apart as this having
     coordinates in common; ``start`` is where in the workspace they are found,
-    behind the band.
+    behind the band. ``compliant``: what stands on the diagonal of the closures is given
+    too (see :class:`System`).
     """
 
     coordinates: tuple[int, ...]
@@ -69,6 +70,7 @@ class Block:
     closures: tuple[int, ...] = ()
     band: int | None = None
     start: int = 0
+    compliant: bool = False
 
     @property
     def size(self) -> int:
@@ -89,13 +91,18 @@ class System:
 
     ``closures``: (gradient, bias) each. ``whole``: blocks without closures are
     solved too; else only those with closures are. ``multipliers``: λ alone is
-    asked for.
+    asked for. ``compliance``: c of each closure, for gradient·x + bias + c·λ = 0; c is 0, or it
+    is 1 and gradient and bias are zero.
     """
 
     right: Sequence[Expr]
     closures: Sequence[tuple[Sequence[Expr], Expr]] = ()
     whole: bool = True
     multipliers: bool = False
+    compliance: Sequence[Expr] = ()
+
+    def compliance_of(self, closure: int) -> Expr:
+        return self.compliance[closure] if self.compliance else sympy.S.Zero
 
 
 class _Unrolled(NamedTuple):
@@ -117,7 +124,8 @@ def solve_blocks(
     above its rounding error, ε times the diagonal entry in ``scales`` or 0 in an
     exact block, means a singular matrix), ``dense_matrix`` (the upper triangles
     of the other blocks, by rows, each followed by the gradients of the block's
-    closures) and ``dense_forcing`` (right-hand sides, followed by −bias).
+    closures, and their compliance in a compliant block) and ``dense_forcing``
+    (right-hand sides, followed by −bias).
     """
     facts = equations.facts
     matrix = _inertia(values, equations)
@@ -141,11 +149,17 @@ def solve_blocks(
             _Band(values, equations, system, block, gradients).write(outputs)
         else:
             definitely = definite and not closures
-            blocks.append(Block(of, unrolled=False, definite=definitely, closures=closures))
+            compliant = bool(closures and equations.contacts)
+            blocks.append(
+                Block(of, False, definite=definitely, closures=closures, compliant=compliant)
+            )
             outputs["dense_matrix"].extend(
                 matrix[i].get(j, _ZERO) for k, i in enumerate(of) for j in of[k:]
             )
             outputs["dense_matrix"].extend(gradients[k].get(j, _ZERO) for k in closures for j in of)
+            outputs["dense_matrix"].extend(
+                values.convert(system.compliance_of(k)) for k in closures if compliant
+            )
             outputs["dense_forcing"].extend(values.convert(system.right[i]) for i in of)
             biases = [values.convert(system.closures[k][1]) for k in closures]
             outputs["dense_forcing"].extend((-c, number) for c, number in biases)
@@ -213,6 +227,8 @@ class _Band:
         for k, row in enumerate(self.gradients):
             others = self.directions[k : k + band + 1]
             entries = [self._dot(row, other) for other in others]
+            compliance = self.values.convert(self.system.compliance_of(self.block.closures[k]))
+            entries[0] = self.values.add([entries[0], compliance])
             outputs["dense_matrix"].extend([*entries, *[_ZERO] * (band + 1 - len(others))])
         for k, row in zip(self.block.closures, self.gradients, strict=True):
             outputs["dense_forcing"].append(self._drive(row, self.system.closures[k][1]))

@@ -1,0 +1,137 @@
+"""One-sided constraints as systems to solve and expressions to evaluate.
+
+Each contact k has a flag s among the parameters: 1 where it is closed and may
+push, 0 where it is open. One system serves all cases: its row is
+s·gradient·a + s·bias + (1 − s)·λ = 0, beside M a = f + Σ s·λ·gradient, so that
+λ = 0 where it is open. The flags of all contacts stand behind the parameters of
+the scene; behind them stand the changes of rates that an impulse is to bring
+about. ``gaps``, their rates and accelerations tell which flags are to change
+(:mod:`lagrange_cli.emit.c_reset`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import sympy
+
+from lagrange_cli.emit.closures import rate_of, rate_size, residual_size
+from lagrange_cli.emit.solve import System
+from lagrange_cli.mechanics.equations import Parameter
+from lagrange_cli.mechanics.sparse import SparseRow, entries
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Closure, Equations
+
+__all__ = ["CONTACT_OUTPUTS", "CONTACT_SYSTEMS", "flagged"]
+
+
+def flagged(equations: Equations) -> Equations:
+    """The equations with U flags and then U targets as further parameters, for U contacts.
+
+    A flag is 1.0 in contact and 0.0 else; targets are what an impulse changes the
+    rates of flagged contacts by.
+    """
+    contacts = equations.contacts
+    names = [f"{kind}({c.name})" for kind in ("flag", "target") for c in contacts]
+    further = (Parameter(name, sympy.Symbol(name, real=True)) for name in names)
+    return replace(equations, parameters=(*equations.parameters, *further))
+
+
+def _flags(e: Equations) -> list[Expr]:
+    count = len(e.contacts)
+    return [p.symbol for p in e.parameters[-2 * count : -count]]
+
+
+def _weighted(e: Equations) -> list[tuple[Closure, Expr]]:
+    """Closures with weight 1, then contacts with their flags."""
+    contacts = zip((contact.closure for contact in e.contacts), _flags(e), strict=True)
+    return [*((closure, sympy.S.One) for closure in e.closures), *contacts]
+
+
+def _positions(e: Equations) -> list[tuple[Closure, Expr]]:
+    return [(closure, weight) for closure, weight in _weighted(e) if closure.kind == "position"]
+
+
+def _system(
+    of: Sequence[tuple[Closure, Expr]],
+    right: Sequence[Expr],
+    bias: Iterable[Expr],
+    *,
+    whole: bool = False,
+    multipliers: bool = False,
+) -> System:
+    """The system of weighted closures: rows with weight 0 leave their multipliers zero."""
+    rows = [_times(weight, closure.gradient) for closure, weight in of]
+    biases = [weight * b for (_, weight), b in zip(of, bias, strict=True)]
+    return System(
+        right,
+        list(zip(rows, biases, strict=True)),
+        whole=whole,
+        multipliers=multipliers,
+        compliance=[1 - weight for _, weight in of],
+    )
+
+
+def _times(weight: Expr, row: Sequence[Expr]) -> Sequence[Expr]:
+    if weight == 1:
+        return row
+    return SparseRow(len(row), {j: weight * entry for j, entry in entries(row).items()})
+
+
+def _rest(e: Equations) -> list[Expr]:
+    return [sympy.S.Zero] * len(e.coordinates)
+
+
+def _acceleration(e: Equations) -> System:
+    return _system(_weighted(e), e.forcing, (c.bias for c, _ in _weighted(e)), whole=True)
+
+
+def _multipliers(e: Equations) -> System:
+    return _system(_weighted(e), e.forcing, (c.bias for c, _ in _weighted(e)), multipliers=True)
+
+
+def _position_change(e: Equations) -> System:
+    return _system(_positions(e), _rest(e), (c.expression for c, _ in _positions(e)))
+
+
+def _velocity_change(e: Equations) -> System:
+    return _system(_weighted(e), _rest(e), (rate_of(c, e) for c, _ in _weighted(e)))
+
+
+def _impulse(e: Equations) -> System:
+    targets = [-p.symbol for p in e.parameters[-len(e.contacts) :]]
+    return _system(_weighted(e), _rest(e), [*(sympy.S.Zero for _ in e.closures), *targets])
+
+
+#: What is found by solving a system with the mass matrix, of flagged equations.
+CONTACT_SYSTEMS: dict[str, Callable[[Equations], System]] = {
+    "contact_acceleration": _acceleration,
+    "contact_multipliers": _multipliers,
+    "contact_position_change": _position_change,
+    "contact_velocity_change": _velocity_change,
+    "impulse": _impulse,
+}
+
+
+def _gradients(e: Equations) -> Iterable[Expr]:
+    return (entry for contact in e.contacts for entry in contact.closure.gradient)
+
+
+#: What can be asked for of flagged equations: each a function to its expressions.
+CONTACT_OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
+    "contact_closures": lambda e: [s * c.expression for c, s in _positions(e)],
+    "contact_closure_sizes": lambda e: [s * residual_size(c, e) for c, s in _positions(e)],
+    "contact_closure_rates": lambda e: [s * rate_of(c, e) for c, s in _weighted(e)],
+    "contact_closure_rate_sizes": lambda e: [s * rate_size(c, e) for c, s in _weighted(e)],
+    "gaps": lambda e: [contact.closure.expression for contact in e.contacts],
+    "gap_sizes": lambda e: [residual_size(contact.closure, e) for contact in e.contacts],
+    "gap_gradients": _gradients,
+    "gap_rates": lambda e: [contact.closure.rate for contact in e.contacts],
+    "gap_biases": lambda e: [contact.closure.bias for contact in e.contacts],
+    "restitutions": lambda e: [contact.restitution for contact in e.contacts],
+}
