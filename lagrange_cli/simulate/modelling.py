@@ -10,7 +10,8 @@ from sympy import I, Symbol, nan, oo, zoo
 
 from lagrange_cli.emit.c_project import workspace
 from lagrange_cli.emit.c_simulation import lanes_source, library_source
-from lagrange_cli.emit.constraints import constraint_programs
+from lagrange_cli.emit.constraints import constraint_programs, contact_programs
+from lagrange_cli.emit.contacts import flagged
 from lagrange_cli.emit.disturbed import disturb
 from lagrange_cli.emit.forces import force_columns
 from lagrange_cli.emit.python_functions import module_source, program_of
@@ -50,10 +51,11 @@ def model_of(equations: Equations) -> Model:
         facts=facts,
         formulation=equations.formulation,
         code=_code(equations),
-        multipliers=equations.multipliers,
+        multipliers=tuple(c.name for c in equations.closures),
         residuals=sum(1 + (c.kind == "position") for c in equations.closures),
         outputs=tuple(name for name, _ in equations.outputs),
         forces=tuple(name for name, _ in force_columns(equations)),
+        contacts=tuple(c.name for c in equations.contacts),
         recordings=tuple(u.recording for u in equations.inputs if u.recording is not None),
     )
 
@@ -124,19 +126,23 @@ def _polynomial(numbers: Sequence[Input], t: Symbol) -> Expr:
 
 def _code(equations: Equations) -> Code:
     forces = _forces(equations)
-    equations = driven(equations)
+    equations = driven(flagged(equations) if equations.contacts else equations)
     programs = {name: program_of(equations, name) for name in FUNCTIONS}
-    disturbed = disturb(programs["rhs"])
-    programs["disturbed"] = disturbed
     if equations.outputs:
         programs["outputs"] = program_of(equations, "outputs")
-    programs |= constraint_programs(equations)
+    programs |= constraint_programs(equations) | contact_programs(equations)
+    disturbed = {
+        name.replace("rhs", "disturbed"): disturb(programs[name])
+        for name in ("rhs", "contact_rhs")
+        if name in programs
+    }
+    programs |= disturbed
     return Code(
         c=library_source(programs),
         lanes=lanes_source(programs),
         python=module_source(programs),
         work=workspace(programs),
-        factors=disturbed.parameters - len(equations.parameters),
+        factors=max(d.parameters for d in disturbed.values()) - len(equations.parameters),
         forces=forces,
     )
 
@@ -146,7 +152,8 @@ def _forces(equations: Equations) -> str:
     columns = force_columns(equations)
     if not columns:
         return ""
-    unknowns = [*(c.a for c in equations.coordinates), *(c.multiplier for c in equations.closures)]
+    closures = [*equations.closures, *(contact.closure for contact in equations.contacts)]
+    unknowns = [*(c.a for c in equations.coordinates), *(c.multiplier for c in closures)]
     known = (*equations.parameters, *(Parameter(s.name, s) for s in unknowns))
     asked = replace(equations, parameters=known, outputs=tuple(columns))
     return module_source({"outputs": program_of(driven(asked), "outputs")})
