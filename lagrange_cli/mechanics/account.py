@@ -121,18 +121,18 @@ def _satisfied(leftovers: set[int], dependent: Mapping[int, tuple[int, ...]]) ->
 
 def _require_solutions(geometry: Geometry, points: Sequence[Point]) -> None:
     """Refuse solutions that do not solve their equation (an inverse function's other branch)."""
-    found = geometry.found
+    found, resolved = geometry.found, geometry.resolved
+    solved = {}
     for number in sorted(set(found.by.values())):
-        stated = found.stated[number]
         left, right = (
-            e.xreplace({s: geometry.resolved[s] for s in e.free_symbols & geometry.resolved.keys()})
-            for e in (stated.left, stated.right)
+            e.xreplace({s: resolved[s] for s in e.free_symbols & resolved.keys()})
+            for e in (found.stated[number].left, found.stated[number].right)
         )
-        if left == right:
-            continue
-        checked = examine(number, (left, right), points)
+        if left != right:
+            solved[number] = left, right
+    for checked in examine(solved, points):
         if not checked.identity:
-            raise refusals.no_solution(stated)
+            raise refusals.no_solution(found.stated[checked.number])
 
 
 def _account(
@@ -142,16 +142,18 @@ def _account(
     kept: Sequence[int],
     extra: int,
 ) -> Account:
-    positions, found = geometry.positions, geometry.found
+    found = geometry.found
+    positions = dict.fromkeys(geometry.positions)
     dof = len(geometry.coordinates) - len(kept)
-    constraints = len(positions) + extra - dof
+    cartesian = len(geometry.positions)
+    constraints = cartesian + extra - dof
     # Equations that fix names of massless points restrict no particle.
     for_points = sum(
         s not in positions and number not in dependent for s, number in found.by.items()
     )
     independent = len(found.stated) - len(dependent) - for_points
     return Account(
-        cartesian=len(positions),
+        cartesian=cartesian,
         extra=extra,
         constraints=constraints,
         dof=dof,
@@ -219,7 +221,7 @@ def _unmoved(
     r: Sequence[sp.Expr], moving: Sequence[sp.Symbol], points: Sequence[Point]
 ) -> Matrix | None:
     """Directions of the coordinates that change nothing of ``r``; None where there are none."""
-    if all(q in r for q in moving):
+    if {*moving} <= {*r}:
         return None  # each coordinate is a Cartesian component itself
     return dependent_columns(r, moving, points)
 

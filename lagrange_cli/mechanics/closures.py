@@ -8,7 +8,10 @@ and Safko, Classical Mechanics, 3rd ed., section 2.4).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 
 import sympy as sp
 
@@ -18,6 +21,8 @@ from lagrange_cli.mechanics.expansion import expand_terms
 from lagrange_cli.mechanics.geometry import Restriction
 from lagrange_cli.mechanics.grouping import grouped_sum
 from lagrange_cli.mechanics.reduction import Reduced
+from lagrange_cli.mechanics.renaming import Families
+from lagrange_cli.mechanics.sparse import SparseRow
 from lagrange_cli.mechanics.terms import TermSum, factored, tidy
 
 __all__ = ["closures"]
@@ -29,8 +34,12 @@ _TERM_BUDGET = 200
 def closures(reduced: Reduced) -> tuple[tuple[Closure, ...], tuple[Closure, ...]]:
     """The closures of a scene and the gaps of its one-sided constraints, each in its order."""
     restrictions = (*reduced.closures, *reduced.gaps)
+    works = {"position": _of_position, "velocity": _of_velocity}
+    families = {
+        kind: Families(reduced.coordinates, partial(w, reduced)) for kind, w in works.items()
+    }
     found = tuple(
-        _closure(reduced, restriction, name, symbol)
+        _closure(restriction, name, symbol, families[restriction.kind])
         for restriction, (name, symbol) in zip(restrictions, _multipliers(reduced), strict=True)
     )
     count = len(reduced.closures)
@@ -47,10 +56,11 @@ def _multipliers(reduced: Reduced) -> Iterator[tuple[str, sp.Symbol]]:
     taken = {*(c.name for c in scene.constraints), *(u.name for u in scene.unilateral)}
     used = {*reduced.names.parameters, *reduced.names.inputs, *reduced.names.cartesian}
     used |= {c.name for c in reduced.coordinates}
-    for k, name in enumerate(constraints):
-        if constraints.count(name) > 1:
-            number = constraints[: k + 1].count(name)
-            name = _free(f"{name}_{number}", taken)
+    several, so_far = Counter(constraints), Counter[str]()
+    for name in constraints:
+        so_far[name] += 1
+        if several[name] > 1:
+            name = _free(f"{name}_{so_far[name]}", taken)
             taken.add(name)
         symbol = _free(f"lambda_{name}", used)
         used.add(symbol)
@@ -63,20 +73,30 @@ def _free(name: str, taken: Iterable[str]) -> str:
     return name
 
 
+@dataclass(frozen=True)
+class _Parts:
+    """A closure's expression and its derivatives; ``gradient`` by number of the coordinate."""
+
+    expression: sp.Expr
+    gradient: Mapping[int, sp.Expr]
+    rate: sp.Expr
+    bias: sp.Expr
+
+
 def _closure(
-    reduced: Reduced, restriction: Restriction, name: str, multiplier: sp.Symbol
+    restriction: Restriction, name: str, multiplier: sp.Symbol, families: Families[_Parts]
 ) -> Closure:
-    expression = tidy(restriction.left - restriction.right)
-    position = restriction.kind == "position"
-    parts = _of_position(reduced, expression) if position else _of_velocity(reduced, expression)
-    gradient, rate, bias = parts
+    member = families.of(restriction.left - restriction.right)
+    parts = member.result
+    numbers = dict(zip(sorted(parts.gradient), member.numbers, strict=True))
+    gradient = {numbers[j]: member.renamed(entry) for j, entry in parts.gradient.items()}
     return Closure(
         name=name,
         kind=restriction.kind,
-        expression=expression,
-        gradient=gradient,
-        rate=rate,
-        bias=bias,
+        expression=member.renamed(parts.expression),
+        gradient=SparseRow(families.width, gradient),
+        rate=member.renamed(parts.rate),
+        bias=member.renamed(parts.bias),
         multiplier=multiplier,
         text=restriction.text,
         mark=restriction.mark,
@@ -84,38 +104,38 @@ def _closure(
     )
 
 
-_Parts = tuple[tuple[sp.Expr, ...], sp.Expr, sp.Expr]
-
-
-def _of_position(reduced: Reduced, phi: sp.Expr) -> _Parts:
-    q, v, t = _symbols(reduced)
-    gradient = [sp.Integer(0)] * len(q)
-    present = phi.free_symbols
-    numbers = [j for j, s in enumerate(q) if s in present]
-    q, v = [q[j] for j in numbers], [v[j] for j in numbers]
+def _of_position(reduced: Reduced, stated: sp.Expr) -> _Parts:
+    phi = tidy(stated)
+    numbers = _held(reduced, stated)
+    coordinates = [reduced.coordinates[j] for j in numbers]
+    q, v, t = [c.q for c in coordinates], [c.v for c in coordinates], reduced.names.t
     place = sp.Dummy()
     kinematics = Kinematics({place: phi}, q, v, t)
-    for j, row in kinematics.jacobian(place).items():
-        gradient[numbers[j]] = factored(_collected(row))
+    rows = kinematics.jacobian(place)
+    gradient = {j: factored(_collected(rows.get(k, ()))) for k, j in enumerate(numbers)}
     rate = factored(_collected(_terms(derivative(phi, t))))
     bias = grouped_sum(_collected(kinematics.convective(place)), v)
-    return tuple(gradient), rate, bias
+    return _Parts(phi, gradient, rate, bias)
 
 
-def _of_velocity(reduced: Reduced, psi: sp.Expr) -> _Parts:
-    q, v, t = _symbols(reduced)
-    gradient = tuple(factored(_collected(_terms(derivative(psi, w)))) for w in v)
-    at_rest = dict.fromkeys(v, sp.Integer(0))
-    rate = psi.xreplace(at_rest)
+def _of_velocity(reduced: Reduced, stated: sp.Expr) -> _Parts:
+    psi, t = tidy(stated), reduced.names.t
+    numbers = _held(reduced, stated)
+    coordinates = [reduced.coordinates[j] for j in numbers]
+    v = [c.v for c in coordinates]
+    slopes = ((j, derivative(psi, w)) for j, w in zip(numbers, v, strict=True))
+    gradient = {j: factored(_collected(_terms(slope))) for j, slope in slopes}
+    rate = psi.xreplace(dict.fromkeys(v, sp.Integer(0)))
     change = list(_terms(derivative(psi, t)))
-    for s, w in zip(q, v, strict=True):
-        change += _terms(derivative(psi, s) * w)
-    return gradient, rate, grouped_sum(_collected(change), v)
+    for c in coordinates:
+        change += _terms(derivative(psi, c.q) * c.v)
+    return _Parts(psi, gradient, rate, grouped_sum(_collected(change), v))
 
 
-def _symbols(reduced: Reduced) -> tuple[list[sp.Symbol], list[sp.Symbol], sp.Symbol]:
-    coordinates = reduced.coordinates
-    return [c.q for c in coordinates], [c.v for c in coordinates], reduced.names.t
+def _held(reduced: Reduced, stated: sp.Expr) -> list[int]:
+    """Numbers of the coordinates that an equation holds, or the rates of."""
+    present = stated.free_symbols
+    return [j for j, c in enumerate(reduced.coordinates) if c.q in present or c.v in present]
 
 
 def _terms(expr: sp.Expr) -> Sequence[sp.Expr]:

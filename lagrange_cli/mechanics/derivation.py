@@ -132,6 +132,7 @@ class _Builder:
         self.v = [c.v for c in reduced.coordinates]
         self.t = reduced.names.t
         self.n = len(self.q)
+        self.number = {q: j for j, q in enumerate(self.q)}
         self.kinematics = Kinematics(reduced.resolved, self.q, self.v, self.t)
         self.masses = frozenset(f for m in reduced.masses for f in m.free_symbols)
         self.splitter = Splitter(self.masses)
@@ -239,7 +240,7 @@ class _Builder:
     def _add_potential(self, potential: sp.Expr) -> None:
         """−∂V/∂q through the Cartesian names that V is written in."""
         resolved = self.reduced.resolved
-        number = {q: j for j, q in enumerate(self.q)}
+        number = self.number
         gradient: dict[sp.Symbol, list[sp.Expr]] = {}
         for term in sp.Add.make_args(potential):
             for s in sorted(term.free_symbols, key=str):
@@ -281,8 +282,8 @@ class _Builder:
         )
         own = [TermSum(self.splitter) for _ in range(self.n)]
         for symbol, component in zip(self._targets(force), components, strict=True):
-            if symbol in self.q:
-                own[self.q.index(symbol)].add_all(_terms(component))
+            if symbol in self.number:
+                own[self.number[symbol]].add_all(_terms(component))
             else:
                 self._add_work(symbol, component, own)
         generalized = tuple(factored(s.collected()) for s in own)

@@ -49,6 +49,11 @@ class Geometry:
         """Raw symbols of the particles' components, 3N of them."""
         return [s for body in self.names.particle_symbols for s in body]
 
+    @cached_property
+    def order(self) -> Mapping[sp.Symbol, int]:
+        """Numbers of the coordinates."""
+        return {q: j for j, q in enumerate(self.coordinates)}
+
     def restriction(self, number: int) -> Restriction:
         """A pending equation as one that is kept."""
         stated = self.found.stated[number]
@@ -135,36 +140,51 @@ def related(geometry: Geometry, points: Sequence[Point]) -> tuple[int, ...]:
         A contradiction, or a declared coordinate that an equation gives in closed form.
     """
     kept = []
-    for number, sides in geometry.found.pending.items():
-        leftover = examine(number, sides, points)
+    for leftover in examine(geometry.found.pending, points):
         if not leftover.identity:
             _require_relation(geometry, leftover)
-            kept.append(number)
+            kept.append(leftover.number)
     return tuple(kept)
 
 
-def examine(number: int, sides: tuple[sp.Expr, sp.Expr], points: Sequence[Point]) -> Leftover:
-    """Evaluate a reduced equation: an identity, a contradiction or a relation."""
-    left, right = sides
+def examine(
+    equations: Mapping[int, tuple[sp.Expr, sp.Expr]], points: Sequence[Point]
+) -> list[Leftover]:
+    """Evaluate reduced equations: identities, contradictions or relations."""
+    asked = {number: _terms(*sides) for number, sides in equations.items()}
+    everything = [e for terms in asked.values() for e in terms]
+    try:
+        samples = [iter(values(everything, point)) for point in points]
+    except DomainError:
+        if len(asked) > 1:
+            return [examine({k: sides}, points)[0] for k, sides in equations.items()]
+        # Not even real where the coordinates lead: it restricts them.
+        return [
+            Leftover(k, terms[-1], identity=False, constant=False) for k, terms in asked.items()
+        ]
+    return [
+        _leftover(k, terms[-1], [[next(sample) for _ in terms] for sample in samples])
+        for k, terms in asked.items()
+    ]
+
+
+def _terms(left: sp.Expr, right: sp.Expr) -> list[sp.Expr]:
+    """What φ is measured by, then φ."""
     phi = left - right
     if phi == 0:
-        return Leftover(number, phi, identity=True, constant=True)
+        return [phi]
     terms = [*sp.Add.make_args(left), *sp.Add.make_args(right)]
     if len(sp.Add.make_args(phi)) == 1:
         terms += _sensitivities(phi)
-    totals, sizes = [], []
-    for point in points:
-        try:
-            *parts, total = values([*terms, phi], point)
-        except DomainError:
-            # Not even real where the coordinates lead: it restricts them.
-            return Leftover(number, phi, identity=False, constant=False)
-        scale = sum((abs(x) for x in parts), mpf(0))
-        totals.append(total)
-        sizes.append(scale)
+    return [*terms, phi]
+
+
+def _leftover(number: int, phi: sp.Expr, samples: Sequence[Sequence[mpf]]) -> Leftover:
+    totals = [total for *_, total in samples]
+    sizes = [sum(map(abs, parts), mpf(0)) for *parts, _ in samples]
     identity = all(abs(x) <= TOLERANCE * size for x, size in zip(totals, sizes, strict=True))
-    spread, size = max(totals) - min(totals), max(sizes)
-    return Leftover(number, phi, identity, constant=bool(spread <= TOLERANCE * size))
+    spread = max(totals) - min(totals)
+    return Leftover(number, phi, identity, constant=bool(spread <= TOLERANCE * max(sizes)))
 
 
 def _sensitivities(product: sp.Expr) -> list[sp.Expr]:
@@ -186,7 +206,7 @@ def _require_relation(geometry: Geometry, leftover: Leftover) -> None:
     """Refuse an equation that cannot hold, or that gives a declared coordinate by others."""
     found = geometry.found
     present = leftover.reduced.free_symbols
-    involved = [q for q in geometry.coordinates if q in present]
+    involved = sorted(present & geometry.order.keys(), key=geometry.order.__getitem__)
     if leftover.constant or not involved:
         raise refusals.contradiction(
             geometry.names, found, leftover.number, leftover.reduced, geometry.reference

@@ -63,6 +63,7 @@ class _Initial:
         self.reduced = derivation.reduced
         names = self.reduced.names
         self.q = [c.q for c in self.reduced.coordinates]
+        self.number = {q: j for j, q in enumerate(self.q)}
         self.constants: dict[sp.Symbol, mpf] = {
             names.parameters[n]: mpf(x.evalf(_DIGITS)) for n, x in self.reduced.values.exact.items()
         }
@@ -75,7 +76,7 @@ class _Initial:
 
     def _take(self, entry: InitialValue) -> None:
         symbol = self.reduced.names.lookup(entry.name)
-        known = symbol in self.reduced.resolved or symbol in self.q
+        known = symbol in self.reduced.resolved or symbol in self.number
         if symbol is None or not known:
             raise InputError(
                 Problem(
@@ -112,7 +113,7 @@ class _Initial:
 
     def _cartesian(self, order: int) -> list[sp.Symbol]:
         """Cartesian names with a given value that are not coordinates themselves."""
-        return [s for s in self.given[order] if s not in self.q]
+        return [s for s in self.given[order] if s not in self.number]
 
     def _tape(self, order: int) -> Tape:
         expressions = [self.reduced.resolved[s] for s in self._cartesian(order)]
@@ -121,7 +122,7 @@ class _Initial:
     # Positions.
 
     def _positions(self) -> list[mpf]:
-        known = {s: value for s, (value, _) in self.given[0].items() if s in self.q}
+        known = {s: value for s, (value, _) in self.given[0].items() if s in self.number}
         missing = [j for j, q in enumerate(self.q) if q not in known]
         guess = [known.get(q, self.reduced.reference.get(q, mpf("0.1"))) for q in self.q]
         if missing:
@@ -184,7 +185,7 @@ class _Initial:
     # Velocities.
 
     def _velocities(self, tape: Tape, start: Sequence[mpf]) -> list[mpf]:
-        known = {s: value for s, (value, _) in self.given[1].items() if s in self.q}
+        known = {s: value for s, (value, _) in self.given[1].items() if s in self.number}
         velocities = [known.get(q, _ZERO) for q in self.q]
         missing = [j for j, q in enumerate(self.q) if q not in known]
         symbols = self._cartesian(1)
@@ -251,7 +252,8 @@ class _Initial:
         return max(values, default=mpf(1)) or mpf(1)
 
     def _is_angle(self, symbol: sp.Symbol) -> bool:
-        return any(c.q == symbol and c.is_angle for c in self.reduced.coordinates)
+        number = self.number.get(symbol)
+        return number is not None and self.reduced.coordinates[number].is_angle
 
     def _check(self, start: Sequence[mpf], velocities: Sequence[mpf]) -> mpf:
         """Refuse given Cartesian values that the state does not have; return the largest change."""

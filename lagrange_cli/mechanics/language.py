@@ -115,13 +115,15 @@ class _Conversion:
             case Mul():
                 return sp.Mul(*(self.factor(op, factor) for op, factor in node.factors))
             case Pow():
-                return self.real(node, self.power(node))
+                power = self.power(node)
+                # Parts are real: so are their integer powers.
+                return power if power.is_Pow and power.exp.is_Integer else self.real(node, power)
             case Call():
                 return self.real(node, self.call(node))
 
     def real(self, node: Node, value: sp.Expr) -> sp.Expr:
         """A part that is imaginary is refused even where the whole would be real again."""
-        if value.is_real is False or value.has(sp.I):
+        if value.has(sp.I) or value.is_real is False:
             raise self.refuse(node, "this is not a real number", "not-real")
         return value
 
@@ -143,7 +145,7 @@ class _Conversion:
 
     def power(self, node: Pow) -> sp.Expr:
         base, exponent = self.convert(node.base), self.convert(node.exponent)
-        if base.is_zero and exponent.is_negative:
+        if exponent.is_negative and base.is_zero:
             raise self.refuse(node, "division by zero", "not-real")
         if base.is_Rational and exponent.is_Rational:
             bits = max(int(base.p).bit_length(), int(base.q).bit_length())

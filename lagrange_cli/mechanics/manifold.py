@@ -16,8 +16,9 @@ import numpy as np
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.mechanics.steps import Row, least, repetitions
-from lagrange_cli.mechanics.tape import DomainError, Run, Tape
+from lagrange_cli.mechanics.doubles import DoubleRun
+from lagrange_cli.mechanics.steps import LeastSquares, Row, smallest
+from lagrange_cli.mechanics.tape import Run, Tape
 
 __all__ = ["Manifold"]
 
@@ -28,6 +29,9 @@ _PATIENCE, _PROGRESS = 25, 0.75
 _STEPS = 80
 #: A step small enough to arrive with, in that case.
 _SLOW = mpf(10) ** -12
+
+#: Above this number of equations a point is approached in doubles, until steps are so small.
+_LARGE, _NEAR = 64, mpf(10) ** -7
 
 #: Largest relative violation of an equation that a step may leave (it may depend on others).
 _TOLERANCE = mpf(10) ** -9
@@ -86,23 +90,91 @@ class Manifold:
         chosen = self.all if rows is None else list(rows)
         if not chosen:
             return dict(point)
-        moved = dict(point)
-        smallest, before = mpf(10) ** (8 - mpmath.mp.dps), mpf("inf")
+        try:
+            moved = self._reached(point, chosen)
+        except (ArithmeticError, np.linalg.LinAlgError):
+            return None
+        return moved if moved and self._holds(point, moved, chosen) else None
+
+    def _reached(self, point: Point, rows: Sequence[int]) -> dict[sp.Symbol, mpf] | None:
+        """Where Newton's method comes to rest."""
+        if len(rows) <= _LARGE:
+            return self._newton(point, rows)
+        try:
+            near = self._approached(point, rows)
+        except (ArithmeticError, ValueError):
+            return self._newton(point, rows)  # what is beyond the range of doubles
+        return None if near is None else self._refined(*near, rows)
+
+    def _newton(self, point: Point, rows: Sequence[int]) -> dict[sp.Symbol, mpf] | None:
+        """Newton's method with gradients of every point on the way."""
+        moved, before = dict(point), mpf("inf")
         for count in range(_STEPS):
-            try:
-                step = self._step(moved, chosen)
-            except (DomainError, ZeroDivisionError, OverflowError, np.linalg.LinAlgError):
-                return None
-            for s, unit, x in zip(self.q, self.scale, step, strict=True):
-                moved[s] -= unit * x
-            length = max(map(abs, step), default=_ZERO)
+            run = self._at(moved)
+            values, gradients = run.values, [_partials(run, k, 0, len(self.q)) for k in rows]
+            length = self._move(moved, LeastSquares(gradients, self.scale), values, rows)
             # What approaches so slowly has no gradient where it arrives; more digits tell no more.
-            if length <= smallest or (count >= _PATIENCE and length <= _SLOW):
-                return moved if self._holds(point, moved, chosen) else None
+            if length <= _smallest() or (count >= _PATIENCE and length <= _SLOW):
+                return moved
             if count >= _PATIENCE and length > _PROGRESS * before:
                 return None
             before = length
         return None
+
+    def _approached(
+        self, point: Point, rows: Sequence[int]
+    ) -> tuple[dict[sp.Symbol, mpf], LeastSquares] | None:
+        """A point as near as doubles get, with the equations linear there; None if none is near.
+
+        Raises
+        ------
+        ArithmeticError, ValueError
+            Doubles do not reach so far.
+        """
+        n, others = len(self.q), [float(point[s]) for s in self._others]
+        start, units = np.array([float(point[s]) for s in self.q]), np.array(self.scale, float)
+        change, arrived = np.zeros(n), False
+        for _ in range(_PATIENCE):
+            run = DoubleRun(self._positions, [*(start - change).tolist(), *others])
+            slopes = map(run.partials, rows)
+            gradients = [{j: x for j, x in row.items() if j < n} for row in slopes]
+            system = LeastSquares(gradients, self.scale)
+            if arrived:
+                moves = zip(self.q, change.tolist(), strict=True)
+                return {**point, **{s: point[s] - mpf(x) for s, x in moves}}, system
+            values = run.values
+            step = system.in_doubles(np.array([values[k] for k in rows]))
+            change += units * step
+            arrived = bool(np.abs(step).max(initial=0.0) <= _NEAR)
+        return None
+
+    def _refined(
+        self, moved: dict[sp.Symbol, mpf], system: LeastSquares, rows: Sequence[int]
+    ) -> dict[sp.Symbol, mpf] | None:
+        """Add digits to a point, with gradients that are right to those of doubles."""
+        before = mpf("inf")
+        for _ in range(_STEPS):
+            length = self._move(moved, system, self._at(moved).values, rows)
+            if length <= _smallest():
+                return moved
+            if length > _PROGRESS * before:
+                return None
+            before = length
+        return None
+
+    def _move(
+        self,
+        point: dict[sp.Symbol, mpf],
+        system: LeastSquares,
+        values: Sequence[mpf],
+        rows: Sequence[int],
+    ) -> mpf:
+        """Take one step in place; its length."""
+        step = system.step([values[k] for k in rows])
+        for s, unit, x in zip(self.q, self.scale, step, strict=True):
+            if x:
+                point[s] -= unit * x
+        return max(map(abs, step), default=_ZERO)
 
     def _holds(self, start: Point, point: Point, rows: Sequence[int]) -> bool:
         """Whether equations are satisfied, or have lost their gradient since the start."""
@@ -111,11 +183,6 @@ class Manifold:
             return True
         before, after = self.slopes(start), self.slopes(point)
         return all(_steepest(after[k]) <= _FLAT * _steepest(before[k]) for k in wrong)
-
-    def _step(self, point: Point, rows: Sequence[int]) -> list[mpf]:
-        run = self._at(point)
-        values, gradients = run.values, [_partials(run, k, 0, len(self.q)) for k in rows]
-        return least([values[k] for k in rows], gradients, self.scale)
 
     def _at(self, point: Point) -> Run:
         inputs = [(point[s], _ZERO, _ZERO) for s in [*self.q, *self._others]]
@@ -172,23 +239,16 @@ class Manifold:
 
     def tangent(self, point: Point) -> dict[sp.Symbol, mpf]:
         """The point with its velocities changed least so that they satisfy every equation."""
+        levels, _, gradients = self.motion(point, [_ZERO] * len(self.q))
         moved = dict(point)
-        still = [_ZERO] * len(self.q)
-        for _ in range(repetitions()):
-            levels, _, gradients = self.motion(moved, still)
-            step = least(levels, gradients, self.scale)
-            for w, unit, x in zip(self.v, self.scale, step, strict=True):
-                moved[w] -= unit * x
+        for w, x in zip(self.v, smallest(gradients, levels, self.scale), strict=True):
+            moved[w] -= x
         return moved
 
-    def accelerated(self, point: Point, accelerations: Sequence[mpf]) -> list[mpf]:
-        """Accelerations changed least so that they satisfy every equation at a point."""
-        found = list(accelerations)
-        for _ in range(repetitions()):
-            _, rates, gradients = self.motion(point, found)
-            step = least(rates, gradients, self.scale)
-            found = [a - unit * x for a, unit, x in zip(found, self.scale, step, strict=True)]
-        return found
+
+def _smallest() -> mpf:
+    """Length of a step beyond which the digits carried tell no more."""
+    return mpf(10) ** (8 - mpmath.mp.dps)
 
 
 def _steepest(row: Row) -> mpf:

@@ -151,8 +151,8 @@ def reduce(scene: Scene) -> Reduced:
         geometry = reduced.chart.geometry
         require_enough(scene, geometry.found)
         if reduced.closures:
-            points = _drawn(geometry, reduced.sampler([]), ())
-            require_determined(geometry, reduced.manifold(), points)
+            draw = partial(_drawn, geometry, reduced.sampler([]), ())
+            require_determined(geometry, reduced.manifold(), draw)
         reduced = replace(reduced, remarks=(*reduced.remarks, *remarks))
         return _with_levels(reduced, _levels(reduced, equations)) if equations else reduced
 

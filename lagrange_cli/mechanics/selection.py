@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from mpmath import mpf
@@ -87,8 +87,15 @@ def _require_implied(
                 raise refusals.singular(geometry.found, [related[j] for j in (*by, k)])
 
 
-def require_determined(geometry: Geometry, manifold: Manifold, points: Sequence[Drawn]) -> None:
+def require_determined(
+    geometry: Geometry, manifold: Manifold, draw: Callable[[], Sequence[Drawn]]
+) -> None:
     """Refuse declared coordinates beside which closures leave a name undetermined.
+
+    Parameters
+    ----------
+    draw
+        Gives configurations that satisfy the closures.
 
     Raises
     ------
@@ -99,7 +106,7 @@ def require_determined(geometry: Geometry, manifold: Manifold, points: Sequence[
     opened = [k for k, q in enumerate(geometry.coordinates) if q in found.unknowns]
     if names.scene.coordinates is None or not opened:
         return
-    ranks = [_rank(manifold.slopes(p), opened) for p in points]
+    ranks = [_rank(manifold.slopes(p), opened) for p in draw()]
     if max(ranks) < len(opened):
         raise refusals.too_few(names.scene, found, len(opened) - max(ranks))
 

@@ -9,8 +9,8 @@ Problems, 1996, sections 2.7 and 6.1).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TypeAlias
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
 
 import mpmath
 import numpy as np
@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from lagrange_cli.mechanics.sampling import double
 
-__all__ = ["Row", "least", "repetitions", "smallest"]
+__all__ = ["LeastSquares", "Row", "repetitions", "smallest"]
 
-Row: TypeAlias = Mapping[int, mpf]
+Row: TypeAlias = Mapping[int, Any]
 """The entries of a row that are not zero, by column."""
 
 _ZERO = mpf(0)
@@ -35,31 +35,57 @@ _LARGE = 64
 _Matrix = NDArray[np.float64]
 
 
-def least(values: Sequence[mpf], rows: Sequence[Row], scale: Sequence[mpf]) -> list[mpf]:
-    """The smallest step, in units of ``scale``, that removes the values to first order.
+class LeastSquares:
+    """Rows of a linear system, made ready for steps towards its solution.
 
-    Raises
-    ------
-    ZeroDivisionError
-        There is none.
+    Parameters
+    ----------
+    rows
+        Numbers of any kind.
+    scale
+        Units of the unknowns: steps are smallest in them.
     """
-    units = [double(s) for s in scale]
-    scaled = [{j: double(x) * units[j] for j, x in row.items()} for row in rows]
-    largest = [max(map(abs, row.values()), default=0.0) for row in scaled]
-    right = [x / mpf(d) if d else _ZERO for x, d in zip(values, largest, strict=True)]
-    # Doubles reach down to 1e-308 only, while residuals shrink with the digits carried.
-    size = max((abs(x) for x in right), default=_ZERO)
-    if not size:
-        return [_ZERO] * len(units)
-    columns = [j for row in scaled for j in row]
-    entries = [x / (d or 1.0) for row, d in zip(scaled, largest, strict=True) for x in row.values()]
-    numbers = [k for k, row in enumerate(scaled) for _ in row]
-    solve = _dense if len(rows) <= _LARGE else _sparse
-    target = np.array([double(x / size) for x in right])
-    step = solve((numbers, columns), entries, target, len(units))
-    if not np.isfinite(step).all():
-        raise ZeroDivisionError
-    return [size * mpf(x) for x in step]
+
+    def __init__(self, rows: Sequence[Row], scale: Sequence[mpf]) -> None:
+        units = [double(s) for s in scale]
+        scaled = [{j: double(x) * units[j] for j, x in row.items()} for row in rows]
+        self._largest = [max(map(abs, row.values()), default=0.0) for row in scaled]
+        self._width = len(units)
+        columns = [j for row in scaled for j in row]
+        pairs = zip(scaled, self._largest, strict=True)
+        entries = [x / (d or 1.0) for row, d in pairs for x in row.values()]
+        numbers = [k for k, row in enumerate(scaled) for _ in row]
+        prepare = _dense if len(rows) <= _LARGE else _sparse
+        shape = len(rows), self._width
+        self._solve = prepare((numbers, columns), entries, shape) if any(self._largest) else None
+
+    def step(self, values: Sequence[mpf]) -> list[mpf]:
+        """The smallest step, in units of ``scale``, that removes the values to first order.
+
+        Raises
+        ------
+        ZeroDivisionError
+            There is none.
+        """
+        pairs = zip(values, self._largest, strict=True)
+        right = [x / mpf(d) if d else _ZERO for x, d in pairs]
+        # Doubles reach down to 1e-308 only, while residuals shrink with the digits carried.
+        size = max((abs(x) for x in right), default=_ZERO)
+        if not size:
+            return [_ZERO] * self._width
+        step = self._solved(np.array([double(x / size) for x in right]))
+        return [size * mpf(x) for x in step.tolist()]
+
+    def in_doubles(self, values: _Matrix) -> _Matrix:
+        """The same where doubles are enough."""
+        largest = np.array(self._largest)
+        return self._solved(values / np.where(largest, largest, np.inf))
+
+    def _solved(self, right: _Matrix) -> _Matrix:
+        step = np.zeros(self._width) if self._solve is None else self._solve(right)
+        if not np.isfinite(step).all():
+            raise ZeroDivisionError
+        return step
 
 
 def smallest(rows: Sequence[Row], target: Sequence[mpf], scale: Sequence[mpf]) -> list[mpf]:
@@ -70,13 +96,15 @@ def smallest(rows: Sequence[Row], target: Sequence[mpf], scale: Sequence[mpf]) -
     ZeroDivisionError
         There is none.
     """
-    found = [_ZERO] * len(scale)
+    found, system = [_ZERO] * len(scale), LeastSquares(rows, scale)
     for _ in range(repetitions()):
         missing = [
             x - sum((entry * found[j] for j, entry in row.items()), _ZERO)
             for x, row in zip(target, rows, strict=True)
         ]
-        step = least(missing, rows, scale)
+        if not any(missing):
+            break
+        step = system.step(missing)
         found = [x + unit * y for x, unit, y in zip(found, scale, step, strict=True)]
     return found
 
@@ -87,23 +115,24 @@ def repetitions() -> int:
 
 
 _Places: TypeAlias = tuple[list[int], list[int]]
+_Solve: TypeAlias = Callable[[_Matrix], _Matrix]
 
 
-def _dense(places: _Places, entries: list[float], target: _Matrix, width: int) -> _Matrix:
-    matrix = np.zeros((len(target), width))
+def _dense(places: _Places, entries: list[float], shape: tuple[int, int]) -> _Solve:
+    matrix = np.zeros(shape)
     matrix[places] = entries
-    step: _Matrix = np.linalg.pinv(matrix, rcond=_CUT) @ target
-    return step
+    inverse = np.linalg.pinv(matrix, rcond=_CUT)
+    return lambda target: np.asarray(inverse @ target)
 
 
-def _sparse(places: _Places, entries: list[float], target: _Matrix, width: int) -> _Matrix:
+def _sparse(places: _Places, entries: list[float], shape: tuple[int, int]) -> _Solve:
     from scipy.sparse import csc_array, eye_array
     from scipy.sparse.linalg import splu
 
-    matrix = csc_array((entries, places), shape=(len(target), width))
-    normal = (matrix @ matrix.T + _CUT**2 * eye_array(len(target))).tocsc()
+    matrix = csc_array((entries, places), shape=shape)
+    normal = (matrix @ matrix.T + _CUT**2 * eye_array(shape[0])).tocsc()
     try:
-        step: _Matrix = matrix.T @ splu(normal).solve(target)
+        factors = splu(normal)
     except RuntimeError as error:
         raise ZeroDivisionError from error
-    return step
+    return lambda target: np.asarray(matrix.T @ factors.solve(target))

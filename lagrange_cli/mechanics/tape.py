@@ -133,11 +133,11 @@ class Tape:
                 i = stack.pop()
                 if i >= self.inputs and i not in found:
                     found.add(i)
-                    stack.extend(self._operands(i))
+                    stack.extend(self.operands(i))
             self._below[output] = sorted(found, reverse=True)
         return self._below[output]
 
-    def _operands(self, i: int) -> tuple[int, ...]:
+    def operands(self, i: int) -> tuple[int, ...]:
         operation, a, b = self.operations[i]
         if operation == "constant":
             return ()

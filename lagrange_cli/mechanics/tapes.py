@@ -42,6 +42,7 @@ class Tapes:
         self.v = [c.v for c in reduced.coordinates]
         self.a = [c.a for c in reduced.coordinates]
         self.n = len(self.q)
+        self.number = {q: j for j, q in enumerate(self.q)}
         self.parameters = [*reduced.names.parameters.values(), *reduced.names.inputs.values()]
         self.still = [self.t, *self.q, *self.parameters]
         self.moving = [self.t, *self.q, *self.v, *self.parameters]
@@ -168,7 +169,7 @@ class Tapes:
             if k < len(self.symbols):
                 seeds[k] = seeds.get(k, _ZERO) + slope
             else:
-                direct[self.q.index(s)] += slope
+                direct[self.number[s]] += slope
         work = run.gradient({k: (x, _ZERO, _ZERO) for k, x in seeds.items()})
         extra = self._euler_lagrange(self.extra, series)
         parts = [(work[1 + j][0], direct[j], extra[j], -forces[j]) for j in range(self.n)]
