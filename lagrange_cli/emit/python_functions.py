@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
+from itertools import islice
 from textwrap import fill, wrap
 from typing import TYPE_CHECKING
 
@@ -155,13 +156,21 @@ def module_source(programs: Mapping[str, Program]) -> str:
     """
     arguments = "p, u" if any(program.driven for program in programs.values()) else "p"
     functions = [
-        function_source(program, name, {}, "p" if name in INTERNAL else arguments)
+        function_source(
+            program, name, {}, "p" if name in INTERNAL else arguments, _given(programs, program)
+        )
         for name, program in programs.items()
     ]
     functions += [project_source(programs, "p", of) for of in ("", "contact_")]
     body = "\n\n".join(filter(None, [*functions, *reset_source(programs, arguments)]))
     imports, helpers = prelude(body)
     return "\n\n".join(["\n".join([*imports, "import numpy as np\n"]), *helpers, body])
+
+
+def _given(programs: Mapping[str, Program], program: Program) -> list[tuple[str, int]]:
+    """Parameters of a program. With contacts, factors of rounding may stand behind them."""
+    count = program.parameters
+    return [(f"p[:{count}]" if "gaps" in programs else "p", count)]
 
 
 def prelude(body: str) -> tuple[list[str], list[str]]:
@@ -179,7 +188,13 @@ def prelude(body: str) -> tuple[list[str], list[str]]:
     return [line], helpers
 
 
-def function_source(program: Program, name: str, names: Mapping[str, str], parameter: str) -> str:
+def function_source(
+    program: Program,
+    name: str,
+    names: Mapping[str, str],
+    parameter: str,
+    given: Sequence[tuple[str, int]] = (),
+) -> str:
     """The definition of one evaluator.
 
     Parameters
@@ -193,6 +208,8 @@ def function_source(program: Program, name: str, names: Mapping[str, str], param
         Dummy name → local name of the inputs.
     parameter
         The text of the last argument (``p``, or ``p=DEFAULTS``).
+    given
+        Where the parameters are, if not in ``p``: texts of sequences, and how many in each.
     """
     found = {
         name: f"a{number}[{k}]"
@@ -200,7 +217,8 @@ def function_source(program: Program, name: str, names: Mapping[str, str], param
         for k, name in enumerate(block.multipliers)
     }
     dialect = Dialect(double_literal, PYTHON_FUNCTIONS, {**names, **found})
-    body = _load_inputs(program, dialect, velocities=_is_right_hand_side(program, name))
+    given = given or (("p", program.parameters),)
+    body = _load_inputs(program, dialect, given, velocities=_is_right_hand_side(program, name))
     late = dict(following(program, found))
     body.extend(_assigned([a for a in program.assignments if a[0] not in late], dialect))
     failure = "nan" if name == "energy" else f"np.full({_shape(program, name)}, nan)"
@@ -247,15 +265,19 @@ def _is_right_hand_side(program: Program, name: str) -> bool:
     return bool(program.blocks) and not (finds_multipliers(name) or finds_change(name))
 
 
-def _load_inputs(program: Program, dialect: Dialect, *, velocities: bool) -> list[str]:
+def _load_inputs(
+    program: Program, dialect: Dialect, given: Sequence[tuple[str, int]], *, velocities: bool
+) -> list[str]:
     """Unpack parameters, inputs and state, whole or not at all."""
     used = input_names(program)
     used |= {f"v{i}" for i in range(program.coordinates)} if velocities else set()
     lines = []
-    parameters = [f"p{i}" for i in range(program.parameters)]
+    parameters = iter([f"p{i}" for i in range(program.parameters)])
     state = [f"{kind}{i}" for kind in "qv" for i in range(program.coordinates)]
-    if used.intersection(parameters):
-        lines.append(_unpack(parameters, "p", dialect))
+    for text, number in given:
+        held = list(islice(parameters, number))
+        if used.intersection(held):
+            lines.append(_unpack(held, text, dialect))
     driven = [f"u{i}" for i in range(program.driven)]
     if used.intersection(driven):
         lines.append(_unpack(driven, "map(float, u(t, y, p))", dialect))
