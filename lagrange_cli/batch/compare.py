@@ -157,7 +157,7 @@ def _states(equations: Equations) -> Iterator[State]:
         for k, c in enumerate(equations.coordinates):
             state[c.q] = between(0, 1) if start is None else _near(start[k], between(-1, 1))
             state[c.v], state[c.a] = between(-1, 1), between(-1, 1)
-        state.update((closure.multiplier, between(-1, 1)) for closure in equations.closures)
+        state.update((closure.multiplier, between(-1, 1)) for closure in equations.pushing)
         state.update((given.symbol, between(-1, 1)) for given in equations.inputs)
         yield state
 

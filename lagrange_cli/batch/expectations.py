@@ -9,12 +9,13 @@ yields nothing for what the scene does not mention.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
 from sympy import Expr
 
 from lagrange_cli.batch.compare import lagrangians_agree, proportional
+from lagrange_cli.batch.events import Wanted, missing_events
 from lagrange_cli.emit.scene_language import to_scene_language
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
@@ -218,6 +219,39 @@ def _drift(expect: Expect, equations: Equations) -> Iterator[Problem]:
         yield Problem(message, expression.mark(), rule="drift")
 
 
+def _events(expect: Expect, equations: Equations) -> Iterator[Problem]:
+    """Each listed event happens, after those before it in the list."""
+    if not expect.events:
+        return
+    bounds = [None if e.within is None else _value(equations, e.within) for e in expect.events]
+    trajectory = _simulated(equations, accuracy=_accuracy_for(equations, bounds))
+    yield from _incomplete(trajectory, expect.events[0].mark)
+    if trajectory.status != "ok":
+        return
+    span = float(trajectory.t[-1] - trajectory.t[0])
+    usual = span * (trajectory.requested or COARSEST_ACCURACY)
+    wanted = [
+        Wanted(
+            event.name,
+            None if event.time is None else _value(equations, event.time),
+            usual if bound is None else bound,
+            event.mark,
+        )
+        for event, bound in zip(expect.events, bounds, strict=True)
+    ]
+    yield from missing_events(wanted, trajectory.events)
+
+
+def _accuracy_for(equations: Equations, bounds: Sequence[float | None]) -> float | None:
+    """The accuracy that locates events well within the bounds: it is relative to the span."""
+    given = [bound for bound in bounds if bound is not None]
+    until = equations.simulate.until
+    if not given or until is None:
+        return None
+    needed = STATE_MARGIN * min(given) / (until - equations.simulate.start)
+    return min(equations.simulate.accuracy or COARSEST_ACCURACY, max(needed, FINEST_ACCURACY))
+
+
 CHECKS: dict[str, Check] = {
     "dof": _dof,
     "cyclic": _cyclic,
@@ -226,6 +260,7 @@ CHECKS: dict[str, Check] = {
     "lagrangian": _lagrangian,
     "state": _state,
     "drift": _drift,
+    "events": _events,
 }
 """Every key of ``expect`` by its name, in the order in which they are checked.
 

@@ -9,6 +9,7 @@ from typing import Any, get_args
 from lagrange_cli.scene.expression import Equation, Expression
 from lagrange_cli.scene.model import (
     ErrorExpectation,
+    EventExpectation,
     Expect,
     Formulation,
     InitialValue,
@@ -30,8 +31,11 @@ __all__ = [
 
 _NUMBERS = ("until", "from", "accuracy", "samples", "step", "rtol", "atol")
 
-_EXPECT = ("dof", "cyclic", "conserved", "equations", "lagrangian", "state", "drift", "error")
-_EXPECT_LATER = ("frequencies", "equilibria", "events")
+_EXPECT = (
+    *("dof", "cyclic", "conserved", "equations", "lagrangian"),
+    *("state", "drift", "events", "error"),
+)
+_EXPECT_LATER = ("frequencies", "equilibria")
 
 
 def read_initial(node: SourceNode, reading: Reading) -> tuple[InitialValue, ...]:
@@ -192,6 +196,34 @@ def _drift(node: SourceNode, reading: Reading) -> tuple[tuple[str, Expression], 
     return tuple(found)
 
 
+def _events(node: SourceNode, reading: Reading) -> tuple[EventExpectation, ...]:
+    sequence = reading.items(node, "'events' in 'expect'", "a list of events {name, t, within}")
+    read = [_event(item, reading) for item in sequence.items] if sequence else ()
+    return tuple(event for event in read if event)
+
+
+def _event(node: SourceNode, reading: Reading) -> EventExpectation | None:
+    what = "'events' in 'expect'"
+    mapping = reading.mapping(node, what, "a mapping {name, t, within}")
+    if mapping is None:
+        return None
+    fields = reading.fields(mapping, what, ("name", "t", "within"), required=("name",))
+    numbers = {
+        key: reading.expression(fields[key], f"'{key}' in {what}")
+        for key in ("t", "within")
+        if key in fields
+    }
+    name = reading.text(fields["name"], f"'name' in {what}") if "name" in fields else None
+    if name is None or None in numbers.values():
+        return None
+    if "within" in numbers and "t" not in numbers:
+        reading.problems.add(
+            f"'within' in {what} without 't'", fields["within"].mark, rule="missing"
+        )
+    time, within = numbers.get("t"), numbers.get("within")
+    return EventExpectation(name, fields["name"].mark, time, within)
+
+
 def read_error_expectation(node: SourceNode, reading: Reading) -> ErrorExpectation | None:
     """Read ``error: {kind, contains}``."""
     what = "'error' in 'expect'"
@@ -211,5 +243,6 @@ _EXPECTATIONS: dict[str, Any] = {
     "lagrangian": _lagrangian,
     "state": _states,
     "drift": _drift,
+    "events": _events,
     "error": read_error_expectation,
 }

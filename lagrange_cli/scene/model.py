@@ -20,6 +20,7 @@ __all__ = [
     "Coordinate",
     "Definition",
     "ErrorExpectation",
+    "EventExpectation",
     "Expect",
     "Force",
     "Formulation",
@@ -195,6 +196,16 @@ class StateExpectation:
 
 
 @dataclass(frozen=True, slots=True)
+class EventExpectation:
+    """``{name: release:sphere, t: 0.72, within: 1e-9}``; without ``t`` it happens at any time."""
+
+    name: str
+    mark: Mark
+    time: Expression | None = None
+    within: Expression | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class ErrorExpectation:
     """``error: {kind: ..., contains: ...}``: the scene must be refused so."""
 
@@ -218,6 +229,7 @@ class Expect:
     lagrangian: Expression | None = None
     states: tuple[StateExpectation, ...] = ()
     drift: tuple[tuple[str, Expression], ...] = ()
+    events: tuple[EventExpectation, ...] = ()
     error: ErrorExpectation | None = None
 
 

@@ -19,10 +19,12 @@ from lagrange_cli.scene.problems import Problems, shown, suggestion
 from lagrange_cli.scene.table import NameTable, check_clashes, name_table
 from lagrange_cli.scene.uses import Place, Use, uses
 
-__all__ = ["check_names"]
+__all__ = ["EVENTS", "check_names"]
 
 _CONSTANT = Traits(constant=True)
 _DOTS = ("dot", "ddot")
+#: What may happen to a one-sided constraint, as ``expect`` calls it.
+EVENTS = ("contact", "release", "zeno")
 #: What may stand where not all names may: in words, what is no constant of that, and which
 #: definitions may.
 _ALONE: dict[str, tuple[str, tuple[str, ...], str]] = {
@@ -182,8 +184,20 @@ def _check_target(force: Force, scene: Scene, table: NameTable, problems: Proble
 
 
 def _check_expected(scene: Scene, table: NameTable, problems: Problems) -> None:
-    """Check the names that ``expect`` calls cyclic or conserved."""
+    """Check the names that ``expect`` calls cyclic or conserved, and those of events."""
     expect = scene.expect
+    known = [f"{kind}:{u.name}" for kind in EVENTS for u in scene.unilateral]
+    for event in expect.events:
+        if event.name not in known:
+            hint = f"known are {', '.join(known)}" if known else "no constraint is one-sided here"
+            if event.name.partition(":")[0] in EVENTS:
+                hint = suggestion(event.name, known, hint)
+            problems.add(
+                f"unknown event {shown(event.name)} in 'expect'",
+                event.mark,
+                hint=hint,
+                rule="unknown-name",
+            )
     positions = [*table.coordinates, *table.cartesian]
     for mark, names, known in (
         (expect.cyclic_mark, expect.cyclic, positions),

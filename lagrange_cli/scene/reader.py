@@ -190,8 +190,8 @@ def _scene(reading: Reading, nodes: dict[str, SourceNode], file: str, digest: st
                 )
         values["constraints"] = (plane, *values["constraints"])
     if "expect" in values and not reading.sizes.keys().isdisjoint(reading.given):
-        # Expected states are those of the file's sizes.
-        values["expect"] = replace(values["expect"], states=())
+        # Expected states and events are those of the file's sizes.
+        values["expect"] = replace(values["expect"], states=(), events=())
     values.setdefault("name", _identifier(PurePath(file).stem))
     mark = nodes["coordinates"].mark if "coordinates" in nodes else None
     return Scene(file=file, digest=digest, coordinates_mark=mark, **values)

@@ -135,5 +135,8 @@ def _expectations(scene: Scene) -> Iterator[Use]:
         yield Use(state.time, "'state' of 'expect'", _NUMBER)
         yield Use(state.within, "'state' of 'expect'", _NUMBER)
         yield from _values(state.values, "'state' of 'expect'")
+    for event in expect.events:
+        for number in filter(None, (event.time, event.within)):
+            yield Use(number, "'events' of 'expect'", _NUMBER)
     for _, bound in expect.drift:
         yield Use(bound, "'drift' of 'expect'", _NUMBER)
