@@ -12,7 +12,7 @@ from lagrange_cli.batch.model import Outcome, Report, SceneReport
 from lagrange_cli.batch.walk import scenes_in
 from lagrange_cli.batch.workers import in_processes
 from lagrange_cli.errors import AccuracyError, InputError, LagrangeError, Problem
-from lagrange_cli.files import read_bytes
+from lagrange_cli.files import read_bytes, read_recording
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import expected_error, read_file
 from lagrange_cli.scene.model import ErrorExpectation
@@ -84,6 +84,8 @@ def _check(path: str, parameters: Mapping[str, str] | None, strict: bool) -> Fou
         return _refused(error, _expected(path))
     try:
         equations = derive(scene)
+        for recording in filter(None, (given.recording for given in equations.inputs)):
+            read_recording(recording)
     except InputError as error:
         return _refused(error, scene.expect.error)
     if strict and equations.warnings:

@@ -116,7 +116,9 @@ def emit(
 
     def work() -> Answer:
         equations = derived(session, source, parameters=parameters, formulation=formulation)
-        return Answer(format_.emit(equations, given), equations.warnings, equations.remarks)
+        recorded = any(u.recording is not None for u in equations.inputs)
+        texts = format_.emit(equations, given)
+        return Answer(texts, equations.warnings, equations.remarks, lasting=not recorded)
 
     asked = (to, formulation, sorted(given.items()), list(parameters.items()))
     files = remembered(session, "emit", source, asked, work)

@@ -32,11 +32,15 @@ class Source(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What a command worked out: a value that JSON holds, and what is to be said with it."""
+    """What a command worked out: a value that JSON holds, and what is to be said with it.
+
+    ``lasting``: it depends on nothing that is not in the key, as on another file.
+    """
 
     value: Any
     warnings: Iterable[Problem] = ()
     remarks: Iterable[str] = ()
+    lasting: bool = True
 
 
 def read_source(scene: str) -> Source:
@@ -86,7 +90,8 @@ def remembered(
         session.detail("from the cache")
         return answer.value
     answer = work()
-    session.keep(key, _encoded(answer))
+    if answer.lasting:
+        session.keep(key, _encoded(answer))
     return answer.value
 
 

@@ -12,7 +12,7 @@ from lagrange_cli.emit.starting import rates_note
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Coordinate, Equations, Parameter
+    from lagrange_cli.mechanics.equations import Coordinate, Equations, Input, Parameter
 
 __all__ = ["header_text"]
 
@@ -146,11 +146,16 @@ def _comment(equations: Equations, names: CNames) -> list[str]:
         lines.append(f"  y[{k}], y[{n + k}]  {_described(coordinate, coordinate.name)}")
     positions = _listed("Positions", "out", [c.name for c in equations.cartesian_names])
     lines += positions or ["", "Positions: none, the scene names no Cartesian component."]
-    lines += _listed("Inputs", "u", [given.name for given in equations.inputs])
+    lines += _listed("Inputs", "u", [_given(given) for given in equations.inputs])
     lines += _listed("Outputs", "out", [name for name, _ in equations.outputs])
     lines += _closures(equations)
     lines += ["", *_conventions(equations, names.prefix).splitlines()]
     return ["/*", *(f" * {line}".rstrip() for line in lines), " */"]
+
+
+def _given(given: Input) -> str:
+    """An input, and where its values are recorded if they are."""
+    return given.name if given.recording is None else f"{given.name}: {given.recording.described}"
 
 
 def _statement(equations: Equations) -> list[str]:
@@ -186,6 +191,8 @@ def _closures(equations: Equations) -> list[str]:
 def _conventions(equations: Equations, prefix: str) -> str:
     status = _STATUS_CLOSED if equations.closures else _STATUS
     driven = _DRIVEN if equations.inputs else _NOT_DRIVEN
+    if any(given.recording is not None for given in equations.inputs):
+        driven = _RECORDED
     return (status + driven + _CONVENTIONS).replace("@NAME@", prefix)
 
 
@@ -208,6 +215,11 @@ t is the time; u are inputs, of which this system has none (may be null);
 _DRIVEN = """\
 t is the time; u holds the inputs at that time, yours or those of the function
 @NAME@_inputs, which alone takes a null pointer for it;
+"""
+
+_RECORDED = """\
+t is the time; u holds the inputs at that time, yours or those of the function
+@NAME@_inputs, which takes the recorded ones, and these alone, from u itself;
 """
 
 _CONVENTIONS = """\

@@ -6,6 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c_names import CNames, Real, c_string
+from lagrange_cli.emit.recorded import c_recorded
 from lagrange_cli.emit.starting import TOLERANCE, residual_labels
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ _MAIN = """
 
 #define @NAME@_STATE (2*@COUNT@)
 
-/* One step of size h from time t; y is advanced. */
+@RECORDED@/* One step of size h from time t; y is advanced. */
 static int @NAME@_step(@REAL@ t, @REAL@ h, const @NAME@_params *p, @REAL@ *y)
 {
     static @REAL@ k[4][@NAME@_STATE], s[@NAME@_STATE], work[@NAME@_WORK];
@@ -90,7 +91,7 @@ int main(int argc, char **argv)
             return 2;
         }
     }
-@NEEDED@@START_PROJECTED@    printf("t");
+@NEEDED@@WITHIN@@START_PROJECTED@    printf("t");
     for (k = 0; k < @NAME@_STATE; ++k) {
         printf(",%s", state[k]);
     }
@@ -190,7 +191,7 @@ _RHS = """\
 """
 
 _RHS_DRIVEN = """\
-        status = @NAME@_inputs(t + at[stage]*h, s, 0, p, work, u);
+@RECORD@        status = @NAME@_inputs(t + at[stage]*h, s, @GIVEN_INPUTS@, p, work, u);
         if (status == 0) {
             status = @NAME@_rhs(t + at[stage]*h, s, u, p, work, k[stage]);
         }
@@ -209,11 +210,16 @@ def main_text(equations: Equations, names: CNames, real: Real) -> str:
     fields = list(zip(equations.parameters, names.fields, strict=True))
     given = [_named(_PARAMETER, p.name, field) for p, field in fields]
     needed = [_named(_NEEDED, p.name, field) for p, field in fields if p.value is None]
+    recorded = c_recorded(equations, names.prefix, real)
     replacements = {
+        "@RECORDED@": f"{recorded.functions}\n".lstrip("\n"),
+        "@WITHIN@": recorded.checks,
         "@PARAMETERS@": "".join(given),
         "@NEEDED@": "".join(needed),
         "@INPUTS@": "    static @REAL@ u[@NAME@_INPUTS];\n" if equations.inputs else "",
         "@RHS@": _RHS_DRIVEN if equations.inputs else _RHS,
+        "@RECORD@": recorded.setting,
+        "@GIVEN_INPUTS@": "u" if recorded.setting else "0",
         **_projection(equations),
         "@TOLERANCE@": real.value(max(TOLERANCE, 1024.0 * float(real.epsilon))),
         "@ROUNDING@": real.value(64.0 * float(real.epsilon)),

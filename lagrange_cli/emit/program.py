@@ -102,7 +102,8 @@ OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "positions": lambda e: (c.position for c in e.cartesian_names),
     "velocities": lambda e: (c.velocity for c in e.cartesian_names),
     "momenta": _momenta,
-    "inputs": lambda e: (given.expression for given in e.inputs),
+    # Those that are recorded are handed over.
+    "inputs": lambda e: (u.expression if u.recording is None else u.symbol for u in e.inputs),
     "outputs": lambda e: (expression for _, expression in e.outputs),
     **CLOSURE_OUTPUTS,
     **CONTACT_OUTPUTS,

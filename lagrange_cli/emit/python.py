@@ -6,6 +6,7 @@ string literals that ``ascii`` wrote.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,7 @@ from lagrange_cli.emit.naming import PYTHON_RESERVED, comment_text, unique_ident
 from lagrange_cli.emit.program import asked_for
 from lagrange_cli.emit.python_functions import ROUNDING, function_source, prelude, program_of
 from lagrange_cli.emit.python_project import project_source
+from lagrange_cli.emit.recorded import python_recorded
 from lagrange_cli.emit.starting import TOLERANCE, rates_note, residual_labels
 from lagrange_cli.version import __version__
 
@@ -74,7 +76,9 @@ if __name__ == "__main__":
     sys.exit(main(sys.argv[1:]))
 '''
 
-#: Lines of the script after which a state is led back to the closures.
+#: Lines of the script: where a step begins, after which a state is led back to the closures,
+#: and where the run begins.
+_SLOPE = "        k1 = rhs(s, y, p)\n"
 _STEP = "        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)\n"
 _START = "    p, y = Parameters(*parameters.values()), np.array(list(initial.values()))\n"
 _CHECKED = """\
@@ -115,7 +119,16 @@ def start(given, until, p):
 
 _SINGULAR = "{t}: the mass matrix is singular or a result not finite"
 
-#: The end of that sentence where there are inputs.
+#: What stands where a step begins, with recordings: no step sees two pieces of them.
+_HELD = """\
+        of = partial(recorded, at=s + h / 2)
+        held = partial(inputs, u=of)
+"""
+
+#: The end of that sentence.
+_NOT_FINITE = "or a result not finite"
+
+#: The end of another one where there are inputs.
 _DRIVEN = [
     "domain error, overflow). After p it takes u, a function of (t, y, p) that returns the",
     "values of INPUTS; without it they are those of the scene. With SciPy:",
@@ -144,13 +157,15 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
     driven = unique_identifiers((given.name for given in equations.inputs), frozenset())
     names |= {f"u{i}": f"u_{name}" for i, name in enumerate(driven)}
     arguments = "p=DEFAULTS" + (", u=inputs" if driven else "")
+    tables = python_recorded(equations)
+    alone = "p=DEFAULTS" + (", u=recorded" if tables else "")
     interface = [*_FUNCTIONS, *asked_for(equations)]
     functions = [
         function_source(
             program_of(equations, name),
             name,
             names,
-            "p=DEFAULTS" if name == "inputs" else arguments,
+            alone if name == "inputs" else arguments,
         )
         # What stands as a default is defined first.
         for name in sorted(interface, key="inputs".__ne__)
@@ -163,14 +178,16 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
     functions += filter(None, [project_source(programs, "p=DEFAULTS")])
     parameters = _parameters(equations, fields)
     script = _script(equations)
-    imports, helpers = prelude("\n".join([parameters, *functions, script]))
-    standard = ["import sys", *imports, "from typing import NamedTuple"]
+    imports, helpers = prelude("\n".join([parameters, *functions, *tables, script]))
+    table = ["from bisect import bisect_right", "from functools import partial"]
+    standard = ["import sys", *(table if tables else []), *imports]
     parts = [
         _docstring(equations),
-        "\n".join([*standard, "", "import numpy as np\n"]),
+        "\n".join([*standard, "from typing import NamedTuple", "", "import numpy as np\n"]),
         *helpers,
         _constants(equations),
         parameters,
+        *tables,
         *functions,
         script,
     ]
@@ -180,6 +197,10 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
 def _script(equations: Equations) -> str:
     """What runs the module; states are led back to the closures where there are any."""
     text = _SCRIPT
+    if any(given.recording is not None for given in equations.inputs):
+        text = text.replace(_NOT_FINITE, f"{_NOT_FINITE}, or a recording ends")
+        text = text.replace(_SLOPE, f"{_HELD}{_SLOPE}")
+        text = re.sub(r"(k[1-4] = rhs\(.*), p\)", r"\1, p, held)", text)
     if equations.closures:
         text = text.replace(_STEP, f"{_STEP}        y = project(s + h, y, p)\n")
         text = text.replace(_START, f"{_START}{_CHECKED}")

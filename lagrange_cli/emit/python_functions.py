@@ -57,6 +57,7 @@ _MATH = (
     "cos",
     "cosh",
     "exp",
+    "inf",
     "log",
     "nan",
     "pow",

@@ -38,7 +38,11 @@ _NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]{1,6})?",
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+", re.ASCII)
 
-_MOST_NAMED = 20
+#: A cell of a line; commas between quotation marks are part of it.
+_CELL = re.compile(r'((?:[^,"]+|"[^"]*(?:"|$))*)(?:,|$)')
+
+#: Columns that are named in a message, and among which a close name is looked for.
+_MOST_NAMED, _MOST_COMPARED = 20, 1000
 _LONGEST = 40
 
 
@@ -175,12 +179,11 @@ class _Rows:
         """The place of a cell of the last row."""
         number = max(self._reader.line_num, 1)
         line = self._lines[number - 1].rstrip("\r\n") if self._lines else ""
-        ends = [-1, *(i for i, c in enumerate(line) if c == "," and _outside(line, i)), len(line)]
-        if index + 1 >= len(ends):
+        cells = _CELL.findall(line)
+        if index >= len(cells):
             return Mark(self.path, number, 1, line)
-        start, end = ends[index] + 1, ends[index + 1]
-        cell = line[start:end]
-        start += len(cell) - len(cell.lstrip())
+        cell = cells[index]
+        start = sum(map(len, cells[:index])) + index + len(cell) - len(cell.lstrip())
         return Mark(self.path, number, start + 1, line, max(1, len(cell.strip())))
 
     def refused(self, message: str, hint: str = "", mark: Mark | None = None) -> InputError:
@@ -204,11 +207,6 @@ class _Rows:
         elif _DECIMAL_COMMA.fullmatch(text):
             hint = f"decimals are written with a point: {text.replace(',', '.')[:_LONGEST]}"
         raise self.refused(f"expected a finite number, found {found}", hint, self.place(index))
-
-
-def _outside(line: str, end: int) -> bool:
-    """Whether a place of a line is outside quotation marks."""
-    return line.count('"', 0, end) % 2 == 0
 
 
 def _shown(text: str) -> str:
@@ -238,7 +236,7 @@ def _header(rows: _Rows, recording: Recording) -> list[str]:
         raise _in_scene(
             f"'{recording.path}' has no column {_shown(recording.column)}",
             recording.column_mark,
-            nearest(recording.column, header) or f"columns are {_named(header)}",
+            nearest(recording.column, header[:_MOST_COMPARED]) or f"columns are {_named(header)}",
         )
     for name in (TIME, recording.column):
         if header.count(name) > 1:

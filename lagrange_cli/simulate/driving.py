@@ -1,10 +1,7 @@
-"""Inputs from files: polynomials between the rows of a recording, and where they hold.
+"""Inputs from files: their pieces side by side, and where they are known.
 
-Between two rows an input is a polynomial in the time since the first of them: that row's
-value (``previous``), a straight line (``linear``), or a cubic with two continuous
-derivatives over all rows and a third one at the second and the last row but one (``cubic``,
-the "not-a-knot" spline; de Boor, *A Practical Guide to Splines*, IV). Its coefficients are
-numbers that change from piece to piece; nothing is compiled for them.
+The coefficients of :mod:`lagrange_cli.emit.recorded` are numbers that change from piece to
+piece; nothing is compiled for them.
 """
 
 from __future__ import annotations
@@ -15,17 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lagrange_cli.emit.recorded import Polynomials, polynomials
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.files import Interpolation, Recorded, Recording, read_recording
+from lagrange_cli.files import Recording
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.pieces import Pieces
 
-__all__ = ["COEFFICIENTS", "Drive", "drive_of"]
-
-#: Coefficients of a piece of each interpolation; with more than one, the time from which
-#: they count stands before them.
-COEFFICIENTS: dict[Interpolation, int] = {"previous": 1, "linear": 2, "cubic": 4}
+__all__ = ["Drive", "drive_of"]
 
 #: Numbers of all pieces together.
 _MOST_NUMBERS = 20_000_000
@@ -86,51 +79,16 @@ def drive_of(recordings: Sequence[Recording]) -> Drive | None:
     """
     if not recordings:
         return None
-    found = [read_recording(recording) for recording in recordings]
-    each = [_pieces(recording, of) for recording, of in zip(recordings, found, strict=True)]
-    return Drive(
-        _together(each, recordings[0].mark),
-        tuple(recordings),
-        tuple(_span(r.interpolation, of) for r, of in zip(recordings, found, strict=True)),
-    )
+    found = [polynomials(recording) for recording in recordings]
+    spans = tuple((float(of.starts[0]), of.end) for of in found)
+    pieces = _together([_pieces(of) for of in found], recordings[0].mark)
+    return Drive(pieces, tuple(recordings), spans)
 
 
-def _span(interpolation: Interpolation, recorded: Recorded) -> tuple[float, float]:
-    """Where an input is known: what is held until the next row is held after the last too."""
-    last = math.inf if interpolation == "previous" else recorded.times[-1]
-    return recorded.times[0], last
-
-
-def _pieces(recording: Recording, recorded: Recorded) -> Pieces:
-    times, values = np.array(recorded.times), np.array(recorded.values)
-    if recording.interpolation == "previous":
-        return Pieces(times, values[:, None])
-    with np.errstate(all="ignore"):
-        rows = np.column_stack([times[:-1], *_polynomials(recording, times, values)])
-    bad = np.flatnonzero(~np.isfinite(rows).all(axis=1))
-    if len(bad):
-        raise InputError(
-            Problem(
-                f"'{recording.file}' changes faster than doubles can say"
-                f" after t = {recorded.times[bad[0]]!r}",
-                recording.mark,
-                rule="recording",
-            )
-        )
-    return Pieces(times[:-1], rows)
-
-
-def _polynomials(recording: Recording, times: Array, values: Array) -> list[Array]:
-    """Coefficients of every piece, the lowest first."""
-    slopes = np.diff(values) / np.diff(times)
-    if recording.interpolation == "linear" or not np.isfinite(slopes).all():
-        return [values[:-1], slopes]
-    from scipy.interpolate import CubicSpline
-
-    try:
-        return list(np.flip(CubicSpline(times, values).c, axis=0))
-    except (ValueError, np.linalg.LinAlgError):
-        return [values[:-1], *np.full((3, len(slopes)), np.nan)]
+def _pieces(of: Polynomials) -> Pieces:
+    """Coefficients after the time since which they count, which one alone does not need."""
+    columns = [of.coefficients] if of.coefficients.shape[1] == 1 else [of.starts, of.coefficients]
+    return Pieces(of.starts, np.column_stack(columns))
 
 
 def _together(each: Sequence[Pieces], mark: Mark) -> Pieces:

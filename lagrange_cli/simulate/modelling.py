@@ -15,9 +15,9 @@ from lagrange_cli.emit.contacts import flagged
 from lagrange_cli.emit.disturbed import disturb
 from lagrange_cli.emit.forces import force_columns
 from lagrange_cli.emit.python_functions import module_source, program_of
+from lagrange_cli.emit.recorded import COEFFICIENTS
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.equations import Input, Parameter
-from lagrange_cli.simulate.driving import COEFFICIENTS
 from lagrange_cli.simulate.model import Code, Defaults, Model, ModelParameter
 
 if TYPE_CHECKING:
