@@ -161,7 +161,16 @@ class _Document:
         ]
         if rows:
             lines += ["The positions are", *self.setter.align(rows, numbered=False)]
-        return lines
+        return [*lines, *self._singular()]
+
+    def _singular(self) -> list[str]:
+        """Where the coordinates have no meaning, a sentence each."""
+        named = {c.name: f"${self.setter.coordinate(c)}$" for c in self.equations.coordinates}
+        return [
+            f"The motion of {' and '.join(named[name] for name in place.coordinates)}"
+            f" is singular where ${self.setter.inline(place.where)} = 0$."
+            for place in self.equations.singular
+        ]
 
     def _described(self, coordinate: Coordinate) -> str:
         text = f"${self.setter.coordinate(coordinate)}$"

@@ -62,6 +62,11 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         "coordinates": [c.name for c in equations.coordinates],
         "formulation": equations.formulation,
         "predicted": _predicted(equations),
+        "singular": [
+            {"coordinate": name, "where": f"{say(place.where)} = 0"}
+            for place in equations.singular
+            for name in place.coordinates
+        ],
         "kinetic": say(equations.kinetic),
         "potential": say(equations.potential),
         "lagrangian": say(equations.lagrangian),

@@ -103,7 +103,17 @@ class _Page:
         counts = ", ".join(f"{name} = {value}" for name, value in counting(self.equations))
         lines = [f"Degrees of freedom   {counts}", *self.constraints(), *self.coordinates()]
         chosen = choice_line(self.equations)
-        return [*lines, *(self.listed("Formulation   ", chosen.split()) if chosen else [])]
+        lines += self.listed("Formulation   ", chosen.split()) if chosen else []
+        return [*lines, *self.singular()]
+
+    def singular(self) -> list[str]:
+        """Where the coordinates have no meaning."""
+        lines = []
+        for place in self.equations.singular:
+            names = ", ".join(self.printer.symbol(name) for name in place.coordinates)
+            opening = f"Singular      {names} where "
+            lines += self.hung(opening, suffixed(self.pieces(place.where), " = 0", 4))
+        return lines
 
     def constraints(self) -> list[str]:
         account = self.equations.account

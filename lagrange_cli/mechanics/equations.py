@@ -45,6 +45,7 @@ __all__ = [
     "Reaction",
     "ShownEquation",
     "SimulationDefaults",
+    "SingularPlace",
 ]
 
 
@@ -341,6 +342,14 @@ class Choice:
 
 
 @dataclass(frozen=True)
+class SingularPlace:
+    """Where M is singular or infinite: ``where`` = 0; there the coordinates have no meaning."""
+
+    coordinates: tuple[str, ...]
+    where: Expr
+
+
+@dataclass(frozen=True)
 class InitialState:
     """Initial q and v (doubles, in coordinate order) at the start time.
 
@@ -383,7 +392,8 @@ class Equations:
     ``outputs`` what it asks for besides, by name, over (q, v, t). The symbols of
     ``inputs`` may stand wherever velocities may, but beside them in L.
     ``literals`` maps exact values to decimals as the scene wrote them.
-    ``choice`` is None where there is one formulation only.
+    ``choice`` is None where there is one formulation only; ``singular`` are places that
+    the coordinates do not cover.
     ``initial`` is None when the scene gives no initial state or a parameter
     lacks its value. ``constraint_forces`` is None unless it was asked for.
     """
@@ -424,6 +434,7 @@ class Equations:
     inputs: tuple[Input, ...] = ()
     constraint_forces: ConstraintForces | None = None
     choice: Choice | None = None
+    singular: tuple[SingularPlace, ...] = ()
 
     @property
     def formulation(self) -> Literal["minimal", "multiplier"]:

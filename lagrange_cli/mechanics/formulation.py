@@ -28,8 +28,9 @@ from lagrange_cli.scene.model import Formulation
 
 __all__ = ["formulated", "start"]
 
-#: By how much fewer operations must be predicted before another form than minimal is taken.
-CLEARLY = 2
+#: By how much fewer operations must be predicted before another form than minimal is taken,
+#: and operations of minimal below which nothing is to be gained.
+CLEARLY, WORTHWHILE = 2, 400
 
 #: Operations predicted for a product of derivatives in M and f, an entry of a closure's
 #: gradient with its part of the bias, and a closure.
@@ -63,7 +64,7 @@ def formulated(reduced: Reduced, wanted: Formulation) -> tuple[Reduced, Choice |
             raise _no_multiplier(reduced)
         return reduced, None
     minimal, multiplier = counts
-    cheaper = CLEARLY * multiplier < minimal
+    cheaper = minimal > WORTHWHILE and CLEARLY * multiplier < minimal
     declared = reduced.scene.coordinates is not None
     if wanted == "multiplier" or (wanted == "auto" and cheaper and not declared):
         form = cartesian_form(reduced)
@@ -117,19 +118,30 @@ def _predicted(reduced: Reduced) -> tuple[int, int] | None:
 
 
 def _minimal(reduced: Reduced) -> int:
-    """Products of derivatives in M and f, and elimination of a full matrix."""
+    """Products of derivatives in M and f, and elimination of a full matrix.
+
+    Where positions are linear in the coordinates M is constant, and f has no such products.
+    """
     q = {c.q for c in reduced.coordinates}
     pairs: set[tuple[sp.Symbol, sp.Symbol]] = set()
-    for held in {
-        frozenset(reduced.resolved[s].free_symbols & q)
-        for body in reduced.names.particle_symbols
-        for s in body
-    }:
-        ordered = sorted(held, key=str)
-        pairs |= {(a, b) for k, a in enumerate(ordered) for b in ordered[k:]}
+    constant = True
+    for place in {reduced.resolved[s] for body in reduced.names.particle_symbols for s in body}:
+        held = sorted(place.free_symbols & q, key=str)
+        pairs |= {(a, b) for k, a in enumerate(held) for b in held[k:]}
+        constant = constant and _is_linear(place, q)
     n = len(q)
-    solve = n if all(a == b for a, b in pairs) else n**3 // 3 + 2 * n**2
-    return PRODUCT * len(pairs) + solve
+    full = 2 * n**2 + (0 if constant else n**3 // 3)
+    solve = n if all(a == b for a, b in pairs) else full
+    return solve + (0 if constant else PRODUCT * len(pairs))
+
+
+def _is_linear(place: sp.Expr, q: set[sp.Symbol]) -> bool:
+    """Whether every term is a coordinate times what does not move."""
+    return all(
+        sum(not f.free_symbols.isdisjoint(q) for f in sp.Mul.make_args(term)) <= 1
+        and all(f in q or f.free_symbols.isdisjoint(q) for f in sp.Mul.make_args(term))
+        for term in sp.Add.make_args(place)
+    )
 
 
 def _multiplier(held: Iterable[frozenset[sp.Symbol]]) -> int:

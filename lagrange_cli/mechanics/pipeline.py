@@ -9,6 +9,7 @@ import mpmath
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.charts import singular_places
 from lagrange_cli.mechanics.certificate import Evidence, certify, certify_shown
 from lagrange_cli.mechanics.derivation import Derivation, derive_uncertified
 from lagrange_cli.mechanics.equations import (
@@ -79,7 +80,8 @@ def derive(
     require_no_rates_of_inputs(derivation)
     evidence = certify(derivation, digits, points)
     require_inertia(derivation, evidence)
-    equations = replace(_equations(derivation, evidence), choice=choice)
+    places = singular_places(derivation)
+    equations = replace(_equations(derivation, evidence), choice=choice, singular=places)
     if not forces:
         return equations
     from lagrange_cli.mechanics.forces import constraint_forces
