@@ -21,7 +21,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import check_writable
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from lagrange_cli.scene.model import Formulation
     from lagrange_cli.simulate import Trajectory
@@ -31,6 +31,9 @@ __all__ = ["simulate"]
 
 #: A plain number.
 _DECIMAL = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,3})?", re.ASCII)
+
+#: Events that are listed for a person, and values with each.
+MOST_EVENTS, MOST_VALUES = 12, 6
 
 ENDINGS = (".csv", ".npz")
 
@@ -131,6 +134,22 @@ def _state(trajectory: Trajectory) -> list[str]:
     return [f"  {'':<{width}}  {'value':>16}  {'rate':>16}", *rows]
 
 
+def _events(trajectory: Trajectory, shown: Sequence[str]) -> list[str]:
+    """What happened when, with the values of some names there, and a blank line."""
+    events = trajectory.events
+    if not events:
+        return []
+    width = max(len(event.name) for event in events[:MOST_EVENTS])
+    lines = ["Events"]
+    for event in events[:MOST_EVENTS]:
+        values = [f"{name} = {event.state[name]:.9g}" for name in shown[:MOST_VALUES]]
+        at = f"  t = {event.t:<12.9g} {event.name:<{width}}"
+        lines.append(f"{at}  {', '.join(values)}")
+    if len(events) > MOST_EVENTS:
+        lines.append(f"  and {len(events) - MOST_EVENTS} more until t = {events[-1].t:.9g}")
+    return [*lines, ""]
+
+
 def _promise(trajectory: Trajectory) -> str:
     if trajectory.requested is None:
         return "not estimated: a method was chosen"
@@ -139,14 +158,16 @@ def _promise(trajectory: Trajectory) -> str:
     return f"{trajectory.requested:g} requested, {estimated} estimated, holds until t = {until}"
 
 
-def _text(trajectory: Trajectory, conserved: str) -> str:
-    """The result for a person; ``conserved`` names the quantity whose drift is reported."""
+def _text(trajectory: Trajectory, conserved: str, shown: Sequence[str]) -> str:
+    """The result for a person; ``conserved`` names the quantity whose drift is reported,
+    ``shown`` what is told of events."""
     drift, off = trajectory.energy_drift, trajectory.constraint_drift
     lines = [
         f"{trajectory.name} at t = {trajectory.t[-1]:.9g}",
         "",
         *_state(trajectory),
         "",
+        *_events(trajectory, shown),
         f"Accuracy  {_promise(trajectory)}",
         f"{conserved:<10}{'not conserved' if drift is None else f'relative drift {drift:.1e}'}",
         *([] if off is None else [f"Constraints  largest drift {off:.1e}"]),
@@ -290,7 +311,8 @@ def simulate(
     if output is not None:
         trajectory.write(output, columns)
     # Where no energy is conserved the Jacobi integral may be: its drift is another thing.
-    text = _text(trajectory, "Jacobi" if "jacobi" in model.conserved else "Energy")
+    conserved = "Jacobi" if "jacobi" in model.conserved else "Energy"
+    text = _text(trajectory, conserved, (*model.coordinates, *model.outputs))
     print_text(_json(trajectory, derive_seconds) if as_json else text)
     if plot is not None:
         trajectory.plot(plot)

@@ -57,7 +57,7 @@ def reason(model: Model, problem: InitialValueProblem, measured: Measured, reque
         return holds
     return (
         f"{holds}: the bounces on '{model.contacts[ends[0].contact]}' become infinitely many"
-        f" before t = {ends[0].t:.9g}, and nothing is promised of what follows;"
+        f" by t = {ends[0].t:.9g}, and nothing is promised of what follows;"
         " --method DOP853 --rtol 1e-9 goes on with the contact closed"
     )
 

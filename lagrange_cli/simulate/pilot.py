@@ -10,6 +10,7 @@ import numpy as np
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.switching import SwitchedRhs
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales
 from lagrange_cli.simulate.run import Run
 from lagrange_cli.simulate.stiffness import probe
@@ -82,7 +83,9 @@ def pilot(problem: InitialValueProblem, tolerance: float, watch: Watch) -> Pilot
     tracker = _Tracker(problem, watch)
     run = tracker.explicit
     method, spent = run.method, 0
-    if not tracker.go(run, PROBE_AFTER):
+    switches = isinstance(problem.rhs, SwitchedRhs)
+    # Implicit methods cannot stop at contacts: they have no interpolant.
+    if not tracker.go(run, None if switches else PROBE_AFTER):
         probed = probe(problem, run.t, run.y, tolerance, tracker.seen(), watch)
         spent = probed.evaluations
         if probed.stiff:

@@ -170,7 +170,8 @@ class _Compiled:
             states[: filled.value] = out[: filled.value]
         self.ended = status == _ENDED
         self._read()
-        self.fallen = self.events[-1].index if self.ended else None
+        if self.ended:
+            self.fallen = self.events[-1].index
         return Advance(filled.value, _FAILURES.get(status))
 
 

@@ -181,10 +181,11 @@ class Switching(Integrator):
     ) -> Advance:
         filled, steps, evaluations = 0, self.steps, self.evaluations
         while self._run is not None:
+            waiting = self._run.fallen is not None
             done = self._run.advance(
                 times[filled:],
                 states[filled:],
-                most_steps=most_steps - (self.steps - steps),
+                most_steps=0 if waiting else most_steps - (self.steps - steps),
                 most_evaluations=most_evaluations - (self.evaluations - evaluations),
             )
             filled += done.filled
@@ -192,6 +193,9 @@ class Switching(Integrator):
             event = self._run.fallen
             if done.failure is not None or event is None:
                 return Advance(filled, done.failure)
+            if filled == len(times) and times[-1] < self.t:
+                # Samples that are asked for later may lie before the event.
+                return Advance(filled)
             self._switch(event)
             if filled and times[filled - 1] == self.t:
                 states[filled - 1] = self.y
