@@ -51,9 +51,15 @@ def force_rows(forces: ConstraintForces) -> Iterator[tuple[str, list[tuple[str, 
 def _magnitude(size: Expr) -> Expr:
     """|f| with factors that are known to be positive outside."""
     factors = sympy.Mul.make_args(size)
-    outside = [f for f in factors if f.is_nonnegative or f.is_Rational]
+    outside = [f for f in factors if f.is_nonnegative or f.is_Rational or _is_root(f)]
     inside = sympy.Mul(*(f for f in factors if f not in outside))
-    return sympy.Mul(*map(abs, outside), sympy.Abs(inside, evaluate=False) if inside != 1 else 1)
+    sizes = [f if _is_root(f) else abs(f) for f in outside]
+    return sympy.Mul(*sizes, sympy.Abs(inside, evaluate=False) if inside != 1 else 1)
+
+
+def _is_root(factor: Expr) -> bool:
+    """A square root of what is not negative."""
+    return bool(factor.is_Pow and factor.exp == sympy.Rational(1, 2))
 
 
 def reaction_rows(

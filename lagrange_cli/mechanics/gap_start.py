@@ -13,7 +13,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.geometry import Restriction, gap_over_names
 from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.steps import Row
-from lagrange_cli.mechanics.tape import Run, Tape
+from lagrange_cli.mechanics.tape import DomainError, Run, Tape
 
 __all__ = ["GapStart"]
 
@@ -40,7 +40,7 @@ class GapStart:
         self._constants = dict(constants)
         self._q = [c.q for c in reduced.coordinates]
         self._v = [c.v for c in reduced.coordinates]
-        self._tape = Tape([g.left - g.right for g in reduced.gaps], [*self._q, *constants])
+        self._tapes = [Tape([g.left - g.right], [*self._q, *constants]) for g in reduced.gaps]
 
     def placed(self, q: Sequence[mpf]) -> tuple[list[mpf], mpf]:
         """Coordinates at which closed gaps are so to the last digit, and the largest change.
@@ -48,7 +48,8 @@ class GapStart:
         Raises
         ------
         InputError
-            They violate a gap by more than 1e-9 of the scene's length.
+            They violate a gap by more than 1e-9 of the scene's length, or leave it without
+            a gradient.
         """
         touching = self._touching(q)
         if not touching:
@@ -63,11 +64,11 @@ class GapStart:
         touching = self._touching(q)
         if not touching:
             return list(v), _ZERO
-        run = self._run(q, v)
         sliding = []
-        for k, gap in enumerate(self._reduced.gaps):
-            speeds = [x * v[j] for j, x in self._slopes(run, k).items()]
-            level = run.outputs[k][1]
+        for gap, tape in zip(self._reduced.gaps, self._tapes, strict=True):
+            run = self._run(tape, q, v)
+            speeds = [x * v[j] for j, x in self._slopes(run).items()]
+            level = run.outputs[0][1]
             parts = sum(map(abs, speeds), abs(level - sum(speeds, _ZERO)))
             if gap in touching and abs(level) <= _TOLERANCE * parts:
                 sliding.append(gap)
@@ -75,30 +76,35 @@ class GapStart:
         return self._changed(v, [moved[w] for w in self._v])
 
     def _touching(self, q: Sequence[mpf]) -> list[Restriction]:
-        """The gaps that are closed; an error where one is violated."""
-        if not self._reduced.gaps:
-            return []
-        run = self._run(q, [_ZERO] * len(q))
-        scales = [self._reduced.scales[s] for s in self._q]
+        """The gaps that are closed; an error where one is violated or has no gradient."""
         touching = []
-        for k, gap in enumerate(self._reduced.gaps):
-            steps = [abs(x) * scales[j] for j, x in self._slopes(run, k).items()]
-            distance = run.values[k] / (max(steps, default=_ZERO) or mpf(1))
+        for gap, tape in zip(self._reduced.gaps, self._tapes, strict=True):
+            try:
+                run = self._run(tape, q, [_ZERO] * len(q))
+                distance = run.values[0] / (self._steepness(run) or mpf(1))
+            except (DomainError, ZeroDivisionError):
+                raise _rough(gap) from None
             if distance < -_TOLERANCE:
-                raise self._violated(gap, run.values[k])
+                raise self._violated(gap, run.values[0])
             if distance <= _TOLERANCE:
                 touching.append(gap)
         return touching
 
-    def _run(self, q: Sequence[mpf], v: Sequence[mpf]) -> Run:
-        """φ and φ̇ of each gap."""
+    def _steepness(self, run: Run) -> mpf:
+        """The largest slope of a gap, in the units of the coordinates."""
+        scales = self._reduced.scales
+        steps = [abs(x) * scales[self._q[j]] for j, x in self._slopes(run).items()]
+        return max(steps, default=_ZERO)
+
+    def _run(self, tape: Tape, q: Sequence[mpf], v: Sequence[mpf]) -> Run:
+        """φ and φ̇ of a gap."""
         t = self._reduced.names.t
         moving = [(x, w, _ZERO) for x, w in zip(q, v, strict=True)]
         others = [(x, mpf(s == t), _ZERO) for s, x in self._constants.items()]
-        return self._tape.run([*moving, *others], 1)
+        return tape.run([*moving, *others], 1)
 
-    def _slopes(self, run: Run, number: int) -> Row:
-        return {j: x for j, x in run.partials(number).items() if j < len(self._q)}
+    def _slopes(self, run: Run) -> Row:
+        return {j: x for j, x in run.partials(0).items() if j < len(self._q)}
 
     def _point(self, q: Sequence[mpf], v: Sequence[mpf]) -> dict[sp.Symbol, mpf]:
         return {**self._constants, **dict(zip([*self._q, *self._v], [*q, *v], strict=True))}
@@ -123,3 +129,14 @@ class GapStart:
                 rule="initial-inconsistent",
             )
         )
+
+
+def _rough(gap: Restriction) -> InputError:
+    return InputError(
+        Problem(
+            f"the one-sided constraint '{gap.name}' has no gradient at the initial configuration",
+            gap.mark,
+            hint="without a root it has one everywhere: x^2 + y^2 <= l^2 says norm(x, y) <= l",
+            rule="not-real",
+        )
+    )
