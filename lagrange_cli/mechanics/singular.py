@@ -13,8 +13,8 @@ import sympy as sp
 
 from lagrange_cli.errors import Mark, Problem
 from lagrange_cli.mechanics.derivation import Derivation
-from lagrange_cli.mechanics.equations import Closure, InitialState
-from lagrange_cli.mechanics.ranks import Doubles, dependent_rows, scaled_doubles
+from lagrange_cli.mechanics.equations import Closure, Contact, InitialState
+from lagrange_cli.mechanics.ranks import TOLERANCE, Doubles, dependent_rows, scaled_doubles
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.mechanics.tape import DomainError, values
 
@@ -22,17 +22,32 @@ __all__ = ["singular_start"]
 
 
 def singular_start(derivation: Derivation, initial: InitialState | None) -> Problem | None:
-    """The warning that names closures whose gradients depend on each other at the start."""
+    """The warning that names closures whose gradients depend on each other at the start.
+
+    So may that of a gap that is closed there depend on those of closures.
+    """
     closures = derivation.closures
-    if initial is None or not closures:
+    if initial is None or not derivation.pushing:
         return None
     try:
-        rows = _gradients(closures, _configuration(derivation, initial))
+        point = _configuration(derivation, initial)
+        rows = _gradients(derivation.pushing, point)
+        closed = [k for k, c in enumerate(derivation.contacts, len(closures)) if _closed(c, point)]
     except (DomainError, KeyError):
         return None
-    for number, others in dependent_rows(rows).items():
-        return _warning([closures[k] for k in sorted((*others, number))], derivation)
+    held = range(len(closures))
+    for numbers in (held, *([*held, k] for k in closed)):
+        for number, others in dependent_rows([rows[k] for k in numbers]).items():
+            taking_part = sorted(numbers[k] for k in (*others, number))
+            return _warning([derivation.pushing[k] for k in taking_part], derivation)
     return None
+
+
+def _closed(contact: Contact, point: Mapping[sp.Symbol, sp.Expr]) -> bool:
+    """Whether a gap is zero but for rounding."""
+    gap = contact.closure.expression
+    value, *terms = values([gap, *sp.Add.make_args(gap)], point)
+    return bool(abs(value) <= TOLERANCE * sum(map(abs, terms)))
 
 
 def _configuration(derivation: Derivation, initial: InitialState) -> Mapping[sp.Symbol, sp.Expr]:
