@@ -80,7 +80,7 @@ def _responses(t, y, @P@, gradient, closed):
     """What a unit impulse of each closed contact adds to the rates of all, in its own unit."""
     d = np.zeros((@U@, @U@))
     for k in np.flatnonzero(closed):
-        flags = targets = np.arange(@U@) == k
+        flags = targets = (np.arange(@U@) == k).astype(float)
         @SET@
         change = @OWN@impulse(t, y, @P@)
         # One that the closures alone hold back takes no impulse.
@@ -173,7 +173,9 @@ def reset_source(programs: Mapping[str, Program], parameter: str) -> list[str]:
     own = programs["gaps"].parameters - 2 * u
     apart = parameter.endswith("contact")
     replacements = {
-        "@SET@": "contact = [*flags, *targets]" if apart else f"p = [*p[:{own}], *flags, *targets]",
+        "@SET@": "contact = [*map(float, flags), *map(float, targets)]"
+        if apart
+        else f"p = [*p[:{own}], *map(float, flags), *map(float, targets)]",
         "@FLAGS@": f"contact[:{u}]" if apart else f"p[{own}:{own + u}]",
         "@OWN@": "_" if apart else "",
         "@FLIGHT@": "_flight_rhs" if apart else "rhs",
