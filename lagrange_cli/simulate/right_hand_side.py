@@ -316,7 +316,7 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         if not model.multipliers:
             return rhs
         parameters = _off(model, pattern) if pattern else _given(model)
-        given = parameters[: len(model.parameters)].tolist()
+        given = parameters[: len(_given(model))].tolist()
         return with_projection(rhs, _bound(functions["project"], given, None))
 
     found = RightHandSide(
