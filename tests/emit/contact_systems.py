@@ -1,0 +1,243 @@
+"""Systems with one-sided constraints built by hand, and their code for the simulation."""
+
+from __future__ import annotations
+
+import ctypes
+import types
+from dataclasses import replace
+
+import emit_closures as closures
+import emit_systems as systems
+import numpy as np
+import sympy as sp
+from emitted_c import WARNINGS, compiler, run
+
+from lagrange_cli.emit.c_project import workspace
+from lagrange_cli.emit.c_simulation import library_source
+from lagrange_cli.emit.constraints import constraint_programs, contact_programs
+from lagrange_cli.emit.contacts import flagged
+from lagrange_cli.emit.disturbed import disturb
+from lagrange_cli.emit.program import build_program
+from lagrange_cli.emit.python_functions import module_source
+from lagrange_cli.mechanics.equations import Contact, InitialState
+
+
+def contact(name, gap, coordinates, restitution=0):
+    """A contact with the gap φ(q, t) ≥ 0."""
+    text = f"{gap} >= 0"
+    return Contact(closures.closure(name, gap, coordinates, text), sp.sympify(restitution))
+
+
+def with_contacts(equations, *contacts, name=None):
+    return replace(equations, contacts=contacts, name=name or equations.name)
+
+
+def bouncing_ball():
+    m, g, e = closures.positive(m=2.0, g=9.81, e=0.8)
+    x, z = systems.coordinate("x"), systems.coordinate("z")
+    free = systems.build(
+        "bouncing_ball",
+        [m, g, e],
+        [x, z],
+        [("ball", m.symbol, (x.q, 0, z.q))],
+        m.symbol * g.symbol * z.q,
+        diagonal=True,
+        initial=InitialState((0.0, 1.0), (0.5, 0.0)),
+        until=2.0,
+    )
+    return with_contacts(free, contact("floor", z.q, [x, z], e.symbol))
+
+
+def particle_on_sphere():
+    m, g, r = closures.positive(m=1.0, g=9.81, R=1.5)
+    x, z = systems.coordinate("x"), systems.coordinate("z")
+    free = systems.build(
+        "particle_on_sphere",
+        [m, g, r],
+        [x, z],
+        [("particle", m.symbol, (x.q, 0, z.q))],
+        m.symbol * g.symbol * z.q,
+        diagonal=True,
+        initial=InitialState((1.5 * np.sin(0.3), 1.5 * np.cos(0.3)), (0.0, 0.0)),
+        until=1.0,
+    )
+    return with_contacts(free, contact("sphere", x.q**2 + z.q**2 - r.symbol**2, [x, z]))
+
+
+def ladder():
+    """A rod of mass m whose ends touch a floor and a wall, in x, z, theta of its centre."""
+    m, inertia, g, a = closures.positive(m=1.2, J=0.3, g=9.81, a=0.8)
+    x, z, theta = (systems.coordinate(name) for name in ("x", "z", "theta"))
+    free = systems.build(
+        "ladder",
+        [m, inertia, g, a],
+        [x, z, theta],
+        [("centre", m.symbol, (x.q, 0, z.q))],
+        m.symbol * g.symbol * z.q,
+        kinetic=inertia.symbol * theta.v**2 / 2,
+        diagonal=True,
+    )
+    floor = contact("floor", z.q - a.symbol * sp.cos(theta.q), [x, z, theta])
+    wall = contact("wall", x.q - a.symbol * sp.sin(theta.q), [x, z, theta])
+    return with_contacts(free, floor, wall)
+
+
+def balls(n, masses=None):
+    """Balls of diameter d in a row, without gravity, with restitution e."""
+    of = [systems.parameter(f"m{i}", (masses or [1.0] * n)[i], positive=True) for i in range(n)]
+    d, e = closures.positive(d=0.5, e=1.0)
+    row = [systems.coordinate(f"x{i}") for i in range(n)]
+    particles = [(f"b{i}", of[i].symbol, (row[i].q, 0, 0)) for i in range(n)]
+    free = systems.build("balls", [*of, d, e], row, particles, 0, diagonal=True)
+    gaps = [row[i + 1].q - row[i].q - d.symbol for i in range(n - 1)]
+    return with_contacts(
+        free, *(contact(f"c{i}", gap, row, e.symbol) for i, gap in enumerate(gaps))
+    )
+
+
+def corner(*gaps, restitution=0):
+    """A particle in the plane with gaps given as functions of x, z, t."""
+    m, g, e = closures.positive(m=2.0, g=9.81, e=0.5)
+    x, z = systems.coordinate("x"), systems.coordinate("z")
+    free = systems.build(
+        "corner",
+        [m, g, e],
+        [x, z],
+        [("particle", m.symbol, (x.q, 0, z.q))],
+        m.symbol * g.symbol * z.q,
+        diagonal=True,
+    )
+    e = e.symbol if restitution else 0
+    return with_contacts(
+        free,
+        *(contact(f"g{k}", gap(x.q, z.q, systems.T), [x, z], e) for k, gap in enumerate(gaps)),
+    )
+
+
+def pendulum_at_wall():
+    """A particle on a rod, a closure, beside a wall at x = w with restitution e."""
+    equations = closures.pendulum()
+    w, e = closures.positive(w=0.5, e=0.7)
+    x, z = equations.coordinates
+    equations = replace(equations, parameters=(*equations.parameters, w, e))
+    return with_contacts(
+        equations, contact("wall", w.symbol - x.q, [x, z], e.symbol), name="pendulum_at_wall"
+    )
+
+
+def sleigh_at_wall():
+    """Chaplygin's sleigh, a velocity closure, beside two walls, one of which moves."""
+    equations = closures.sleigh()
+    x, y, theta = equations.coordinates
+    near = contact("near", 2 - x.q, equations.coordinates, sp.Rational(1, 3))
+    far = contact("far", y.q + sp.sin(3 * systems.T) + theta.q**2, equations.coordinates)
+    return with_contacts(equations, near, far, name="sleigh_at_wall")
+
+
+def chain_over_floor(n=16):
+    """A chain of rods, whose multipliers are a band, over a floor for each of its masses."""
+    equations = closures.chain(n)
+    of = equations.coordinates
+    floors = [contact(f"floor{i}", of[2 * i + 1].q + 3, of) for i in range(0, n, 5)]
+    return with_contacts(equations, *floors, name="chain_over_floor")
+
+
+CASES = {
+    "bouncing_ball": bouncing_ball,
+    "particle_on_sphere": particle_on_sphere,
+    "ladder": ladder,
+    "balls": lambda: balls(4, [1.0, 2.0, 0.5, 3.0]),
+    "moving_walls": lambda: corner(
+        lambda x, z, t: z - sp.sin(3 * t) / 4, lambda x, z, t: x * z + 2 - t
+    ),
+    "pendulum_at_wall": pendulum_at_wall,
+    "sleigh_at_wall": sleigh_at_wall,
+    "chain_over_floor": chain_over_floor,
+}
+
+
+def simulation_programs(equations):
+    e = flagged(equations)
+    programs = {
+        "rhs": build_program(e, ["acceleration"]),
+        **constraint_programs(e),
+        **contact_programs(e),
+    }
+    return programs | {"contact_disturbed": disturb(programs["contact_rhs"])}
+
+
+def defaults(equations):
+    return np.array([p.value for p in equations.parameters])
+
+
+class Interpreted:
+    """The functions of the Python text; each gives None where it has no result."""
+
+    def __init__(self, equations):
+        module = types.ModuleType("contacts")
+        text = module_source(simulation_programs(equations))
+        exec(compile(text, "contacts", "exec"), module.__dict__)
+        self.module, self.contacts = module, len(equations.contacts)
+
+    def _parameters(self, p, flags, targets):
+        targets = np.zeros(self.contacts) if targets is None else targets
+        return [*map(float, p), *map(float, flags), *map(float, targets)]
+
+    def __call__(self, function, t, y, p, flags, targets=None, size=None):
+        found = getattr(self.module, function)(t, y, self._parameters(p, flags, targets))
+        return found if np.isfinite(found).all() else None
+
+    def project(self, t, y, p, flags):
+        return self("contact_project", t, y, p, flags)
+
+    def reset(self, t, y, p, flags, event, bounce=1.0):
+        return self.module.reset(t, y, self._parameters(p, flags, None), event, bounce)
+
+
+class Machine:
+    """The same in machine code."""
+
+    def __init__(self, equations, folder):
+        programs = simulation_programs(equations)
+        number = len(list(folder.iterdir()))
+        source, library = folder / f"{number}.c", folder / f"{number}.so"
+        source.write_text(library_source(programs), encoding="utf-8")
+        run(
+            compiler(),
+            *["-std=c99", "-O1", *WARNINGS, "-shared", "-fPIC", source, "-o", library, "-lm"],
+        )
+        self.library = ctypes.CDLL(str(library))
+        self.contacts, self.work = len(equations.contacts), workspace(programs)
+        self.factors = programs["contact_disturbed"].parameters
+
+    def _given(self, y, p, flags, targets):
+        parameters = np.zeros(self.factors)
+        targets = np.zeros(self.contacts) if targets is None else targets
+        head = [*p, *flags, *targets]
+        parameters[: len(head)] = head
+        # What lies behind the workspace must not be touched.
+        work = np.full(self.work + 1, np.nan)
+        return np.array(y, dtype=float), parameters, work
+
+    def _call(self, function, t, arrays, *more):
+        y, p, work, *out = (ctypes.c_void_p(a.ctypes.data) for a in arrays)
+        of = getattr(self.library, f"system_{function}")
+        status = of(ctypes.c_double(t), y, None, p, *more, work, *out)
+        assert np.isnan(arrays[2][-1])
+        return status
+
+    def __call__(self, function, t, y, p, flags, targets=None, size=None):
+        out = np.full(size, np.nan)
+        status = self._call(function, t, (*self._given(y, p, flags, targets), out))
+        return None if status else out
+
+    def project(self, t, y, p, flags):
+        arrays = self._given(y, p, flags, None)
+        return None if self._call("contact_project", t, arrays) else arrays[0]
+
+    def reset(self, t, y, p, flags, event, bounce=1.0):
+        arrays = self._given(y, p, flags, None)
+        more = ctypes.c_long(event), ctypes.c_double(bounce)
+        if self._call("reset", t, arrays, *more):
+            return None
+        return arrays[0], arrays[1][len(p) : len(p) + self.contacts]
