@@ -75,7 +75,9 @@ def along(model: Model, functions: RightHandSide, t: Array, measured: Measured) 
         return max((x for x in found if x is not None), default=None)
 
     steps = _energy_steps(functions.energy, measured.switches)
-    lost = np.array([sum(change for at, change, _ in steps if at <= time) for time in t.tolist()])
+    # The first sample is the start as it was given, before any impact.
+    passed = [[change for at, change, _ in steps if at <= time] for time in t[1:].tolist()]
+    lost = np.array([0.0, *map(sum, passed)])
     gained = min((at for at, change, size in steps if change > TOUCHING * size), default=np.inf)
     return Along(moving, rhs, lost, gained, drift)
 

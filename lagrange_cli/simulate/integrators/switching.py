@@ -88,13 +88,16 @@ class Gaps:
         """Which are zero but for rounding."""
         return tuple((np.abs(self.values) <= TOUCHING * self.sizes).tolist())
 
+    def speeds(self, velocities: Array) -> tuple[Array, Array]:
+        """How fast they grow, and the sizes of what that is the sum of."""
+        products = self.gradients * velocities
+        sizes = np.abs(products).sum(axis=1) + np.abs(self.rates)
+        return products.sum(axis=1) + self.rates, sizes
+
     def opening(self, velocities: Array) -> Flags:
         """Which grow, by more than rounding."""
-        products = self.gradients * velocities
-        change = products.sum(axis=1) + self.rates
-        return tuple(
-            (change > TOUCHING * (np.abs(products).sum(axis=1) + np.abs(self.rates))).tolist()
-        )
+        speeds, sizes = self.speeds(velocities)
+        return tuple((speeds > TOUCHING * sizes).tolist())
 
     def noise(self, errors: Array) -> Array:
         """What errors of the coordinates make of them, shape (U,)."""
@@ -250,7 +253,8 @@ class Switching(Integrator):
             self._run, self._stuck = None, UNDETERMINED
             return
         self.y, self._closed = found
-        changes = self._struck(before) if event == START else {event: kind}
+        changes: dict[int, Kind] = {} if event == START else {event: kind}
+        changes |= {k: "contact" for k in self._struck(before) if k not in changes}
         for k, (old, now) in enumerate(zip(was, self._closed, strict=True)):
             if old != now and event != START:
                 changes.setdefault(k, "contact" if now else "release")
@@ -259,12 +263,16 @@ class Switching(Integrator):
         ]
         self._stand()
 
-    def _struck(self, before: Array) -> dict[int, Kind]:
-        """Contacts that are met with a velocity at the start."""
+    def _struck(self, before: Array) -> list[int]:
+        """Contacts that take an impact here, though the event may be of another one."""
         if np.array_equal(before, self.y):
-            return {}
-        touching = self._rhs.gaps(self.t, before).touching
-        return {k: "contact" for k, touches in enumerate(touching) if touches}
+            return []
+        n = len(before) // 2
+        gaps = self._rhs.gaps(self.t, before)
+        speed, size = gaps.speeds(before[n:])
+        near = TOUCHING * gaps.sizes + self._together * np.abs(speed)
+        struck = (speed < -TOUCHING * size) & (np.abs(gaps.values) <= near)
+        return [int(k) for k in np.flatnonzero(struck)]
 
     def _stand(self) -> None:
         """Begin a piece here."""
