@@ -12,11 +12,18 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, ConstrainedRhs, Rhs
+from lagrange_cli.simulate.integrators.base import Array, Rhs
 from lagrange_cli.simulate.integrators.events import NativeEvents
-from lagrange_cli.simulate.integrators.native import DOUBLE, RHS, NativeRhs, projection_type
+from lagrange_cli.simulate.integrators.native import (
+    DOUBLE,
+    RHS,
+    Driving,
+    NativeRhs,
+    projection_type,
+)
+from lagrange_cli.simulate.integrators.pieces import Pieces, with_projection
 from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.tables import Table, interpreted_table, native_table
+from lagrange_cli.simulate.tables import Table, bound, interpreted_table, native_table
 
 __all__ = ["ContactParts", "InterpretedParts", "NativeParts"]
 
@@ -56,14 +63,24 @@ class ContactParts(Protocol):
 class NativeParts:
     """Those of a library of machine code; ``stepper`` holds the integrators."""
 
-    def __init__(self, model: Model, system: ctypes.CDLL, stepper: ctypes.CDLL) -> None:
+    def __init__(
+        self, model: Model, system: ctypes.CDLL, stepper: ctypes.CDLL, pieces: Pieces | None
+    ) -> None:
         self._model, self._system, self._stepper = model, system, stepper
+        self._driving = None if pieces is None else Driving(pieces, DOUBLE)
         self._work = np.empty(model.code.work)
 
     def _function(self, name: str, parameters: Array, projection: Any = None) -> NativeRhs:
         entry = RHS((f"system_{name}", self._system))
         work = np.empty_like(self._work)
-        return NativeRhs(entry, parameters, work, self._stepper, projection=projection)
+        return NativeRhs(
+            entry,
+            parameters,
+            work,
+            self._stepper,
+            projection=projection,
+            driving=self._driving,
+        )
 
     def side(self, name: str, parameters: Array) -> Rhs:
         project = projection_type(DOUBLE)(("system_contact_project", self._system))
@@ -87,7 +104,9 @@ class NativeParts:
     ) -> tuple[Array, Array] | None:
         state, given = np.array(y, dtype=float), np.array(parameters, dtype=float)
         call = _RESET(("system_reset", self._system))
-        addresses = state.ctypes.data, None, given.ctypes.data
+        driving = self._driving
+        inputs = None if driving is None else driving.address(driving.pieces.at(t))
+        addresses = state.ctypes.data, inputs, given.ctypes.data
         if call(t, *addresses, event, bounce, self._work.ctypes.data):
             return None
         return state, given[_flags(self._model)]
@@ -96,17 +115,18 @@ class NativeParts:
 class InterpretedParts:
     """Those of a module of Python."""
 
-    def __init__(self, model: Model, functions: Mapping[str, Callable[..., Any]]) -> None:
-        self._model, self._functions = model, functions
+    def __init__(
+        self, model: Model, functions: Mapping[str, Callable[..., Any]], pieces: Pieces | None
+    ) -> None:
+        self._model, self._functions, self._pieces = model, functions, pieces
 
-    def _bound(self, name: str, parameters: Array) -> Callable[[float, Array], Any]:
-        function, given = self._functions[name], parameters.tolist()
-        return lambda t, y: function(t, y, given)
+    def _bound(self, name: str, parameters: Array) -> Rhs:
+        return bound(self._functions[name], parameters.tolist(), self._pieces)
 
     def side(self, name: str, parameters: Array) -> Rhs:
-        return ConstrainedRhs(
-            self._bound(name, parameters), self._bound("contact_project", parameters)
-        )
+        given = parameters.tolist()
+        project = bound(self._functions["contact_project"], given, None)
+        return with_projection(self._bound(name, parameters), project)
 
     def table(self, name: str, columns: int, parameters: Array) -> Table:
         return interpreted_table(self._bound(name, parameters), columns)
@@ -119,7 +139,12 @@ class InterpretedParts:
     def reset(
         self, t: float, y: Array, parameters: Array, event: int, bounce: float
     ) -> tuple[Array, Array] | None:
-        found = self._functions["reset"](t, y, parameters.tolist(), event, bounce)
+        pieces, inputs = self._pieces, []
+        if pieces is not None:
+            row = pieces.rows[pieces.at(t)].tolist()
+            inputs = [lambda *_: row]
+        given = parameters.tolist()
+        found = self._functions["reset"](t, y, given, *inputs, event, bounce)
         return None if found is None else (np.array(found[0]), np.array(found[1]))
 
 

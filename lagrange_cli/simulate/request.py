@@ -231,6 +231,12 @@ def _check_method(
             f" beside the coordinates: {_and(list(model.multipliers))}",
             "--method DOP853 --rtol 1e-9",
         )
+    if model.contacts and not method.interpolates:
+        raise _refused(
+            f"{method.name} has no interpolant on which contacts are found, those of"
+            f" {_and(list(model.contacts))}",
+            "--method DOP853 --rtol 1e-9",
+        )
     if not method.adaptive and step is None:
         raise _refused(f"{method.name} has a fixed step, which is not given", "--step 0.01")
     if not method.adaptive and (rtol is not None or atol is not None):

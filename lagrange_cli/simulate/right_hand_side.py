@@ -28,10 +28,10 @@ from lagrange_cli.simulate.integrators.native import (
     function_type,
     projection_type,
 )
-from lagrange_cli.simulate.integrators.pieces import Pieces, PiecewiseRhs, with_projection
+from lagrange_cli.simulate.integrators.pieces import Pieces, with_projection
 from lagrange_cli.simulate.library import Source, load
 from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.tables import Table, interpreted_table, native_table, no_columns
+from lagrange_cli.simulate.tables import Table, bound, interpreted_table, native_table, no_columns
 from lagrange_cli.simulate.watch import StoppedError
 
 __all__ = [
@@ -131,23 +131,27 @@ def _off(model: Model, pattern: int, real: NativeReal = DOUBLE) -> Array:
     return np.concatenate([given, rounding_factors(model.code.factors, pattern, real)])
 
 
-def _with_contacts(model: Model, functions: RightHandSide, parts: ContactParts) -> RightHandSide:
-    """The functions with right-hand sides for every set of closed contacts, if there are any."""
+def _with_contacts(
+    model: Model, functions: RightHandSide, parts: Callable[[int], ContactParts]
+) -> RightHandSide:
+    """The functions with right-hand sides for every set of closed contacts, if there are any.
+
+    ``parts``: what the code offers, with inputs off by their rounding in a pattern not 0.
+    """
     if not model.contacts:
         return functions
 
-    def side(flight: Rhs, name: str, parameters: Array) -> ContactRhs:
+    def side(flight: Rhs, pattern: int) -> ContactRhs:
+        name = "contact_disturbed" if pattern else "contact_rhs"
+        parameters = _off(model, pattern) if pattern else _given(model)
         first, count = len(model.parameters), len(model.contacts)
-        return ContactRhs(flight, parts, name, parameters, first, count)
+        return ContactRhs(flight, parts(pattern), name, parameters, first, count)
 
     one, other = functions.disturbed
     return replace(
         functions,
-        rhs=side(functions.rhs, "contact_rhs", _given(model)),
-        disturbed=(
-            side(one, "contact_disturbed", _off(model, 1)),
-            side(other, "contact_disturbed", _off(model, 2)),
-        ),
+        rhs=side(functions.rhs, 0),
+        disturbed=(side(one, 1), side(other, 2)),
         wider=lambda: None,
     )
 
@@ -255,7 +259,13 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
         wider=lambda: _wider(model, drive, cache, started + budget),
         drive=drive,
     )
-    return _with_contacts(model, found, NativeParts(model, libraries.system, libraries.stepper))
+    return _with_contacts(
+        model,
+        found,
+        lambda pattern: NativeParts(
+            model, libraries.system, libraries.stepper, _pieces(drive, pattern)
+        ),
+    )
 
 
 def _wider(model: Model, drive: Drive | None, cache: Cache, deadline: float) -> Wider | None:
@@ -304,20 +314,20 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
     functions = functions_of(model.code.python)
     drive = drive_of(model.recordings)
 
-    def bound(name: str, pattern: int = 0) -> Rhs:
+    def given_to(name: str, pattern: int = 0) -> Rhs:
         parameters = _off(model, pattern) if pattern else _given(model)
-        return _bound(functions[name], parameters.tolist(), _pieces(drive, pattern))
+        return bound(functions[name], parameters.tolist(), _pieces(drive, pattern))
 
     def table(name: str, columns: int) -> Table:
-        return interpreted_table(bound(name), columns) if columns else no_columns
+        return interpreted_table(given_to(name), columns) if columns else no_columns
 
     def side(name: str, pattern: int = 0) -> Rhs:
-        rhs = bound(name, pattern)
+        rhs = given_to(name, pattern)
         if not model.multipliers:
             return rhs
         parameters = _off(model, pattern) if pattern else _given(model)
         given = parameters[: len(_given(model))].tolist()
-        return with_projection(rhs, _bound(functions["project"], given, None))
+        return with_projection(rhs, bound(functions["project"], given, None))
 
     found = RightHandSide(
         rhs=side("rhs"),
@@ -331,16 +341,8 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         implementation=f"interpreted Python: {reason}",
         drive=drive,
     )
-    return _with_contacts(model, found, InterpretedParts(model, functions))
-
-
-def _bound(function: Callable[..., Any], given: list[float], pieces: Pieces | None) -> Rhs:
-    """A function of t and y with its parameters and inputs."""
-    if pieces is None:
-        return lambda t, y: function(t, y, given)
-
-    def within(row: Array) -> Rhs:
-        values = row.tolist()
-        return lambda t, y: function(t, y, given, lambda *_: values)
-
-    return PiecewiseRhs(pieces, within)
+    return _with_contacts(
+        model,
+        found,
+        lambda pattern: InterpretedParts(model, functions, _pieces(drive, pattern)),
+    )

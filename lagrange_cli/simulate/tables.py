@@ -1,4 +1,4 @@
-"""Functions of a system at many states at once."""
+"""Functions of a system at many states at once, and with their parameters bound."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.base import Array, Rhs
 from lagrange_cli.simulate.integrators.native import NativeRhs
+from lagrange_cli.simulate.integrators.pieces import Pieces, PiecewiseRhs
 
-__all__ = ["Table", "interpreted_table", "native_table", "no_columns"]
+__all__ = ["Table", "bound", "interpreted_table", "native_table", "no_columns"]
 
 #: Values at many states: t (m,), y (m, 2n) → (m, k).
 Table: TypeAlias = Callable[[Array, Array], Array]
@@ -73,3 +74,15 @@ def interpreted_table(function: Callable[[float, Array], Any], columns: int) -> 
         return np.array(rows, dtype=float).reshape(len(t), columns)
 
     return table
+
+
+def bound(function: Callable[..., Any], given: list[float], pieces: Pieces | None) -> Rhs:
+    """A function run by Python, of t and y, with its parameters and inputs."""
+    if pieces is None:
+        return lambda t, y: function(t, y, given)
+
+    def within(row: Array) -> Rhs:
+        values = row.tolist()
+        return lambda t, y: function(t, y, given, lambda *_: values)
+
+    return PiecewiseRhs(pieces, within)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from compiling import compiled_or_skip
 
-from lagrange_cli import loads
+from lagrange_cli import load, loads
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.modelling import model_of
@@ -268,3 +269,32 @@ simulate: {until: 6, samples: 61}
         scale = max(found.scales["z"], found.scales["x"] * 1e-3)
         assert off <= 1e-6 * scale, (offset, found.status, off)
         assert found.status == "ok" or found.holds_until == pytest.approx(3, abs=0.2)
+
+
+@pytest.mark.parametrize("path", ["compiled", "interpreted"])
+def test_contacts_and_inputs_from_files_together(path: str, tmp_path: Path):
+    """A ball under a weight that doubles at 0.2 s, between its start and its first bounce."""
+    (tmp_path / "pull.csv").write_text("t,pull\n0,1\n0.2,2\n9,2\n", encoding="ascii")
+    scene = tmp_path / "pulled.yaml"
+    scene.write_text(
+        """
+name: pulled
+parameters: {m: 1, g: 9.81}
+plane: xz
+particles: {ball: {mass: m, position: [x, y, z]}}
+inputs: {pull: {file: pull.csv, column: pull, interpolation: previous}}
+constraints: {floor: {unilateral: z >= 0, restitution: 1}}
+forces: {weight: {on: ball, force: [0, 0, -m*g*pull]}}
+initial: {x: 0, z: 1}
+simulate: {until: 1.5}
+""",
+        encoding="ascii",
+    )
+    model = model_of(load(scene).derive().equations)
+    found = simulate(model, functions=functions_of(model, path), accuracy=1e-9)
+    assert found.status == "ok"
+    height, speed = 1 - G * 0.2**2 / 2, G * 0.2
+    speed_below = math.sqrt(speed**2 + 4 * G * height)
+    first = 0.2 + (speed_below - speed) / (2 * G)
+    assert found.events[0].t == pytest.approx(first, abs=1e-9)
+    assert found.events[1].t == pytest.approx(first + speed_below / G, abs=1e-9)

@@ -130,6 +130,7 @@ class _Compiled:
         if not self.interpolates:
             raise ValueError(f"steps of {self.kernel} have no interpolant to find events on")
         self._events = EventBuffer(events, self._memory.shape[1], self._native.real, self._run.u)
+        self._events.read_inputs(self._run.u)
         self._run.events = self._events.address
 
     def stop_at(self, falling: Falling) -> None:

@@ -107,6 +107,10 @@ class EventBuffer:
     def address(self) -> int:
         return ctypes.addressof(self._c)
 
+    def read_inputs(self, address: int | None) -> None:
+        """Where the event functions find their inputs."""
+        self._c.u = address
+
     def take(self) -> None:
         """Move what was found into the list."""
         for k in range(self._c.found):
