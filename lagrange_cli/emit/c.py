@@ -7,15 +7,18 @@ compiles without warnings as C99 and as C++.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c_body import body_text, result_name
+from lagrange_cli.emit.c_contacts import contact_names, interface_text, mode_workspace
 from lagrange_cli.emit.c_header import header_text
 from lagrange_cli.emit.c_main import main_text
 from lagrange_cli.emit.c_names import CNames, Real, file_stem, real_type
-from lagrange_cli.emit.c_project import project_text, residual_text, workspace
+from lagrange_cli.emit.c_project import project_text, residual_text
 from lagrange_cli.emit.c_solvers import helper_text, solver_text
-from lagrange_cli.emit.constraints import INTERNAL, constraint_programs
+from lagrange_cli.emit.constraints import INTERNAL, constraint_programs, contact_programs
+from lagrange_cli.emit.contacts import flagged
 from lagrange_cli.emit.printing import Dialect, functions_in
 from lagrange_cli.emit.program import FUNCTIONS, Program, asked_for, build_program
 from lagrange_cli.emit.solve import Block
@@ -57,16 +60,24 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
         raise _nothing_to_integrate(equations)
     real = real_type(str(options["real"]))
     names = CNames.of(equations)
-    functions = _OUTPUTS | {name: (name,) for name in asked_for(equations)}
-    programs = {
-        function: build_program(equations, outputs) for function, outputs in functions.items()
-    } | constraint_programs(equations)
+    programs = _programs(equations)
     stem = file_stem(equations.name)
     source = _source(equations, names, real, programs, stem)
     if options["main"]:
         source += main_text(equations, names, real)
-    header = header_text(equations, names, real, workspace(programs))
-    return {f"{stem}.h": header, f"{stem}.c": source}
+    work = mode_workspace(programs, len(equations.contacts))
+    return {f"{stem}.h": header_text(equations, names, real, work), f"{stem}.c": source}
+
+
+def _programs(equations: Equations) -> dict[str, Program]:
+    """The programs of all functions. With contacts those of the constraints read flags, and
+    the right-hand side without any is one of two."""
+    functions = _OUTPUTS | {name: (name,) for name in asked_for(equations)}
+    programs = {name: build_program(equations, outputs) for name, outputs in functions.items()}
+    if not equations.contacts:
+        return programs | constraint_programs(equations)
+    flight = {"flight_rhs": programs.pop("rhs")}
+    return flight | programs | contact_programs(flagged(equations))
 
 
 def _nothing_to_integrate(equations: Equations) -> InputError:
@@ -91,9 +102,16 @@ def _source(
         solver_text(blocks_of(programs), names, real),
         _defaults(equations, names, real),
     ]
+    contacts = len(equations.contacts)
+    inner = contact_names(names, real, contacts)
+    with_flags = replace(dialect, names=inner.inputs)
     for function, program in programs.items():
-        parts.append(function_text(function, program, names, real, dialect))
+        flags = program.parameters > len(names.fields)
+        of = (inner, real, with_flags) if flags else (names, real, dialect)
+        parts.append(function_text(function, program, *of))
     parts += [residual_text(programs, names, real), project_text(programs, names, real)]
+    if contacts:
+        parts.append(interface_text(programs, names, real, contacts))
     return "\n".join(part for part in parts if part)
 
 

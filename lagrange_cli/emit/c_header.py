@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.c_contacts import mode_names, reset_arguments
 from lagrange_cli.emit.c_names import CNames, Real
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.program import asked_for
@@ -45,6 +46,40 @@ int @NAME@_inputs(@OUT@);
 _OUTPUTS = """
 /* out[0..@NAME@_OUTPUTS-1]: the outputs in the order above. */
 int @NAME@_outputs(@OUT@);
+"""
+
+_CONTACTS = """
+/* out[0..@NAME@_MULTIPLIERS-1]: the multipliers of the closures, then of the contacts,
+ * zero for one that is open. */
+int @NAME@_multipliers(@MODE@);
+
+/* out[0..@NAME@_CONSTRAINTS-1]: @CONSTRAINTS@
+ * zero for one that is open. */
+int @NAME@_constraints(@MODE@);
+
+/*
+ * Leads y back to what is closed, which it leaves in the course of integration:
+ * q by the smallest changes, in the metric of the kinetic energy, until only
+ * rounding is left (Newton's method), then v in the same metric. To be called
+ * after each step. Returns 1 in a singular configuration, 2 if a result is not
+ * finite, 3 if y is too far from any state that obeys them; y has then changed.
+ */
+int @NAME@_project(@PROJECT@);
+
+/* out[k]: falls through zero where contact k opens or closes: its multiplier
+ * where it is closed, its gap where it is open. */
+int @NAME@_events(@MODE@);
+
+/*
+ * What happens at an event of contact number event, or at a start (event = -1):
+ * an impact where what closes approaches, by Newton's law with impulses that only
+ * push, all that is closed taking part (bounce 1: with the restitution of each
+ * contact; 0: without, to end a sequence of ever shorter bounces). y, of which
+ * v may change, and mode are then those to go on with. Returns 1 in a singular
+ * configuration, 2 if a result is not finite, 4 if there is no such impact; y
+ * and mode are then meaningless.
+ */
+int @NAME@_reset(@RESET@);
 """
 
 _CONSTRAINED = """
@@ -105,24 +140,31 @@ def header_text(equations: Equations, names: CNames, real: Real, work: int) -> s
 
 def _sizes(equations: Equations, prefix: str) -> list[str]:
     n, closures = len(equations.coordinates), equations.closures
-    if not closures:
-        return [f"#define {prefix}_DOF {n}"]
-    positions = sum(closure.kind == "position" for closure in closures)
+    size = f"#define {prefix}_{'COORDINATES' if closures else 'DOF'} {n}"
+    contacts, multipliers = len(equations.contacts), len(equations.multipliers)
+    if not multipliers:
+        return [size]
+    positions = sum(closure.kind == "position" for closure in closures) + contacts
     return [
-        f"#define {prefix}_COORDINATES {n}",
-        f"#define {prefix}_MULTIPLIERS {len(closures)}",
-        f"#define {prefix}_CONSTRAINTS {positions + len(closures)}",
+        size,
+        *([f"#define {prefix}_CONTACTS {contacts}"] if contacts else []),
+        f"#define {prefix}_MULTIPLIERS {multipliers}",
+        f"#define {prefix}_CONSTRAINTS {positions + multipliers}",
     ]
 
 
 def _declarations(equations: Equations, names: CNames, real: Real) -> str:
     text = _INTERFACE + (_INPUTS if equations.inputs else "")
     text += _OUTPUTS if equations.outputs else ""
-    text += _CONSTRAINED if equations.closures else ""
+    text += _CONTACTS if equations.contacts else _CONSTRAINED if equations.closures else ""
+    outer = mode_names(names) if equations.contacts else names
     return (
-        text.replace("@RHS@", names.arguments(real, "dydt"))
+        text.replace("@RHS@", outer.arguments(real, "dydt"))
         .replace("@OUT@", names.arguments(real, "out"))
-        .replace("@PROJECT@", names.state_arguments(real))
+        .replace("@MODE@", outer.arguments(real, "out"))
+        .replace("@CONSTRAINTS@", _ZEROS_CLOSED if equations.closures else _ZEROS)
+        .replace("@PROJECT@", outer.state_arguments(real))
+        .replace("@RESET@", reset_arguments(names, real))
         .replace("@NAME@", names.prefix)
     )
 
@@ -149,6 +191,7 @@ def _comment(equations: Equations, names: CNames) -> list[str]:
     lines += _listed("Inputs", "u", [_given(given) for given in equations.inputs])
     lines += _listed("Outputs", "out", [name for name, _ in equations.outputs])
     lines += _closures(equations)
+    lines += _contacts(equations, names.prefix)
     lines += ["", *_conventions(equations, names.prefix).splitlines()]
     return ["/*", *(f" * {line}".rstrip() for line in lines), " */"]
 
@@ -160,6 +203,9 @@ def _given(given: Input) -> str:
 
 def _statement(equations: Equations) -> list[str]:
     n, m, dof = len(equations.coordinates), len(equations.closures), equations.account.dof
+    if equations.contacts:
+        of = _PUSHED_CLOSED if m else _PUSHED
+        return [*of, *_PUSHING, f"n = {n} coordinates, degrees of freedom: {dof}."]
     if not m:
         return ["Equations of motion M(q, t) a = f(q, v, t) with n degrees of freedom."]
     return [
@@ -188,13 +234,56 @@ def _closures(equations: Equations) -> list[str]:
     return [*lines, *rates_note(equations)]
 
 
+def _contacts(equations: Equations, prefix: str) -> list[str]:
+    """The contacts in the order of mode, and how to integrate with them."""
+    if not equations.contacts:
+        return []
+    m = len(equations.closures)
+    lines = ["", "Contacts, each with its number in mode and its multiplier:"]
+    for k, contact in enumerate(equations.contacts):
+        text = comment_text(f"{contact.name}: {contact.closure.text}")
+        lines.append(f"  mode[{k}], l[{m + k}]  {text}")
+    return [*lines, "", *_MODES.replace("@NAME@", prefix).splitlines()]
+
+
 def _conventions(equations: Equations, prefix: str) -> str:
-    status = _STATUS_CLOSED if equations.closures else _STATUS
+    status = _STATUS_CLOSED if equations.multipliers else _STATUS
     driven = _DRIVEN if equations.inputs else _NOT_DRIVEN
     if any(given.recording is not None for given in equations.inputs):
         driven = _RECORDED
     return (status + driven + _CONVENTIONS).replace("@NAME@", prefix)
 
+
+_PUSHED = [
+    "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with one-sided",
+    "constraints beside them and a multiplier l[k] of each. g[k] is the gradient of",
+    "the gap of contact k, so that l[k]*g[k] is the generalized force that it exerts.",
+]
+
+_PUSHED_CLOSED = [
+    "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with closure",
+    "equations and one-sided constraints beside them and a multiplier l[k] of each.",
+    "g[k] is the gradient of closure k, or of the gap of contact k, so that l[k]*g[k]",
+    "is the generalized force that it exerts.",
+]
+
+_PUSHING = ["A contact pushes, l[k] >= 0, while it is closed; l[k] = 0 while it is open."]
+
+_MODES = """\
+mode[k] is 1 where contact k is closed and 0 where it is open (a null pointer: all
+are). Integrate with a fixed mode until one of the numbers that @NAME@_events gives
+falls through zero, say number k; find when; call @NAME@_reset at the state there,
+with event = k; go on with the state and the mode that it leaves. Begin with mode
+all 0 and event = -1. Behind an event the gap of what has opened is zero but for
+rounding, of either sign."""
+
+_ZEROS = """\
+the gaps of the contacts, then their rates,"""
+
+_ZEROS_CLOSED = """\
+what should be zero: lhs - rhs of closures of positions and
+ * the gaps of the contacts, then the rates of all closures (lhs - rhs of those that
+ * hold velocities) and of the contacts;"""
 
 _STATUS = """\
 Every function returns 0, or 1 if the mass matrix is singular (or not

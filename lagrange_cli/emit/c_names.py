@@ -68,8 +68,8 @@ class CNames:
     its parameters, and dummy name → text for every input of a program.
 
     ``parameter_array``: the array that holds the parameters, if one does.
-    ``contact_from``: the parameters from this number on come in an array ``contact``
-    of their own.
+    ``further``: what functions take besides, behind the parameters. ``contact_from``: the
+    parameters from this number on come in an array ``contact`` of their own.
     """
 
     prefix: str
@@ -77,6 +77,7 @@ class CNames:
     inputs: Mapping[str, str]
     empty_field: str = "none"
     parameter_array: str | None = None
+    further: str = ""
     contact_from: int | None = None
 
     @classmethod
@@ -94,7 +95,7 @@ class CNames:
         """The parameter list that all functions of the interface share."""
         return (
             f"{real.name} t, const {real.name} *y, const {real.name} *u, "
-            f"const {self.prefix}_params *p, {self._contact(real)}"
+            f"const {self.prefix}_params *p, {self.further}"
             f"{real.name} *work, {real.name} *{result}"
         )
 
@@ -102,11 +103,8 @@ class CNames:
         """The parameter list of the function that changes a state."""
         return (
             f"{real.name} t, {real.name} *y, const {real.name} *u, "
-            f"const {self.prefix}_params *p, {self._contact(real)}{real.name} *work"
+            f"const {self.prefix}_params *p, {self.further}{real.name} *work"
         )
-
-    def _contact(self, real: Real) -> str:
-        return "" if self.contact_from is None else f"const {real.name} *contact, "
 
     @property
     def passed(self) -> str:

@@ -50,12 +50,12 @@ _OF_CONTACTS: dict[str, tuple[str, ...]] = {
     "impulse": ("impulse",),
 }
 
-#: Functions that only ``project`` calls.
+#: Functions that only others call.
 INTERNAL = frozenset(
     f"{contact}{what}"
     for contact in ("", "contact_")
     for what in ("position_error", "position_change", "velocity_error", "velocity_change")
-)
+) | {"flight_rhs"}
 
 
 def finds_multipliers(function: str) -> bool:
