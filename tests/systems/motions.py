@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
 from numpy.typing import NDArray
+from recordings import rows
 from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipj, ellipk
@@ -157,6 +159,26 @@ def _driven_spring_motion(p: Names, q0: Names, v0: Names, t: Array) -> dict[str,
     return {"x": x, "stretch": stretch, "pull": -p.k * stretch}
 
 
+def _seismometer_motion(p: Names, q0: Names, v0: Names, t: Array) -> dict[str, Array]:
+    """From row to row by the closed form for an acceleration that is a straight line in time."""
+    known = np.array(rows("oscillators/seismometer.csv", "acceleration"), dtype=float)
+    decay, stiffness = p.c / p.m, p.k / p.m
+    own = np.sqrt(stiffness - decay**2 / 4)
+    x, v, found = q0.x, v0.x, np.full(len(t), q0.x)
+    for (start, a), (end, b) in pairwise(known):
+        inside = (t > start) & (t <= end)
+        slope = -(b - a) / (end - start) / stiffness
+        offset = (-a - decay * slope) / stiffness
+        cosine, sine = x - offset, (v - slope + decay / 2 * (x - offset)) / own
+        h = np.append(t[inside], end) - start
+        fade, turn = np.exp(-decay / 2 * h), own * h
+        free = fade * (cosine * np.cos(turn) + sine * np.sin(turn))
+        found[inside] = (free + offset + slope * h)[:-1]
+        rate = fade * own * (sine * np.cos(turn) - cosine * np.sin(turn)) - decay / 2 * free
+        x, v = free[-1] + offset + slope * h[-1], rate[-1] + slope
+    return {"x": found, "ground": np.interp(t, *known.T)}
+
+
 def _coupled_motion(p: Names, q0: Names, v0: Names, t: Array) -> dict[str, Array]:
     slow = (q0.x1 + q0.x2) / 2 * np.cos(np.sqrt(p.k / p.m) * t)
     fast = (q0.x1 - q0.x2) / 2 * np.cos(np.sqrt((p.k + 2 * p.k2) / p.m) * t)
@@ -275,6 +297,7 @@ CLOSED_FORMS: Mapping[str, Callable[[Names, Names, Names, Array], dict[str, Arra
     "relativistic_particle": _hyperbolic_motion,
     "damped_oscillator": _damped_motion,
     "driven_spring": _driven_spring_motion,
+    "seismometer": _seismometer_motion,
     "coupled_oscillators": _coupled_motion,
     "block_on_wedge": _wedge_motion,
     "trammel": _trammel_motion,

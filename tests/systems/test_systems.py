@@ -25,6 +25,7 @@ import pytest
 import sympy as sp
 from lagranges_method import Constrained, Dynamics
 from numpy.typing import NDArray
+from recordings import linear
 from shipped import (
     REFUSED,
     SCENES,
@@ -43,7 +44,7 @@ from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.emit.report import derivation_report
 from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics import interpret
-from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.mechanics.equations import Equations, Input
 from lagrange_cli.scene import parse_expression
 from lagrange_cli.simulate import Trajectory
 
@@ -163,7 +164,15 @@ def test_agrees_with_lagranges_method_on_its_own_lagrangian(name: str) -> None:
 
 def written_out(e: Equations, expression: sp.Expr) -> sp.Expr:
     """With the scene's functions of time for its inputs."""
-    return expression.subs([(given.symbol, given.expression) for given in e.inputs])
+    return expression.subs([(given.symbol, function_of_time(e, given)) for given in e.inputs])
+
+
+def function_of_time(e: Equations, given: Input) -> sp.Expr:
+    if given.recording is None:
+        return given.expression
+    assert given.recording.interpolation == "linear"
+    file = SCENES[e.name].parent / given.recording.file
+    return linear(str(file.relative_to(SYSTEMS)), given.recording.column, e.t)
 
 
 def numeric_dynamics(e: Equations) -> Dynamics:
@@ -268,6 +277,11 @@ class CompiledC:
         self._rhs = getattr(loaded, f"{e.name}_rhs")
         self._inputs = getattr(loaded, f"{e.name}_inputs") if e.inputs else None
         self._given = (ctypes.c_double * max(1, len(e.inputs)))()
+        self._recorded = {
+            k: sp.lambdify(e.t, function_of_time(e, given))
+            for k, given in enumerate(e.inputs)
+            if given.recording is not None
+        }
         size = re.search(rf"#define {e.name}_WORK (\d+)", files[f"{e.name}.h"])
         assert size is not None
         self._work = (ctypes.c_double * max(1, int(size[1])))()
@@ -279,8 +293,11 @@ class CompiledC:
     def rhs(self, t: float, y: Array) -> Array:
         state, result = (ctypes.c_double * len(y))(*y), (ctypes.c_double * len(y))()
         time, others = ctypes.c_double(t), (self._parameters, self._work)
-        assert self._inputs is None or self._inputs(time, state, None, *others, self._given) == 0
         given = None if self._inputs is None else self._given
+        for k, recorded in self._recorded.items():
+            self._given[k] = recorded(t)
+        read = given if self._recorded else None
+        assert self._inputs is None or self._inputs(time, state, read, *others, given) == 0
         assert self._rhs(time, state, given, *others, result) == 0
         return np.array(result)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 
+from recordings import linear
 from sympy import Expr, Rational, Symbol, cos, exp, sin, sqrt
 from textbook_celestial import CELESTIAL
 from textbook_chains import CHAINS
@@ -148,6 +149,15 @@ def _relativistic_particle(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
 
 def _damped_oscillator(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     return HALF * p.m * v.x**2 - HALF * p.k * q.x**2
+
+
+def _seismometer(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    return HALF * p.m * v.x**2 - HALF * p.k * q.x**2
+
+
+def _seismometer_forces(p: Names, q: Names, v: Names, t: Symbol) -> dict[str, Expr]:
+    ground = linear("oscillators/seismometer.csv", "acceleration", t)
+    return {"x": -p.c * v.x - p.m * ground}
 
 
 def _driven_spring(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
@@ -342,6 +352,7 @@ LAGRANGIANS: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     "relativistic_particle": _relativistic_particle,
     "damped_oscillator": _damped_oscillator,
     "driven_spring": _driven_spring,
+    "seismometer": _seismometer,
     "coupled_oscillators": _coupled_oscillators,
     "henon_heiles": _henon_heiles,
     "heavy_top": _heavy_top,
@@ -382,6 +393,7 @@ GENERALIZED_FORCES: Mapping[str, Callable[[Names, Names, Names, Symbol], dict[st
     **CONSTRAINED_FORCES,
     "lever": lambda p, q, v, t: {"theta": -p.F * p.b * cos(q.theta)},
     "damped_oscillator": lambda p, q, v, t: {"x": -p.c * v.x},
+    "seismometer": _seismometer_forces,
     "damped_driven_pendulum": lambda p, q, v, t: {
         "phi": p.gamma * p.m * p.g * p.l * cos(p.omega * t) - 2 * p.beta * p.m * p.l**2 * v.phi
     },
