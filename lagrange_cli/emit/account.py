@@ -56,7 +56,7 @@ def _names(equations: Equations) -> set[str]:
     names = {p.name for p in equations.parameters}
     names |= {c.name for c in equations.coordinates}
     names |= {c.name for c in equations.cartesian_names}
-    names |= {name for name, _ in equations.outputs}
+    names |= {name for name, _ in (*equations.abbreviations, *equations.outputs)}
     return names | {given.name for given in equations.inputs}
 
 

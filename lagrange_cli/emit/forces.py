@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from lagrange_cli.emit.symbols import multiplier_name
+from lagrange_cli.emit.account import multiplier_label
+from lagrange_cli.emit.symbols import multiplier_symbol
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -117,10 +118,17 @@ def force_columns(equations: Equations) -> list[tuple[str, Expr]]:
     ]
     unknowns = {closure.multiplier for closure in equations.pushing}
     known = [r for r in forces.reactions if r.multiplier not in unknowns]
-    return columns + [(multiplier_name(r.name), r.multiplier) for r in known]
+    return columns + [(_multiplier(equations, r.name), r.multiplier) for r in known]
 
 
-def forces_report(forces: ConstraintForces, say: Callable[[Expr], str]) -> dict[str, Any]:
+def _multiplier(equations: Equations, constraint: str) -> str:
+    """What the multiplier of a constraint is called in data: ``lambda_rod``, as in equations."""
+    return multiplier_symbol(multiplier_label(equations, constraint))
+
+
+def forces_report(
+    equations: Equations, forces: ConstraintForces, say: Callable[[Expr], str]
+) -> dict[str, Any]:
     """The forces as values that JSON holds; ``say`` prints an expression."""
     return {
         "constraint_forces": [
@@ -133,7 +141,7 @@ def forces_report(forces: ConstraintForces, say: Callable[[Expr], str]) -> dict[
         ],
         "constraint_multipliers": [
             {
-                "name": multiplier_name(reaction.name),
+                "name": _multiplier(equations, reaction.name),
                 "constraint": reaction.text,
                 "multiplier": say(reaction.multiplier),
                 "forces": [
@@ -142,7 +150,7 @@ def forces_report(forces: ConstraintForces, say: Callable[[Expr], str]) -> dict[
             }
             for reaction in forces.reactions
         ],
-        "undetermined_multipliers": [multiplier_name(name) for name in forces.open],
+        "undetermined_multipliers": [_multiplier(equations, name) for name in forces.open],
         "forces_in_terms_of": forces.form,
         "forces_pass_on": list(forces.included),
     }

@@ -104,7 +104,7 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
             **asdict(equations.facts),
             "unused_parameters": list(equations.facts.unused_parameters),
         },
-        **({} if forces is None else forces_report(forces, say)),
+        **({} if forces is None else forces_report(equations, forces, say)),
         "certificate": asdict(equations.certificate),
         "warnings": [_warning(w) for w in equations.warnings],
     }

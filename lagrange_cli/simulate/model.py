@@ -67,7 +67,8 @@ class Model:
     of the same dimension share. ``initial`` is [q, v] at the start, None where
     the scene gives none. ``conserved``: the kinds of conserved quantities;
     ``facts``: structure facts by name. ``multipliers`` names the constraints that
-    are kept beside the coordinates, if any; then the code has the functions
+    are kept beside the coordinates, if any (``symbols`` are what the multipliers of these and
+    of ``contacts`` are called, ``lambda_rod``); then the code has the functions
     ``multipliers``, ``constraints``, which gives ``residuals`` numbers, and
     ``project``. ``outputs`` names what the scene asks for besides; where there is
     something, the code has a function ``outputs``. ``forces`` names constraint forces, which
@@ -89,6 +90,7 @@ class Model:
     formulation: str
     code: Code
     multipliers: tuple[str, ...] = ()
+    symbols: tuple[str, ...] = ()
     residuals: int = 0
     outputs: tuple[str, ...] = ()
     forces: tuple[str, ...] = ()
@@ -104,7 +106,7 @@ class Model:
         """The model that :meth:`to_json` gave."""
         found = dict(value)
         lists = ("coordinates", "kinds", "cartesian", "conserved")
-        for name in (*lists, "multipliers", "outputs", "forces", "contacts"):
+        for name in (*lists, "multipliers", "symbols", "outputs", "forces", "contacts"):
             found[name] = tuple(found[name])
         found["parameters"] = tuple(ModelParameter(**p) for p in found["parameters"])
         found["initial"] = None if found["initial"] is None else tuple(found["initial"])

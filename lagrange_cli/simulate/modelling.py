@@ -52,6 +52,7 @@ def model_of(equations: Equations) -> Model:
         formulation=equations.formulation,
         code=_code(equations),
         multipliers=tuple(c.name for c in equations.closures),
+        symbols=tuple(c.multiplier.name for c in equations.pushing),
         residuals=sum(1 + (c.kind == "position") for c in equations.closures),
         outputs=tuple(name for name, _ in equations.outputs),
         forces=tuple(name for name, _ in force_columns(equations)),

@@ -179,6 +179,7 @@ def _trajectory(
                 strict=True,
             )
         ),
+        symbols=dict(zip((*model.multipliers, *model.contacts), model.symbols, strict=True)),
         forces=constraint_forces(model, functions, t, measured.states),
         events=_events(model, functions, measured),
         exempt=tuple(measured.exempt.tolist()),

@@ -72,9 +72,9 @@ class Trajectory:
     part of it, None where it is not conserved. ``constraint_drift`` is the
     largest residual of the constraints that are kept beside the coordinates, as
     :func:`.constraints.constraint_drift` measures it, None where there are none;
-    ``multipliers`` maps the name of each to its λ at the samples; ``forces`` has the
-    columns ``force_x(PARTICLE)`` and ``lambda(NAME)`` of other constraints where the
-    forces were derived.
+    ``multipliers`` maps the name of each to its λ at the samples, ``symbols`` to what the
+    equations call it; ``forces`` has the columns ``force_x(PARTICLE)`` and ``lambda_NAME`` of
+    other constraints where the forces were derived.
 
     ``events`` are in order; velocities at the sample times ``exempt`` are as close to a jump as
     the estimated error of its time, and outside of the promise.
@@ -107,6 +107,7 @@ class Trajectory:
     seconds: Mapping[str, float]
     constraint_drift: float | None = None
     multipliers: Mapping[str, Array] = field(default_factory=dict)
+    symbols: Mapping[str, str] = field(default_factory=dict)
     forces: Mapping[str, Array] = field(default_factory=dict)
     events: tuple[Event, ...] = field(default_factory=tuple)
     exempt: tuple[float, ...] = ()
@@ -151,7 +152,7 @@ class Trajectory:
 
         ``energy``; ``positions``, which are part of the state; ``forces``,
         constraint forces as ``force_x(PARTICLE)`` where they were derived, and multipliers
-        of constraints as ``lambda(NAME)``.
+        of constraints as ``lambda_NAME``, as the equations have them.
 
         Raises
         ------
@@ -167,7 +168,7 @@ class Trajectory:
             table["energy"] = self.energy
         if "forces" in extra:
             require_forces(self.name, [*self.multipliers, *self.forces])
-            table |= {f"lambda({name})": values for name, values in self.multipliers.items()}
+            table |= {self.symbols[name]: values for name, values in self.multipliers.items()}
             table |= self.forces
         return table
 

@@ -55,7 +55,7 @@ def test_forces_where_nothing_is_constrained(tmp_path):
 def test_forces_where_no_constraint_is_kept(tmp_path):
     names = header(tmp_path, "--with", "forces")
     forces = [f"force_{x}({body})" for body in ("puck", "weight") for x in "xyz"]
-    multipliers = [f"lambda({c})" for c in ("table", "plumb_1", "plumb_2", "rope")]
+    multipliers = [f"lambda_{c}" for c in ("table", "plumb_1", "plumb_2", "rope")]
     assert names == [*header(tmp_path), *forces, *multipliers]
     succeed(
         *("simulate", HOLE, "--until", "1", "--samples", "3"),
@@ -66,7 +66,7 @@ def test_forces_where_no_constraint_is_kept(tmp_path):
         row = dict(zip(names, map(float, line.split(",")), strict=True))
         tension = 2 * 1 / (2 + 1) * (9.81 + row["r"] * row["dot(theta)"] ** 2)
         assert row["force_z(weight)"] == pytest.approx(tension, rel=1e-13)
-        assert row["lambda(rope)"] == pytest.approx(-tension, rel=1e-13)
+        assert row["lambda_rope"] == pytest.approx(-tension, rel=1e-13)
         pull = -row["force_x(puck)"] * row["x1"] - row["force_y(puck)"] * row["y1"]
         assert pull == pytest.approx(tension * row["r"], rel=1e-13)
 
@@ -87,7 +87,7 @@ def test_forces_where_a_constraint_is_kept(tmp_path):
     text = succeed("simulate", "s.yaml", "--with", "forces", "-o", "t.csv", cwd=tmp_path)
     head, first, *_ = (tmp_path / "t.csv").read_text().splitlines()
     assert head.startswith("t,x,z,")
-    assert head.endswith(",lambda(rod),force_x(bob),force_y(bob),force_z(bob)")
+    assert head.endswith(",lambda_rod,force_x(bob),force_y(bob),force_z(bob)")
     # At the lowest point, along 2 (x, z): m (v²/l + g) = -2 l λ.
     tension = 1.3 * (9.5**2 / 2 + 9.81)
     *_, multiplier, x, y, z = map(float, first.split(","))

@@ -95,8 +95,8 @@ def test_json_reads_back():
         read = interpret(equations, parse_expression(text, Mark("answer", 1, 1, text)))
         assert (read - component).expand() == 0
     plane, rod = report["constraint_multipliers"]
-    assert (plane["name"], plane["multiplier"]) == ("lambda(plane)", "0")
-    assert (rod["name"], rod["constraint"]) == ("lambda(rod)", "x^2 + z^2 = l^2")
+    assert (plane["name"], plane["multiplier"]) == ("lambda_plane", "0")
+    assert (rod["name"], rod["constraint"]) == ("lambda_rod", "x^2 + z^2 = l^2")
     assert [f["particle"] for f in rod["forces"]] == ["bob"]
     assert report["forces_in_terms_of"] == "motion"
     assert report["forces_pass_on"] == report["undetermined_multipliers"] == []

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lagrange_cli.emit.report import derivation_report
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_file, read_text
 from lagrange_cli.simulate import simulate
@@ -54,12 +55,12 @@ def test_angle_and_cartesian_coordinates_give_the_same_columns():
     angle, cartesian = moved(PENDULUM + ANGLE), moved(PENDULUM + CARTESIAN)
     assert (angle.formulation, cartesian.formulation) == ("minimal", "multiplier")
     minimal, kept = angle.table(["forces"]), cartesian.table(["forces"])
-    names = [f"force_{axis}(bob)" for axis in "xyz"] + ["lambda(rod)", "lambda(plane)"]
+    names = [f"force_{axis}(bob)" for axis in "xyz"] + ["lambda_rod", "lambda_plane"]
     for name in names:
-        size = np.abs(minimal["lambda(rod)"]).max()
+        size = np.abs(minimal["lambda_rod"]).max()
         assert np.abs(minimal[name] - kept[name]).max() < 1e-7 * size
     tension = 1.4 * (9.81 * -minimal["z"] / 0.8 + 0.8 * minimal["dot(theta)"] ** 2)
-    assert np.abs(minimal["lambda(rod)"] + tension / 1.6).max() < 1e-11 * tension.max()
+    assert np.abs(minimal["lambda_rod"] + tension / 1.6).max() < 1e-11 * tension.max()
 
 
 @pytest.mark.parametrize(
@@ -97,7 +98,7 @@ def test_interpreted_gives_the_same():
 def test_forces_of_inputs():
     table = moved(PUSHED).table(["forces"])
     assert table["force_y(block)"] == pytest.approx(-3 * np.sin(table["t"]), abs=1e-14)
-    assert table["lambda(rail)"] == pytest.approx(-3 * np.sin(table["t"]), abs=1e-14)
+    assert table["lambda_rail"] == pytest.approx(-3 * np.sin(table["t"]), abs=1e-14)
     assert table["force_z(block)"] == pytest.approx(2 * 9.81, rel=1e-14)
     assert np.abs(table["force_x(block)"]).max() < 1e-14
 
@@ -108,3 +109,28 @@ def test_models_with_forces_are_kept_as_json():
     plain = model_of(derive(read_text(PENDULUM + ANGLE)))
     assert plain.forces == ()
     assert plain.code.forces == ""
+
+
+@pytest.mark.parametrize("clash", ["outputs: {lambda_rod: x}", "definitions: {lambda_rod: 2*x}"])
+def test_multipliers_have_the_name_that_equations_give_them(clash):
+    scene = f"""
+plane: xz
+points: {{pivot: [0, 0, 0]}}
+particles: {{bob: {{mass: 2, position: [x, y, z]}}}}
+constraints: {{rod: {{distance: [pivot, bob], equals: 1}}}}
+coordinates: [x, z]
+potentials: {{weight: {{gravity: 9.81}}}}
+{clash}
+initial: {{x: 0.6, z: -0.8}}
+simulate: {{until: 0.5, samples: 3, accuracy: 1e-8}}
+"""
+    equations = derive(read_text(scene), forces=True)
+    (closure,) = equations.closures
+    assert closure.multiplier.name == "lambda_rod_"
+    report = derivation_report(equations)
+    named = [entry["name"] for entry in report["constraint_multipliers"]]
+    assert "lambda_rod_" in named
+    assert any("lambda_rod_" in entry["residual"] for entry in report["equations"])
+    table = simulate(equations).table(["forces"])
+    # λ times the gradient of x² + z² − 1, which is 2 long, is the pull of a rod at rest.
+    assert 2 * table["lambda_rod_"][0] == pytest.approx(-2 * 9.81 * 0.8, rel=1e-9)

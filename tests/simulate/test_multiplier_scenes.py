@@ -316,9 +316,9 @@ def test_a_singular_start_is_refused(pendulum, paths):
 def test_forces_are_columns(pendulum):
     run = simulate(pendulum, accuracy=1e-6, until=1.0, samples=5)
     table = run.table(["forces", "energy"])
-    assert list(table)[-2:] == ["energy", "lambda(rod)"]
-    assert (table["lambda(rod)"] == run.multipliers["rod"]).all()
-    assert run.csv(["forces"]).splitlines()[0].endswith(",lambda(rod)")
+    assert list(table)[-2:] == ["energy", "lambda_rod"]
+    assert (table["lambda_rod"] == run.multipliers["rod"]).all()
+    assert run.csv(["forces"]).splitlines()[0].endswith(",lambda_rod")
     assert run.summary()["constraint_drift"] == run.constraint_drift
 
 
