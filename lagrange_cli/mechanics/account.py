@@ -17,6 +17,7 @@ import sympy as sp
 
 from lagrange_cli.errors import Problem
 from lagrange_cli.mechanics import refusals
+from lagrange_cli.mechanics.contradictions import explained
 from lagrange_cli.mechanics.equations import Account, ConstraintLine
 from lagrange_cli.mechanics.geometry import Geometry, examine
 from lagrange_cli.mechanics.names import Names
@@ -132,7 +133,9 @@ def _require_solutions(geometry: Geometry, points: Sequence[Point]) -> None:
             solved[number] = left, right
     for checked in examine(solved, points):
         if not checked.identity:
-            raise refusals.no_solution(found.stated[checked.number])
+            number, names = checked.number, geometry.names
+            proven = explained(names, found.stated, [number], geometry.reference)
+            raise proven or refusals.no_solution(found.stated[number])
 
 
 def _account(

@@ -20,7 +20,14 @@ from lagrange_cli.mechanics.solving import factor_branches, linear_parts, soluti
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.scene.expression import Equation
 
-__all__ = ["Elimination", "Stated", "eliminate", "solves_everywhere"]
+__all__ = [
+    "Elimination",
+    "ImpossibleError",
+    "Stated",
+    "eliminate",
+    "solves_everywhere",
+    "substitute",
+]
 
 #: What counts as zero at the reference configuration.
 _VANISHES = mpmath.mpf(10) ** -9
@@ -44,6 +51,14 @@ class Stated:
     @property
     def phi(self) -> sp.Expr:
         return self.left - self.right
+
+
+class ImpossibleError(InputError):
+    """Stated equations, by number, that no real configuration satisfies."""
+
+    def __init__(self, problem: Problem, numbers: Sequence[int]) -> None:
+        super().__init__(problem)
+        self.numbers = tuple(numbers)
 
 
 @dataclass
@@ -115,17 +130,20 @@ class Elimination:
             if s in self.unknowns:
                 self._in_equations.setdefault(s, {})[number] = None
 
+    def define(self, given: Mapping[sp.Symbol, sp.Expr]) -> None:
+        """Give symbols their defining expressions."""
+        for symbol in _dependency_order(given):
+            self.give(symbol, self.reduce(given[symbol]), frozenset())
+
     def begin(self) -> None:
         """Queue all stated equations."""
         for number, stated in enumerate(self.stated):
             self.touched[number] = self.sources_of(stated.phi)
             self._await(number, self.reduce(stated.left), self.reduce(stated.right))
 
-    def run(self, closed_forms: bool) -> None:
-        """Solve until no step applies; only what is linear unless ``closed_forms``."""
-        steps = [self._isolated, self._linear_constant, self._linear]
-        if closed_forms:
-            steps.append(self._closed_form)
+    def run(self, kinds: int) -> None:
+        """Solve until none of the first ``kinds`` steps applies."""
+        steps = [self._isolated, self._linear_constant, self._linear, self._closed_form][:kinds]
         rank = 0
         while rank < len(steps):
             progress = False
@@ -300,33 +318,21 @@ class Elimination:
     def _unreal(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> InputError:
         """The branches are complex: for good, or at the configuration that the scene gives."""
         used = sorted(self.touched[number] | {number})
-        named = list(dict.fromkeys(self.stated[k].constraint for k in used))
-        listed = ", ".join(f"'{n}'" for n in named)
+        listed = ", ".join(f"'{n}'" for n in dict.fromkeys(self.stated[k].constraint for k in used))
+        message = f"the given configuration does not satisfy {listed}: {unknown} is not real"
         fixed = all(b.is_real is False or b.free_symbols <= self.constants for b in branches)
         if fixed:
-            contradict = f"constraints {listed} contradict each other"
-            if len(named) == 1:
-                contradict = f"constraint {listed} cannot hold"
-            message = f"{contradict}: they ask for {self._asked(unknown, branches)}"
-        else:
-            message = f"the given configuration does not satisfy {listed}: {unknown} is not real"
-        return InputError(
-            Problem(
-                message,
-                self.stated[number].equation.mark(),
-                hint="\n".join(
-                    f"{self.stated[k].constraint}: {self.stated[k].equation.text}" for k in used
-                ),
-                rule="inconsistent",
-            )
+            left, right = self.pending[number]
+            message = f"{_written(left)} = {_written(right)} holds for no real {unknown}: {listed}"
+        problem = Problem(
+            message,
+            self.stated[number].equation.mark(),
+            hint="\n".join(
+                f"{self.stated[k].constraint}: {self.stated[k].equation.text}" for k in used
+            ),
+            rule="inconsistent",
         )
-
-    @staticmethod
-    def _asked(unknown: sp.Symbol, branches: list[sp.Expr]) -> str:
-        square = sp.expand(branches[-1] ** 2)
-        if len(branches) == 2 and branches[0] == -branches[1] and not square.has(sp.I):
-            return f"{unknown}^2 = {_written(square)}"
-        return f"{unknown} = {_written(branches[-1])}"
+        return ImpossibleError(problem, used) if fixed else InputError(problem)
 
     def _several(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> InputError:
         listed = ", ".join(f"{unknown} = {_written(b)}" for b in branches)
@@ -411,12 +417,28 @@ def eliminate(
         Whether the scene declares its coordinates.
     """
     state = Elimination(stated, reference, constants, declared, unknowns=dict.fromkeys(unknowns))
-    for symbol in _dependency_order(given):
-        state.give(symbol, state.reduce(given[symbol]), frozenset())
+    state.define(given)
     state.begin()
-    state.run(closed_forms=False)
+    state.run(3)
     check(state)
-    state.run(closed_forms=True)
+    state.run(4)
+    return state
+
+
+def substitute(
+    stated: Sequence[Stated],
+    given: Mapping[sp.Symbol, sp.Expr],
+    unknowns: Sequence[sp.Symbol],
+    constants: frozenset[sp.Symbol],
+) -> Elimination:
+    """Put into each other what can be without a choice, and without dividing by what may vanish.
+
+    The parameters are those of :func:`eliminate`.
+    """
+    state = Elimination(stated, {}, constants, unknowns=dict.fromkeys(unknowns))
+    state.define(given)
+    state.begin()
+    state.run(2)
     return state
 
 

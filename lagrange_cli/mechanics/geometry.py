@@ -13,6 +13,7 @@ from mpmath import mpf
 from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics import refusals
 from lagrange_cli.mechanics.calculus import derivative
+from lagrange_cli.mechanics.contradictions import contradiction
 from lagrange_cli.mechanics.elimination import Elimination, solves_everywhere
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.ranks import TOLERANCE, Point
@@ -208,7 +209,7 @@ def _require_relation(geometry: Geometry, leftover: Leftover) -> None:
     present = leftover.reduced.free_symbols
     involved = sorted(present & geometry.order.keys(), key=geometry.order.__getitem__)
     if leftover.constant or not involved:
-        raise refusals.contradiction(
+        raise contradiction(
             geometry.names, found, leftover.number, leftover.reduced, geometry.reference
         )
     if found.stated[leftover.number].integral or any(q in found.unknowns for q in involved):

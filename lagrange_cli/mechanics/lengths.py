@@ -6,10 +6,11 @@ where a search for a configuration only fails to find one.
 
 from __future__ import annotations
 
+import contextlib
 import heapq
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import permutations
+from itertools import combinations, permutations
 
 import mpmath
 import sympy as sp
@@ -26,9 +27,9 @@ __all__ = ["overlong_rod"]
 
 @dataclass(frozen=True)
 class _Rod:
-    """A stated distance between two bodies (numbers of them)."""
+    """A distance between two bodies (numbers of them): stated, or that of points that stay."""
 
-    stated: Stated
+    stated: Stated | None
     ends: tuple[int, int]
     length: mpf
 
@@ -44,11 +45,28 @@ def overlong_rod(
         Values of the parameters; distances that hold others are left out.
     """
     rods = [rod for s in stated if (rod := _rod(names, s, reference)) is not None]
+    rods += _fixed(names, {end for rod in rods for end in rod.ends}, reference)
     for rod in sorted(rods, key=lambda r: -r.length):
         path = _shortest_path([r for r in rods if r is not rod], *rod.ends)
         if path and sum(r.length for r in path) < rod.length * (1 - TOLERANCE):
             return _refusal(names, rod, path)
     return None
+
+
+def _fixed(
+    names: Names, ends: Collection[int], reference: Mapping[sp.Symbol, mpf]
+) -> Iterator[_Rod]:
+    """Distances of massless points whose places are numbers."""
+    constants = {p: reference[p] for p in names.parameters.values() if p in reference}
+    placed = {}
+    for k in sorted(ends):
+        place = [names.given.get(s, s) for s in names.body_symbols[k]]
+        if all(e.free_symbols <= constants.keys() for e in place):
+            with contextlib.suppress(DomainError):
+                placed[k] = values(place, constants)
+    for a, b in combinations(placed, 2):
+        square = sum((x - y) ** 2 for x, y in zip(placed[a], placed[b], strict=True))
+        yield _Rod(None, (a, b), mpmath.sqrt(square))
 
 
 def _rod(names: Names, stated: Stated, reference: Mapping[sp.Symbol, mpf]) -> _Rod | None:
@@ -92,18 +110,34 @@ def _shortest_path(rods: Sequence[_Rod], start: int, end: int) -> list[_Rod]:
 
 
 def _refusal(names: Names, rod: _Rod, path: Sequence[_Rod]) -> InputError:
-    named = ", ".join(f"'{r.stated.constraint}'" for r in (*path, rod))
+    stated = [r.stated for r in (*path, rod) if r.stated is not None]
+    named = ", ".join(f"'{s.constraint}'" for s in stated)
     ends = " and ".join(f"'{names.bodies[k].name}'" for k in rod.ends)
-    reach = mpmath.nstr(sum(r.length for r in path), 6)
-    length = mpmath.nstr(rod.length, 6)
+    reach = f"{float(sum(r.length for r in path)):.6g}"
+    length = f"{float(rod.length):.6g}"
     verb = "reaches" if len(path) == 1 else "reach"
-    others = " and ".join(f"'{r.stated.constraint}'" for r in path)
+    *first, last = (_called(names, r) for r in path)
+    others = f"{', '.join(first)} and {last}" if first else last
+    are, hint = "are", f"bring {ends} closer together than {reach}, or lengthen the others"
+    if rod.stated is not None:
+        are = "are to be"
+        hint = f"make '{rod.stated.constraint}' shorter than {reach}, or lengthen the others"
+    contradict = "contradict" if len(stated) > 1 else "contradicts"
+    plural = "s" if len(stated) > 1 else ""
+    other = "each other" if len(stated) > 1 else "the points"
     return InputError(
         Problem(
-            f"constraints {named} contradict each other: {ends} are to be {length} apart,"
+            f"constraint{plural} {named} {contradict} {other}: {ends} {are} {length} apart,"
             f" where {others} {verb} {reach} at most",
-            rod.stated.equation.mark(),
-            hint=f"shorten '{rod.stated.constraint}' to {reach} or less, or lengthen the others",
+            stated[-1].equation.mark(),
+            hint=hint,
             rule="inconsistent",
         )
     )
+
+
+def _called(names: Names, rod: _Rod) -> str:
+    if rod.stated is not None:
+        return f"'{rod.stated.constraint}'"
+    a, b = (names.bodies[k].name for k in rod.ends)
+    return f"the way from '{a}' to '{b}'"

@@ -15,7 +15,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import Problem
 from lagrange_cli.mechanics.account import (
     balance,
     level_remarks,
@@ -23,21 +23,22 @@ from lagrange_cli.mechanics.account import (
     with_levels,
 )
 from lagrange_cli.mechanics.angles import periodic_symbols
-from lagrange_cli.mechanics.elimination import Elimination, Stated, eliminate
+from lagrange_cli.mechanics.contradictions import explained, nowhere
+from lagrange_cli.mechanics.elimination import Elimination, ImpossibleError, Stated, eliminate
 from lagrange_cli.mechanics.equations import Account, Coordinate
 from lagrange_cli.mechanics.geometry import Geometry, Restriction, related
 from lagrange_cli.mechanics.language import Rate, total_derivative
-from lagrange_cli.mechanics.lengths import overlong_rod
 from lagrange_cli.mechanics.manifold import Manifold
+from lagrange_cli.mechanics.masses import mass_of
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.parameters import Values
-from lagrange_cli.mechanics.refusals import no_configuration, require_enough
+from lagrange_cli.mechanics.refusals import require_enough
 from lagrange_cli.mechanics.sampling import Drawn, Sampler, typical_length, working_digits
 from lagrange_cli.mechanics.selection import independent_closures, require_determined
 from lagrange_cli.mechanics.terms import tidy
 from lagrange_cli.mechanics.velocity import Level, independent_levels, integrals
 from lagrange_cli.scene.expression import Equation
-from lagrange_cli.scene.model import Particle, Scene
+from lagrange_cli.scene.model import Scene
 
 __all__ = ["Reduced", "in_coordinates", "reduce"]
 
@@ -195,7 +196,7 @@ class _Problem:
 
 def _problem(scene: Scene) -> _Problem:
     names, values = Names(scene), Values(scene)
-    masses = tuple(_mass(names, values, p) for p in scene.particles)
+    masses = tuple(mass_of(names, values, p) for p in scene.particles)
     return _Problem(scene, names, values, masses, _reference(names, values, scene))
 
 
@@ -303,9 +304,8 @@ def _drawn(geometry: Geometry, sampler: Sampler, restricting: Sequence[int]) -> 
     wanted = FEWEST_POINTS if sampler.many else POINTS
     points = [p for p in (sampler.draw() for _ in range(wanted)) if p is not None]
     if len(points) < wanted:
-        names, found = geometry.names, geometry.found
-        proven = overlong_rod(names, found.stated, geometry.reference)
-        raise proven or no_configuration(names.scene, found, restricting)
+        found, reference = geometry.found, geometry.reference
+        raise nowhere(geometry.names, found, restricting, sampler, reference)
     return points
 
 
@@ -314,30 +314,6 @@ def _placed(found: Elimination, symbol: sp.Symbol) -> sp.Expr:
     expr = found.solved.get(symbol, symbol)
     rooted = any(p.exp.q != 1 and p.base.is_Add for p in expr.atoms(sp.Pow) if p.exp.is_Rational)
     return tidy(expr) if rooted else expr
-
-
-def _mass(names: Names, values: Values, particle: Particle) -> sp.Expr:
-    mass = names.convert(particle.mass)
-    if not mass.free_symbols <= set(names.parameters.values()):
-        raise InputError(
-            Problem(
-                f"the mass of '{particle.name}' may hold numbers and parameters only",
-                particle.mass.mark(),
-                rule="mass",
-            )
-        )
-    value = values.number(particle.mass)
-    if value is not None and not value.is_positive:
-        raise InputError(
-            Problem(
-                f"the mass of '{particle.name}' must be positive, found {particle.mass.text}"
-                + ("" if value.is_Integer and particle.mass.text == str(value) else f" = {value}"),
-                particle.mass.mark(),
-                hint="a position without mass is written under 'points'",
-                rule="mass",
-            )
-        )
-    return mass
 
 
 def _stated(names: Names, written: _Written) -> Stated:
@@ -371,15 +347,18 @@ def _eliminate(
     declared = set(names.coordinates.values())
     unknowns = [s for s in names.cartesian.values() if s not in names.given and s not in declared]
     constants = frozenset(names.parameters.values())
-    return eliminate(
-        stated,
-        names.given,
-        unknowns,
-        reference,
-        constants,
-        check=partial(require_enough, scene) if strict else lambda _: None,
-        declared=scene.coordinates is not None,
-    )
+    try:
+        return eliminate(
+            stated,
+            names.given,
+            unknowns,
+            reference,
+            constants,
+            check=partial(require_enough, scene) if strict else lambda _: None,
+            declared=scene.coordinates is not None,
+        )
+    except ImpossibleError as error:
+        raise explained(names, stated, error.numbers, reference) or error from None
 
 
 def _coordinate_symbols(names: Names, found: Elimination) -> list[sp.Symbol]:

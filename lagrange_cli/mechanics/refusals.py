@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import sympy as sp
-from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.mechanics.elimination import Elimination, Stated, eliminate
-from lagrange_cli.mechanics.names import Names
-from lagrange_cli.mechanics.ranks import TOLERANCE
+from lagrange_cli.mechanics.elimination import Elimination, Stated
 from lagrange_cli.mechanics.sampling import PLACED_STARTS, STARTS
-from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.scene.model import Scene
 
 __all__ = [
-    "contradiction",
     "dependent_coordinates",
     "no_configuration",
     "no_solution",
     "require_enough",
+    "rests_on",
     "singular",
     "too_few",
     "too_many",
@@ -99,17 +95,27 @@ def dependent_coordinates(
 
 
 def no_configuration(scene: Scene, found: Elimination, related: Sequence[int] = ()) -> InputError:
-    """No real configuration came up: the constraints that were solved, or kept, are named."""
+    """No real configuration came up: the constraints that were solved, or kept, are named.
+
+    Parameters
+    ----------
+    related
+        Numbers of the equations that a search was to satisfy.
+    """
     used = [found.stated[k] for k in sorted(set(found.by.values()))] or list(found.stated)
     starts = PLACED_STARTS if related else STARTS
     if related:
-        used = _rests_on(found, related)
-    named = _quoted(list(dict.fromkeys(s.constraint for s in used))) or "the scene"
+        used = rests_on(found, related)
+    constraints = list(dict.fromkeys(s.constraint for s in used))
+    named = _quoted(constraints) or "the scene"
+    hint = "give one in 'initial' or 'near'"
+    if len(constraints) > 1:
+        hint += ", or leave one of these constraints out"
     return InputError(
         Problem(
             f"no configuration found in {starts} starts that satisfies {named}",
             used[0].equation.mark() if used else Mark(scene.file, 1, 1),
-            hint="give one in 'initial' or 'near'",
+            hint=hint,
             rule="inconsistent",
         )
     )
@@ -127,7 +133,7 @@ def no_solution(stated: Stated) -> InputError:
     )
 
 
-def _rests_on(found: Elimination, numbers: Sequence[int]) -> list[Stated]:
+def rests_on(found: Elimination, numbers: Sequence[int]) -> list[Stated]:
     """The equations of these numbers with those that were put into them."""
     everything = set(numbers).union(*(found.touched[k] for k in numbers))
     return [found.stated[k] for k in sorted(everything)]
@@ -135,7 +141,7 @@ def _rests_on(found: Elimination, numbers: Sequence[int]) -> list[Stated]:
 
 def singular(found: Elimination, numbers: Sequence[int]) -> InputError:
     """Equations whose gradients depend on each other wherever they hold, though all are needed."""
-    stated = _rests_on(found, numbers)
+    stated = rests_on(found, numbers)
     named = list(dict.fromkeys(s.constraint for s in stated))
     what, why = "constraint", "is singular: wherever it holds, its gradient vanishes"
     if len(named) > 1:
@@ -157,81 +163,3 @@ def singular(found: Elimination, numbers: Sequence[int]) -> InputError:
 def _is_square(term: sp.Expr) -> bool:
     factors = (f.as_base_exp() for f in sp.Mul.make_args(term) if not f.is_number)
     return all(exponent.is_even for _, exponent in factors)
-
-
-def contradiction(
-    names: Names,
-    found: Elimination,
-    number: int,
-    reduced: sp.Expr,
-    reference: Mapping[sp.Symbol, mpf],
-) -> InputError:
-    """A stated equation reduced to a false one: the smallest set that contradicts itself."""
-    suspects = sorted(found.touched[number] | {number})
-    smallest = [found.stated[k] for k in _smallest(names, found.stated, suspects, reference)]
-    named = list(dict.fromkeys(s.constraint for s in smallest))
-    if len(named) > 1:
-        which = f"constraints {_quoted(named)} contradict each other: together they give"
-    elif len(smallest) > 1:
-        which = f"constraint '{named[0]}' contradicts itself: it gives"
-    elif reduced.free_symbols and reduced.free_symbols <= set(names.parameters.values()):
-        which = f"constraint '{named[0]}' holds for no motion: the parameters would have to give"
-    else:
-        which = f"constraint '{named[0]}' contradicts the definitions: together they give"
-    outcome = str(reduced).replace("**", "^")
-    return InputError(
-        Problem(
-            f"{which} {outcome} = 0",
-            found.stated[number].equation.mark(),
-            hint="\n".join(f"{s.constraint}: {s.equation.text}" for s in smallest),
-            rule="inconsistent",
-        )
-    )
-
-
-def _smallest(
-    names: Names,
-    stated: Sequence[Stated],
-    suspects: list[int],
-    reference: Mapping[sp.Symbol, mpf],
-) -> list[int]:
-    """A subset that contradicts itself and of which no member can be left out.
-
-    The deletion filter of Chinneck and Dravnieks (ORSA J. Computing 3, 1991).
-    """
-    kept = list(suspects)
-    for candidate in suspects:
-        fewer = [k for k in kept if k != candidate]
-        if _contradicts(names, [stated[k] for k in fewer], reference):
-            kept = fewer
-    return kept
-
-
-def _contradicts(
-    names: Names, stated: Sequence[Stated], reference: Mapping[sp.Symbol, mpf]
-) -> bool:
-    declared = set(names.coordinates.values())
-    unknowns = [s for s in names.cartesian.values() if s not in names.given and s not in declared]
-    constants = frozenset(names.parameters.values())
-    try:
-        found = eliminate(stated, names.given, unknowns, reference, constants)
-    except InputError:
-        return False
-    for left, right in found.pending.values():
-        phi = (left - right).xreplace(
-            {s: sp.Float(x, 40) for s, x in reference.items() if s in constants}
-        )
-        if phi.is_number and abs(phi.evalf(30)) > TOLERANCE * _size(left, right, reference):
-            return True
-    return False
-
-
-def _size(left: sp.Expr, right: sp.Expr, reference: Mapping[sp.Symbol, mpf]) -> mpf:
-    terms = [*sp.Add.make_args(left), *sp.Add.make_args(right)]
-    total = mpf(0)
-    for term in terms:
-        try:
-            total += abs(values([term], {s: reference[s] for s in term.free_symbols})[0])
-        except (DomainError, KeyError):
-            total += 1
-    return total

@@ -57,7 +57,8 @@ class Sampler:
     seed
         Text that fixes the sequence.
     place
-        Moves a point on to closures; its result is None where it finds no way.
+        Moves a point on to closures, or on to those of some numbers; its result is None
+        where it finds no way.
 
     Attributes
     ----------
@@ -75,7 +76,7 @@ class Sampler:
         spread: Mapping[sp.Symbol, mpf],
         domain: Sequence[sp.Expr],
         seed: str,
-        place: Callable[[Drawn], Drawn | None] | None = None,
+        place: Callable[[Drawn, Sequence[int] | None], Drawn | None] | None = None,
     ) -> None:
         self._t = t
         self._place = place
@@ -90,18 +91,25 @@ class Sampler:
         self._symbols = [t, *self._coordinates, *self._values, *self._free]
         self._tape = Tape(domain, self._symbols)
 
-    def draw(self, *, vary_parameters: bool = False, width: mpf = _ONE) -> Drawn | None:
+    def draw(
+        self,
+        *,
+        vary_parameters: bool = False,
+        width: mpf = _ONE,
+        closures: Sequence[int] | None = None,
+    ) -> Drawn | None:
         """One feasible point, or None after :data:`STARTS` (:data:`PLACED_STARTS`) draws.
 
         ``vary_parameters`` multiplies values of parameters by factors in (1/2, 3/2)
-        as long as that leaves the point feasible; ``width`` scales the spread.
+        as long as that leaves the point feasible; ``width`` scales the spread; of the
+        closures the numbers of some may be given.
         """
         width = width / (8 * len(self._coordinates)) if self.many else width
         for attempt in range(self._starts):
             varied = vary_parameters and attempt < (1 if self.many else self._starts // 4)
             point: Drawn | None = self._candidate(width, varied)
             if point is not None and self._place is not None:
-                point = self._place(point)
+                point = self._place(point, closures)
             if point is not None and self._is_real(point):
                 return point
             # Around a given configuration shrink towards it; else keep looking.

@@ -35,8 +35,8 @@ def test_triangle_of_sides_1_1_3():
 """)
     assert problem.rule == "inconsistent"
     assert problem.message == (
-        "constraints 'ab', 'bc', 'ca' contradict each other: 'A' and 'C' are to be 3.0 apart,"
-        " where 'ab' and 'bc' reach 2.0 at most"
+        "constraints 'ab', 'bc', 'ca' contradict each other: 'A' and 'C' are to be 3 apart,"
+        " where 'ab' and 'bc' reach 2 at most"
     )
     assert "'ca'" in problem.hint
 

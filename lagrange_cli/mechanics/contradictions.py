@@ -1,0 +1,232 @@
+"""Equations that nothing satisfies: the smallest set that a proof covers, and what it says.
+
+What is proven rests on substitutions that choose nothing, and on a false equation between
+numbers, the triangle inequality (:mod:`lengths`) or a sum of squares (:mod:`certificates`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.certificates import contradicting
+from lagrange_cli.mechanics.elimination import Elimination, Stated, substitute
+from lagrange_cli.mechanics.lengths import overlong_rod
+from lagrange_cli.mechanics.names import Names
+from lagrange_cli.mechanics.ranks import TOLERANCE
+from lagrange_cli.mechanics.refusals import no_configuration
+from lagrange_cli.mechanics.sampling import Sampler
+from lagrange_cli.mechanics.tape import DomainError, values
+
+__all__ = ["contradiction", "explained", "nowhere", "smallest"]
+
+#: Equations among which a smallest set is sought: each costs an elimination.
+_MOST = 40
+#: The same where each costs a search for a configuration.
+_MOST_SEARCHES = 12
+#: Names that a message lists.
+_NAMED = 4
+#: Equations that a hint lists.
+_LISTED = 8
+
+Sides = tuple[sp.Expr, sp.Expr]
+
+
+@dataclass(frozen=True)
+class _Proof:
+    """Reduced equations that are not all satisfied, whether as numbers or as sums of squares."""
+
+    equations: tuple[Sides, ...]
+    numbers: bool
+
+
+def smallest(suspects: Sequence[int], wrong: Callable[[Sequence[int]], bool]) -> list[int]:
+    """A part of the suspects that is still wrong, and of which no member can be left out.
+
+    The deletion filter of Chinneck and Dravnieks (ORSA J. Computing 3, 1991).
+    """
+    kept = list(suspects)
+    for candidate in suspects:
+        fewer = [k for k in kept if k != candidate]
+        if fewer and wrong(fewer):
+            kept = fewer
+    return kept
+
+
+def explained(
+    names: Names,
+    stated: Sequence[Stated],
+    suspects: Sequence[int],
+    reference: Mapping[sp.Symbol, mpf],
+) -> InputError | None:
+    """The error that names a smallest contradictory set of the suspects; None without proof.
+
+    Parameters
+    ----------
+    suspects
+        Numbers of stated equations.
+    reference
+        Values of parameters, among others.
+    """
+    constants = {p: reference[p] for p in names.parameters.values() if p in reference}
+
+    def wrong(numbers: Sequence[int]) -> bool:
+        return _proof(names, [stated[k] for k in numbers], constants) is not None
+
+    suspects = sorted(suspects)
+    if len(suspects) > _MOST or not wrong(suspects):
+        return None
+    chosen = [stated[k] for k in smallest(suspects, wrong)]
+    rods = overlong_rod(names, chosen, reference)
+    found = _proof(names, chosen, constants)
+    assert found is not None
+    return rods or _refusal(names, chosen, found)
+
+
+def contradiction(
+    names: Names,
+    found: Elimination,
+    number: int,
+    reduced: sp.Expr,
+    reference: Mapping[sp.Symbol, mpf],
+) -> InputError:
+    """The error of a stated equation that came to a false one."""
+    used = sorted(found.touched[number] | {number})
+    proven = explained(names, found.stated, used, reference)
+    if proven is not None:
+        return proven
+    stated = [found.stated[k] for k in used]
+    listed = ", ".join(f"'{n}'" for n in dict.fromkeys(s.constraint for s in stated))
+    return InputError(
+        Problem(
+            f"with what else is given {listed} comes to {_written(reduced)} = 0,"
+            " which does not hold",
+            found.stated[number].equation.mark(),
+            hint=_hint(stated),
+            rule="inconsistent",
+        )
+    )
+
+
+def nowhere(
+    names: Names,
+    found: Elimination,
+    restricting: Sequence[int],
+    sampler: Sampler,
+    reference: Mapping[sp.Symbol, mpf],
+) -> InputError:
+    """The error where no configuration came up: a proof, or what a search did not satisfy.
+
+    Parameters
+    ----------
+    restricting
+        Numbers of the equations that were searched for; empty where names were not real.
+    sampler
+        Draws configurations that satisfy them.
+    """
+    proven = overlong_rod(names, found.stated, reference)
+    if proven is None and restricting:
+        proven = explained(names, found.stated, _rest(found, restricting), reference)
+    if proven is None:
+        proven = explained(names, found.stated, range(len(found.stated)), reference)
+    if proven is not None:
+        return proven
+    if 1 < len(restricting) <= _MOST_SEARCHES:
+        rows = smallest(range(len(restricting)), lambda fewer: sampler.draw(closures=fewer) is None)
+        restricting = [restricting[k] for k in rows]
+        proven = explained(names, found.stated, _rest(found, restricting), reference)
+    return proven or no_configuration(names.scene, found, restricting)
+
+
+def _rest(found: Elimination, numbers: Sequence[int]) -> list[int]:
+    """The equations of these numbers with those that were put into them."""
+    return sorted(set(numbers).union(*(found.touched[k] for k in numbers)))
+
+
+def _proof(
+    names: Names, stated: Sequence[Stated], constants: Mapping[sp.Symbol, mpf]
+) -> _Proof | None:
+    declared = set(names.coordinates.values())
+    unknowns = [s for s in names.cartesian.values() if s not in names.given and s not in declared]
+    parameters = frozenset(names.parameters.values())
+    pending = list(substitute(stated, names.given, unknowns, parameters).pending.values())
+    for sides in pending:
+        if _is_false(sides, parameters | {names.t}, constants):
+            return _Proof((sides,), numbers=True)
+    found = contradicting([left - right for left, right in pending], constants)
+    if found is None:
+        return None
+    return _Proof(tuple(pending[k] for k in found), numbers=False)
+
+
+def _is_false(
+    sides: Sides, settled: frozenset[sp.Symbol], constants: Mapping[sp.Symbol, mpf]
+) -> bool:
+    """Whether an equation holds nothing that moves, and is not satisfied.
+
+    ``settled`` symbols without a value may have any: only an identity is satisfied by them.
+    """
+    left, right = sides
+    held = (left - right).free_symbols
+    if not held <= settled:
+        return False
+    point = {p: constants.get(p, mpmath.sqrt(2 + k)) for k, p in enumerate(sorted(held, key=str))}
+    terms = [*sp.Add.make_args(left), *sp.Add.make_args(right)]
+    try:
+        *parts, total = values([*terms, left - right], point)
+    except DomainError:
+        return False
+    return bool(abs(total) > TOLERANCE * sum(map(abs, parts)))
+
+
+def _refusal(names: Names, stated: Sequence[Stated], proof: _Proof) -> InputError:
+    named = list(dict.fromkeys(s.constraint for s in stated))
+    listed = ", ".join(f"'{n}'" for n in named)
+    defined = any(s in names.given for s in stated[0].phi.free_symbols)
+    if len(named) > 1:
+        message = f"constraints {listed} contradict each other: {_outcome(names, proof)}"
+    elif len(stated) > 1:
+        message = f"constraint {listed} contradicts itself: {_outcome(names, proof)}"
+    elif defined:
+        message = f"constraint {listed} contradicts the definitions: {_outcome(names, proof)}"
+    elif proof.numbers and stated[0].phi.free_symbols:
+        message = f"constraint {listed} holds for no motion: the parameters do not satisfy it"
+    else:
+        message = f"constraint {listed} cannot hold: {_no_real(names, proof)} satisfies it"
+    return InputError(
+        Problem(message, stated[-1].equation.mark(), hint=_hint(stated), rule="inconsistent")
+    )
+
+
+def _outcome(names: Names, proof: _Proof) -> str:
+    """What the reduced equations come to."""
+    if len(proof.equations) > 1:
+        return f"{_no_real(names, proof)} satisfies them together"
+    ((left, right),) = proof.equations
+    come = f"together they give {_written(left)} = {_written(right)}"
+    return come if proof.numbers else f"{come}, which {_no_real(names, proof)} satisfies"
+
+
+def _no_real(names: Names, proof: _Proof) -> str:
+    held = {s for a, b in proof.equations for s in (a - b).free_symbols}
+    moving = sorted(str(s) for s in held - set(names.parameters.values()))
+    if len(moving) > _NAMED:
+        return "no configuration"
+    return f"no real {', '.join(moving)}" if moving else "no number"
+
+
+def _written(expr: sp.Expr) -> str:
+    return str(expr).replace("**", "^")
+
+
+def _hint(stated: Sequence[Stated]) -> str:
+    """What to do: without any of a smallest set the rest of it does not contradict itself."""
+    equations = [f"{s.constraint}: {s.equation.text}" for s in stated[:_LISTED]]
+    if len(stated) == 1:
+        return f"leave it out, or change it:\n{equations[0]}"
+    return "\n".join(["leave one of them out, or change it:", *equations])
