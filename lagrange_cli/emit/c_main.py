@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.c_main_contacts import REASON, contact_replacements
 from lagrange_cli.emit.c_names import CNames, Real, c_string
 from lagrange_cli.emit.recorded import c_recorded
 from lagrange_cli.emit.starting import TOLERANCE, residual_labels
@@ -31,7 +32,7 @@ _MAIN = """
 #define @NAME@_STATE (2*@COUNT@)
 
 @RECORDED@/* One step of size h from time t; y is advanced. */
-static int @NAME@_step(@REAL@ t, @REAL@ h, const @NAME@_params *p, @REAL@ *y)
+static int @NAME@_step(@REAL@ t, @REAL@ h, const @NAME@_params *p, @MODE@@REAL@ *y)
 {
     static @REAL@ k[4][@NAME@_STATE], s[@NAME@_STATE], work[@NAME@_WORK];
 @INPUTS@    static const @REAL@ at[4] = {@ZERO@, @HALF@, @HALF@, @ONE@};
@@ -49,13 +50,13 @@ static int @NAME@_step(@REAL@ t, @REAL@ h, const @NAME@_params *p, @REAL@ *y)
     }
     return @STEPPED@;
 }
-@START_CHECKED@
+@ADVANCE@@START_CHECKED@
 int main(int argc, char **argv)
 {
     static const char *const state[] = {@STATE_NAMES@};
     static @REAL@ y[@NAME@_STATE] = {@INITIAL@};
     static int given[@NAME@_STATE] = {@GIVEN@};
-    @NAME@_params p;
+@MODES@    @NAME@_params p;
     @REAL@ start = @START@, until = @UNTIL@;
     long steps = @STEPS@, row, step;
     int i, k, status;
@@ -91,7 +92,7 @@ int main(int argc, char **argv)
             return 2;
         }
     }
-@NEEDED@@WITHIN@@START_PROJECTED@    printf("t");
+@NEEDED@@WITHIN@@START_PROJECTED@@BEGUN@    printf("t");
     for (k = 0; k < @NAME@_STATE; ++k) {
         printf(",%s", state[k]);
     }
@@ -102,7 +103,7 @@ int main(int argc, char **argv)
             printf(",@FORMAT@", @CAST@y[k]);
         }
         for (step = 0; row < @ROWS@ && step < steps; ++step) {
-            status = @NAME@_step(start + (@REAL@)(row*steps + step)*h, h, &p, y);
+            status = @STEP@;
             if (status != 0) {
                 fprintf(stderr, "\\nstopped: %s\\n",
                         @REASON@);
@@ -147,14 +148,14 @@ static int @NAME@_start(@REAL@ t, @REAL@ until, @REAL@ *y, const @NAME@_params *
     for (i = 0; i < @NAME@_STATE; ++i) {
         given[i] = y[i];
     }
-    if (@NAME@_constraints(t, y, 0, p, work, out) != 0) {
+    if (@NAME@_constraints(t, y, 0, p, @CLEAR@work, out) != 0) {
         fprintf(stderr, "no finite constraints at the initial state\\n");
         return 2;
     }
     for (i = 1; i < @NAME@_CONSTRAINTS; ++i) {
         worst = @FABS@(out[i]) > @FABS@(out[worst]) ? i : worst;
     }
-    status = @NAME@_project(t, y, 0, p, work);
+    status = @NAME@_project(t, y, 0, p, @CLEAR@work);
     for (i = 0; i < @NAME@_STATE; ++i) {
         @REAL@ *const of = scale + (i >= @NAME@_COORDINATES);
         *of = @FABS@(given[i]) > *of ? @FABS@(given[i]) : *of;
@@ -187,15 +188,18 @@ static int @NAME@_start(@REAL@ t, @REAL@ until, @REAL@ *y, const @NAME@_params *
 """
 
 _RHS = """\
-        status = @NAME@_rhs(t + at[stage]*h, s, 0, p, work, k[stage]);
+        status = @NAME@_rhs(t + at[stage]*h, s, 0, p, @MODED@work, k[stage]);
 """
 
 _RHS_DRIVEN = """\
 @RECORD@        status = @NAME@_inputs(t + at[stage]*h, s, @GIVEN_INPUTS@, p, work, u);
         if (status == 0) {
-            status = @NAME@_rhs(t + at[stage]*h, s, u, p, work, k[stage]);
+            status = @NAME@_rhs(t + at[stage]*h, s, u, p, @MODED@work, k[stage]);
         }
 """
+
+#: The times at which recorded inputs are taken in a step, and at an event.
+_NOW = ("t + at[stage]*h, t + at[1]*h", "t, t")
 
 _REASON = 'status == 1 ? "singular mass matrix" : "result is not finite"'
 _REASON_CLOSED = (
@@ -216,11 +220,12 @@ def main_text(equations: Equations, names: CNames, real: Real) -> str:
         "@WITHIN@": recorded.checks,
         "@PARAMETERS@": "".join(given),
         "@NEEDED@": "".join(needed),
-        "@INPUTS@": "    static @REAL@ u[@NAME@_INPUTS];\n" if equations.inputs else "",
         "@RHS@": _RHS_DRIVEN if equations.inputs else _RHS,
         "@RECORD@": recorded.setting,
         "@GIVEN_INPUTS@": "u" if recorded.setting else "0",
         **_projection(equations),
+        **contact_replacements(equations, real, recorded.setting.replace(*_NOW)),
+        "@INPUTS@": "    static @REAL@ u[@NAME@_INPUTS];\n" if equations.inputs else "",
         "@TOLERANCE@": real.value(max(TOLERANCE, 1024.0 * float(real.epsilon))),
         "@ROUNDING@": real.value(64.0 * float(real.epsilon)),
         "@SHORT@": re.sub(r"\d+", "3", real.print_format),
@@ -244,13 +249,13 @@ def main_text(equations: Equations, names: CNames, real: Real) -> str:
 
 def _projection(equations: Equations) -> dict[str, str]:
     """The places where a state is led back to the closures, where there are any."""
-    closed = bool(equations.closures)
+    closed, stepped = bool(equations.closures), bool(equations.multipliers)
     return {
         "@START_CHECKED@": _START if closed else "",
         "@START_PROJECTED@": _START_PROJECTED if closed else "",
         "@RESIDUALS@": ", ".join(map(c_string, residual_labels(equations))),
-        "@STEPPED@": "@NAME@_project(t + h, y, 0, p, work)" if closed else "0",
-        "@REASON@": _REASON_CLOSED if closed else _REASON,
+        "@STEPPED@": "@NAME@_project(t + h, y, 0, p, @MODED@work)" if stepped else "0",
+        "@REASON@": REASON if equations.contacts else _REASON_CLOSED if closed else _REASON,
         "@COUNT@": "@NAME@_COORDINATES" if closed else "@NAME@_DOF",
     }
 

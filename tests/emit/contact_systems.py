@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import types
 from dataclasses import replace
 
@@ -58,7 +59,7 @@ def particle_on_sphere():
         [("particle", m.symbol, (x.q, 0, z.q))],
         m.symbol * g.symbol * z.q,
         diagonal=True,
-        initial=InitialState((1.5 * np.sin(0.3), 1.5 * np.cos(0.3)), (0.0, 0.0)),
+        initial=InitialState((1.5 * math.sin(0.3), 1.5 * math.cos(0.3)), (0.0, 0.0)),
         until=1.0,
     )
     return with_contacts(free, contact("sphere", x.q**2 + z.q**2 - r.symbol**2, [x, z]))
