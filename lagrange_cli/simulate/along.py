@@ -74,7 +74,7 @@ def along(model: Model, functions: RightHandSide, t: Array, measured: Measured) 
                 found.append(constraint_drift(table, times[rows], states[rows], scales))
         return max((x for x in found if x is not None), default=None)
 
-    steps = _energy_steps(functions.energy, measured.switches)
+    steps = _energy_steps(functions.energy, rhs, measured.switches)
     # The first sample is the start as it was given, before any impact.
     passed = [[change for at, change, _ in steps if at <= time] for time in t[1:].tolist()]
     lost = np.array([0.0, *map(sum, passed)])
@@ -112,14 +112,18 @@ def _by_mode(history: _History, table: Callable[[Flags], Table], columns: int) -
     return found
 
 
-def _energy_steps(energy: Table, switches: Sequence[Switch]) -> list[tuple[float, float, float]]:
-    """Time of each impact, how it changes the energy, and the size of that."""
+def _energy_steps(
+    energy: Table, rhs: ContactRhs, switches: Sequence[Switch]
+) -> list[tuple[float, float, float]]:
+    """Time of each impact, how it changes the energy, and the size of what that is to be beside;
+    infinity where contacts move, which may add energy."""
     impacts = {id(s.before): s for s in switches if s.jumps}.values()
     found = []
     for s in impacts:
         states = np.array([s.before, s.after])
         before, after = energy(np.full(2, s.t), states)[:, 0].tolist()
-        found.append((s.t, after - before, abs(before) + abs(after)))
+        moves = rhs.gaps(s.t, s.before).rates.any()
+        found.append((s.t, after - before, np.inf if moves else abs(before) + abs(after)))
     return found
 
 

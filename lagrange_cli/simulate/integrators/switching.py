@@ -41,6 +41,9 @@ TOUCHING = 1e-12
 #: Bounces are ended where all that are left take less than this part of the span.
 ACCUMULATED = 1e-10
 
+#: Bounces of a height below this part of what the gap is the difference of are ended, too.
+LOW = 1e-12
+
 #: Shrinking intervals between bounces that make a sequence.
 SEQUENCE = 4
 
@@ -231,7 +234,8 @@ class Switching(Integrator):
         return float(TOGETHER * np.spacing(max(abs(self.t), abs(self.t_end))))
 
     def _accumulates(self, contact: int) -> bool:
-        """Whether all bounces of a contact that are left take next to no time."""
+        """Whether all bounces of a contact that are left take next to no time, or are too low to
+        be told from rounding."""
         times = self._bounces.setdefault(contact, [])
         times.append(self.t)
         del times[: -SEQUENCE - 1]
@@ -239,7 +243,11 @@ class Switching(Integrator):
         if len(between) < SEQUENCE or not (np.diff(between) < 0).all():
             return False
         ratio = between[-1] / between[-2]
-        ends = between[-1] * ratio / (1 - ratio) <= max(self._shortest, self._together)
+        rest = between[-1] * ratio / (1 - ratio)
+        gaps = self._rhs.gaps(self.t, self.y)
+        speed = abs(gaps.speeds(self.y[len(self.y) // 2 :])[0][contact])
+        ends = rest <= max(self._shortest, self._together)
+        ends = ends or speed * between[-1] <= LOW * gaps.sizes[contact]
         if ends:
             times.clear()
         return bool(ends)
