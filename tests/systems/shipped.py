@@ -20,7 +20,12 @@ SYSTEMS = Path(__file__).parents[2] / "systems"
 SCENES = {p.stem: p for p in sorted(SYSTEMS.rglob("*.yaml")) if p.parent.name != "refused"}
 REFUSED = sorted((SYSTEMS / "refused").glob("*.yaml"))
 
+CONTACTS = [name for name, p in SCENES.items() if p.parent.name == "contact"]
+
 every_scene = pytest.mark.parametrize("name", list(SCENES))
+
+#: Scenes without contacts: one right-hand side for all of a motion.
+every_smooth_scene = pytest.mark.parametrize("name", [n for n in SCENES if n not in CONTACTS])
 
 
 @cache

@@ -32,6 +32,7 @@ from shipped import (
     SYSTEMS,
     derived,
     every_scene,
+    every_smooth_scene,
     parameter_values,
     simulated,
     start,
@@ -302,7 +303,7 @@ class CompiledC:
         return np.array(result)
 
 
-@every_scene
+@every_smooth_scene
 def test_emitted_code_agrees_with_the_symbolic_equations(name: str, tmp_path: Path) -> None:
     e = derived(name)
     module, compiled = python_module(e, tmp_path), CompiledC(e, tmp_path)
@@ -324,7 +325,7 @@ def at_samples(trajectory: Trajectory) -> Array:
     return np.unique(np.linspace(0, len(trajectory.t) - 1, 25).astype(int))
 
 
-@every_scene
+@every_smooth_scene
 def test_simulation_keeps_its_promise(name: str) -> None:
     """Every coordinate and velocity within accuracy times scale of DOP853 at rtol 1e-13."""
     e, trajectory = derived(name), simulated(name)

@@ -14,6 +14,7 @@ from sympy import Expr, Rational, Symbol, cos, exp, sin, sqrt
 from textbook_celestial import CELESTIAL
 from textbook_chains import CHAINS
 from textbook_constraints import CONSTRAINED, CONSTRAINED_FORCES
+from textbook_contacts import IN_FLIGHT
 
 Names = SimpleNamespace
 
@@ -383,6 +384,7 @@ LAGRANGIANS: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     **CELESTIAL,
     **CHAINS,
     **CONSTRAINED,
+    **IN_FLIGHT,
 }
 
 #: Scene name → generalized forces by coordinate, beside the Lagrangian.
