@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.symbols import multiplier_name
+from lagrange_cli.mechanics.equations import tagged
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import (
@@ -48,7 +49,7 @@ def multiplier_label(equations: Equations, constraint: str) -> str:
     """The multiplier of a constraint, told from the scene's own ``lambda_NAME`` by underscores."""
     taken = _names(equations)
     while f"lambda_{constraint}" in taken:
-        constraint += "_"
+        constraint = tagged(constraint, "_")
     return multiplier_name(constraint)
 
 

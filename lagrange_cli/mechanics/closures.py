@@ -16,7 +16,7 @@ from functools import partial
 import sympy as sp
 
 from lagrange_cli.mechanics.calculus import Kinematics, derivative
-from lagrange_cli.mechanics.equations import Closure
+from lagrange_cli.mechanics.equations import Closure, tagged
 from lagrange_cli.mechanics.expansion import expand_terms
 from lagrange_cli.mechanics.geometry import Restriction
 from lagrange_cli.mechanics.grouping import grouped_sum
@@ -61,7 +61,7 @@ def _multipliers(reduced: Reduced) -> Iterator[tuple[str, sp.Symbol]]:
     for name in constraints:
         so_far[name] += 1
         if several[name] > 1:
-            name = _free(f"{name}_{so_far[name]}", taken)
+            name = _free(tagged(name, f"_{so_far[name]}"), taken)
             taken.add(name)
         symbol = _free(f"lambda_{name}", used)
         used.add(symbol)
@@ -70,7 +70,7 @@ def _multipliers(reduced: Reduced) -> Iterator[tuple[str, sp.Symbol]]:
 
 def _free(name: str, taken: Iterable[str]) -> str:
     while name in taken:
-        name += "_"
+        name = tagged(name, "_")
     return name
 
 

@@ -46,7 +46,14 @@ __all__ = [
     "ShownEquation",
     "SimulationDefaults",
     "SingularPlace",
+    "tagged",
 ]
+
+
+def tagged(name: str, tail: str) -> str:
+    """A name with something after it that can be read back: ``rod_2``, ``rod_2[1]``."""
+    base, bracket, indices = name.partition("[")
+    return f"{base}{tail}{bracket}{indices}"
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,13 @@ from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.calculus import Kinematics, derivative
 from lagrange_cli.mechanics.certificate import Evidence
 from lagrange_cli.mechanics.derivation import Derivation
-from lagrange_cli.mechanics.equations import BodyReaction, ConstraintForces, Equations, Reaction
+from lagrange_cli.mechanics.equations import (
+    BodyReaction,
+    ConstraintForces,
+    Equations,
+    Reaction,
+    tagged,
+)
 from lagrange_cli.mechanics.explicit import explicit_accelerations
 from lagrange_cli.mechanics.geometry import gap_over_names
 from lagrange_cli.mechanics.loads import Loads, loads, velocity_slopes
@@ -228,9 +234,9 @@ def _written(
 
 def _numbered(name: str, taken: set[str]) -> str:
     number = 1
-    while f"{name}_{number}" in taken:
+    while tagged(name, f"_{number}") in taken:
         number += 1
-    return f"{name}_{number}"
+    return tagged(name, f"_{number}")
 
 
 def _reactions(

@@ -26,6 +26,10 @@ from closures_support import (
 from mechanics_support import derived
 from mpmath import mpf
 
+from lagrange_cli.errors import Mark
+from lagrange_cli.mechanics import interpret
+from lagrange_cli.scene.indices import read_expression
+
 
 @pytest.fixture(autouse=True)
 def _precise() -> Iterator[None]:
@@ -310,3 +314,20 @@ def test_a_turning_plane_is_no_fraction(declared: str, turned: str) -> None:
     found, _ = solved(e, state)
     expected = radius * (cos * rate**2 + sin * acceleration)
     assert abs(found["z"] - expected) < mpf(10) ** -12
+
+
+def test_members_of_families_with_several_equations_have_names_to_read_back() -> None:
+    """The number stands before the index: ``rail_2[1]`` is a name of the scene language."""
+    e = derived(
+        "sizes: {n: 2}\nparticles:\n"
+        "  p[i=1..n]: {mass: 1, position: ['x[i]', 'y[i]', 'z[i]']}\n"
+        "constraints:\n  rail[i=1..n]:\n  - y[i] + y[i]^5 = x[i] + x[i]^7\n"
+        "  - z[i] + z[i]^5 = y[i]^3 + x[i] + x[i]^7\n"
+        "initial: {'x[i=1..n]': 0, 'y[i=1..n]': 0, 'z[i=1..n]': 0}\n"
+    )
+    names = [f"rail_{k}[{i}]" for i in (1, 2) for k in (1, 2)]
+    assert [c.name for c in e.closures] == names
+    for closure in e.closures:
+        text = f"2*{closure.multiplier.name}"
+        found = interpret(e, read_expression(text, Mark("report", 1, 1, text)))
+        assert found == 2 * closure.multiplier
