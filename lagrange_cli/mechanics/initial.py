@@ -8,6 +8,7 @@ the smallest in the kinetic-energy metric that the given ones and the closures a
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import mpmath
 import sympy as sp
@@ -31,8 +32,10 @@ _TOLERANCE = mpf(10) ** -9
 _DIGITS = 34
 #: What is left of the arithmetic's rounding.
 _ROUNDING = mpf(10) ** -20
-#: Digits for the metric, whose inverse is huge where a coordinate has no inertia.
-_METRIC_DIGITS = 60
+#: Further digits for the metric, whose inverse is huge where a coordinate has no inertia.
+_MORE_DIGITS = 26
+#: Numbers below this part of the largest are found with more digits too.
+_HARDLY = 1e-20
 _ZERO = mpf(0)
 
 #: Above this number of conditions velocities are found by sparse elimination.
@@ -53,19 +56,43 @@ def initial_state(derivation: Derivation) -> InitialState | None:
         return None
     if any(p.name not in reduced.values.exact for p in reduced.scene.parameters):
         return None
-    with mpmath.workdps(_DIGITS):
-        return _Initial(derivation).solve()
+    found = _solved(derivation, _DIGITS)
+    if not (_hardly(found.positions) or _hardly(found.velocities)):
+        return found
+    finer = _solved(derivation, 2 * _DIGITS)
+    return replace(
+        found,
+        positions=_without_noise(found.positions, finer.positions),
+        velocities=_without_noise(found.velocities, finer.velocities),
+    )
+
+
+def _solved(derivation: Derivation, digits: int) -> InitialState:
+    with mpmath.workdps(digits):
+        return _Initial(derivation, digits).solve()
+
+
+def _hardly(values: Sequence[float]) -> bool:
+    """Whether there are values that may be what rounding leaves of zeros."""
+    bound = _HARDLY * max(map(abs, values), default=0.0)
+    return any(0 < abs(x) <= bound for x in values)
+
+
+def _without_noise(values: Sequence[float], finer: Sequence[float]) -> tuple[float, ...]:
+    """With zeros for what vanishes as the arithmetic gets finer."""
+    pairs = zip(values, finer, strict=True)
+    return tuple(0.0 if abs(better) < abs(x) / 2 else x for x, better in pairs)
 
 
 class _Initial:
-    def __init__(self, derivation: Derivation) -> None:
-        self.derivation = derivation
+    def __init__(self, derivation: Derivation, digits: int) -> None:
+        self.derivation, self.digits = derivation, digits
         self.reduced = derivation.reduced
         names = self.reduced.names
         self.q = [c.q for c in self.reduced.coordinates]
         self.number = {q: j for j, q in enumerate(self.q)}
         self.constants: dict[sp.Symbol, mpf] = {
-            names.parameters[n]: mpf(x.evalf(_DIGITS)) for n, x in self.reduced.values.exact.items()
+            names.parameters[n]: mpf(x.evalf(digits)) for n, x in self.reduced.values.exact.items()
         }
         self.constants[names.t] = self.reduced.reference[names.t]
         self.given: dict[int, dict[sp.Symbol, tuple[mpf, InitialValue]]] = {0: {}, 1: {}}
@@ -87,7 +114,7 @@ class _Initial:
             )
         value = self.reduced.values.number(entry.value)
         assert value is not None  # every parameter has a value
-        self.given[entry.order][symbol] = (mpf(value.evalf(_DIGITS)), entry)
+        self.given[entry.order][symbol] = (mpf(value.evalf(self.digits)), entry)
 
     def solve(self) -> InitialState:
         start, moved = self._placed()
@@ -220,7 +247,7 @@ class _Initial:
         weights = [row.get(k, _ZERO) for k, row in enumerate(metric)]
         if len(matrix) > _LARGE and min(weights) > 0 and all(len(row) == 1 for row in metric):
             return smallest(matrix, target, [1 / mpmath.sqrt(w) for w in weights])
-        with mpmath.workdps(_METRIC_DIGITS):
+        with mpmath.workdps(self.digits + _MORE_DIGITS):
             return _smallest(matrix, target, metric)
 
     def _rates(self, tape: Tape, start: Sequence[mpf]) -> tuple[list[Row], list[mpf]]:

@@ -322,3 +322,34 @@ def test_a_start_outside_the_domain_of_a_closure() -> None:
     problem = refusal(CURVE % "log(x)*x = z + sin(z)*x*z" + "initial: {x: -1, z: 0}\n")
     assert problem.rule == "inconsistent"
     assert problem.mark.line == 4
+
+
+BOARD = """
+particles: {board: {mass: 6, position: [x, y, 0]}}
+coordinates: [x, y, theta, psi]
+kinetic: {turning: 0.02*dot(theta)^2, rotor: 0.01*(dot(theta) + dot(psi))^2}
+constraints:
+  back: dot(y)*cos(theta + 0.4) - dot(x)*sin(theta + 0.4) = 0.2*cos(0.4)*dot(theta)
+  front: dot(y)*cos(theta - 0.4) - dot(x)*sin(theta - 0.4) = -0.2*cos(0.4)*dot(theta)
+initial: {x: 0, y: 0, theta: 0, psi: 0, dot(x): 0.3, dot(psi): 2}
+"""
+
+
+def test_zeros_that_are_solved_for_are_zeros() -> None:
+    initial = start(BOARD)
+    names = dict(zip(("x", "y", "theta", "psi"), initial.velocities, strict=True))
+    assert names["y"] == 0
+    assert names["x"] == 0.3
+    assert names["theta"] == pytest.approx(-0.3 * math.tan(0.4) / 0.2)
+
+
+@pytest.mark.parametrize("size", ["1e-30", "-1e-66", "1e-200"])
+def test_small_numbers_that_are_solved_for_stay(size: str) -> None:
+    """Neither given ones nor those that follow from them are taken for rounding."""
+    initial = start(
+        "particles: {p: {mass: 1, position: [x, y, z]}}\n"
+        "constraints: {track: z = 0, curve: y + y^5 = x + x^7}\n"
+        f"initial: {{x: {size}, dot(x): 3}}\n"
+    )
+    assert initial.positions == pytest.approx((float(size), float(size)), rel=1e-15)
+    assert initial.velocities == pytest.approx((3.0, 3.0), rel=1e-15)
