@@ -54,6 +54,9 @@ def read_sizes(node: SourceNode, reading: Reading) -> tuple[Size, ...]:
         number = reading.integer(value, f"size '{key.text}'")
         if key.text in reading.given:
             number = given_size(key.text, reading.given[key.text], reading.problems)
+            if number is None:
+                # The file is right: without its sizes it would only look wrong.
+                reading.problems.raise_if_any()
         elif number is not None and number < 0:
             reading.expected("a whole number from 0", f"size '{key.text}'", value)
         if number is not None:

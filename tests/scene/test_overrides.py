@@ -87,3 +87,30 @@ def test_hostile_values_are_refused() -> None:
             read_text(SCENE, parameters={"m": hostile})
         with pytest.raises(InputError):
             read_text(SCENE, initial={hostile: "1"})
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("-1", "size 'n' is negative"),
+        ("3/2", "size 'n' is a whole number, found 3/2"),
+        ("x", "'x' is neither an index here nor a size"),
+        ("2 +", "expected an expression after '+', found the end"),
+    ],
+)
+def test_a_size_that_cannot_be_is_one_error(given: str, message: str) -> None:
+    chain = """
+sizes: {n: 3}
+plane: xz
+particles:
+  p[i=1..n]: {mass: i, position: ["x[i]", "y[i]", "z[i]"]}
+potentials: {weight: {gravity: 9.81}}
+initial: {"x[i=1..n]": i/n}
+expect: {dof: 2*n}
+"""
+    with pytest.raises(InputError) as refused:
+        read_text(chain, parameters={"n": given})
+    (problem,) = refused.value.problems
+    assert problem.message == message
+    assert problem.mark is not None
+    assert problem.mark.file == "-p n"
