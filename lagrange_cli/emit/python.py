@@ -11,9 +11,16 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c_names import file_stem
-from lagrange_cli.emit.constraints import INTERNAL, constraint_programs
+from lagrange_cli.emit.constraints import INTERNAL, constraint_programs, contact_programs
+from lagrange_cli.emit.contacts import flagged
 from lagrange_cli.emit.naming import PYTHON_RESERVED, comment_text, unique_identifiers
 from lagrange_cli.emit.program import asked_for
+from lagrange_cli.emit.python_contacts import (
+    CONTACT_NOTES,
+    contact_constants,
+    contact_script,
+    interface_source,
+)
 from lagrange_cli.emit.python_functions import ROUNDING, function_source, prelude, program_of
 from lagrange_cli.emit.python_project import project_source
 from lagrange_cli.emit.recorded import python_recorded
@@ -118,6 +125,7 @@ def start(given, until, p):
 '''
 
 _SINGULAR = "{t}: the mass matrix is singular or a result not finite"
+_SINGULAR_CLOSED = "{t}: a singular configuration or a result not finite"
 
 #: What stands where a step begins, with recordings: no step sees two pieces of them.
 _HELD = """\
@@ -160,22 +168,31 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
     tables = python_recorded(equations)
     alone = "p=DEFAULTS" + (", u=recorded" if tables else "")
     interface = [*_FUNCTIONS, *asked_for(equations)]
+    # What stands as a default is defined first.
+    programs = {
+        name: program_of(equations, name) for name in sorted(interface, key="inputs".__ne__)
+    } | (constraint_programs(equations) if not equations.contacts else {})
+    held = contact_programs(flagged(equations))
+    if held:
+        programs["flight_rhs"] = programs.pop("rhs")
+    passed = "p, u" if driven else "p"
+    own = {"inputs": alone, **dict.fromkeys(INTERNAL, "p"), "flight_rhs": passed}
     functions = [
-        function_source(
-            program_of(equations, name),
-            name,
-            names,
-            alone if name == "inputs" else arguments,
-        )
-        # What stands as a default is defined first.
-        for name in sorted(interface, key="inputs".__ne__)
-    ]
-    programs = constraint_programs(equations)
-    functions += [
-        function_source(program, name, names, "p" if name in INTERNAL else arguments)
+        function_source(program, name, names, own.get(name, arguments))
         for name, program in programs.items()
     ]
+    functions += [
+        function_source(
+            program,
+            name,
+            names,
+            f"{own.get(name, passed)}, contact",
+            (("p", len(fields)), ("contact", 2 * len(equations.contacts))),
+        )
+        for name, program in held.items()
+    ]
     functions += filter(None, [project_source(programs, "p=DEFAULTS")])
+    functions += interface_source(held, arguments)
     parameters = _parameters(equations, fields)
     script = _script(equations)
     imports, helpers = prelude("\n".join([parameters, *functions, *tables, script]))
@@ -197,7 +214,8 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
 def _script(equations: Equations) -> str:
     """What runs the module; states are led back to the closures where there are any."""
     text = _SCRIPT
-    if any(given.recording is not None for given in equations.inputs):
+    recorded = any(given.recording is not None for given in equations.inputs)
+    if recorded:
         text = text.replace(_NOT_FINITE, f"{_NOT_FINITE}, or a recording ends")
         text = text.replace(_SLOPE, f"{_HELD}{_SLOPE}")
         text = re.sub(r"(k[1-4] = rhs\(.*), p\)", r"\1, p, held)", text)
@@ -207,7 +225,11 @@ def _script(equations: Equations) -> str:
         start = _START_FUNCTION.replace("@TOLERANCE@", repr(TOLERANCE))
         start = start.replace("@ROUNDING@", repr(64 * float(ROUNDING)))
         text = text.replace(_MAIN, f"{start}{_MAIN}")
-        text = text.replace(_SINGULAR, "{t}: a singular configuration or a result not finite")
+        text = text.replace(_SINGULAR, _SINGULAR_CLOSED)
+    if equations.contacts:
+        held = _HELD.replace("        ", "    ").replace("=s +", "=t +") if recorded else ""
+        text = contact_script(text, held, float(ROUNDING))
+        text = text.replace(_SINGULAR, _SINGULAR_CLOSED)
     return text
 
 
@@ -216,7 +238,7 @@ def _docstring(equations: Equations) -> str:
     lines = [f"{name}: {comment_text(equations.title)}" if equations.title else name]
     if equations.description:
         lines += ["", comment_text(equations.description)]
-    singular = "configuration" if equations.closures else "mass matrix"
+    singular = "configuration" if equations.multipliers else "mass matrix"
     lines += [
         "",
         *_statement(equations),
@@ -225,6 +247,7 @@ def _docstring(equations: Equations) -> str:
         *(_DRIVEN if equations.inputs else ["domain error, overflow). With SciPy:"]),
         "",
         "    solve_ivp(rhs, (0, 10), INITIAL, args=(DEFAULTS,))",
+        *(CONTACT_NOTES if equations.contacts else []),
         "",
         f"Made by lagrange {__version__} from the scene with SHA-256",
         comment_text(equations.digest),
@@ -234,9 +257,16 @@ def _docstring(equations: Equations) -> str:
 
 
 def _statement(equations: Equations) -> list[str]:
-    if not equations.closures:
+    if not equations.multipliers:
         return [
             "Equations of motion M(q, t) a = f(q, v, t). The state y holds the coordinates q in"
+        ]
+    if equations.contacts:
+        return [
+            "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with the closures and",
+            "contacts of MULTIPLIERS beside them: l[k] is the multiplier and g[k] the gradient of",
+            "one, so that l[k]*g[k] is the generalized force that it exerts. project leads a state",
+            "back to what is closed, to be called after each step. y holds the coordinates q in",
         ]
     return [
         "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with the closures of",
@@ -278,7 +308,7 @@ def _asked_for(equations: Equations) -> list[str]:
 
 
 def _closures(equations: Equations) -> list[str]:
-    if not equations.closures:
+    if not equations.multipliers:
         return []
     texts = [f"# {comment_text(f'{c.name}: {c.text}')}" for c in equations.closures]
     return [
@@ -286,6 +316,7 @@ def _closures(equations: Equations) -> list[str]:
         *(f"# {line}" for line in rates_note(equations)),
         f"MULTIPLIERS = {_strings(equations.multipliers)}",
         f"RESIDUALS = {_strings(residual_labels(equations))}",
+        *contact_constants(equations),
     ]
 
 

@@ -228,8 +228,8 @@ def function_source(
     else:
         write = _accelerations if program.blocks else _RESULTS.get(name, _vector_result)
         body.extend(write(program, dialect))
-    label = f"_{name}" if name in INTERNAL else name
-    doc = _DOCS[name.removeprefix("contact_")]
+    label = f"_{name}" if name in INTERNAL or parameter.endswith("contact") else name
+    doc = _DOCS[name.removeprefix("contact_").removeprefix("flight_")]
     lines = [f"def {label}(t, y, {parameter}):", f'    """{doc}"""', "    try:"]
     lines.extend(f"        {line}" for line in body)
     lines.append("    except (ArithmeticError, ValueError, np.linalg.LinAlgError):")

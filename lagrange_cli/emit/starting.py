@@ -17,13 +17,11 @@ TOLERANCE = 1e-9
 
 def residual_labels(equations: Equations) -> list[str]:
     """What each residual of the function ``constraints`` is called in a message."""
-    positions = [c for c in equations.closures if c.kind == "position"]
+    closures = [*equations.closures, *(contact.closure for contact in equations.contacts)]
+    positions = [c for c in closures if c.kind == "position"]
     return [
         *(_position_label(c) for c in positions),
-        *(
-            comment_text(c.name if c.kind == "velocity" else f"rate of {c.name}")
-            for c in equations.closures
-        ),
+        *(comment_text(c.name if c.kind == "velocity" else f"rate of {c.name}") for c in closures),
     ]
 
 
