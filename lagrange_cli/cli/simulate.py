@@ -152,7 +152,7 @@ def _events(trajectory: Trajectory, shown: Sequence[str]) -> list[str]:
 
 def _promise(trajectory: Trajectory) -> str:
     if trajectory.requested is None:
-        return "not estimated: a method was chosen"
+        return "nothing is promised or estimated: a method was chosen"
     estimated = _number(trajectory.estimated, ".1e")
     until = _number(trajectory.holds_until, ".9g")
     return f"{trajectory.requested:g} requested, {estimated} estimated, holds until t = {until}"
@@ -316,6 +316,12 @@ def simulate(
     print_text(_json(trajectory, derive_seconds) if as_json else text)
     if plot is not None:
         trajectory.plot(plot)
+    asked = model.defaults.accuracy
+    if trajectory.requested is None and asked is not None:
+        session.remark(
+            f"the scene's accuracy {asked:g} is not promised: the options choose the method"
+            " and its steps; without them it is"
+        )
     if trajectory.reason:
         session.remark(trajectory.reason)
     interrupted = trajectory.status == "stopped" and how["budget"] is None

@@ -238,6 +238,15 @@ class TestSimulate:
         assert done.returncode == 2
         assert "DOP853" in done.stderr
 
+    def test_a_chosen_method_says_that_the_scenes_accuracy_is_not_promised(self):
+        for how in (("--method", "RK4", "--step", "0.01"), ("--rtol", "1e-6")):
+            done = lagrange("simulate", HOLE, *how)
+            assert done.returncode == 0
+            assert "the scene's accuracy 1e-09 is not promised" in done.stderr
+            assert "nothing is promised or estimated: a method was chosen" in done.stdout
+            assert lagrange("simulate", HOLE, *how, "-q").stderr == ""
+        assert "promised" not in lagrange("simulate", HOLE, "--accuracy", "1e-6").stderr
+
     def test_plot(self, tmp_path):
         pytest.importorskip("matplotlib")
         path = tmp_path / "plot.png"
