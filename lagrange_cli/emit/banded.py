@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-__all__ = ["bandwidth", "elimination_order", "is_banded", "operations_of_band"]
+__all__ = ["bandwidth", "couplings", "elimination_order", "is_banded", "operations_of_band"]
 
 #: Fewer unknowns than this are solved together, with pivoting.
 FEWEST_UNKNOWNS = 30
@@ -27,7 +27,7 @@ def elimination_order(held: Sequence[Iterable[int]]) -> tuple[int, ...]:
     held
         The coordinates of each closure.
     """
-    neighbours = _neighbours(held)
+    neighbours = couplings(held)
     natural = tuple(range(len(neighbours)))
     other = tuple(reversed(_cuthill_mckee(neighbours)))
     return min(natural, other, key=lambda order: _width(neighbours, order))
@@ -35,7 +35,7 @@ def elimination_order(held: Sequence[Iterable[int]]) -> tuple[int, ...]:
 
 def bandwidth(held: Sequence[Iterable[int]]) -> int:
     """How far apart closures of a common coordinate stand."""
-    return _width(_neighbours(held), range(len(held)))
+    return _width(couplings(held), range(len(held)))
 
 
 def operations_of_band(m: int, width: int) -> int:
@@ -49,7 +49,7 @@ def is_banded(n: int, m: int, width: int) -> bool:
     return size >= FEWEST_UNKNOWNS and operations_of_band(m, width) < 2 * size**3 // 3
 
 
-def _neighbours(held: Sequence[Iterable[int]]) -> list[list[int]]:
+def couplings(held: Sequence[Iterable[int]]) -> list[list[int]]:
     """For each closure the others that share a coordinate with it."""
     at: dict[int, list[int]] = {}
     for k, of in enumerate(held):

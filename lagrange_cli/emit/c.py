@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.c_body import body_text, result_name
 from lagrange_cli.emit.c_contacts import contact_names, interface_text, mode_workspace
 from lagrange_cli.emit.c_header import header_text
+from lagrange_cli.emit.c_kernels import kernel_helpers
 from lagrange_cli.emit.c_main import main_text
 from lagrange_cli.emit.c_names import CNames, Real, file_stem, real_type
 from lagrange_cli.emit.c_project import project_text, residual_text
@@ -20,7 +21,7 @@ from lagrange_cli.emit.c_solvers import helper_text, solver_text
 from lagrange_cli.emit.constraints import INTERNAL, constraint_programs, contact_programs
 from lagrange_cli.emit.contacts import flagged
 from lagrange_cli.emit.printing import Dialect, functions_in
-from lagrange_cli.emit.program import FUNCTIONS, Program, asked_for, build_program
+from lagrange_cli.emit.program import FUNCTIONS, Program, asked_for, build_program, operands_of
 from lagrange_cli.emit.solve import Block
 from lagrange_cli.errors import InputError, Problem
 
@@ -100,6 +101,7 @@ def _source(
         f'#include "{stem}.h"\n\n#include <math.h>\n',
         helper_text(used, names, real),
         solver_text(blocks_of(programs), names, real),
+        kernel_helpers(programs, names, real),
         _defaults(equations, names, real),
     ]
     contacts = len(equations.contacts)
@@ -131,9 +133,7 @@ def blocks_of(programs: Mapping[str, Program]) -> list[Block]:
 
 def functions_used(program: Program) -> set[str]:
     """The functions that a program calls."""
-    operands = [operand for _, operand in program.assignments]
-    operands += [operand for _, of in program.outputs for operand in of]
-    return set().union(*map(functions_in, operands))
+    return set().union(*(functions_in(operand) for operand, _ in operands_of(program)))
 
 
 def _defaults(equations: Equations, names: CNames, real: Real) -> str:

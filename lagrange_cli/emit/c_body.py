@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from textwrap import wrap
 
+from lagrange_cli.emit.c_kernels import finite_check, kernels_text, room
 from lagrange_cli.emit.c_names import CNames, Real
 from lagrange_cli.emit.c_solvers import EPSILON_NAME, dense_size
 from lagrange_cli.emit.constraints import finds_change, finds_multipliers
@@ -38,6 +39,8 @@ _ARRAYS = {"q": "y", "v": "y", "u": "u", "p": "p", "w": "w", "d": "work", "o": "
 def work_size(program: Program) -> int:
     """Numbers of workspace: what the solver needs, then values and parameters of loops
     (at least 1, so that an array of that size exists)."""
+    if program.parts:
+        return max(room(program), 1)
     values = len(program.assignments) + program.parameters if program.is_large else 0
     return max(dense_size(program.blocks) + values, 1)
 
@@ -53,6 +56,8 @@ def body_text(
     """
     parts: Sequence[_Part]
     n = program.coordinates
+    if program.parts:
+        return kernels_text(program, names, real, dialect, result_name(function, program))
     if finds_multipliers(function):
         results = sum(len(block.closures) for block in program.blocks)
         parts = _solution(program, {}, {k: Cell("out", k) for k in range(results)})
@@ -427,15 +432,8 @@ class _Writer:
         self.lines += [f"    if ({call} != 0) {{", "        return 1;", "    }"]
 
     def _check(self, result: str, results: int) -> None:
-        if results:
-            self.depth = max(self.depth, 1)
-            self.lines += [
-                f"    for (i = 0; i < {results}; ++i) {{",
-                f"        if (!isfinite({result}[i])) {{",
-                "            return 2;",
-                "        }",
-                "    }",
-            ]
+        self.depth = max(self.depth, 1 if results else 0)
+        self.lines += finite_check(result, results)
         self.lines.append("    return 0;")
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lagrange_cli.emit.c import blocks_of, function_names, function_text, functions_used
+from lagrange_cli.emit.c_kernels import kernel_helpers
 from lagrange_cli.emit.c_lanes import LANES_HEADER, lanes_text
 from lagrange_cli.emit.c_names import CNames, Real, real_type
 from lagrange_cli.emit.c_project import project_text, residual_text
@@ -60,6 +61,7 @@ def library_source(programs: Mapping[str, Program]) -> str:
         f"typedef struct {{ double p[{max(parameters, 1)}]; }} system_params;\n",
         helper_text(used, names, real),
         solver_text(blocks_of(programs), names, real),
+        kernel_helpers(programs, names, real),
         *(function_text(f, p, names, real, dialect) for f, p in programs.items()),
         residual_text(programs, names, real),
         *(project_text(programs, names, real, of) for of in ("", "contact_")),

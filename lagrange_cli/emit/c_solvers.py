@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from lagrange_cli.emit.c_names import CNames, Real
 from lagrange_cli.emit.solve import Block
 
-__all__ = ["EPSILON_NAME", "dense_size", "fill", "helper_text", "solver_text"]
+__all__ = ["BANDED", "EPSILON_NAME", "dense_size", "fill", "helper_text", "solver_text"]
 
 #: Tail of the macro that tells a pivot from rounding error.
 EPSILON_NAME = "EPSILON"
@@ -252,7 +252,7 @@ _COMPLIANT = """\
  * which makes that number of l zero.
 """
 
-_BANDED = """\
+BANDED = """\
 /*
  * Solve a x = b for a symmetric positive definite band of m rows, each given
  * from the diagonal on to w columns right of it; x replaces b, behind which m
@@ -330,7 +330,7 @@ def solver_text(blocks: Sequence[Block], names: CNames, real: Real) -> str:
         given = {"@CORNER@": corner, "@COMPLIANT@": comment}
         parts.append(fill(_SADDLE, names, real, given))
     if any(block.band is not None for block in blocks):
-        parts.append(fill(_BANDED, names, real))
+        parts.append(fill(BANDED, names, real))
     return "\n".join(parts)
 
 

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import count
 
+from lagrange_cli.emit.kernels import Column, Kernel, Part
 from lagrange_cli.emit.program import Call, Operand, Product, Program, Sum, Variable
 
 __all__ = ["disturb"]
@@ -23,6 +24,8 @@ def disturb(program: Program) -> Program:
 
     The factors are parameters after those of the program, in order.
     """
+    if program.parts:
+        return _disturbed_parts(program)
     numbers = count(program.parameters)
     factors = (Variable(f"p{number}") for number in numbers)
     disturbed = replace(
@@ -34,6 +37,33 @@ def disturb(program: Program) -> Program:
         ),
     )
     return replace(disturbed, parameters=next(numbers))
+
+
+def _disturbed_parts(program: Program) -> Program:
+    """Loops whose members have factors of their own; solutions of systems have none."""
+    parts: list[Part] = []
+    end = program.parameters
+    for part in program.parts:
+        if isinstance(part, Kernel):
+            part, used = _disturbed_kernel(part, end)
+            end += used
+        parts.append(part)
+    return replace(program, parts=tuple(parts), parameters=end)
+
+
+def _disturbed_kernel(kernel: Kernel, start: int) -> tuple[Kernel, int]:
+    """A loop that reads factors from a parameter on, and how many it reads."""
+    numbers = count(len(kernel.inputs))
+    factors = (Variable(f"l{number}") for number in numbers)
+    assignments = tuple((name, _off(operand, factors)) for name, operand in kernel.assignments)
+    results = tuple((column, _off(operand, factors)) for column, operand in kernel.results)
+    each, members = next(numbers) - len(kernel.inputs), kernel.members
+    columns = [
+        Column("p", tuple(range(start + k * members, start + (k + 1) * members)))
+        for k in range(each)
+    ]
+    inputs = (*kernel.inputs, *columns)
+    return Kernel(members, inputs, assignments, results), each * members
 
 
 def _off(operand: Operand, factors: Iterator[Variable]) -> Operand:

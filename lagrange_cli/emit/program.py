@@ -10,7 +10,7 @@ Only what the requested outputs need is computed, and each value once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from lagrange_cli.emit.angles import expand_angle_sums
 from lagrange_cli.emit.closures import CLOSURE_OUTPUTS, CLOSURE_SYSTEMS
 from lagrange_cli.emit.contacts import CONTACT_OUTPUTS, CONTACT_SYSTEMS
 from lagrange_cli.emit.families import Assignment
+from lagrange_cli.emit.kernels import Elimination, Kernel, Part
 from lagrange_cli.emit.operands import (
     FUNCTIONS,
     Call,
@@ -31,6 +32,7 @@ from lagrange_cli.emit.operands import (
 from lagrange_cli.emit.schedule import LARGEST_IN_ORDER, order_of, schedule
 from lagrange_cli.emit.solve import Block, solve_blocks
 from lagrange_cli.emit.values import Scaled, Values
+from lagrange_cli.emit.wide import Wide, is_wide, wide
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -50,8 +52,10 @@ __all__ = [
     "Variable",
     "asked_for",
     "build_program",
+    "eliminations",
     "following",
     "input_names",
+    "operands_of",
     "operations",
 ]
 
@@ -62,7 +66,9 @@ class Program:
 
     ``blocks`` says how accelerations, or what else solves a system, are found
     where they are an output (see :mod:`lagrange_cli.emit.solve`). ``driven`` is the
-    number of inputs ``u0, …``.
+    number of inputs ``u0, …``. The program of a large system may have ``parts`` instead of
+    assignments and outputs (see :mod:`lagrange_cli.emit.wide`): loops, which take ``work``
+    numbers of workspace and store so many ``results``.
     """
 
     coordinates: int
@@ -71,12 +77,15 @@ class Program:
     outputs: tuple[tuple[str, tuple[Operand, ...]], ...]
     blocks: tuple[Block, ...] = ()
     driven: int = 0
+    parts: tuple[Part, ...] = ()
+    work: int = 0
+    results: int = 0
 
     @property
     def is_large(self) -> bool:
         """Whether statements of one form stand together, to be written as loops."""
         results = sum(len(operands) for _, operands in self.outputs)
-        return len(self.assignments) + results > LARGEST_IN_ORDER
+        return bool(self.parts) or len(self.assignments) + results > LARGEST_IN_ORDER
 
     def output(self, name: str) -> tuple[Operand, ...]:
         """The operands of one output."""
@@ -135,6 +144,10 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
     InternalError
         An expression holds something without counterpart in emitted code.
     """
+    if is_wide(equations):
+        found = wide(equations, outputs, lambda name: tuple(OUTPUTS[name](equations)))
+        if found is not None:
+            return _of_parts(equations, found)
     values = Values(_inputs(equations))
     wanted: list[tuple[str, list[Scaled]]] = []
     blocks: tuple[Block, ...] = ()
@@ -155,6 +168,23 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
         results,
         blocks,
         len(equations.inputs),
+    )
+
+
+def _of_parts(equations: Equations, found: Wide) -> Program:
+    """A program of loops. Its block, if any, stands for the closures that it solves."""
+    n = len(equations.coordinates)
+    block = Block(tuple(range(n)), True, True, exact=True, closures=found.closures)
+    return Program(
+        n,
+        len(equations.parameters),
+        (),
+        (),
+        (block,) if found.solves else (),
+        len(equations.inputs),
+        found.parts,
+        found.work,
+        found.results,
     )
 
 
@@ -181,6 +211,14 @@ class Operations:
     def total(self) -> int:
         return self.additions + self.multiplications + self.divisions + self.calls
 
+    def times(self, number: int) -> Operations:
+        return Operations(
+            number * self.additions,
+            number * self.multiplications,
+            number * self.divisions,
+            number * self.calls,
+        )
+
     def __add__(self, other: Operations) -> Operations:
         return Operations(
             self.additions + other.additions,
@@ -190,11 +228,33 @@ class Operations:
         )
 
 
+def operands_of(program: Program) -> Iterator[tuple[Operand, int]]:
+    """The operands of all statements, and how often each is evaluated."""
+    yield from ((operand, 1) for _, operand in program.assignments)
+    yield from ((operand, 1) for _, of in program.outputs for operand in of)
+    for part in program.parts:
+        if isinstance(part, Kernel):
+            fixed = part.fixed
+            for name, operand in part.assignments:
+                yield operand, 1 if name in fixed else part.members
+            yield from ((operand, part.members) for _, operand in part.results)
+
+
 def operations(program: Program) -> Operations:
-    """Count the operations of all assignments and outputs (a negation is an addition)."""
+    """Count the operations of all statements (a negation is an addition)."""
     total = Operations()
-    stack: list[Operand] = [operand for _, operand in program.assignments]
-    stack.extend(operand for _, of in program.outputs for operand in of)
+    for operand, times in operands_of(program):
+        total += _operations_in(operand).times(times)
+    return total
+
+
+def eliminations(program: Program) -> int:
+    """The operations that solve for multipliers between the statements of a large system."""
+    return sum(p.factors.operations for p in program.parts if isinstance(p, Elimination))
+
+
+def _operations_in(whole: Operand) -> Operations:
+    total, stack = Operations(), [whole]
     while stack:
         operand = stack.pop()
         if isinstance(operand, Sum):

@@ -22,6 +22,7 @@ from lagrange_cli.emit.python_contacts import (
     interface_source,
 )
 from lagrange_cli.emit.python_functions import ROUNDING, function_source, prelude, program_of
+from lagrange_cli.emit.python_kernels import tables_source
 from lagrange_cli.emit.python_project import project_source
 from lagrange_cli.emit.recorded import python_recorded
 from lagrange_cli.emit.starting import TOLERANCE, rates_note, residual_labels
@@ -202,6 +203,7 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
         _docstring(equations),
         "\n".join([*standard, "from typing import NamedTuple", "", "import numpy as np\n"]),
         *helpers,
+        *filter(None, [tables_source(programs.values())]),
         _constants(equations),
         parameters,
         *tables,

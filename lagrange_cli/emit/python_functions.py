@@ -30,6 +30,7 @@ from lagrange_cli.emit.program import (
     following,
     input_names,
 )
+from lagrange_cli.emit.python_kernels import KERNEL_HELPERS, parts_source, tables_source
 from lagrange_cli.emit.python_project import HELPERS, project_source
 from lagrange_cli.emit.python_reset import reset_source
 from lagrange_cli.emit.solve import Block
@@ -86,6 +87,7 @@ def _max(a, b):
     return a if a > b or a != a else b
 ''',
     **HELPERS,
+    **KERNEL_HELPERS,
 }
 
 #: Every function of a program as the module calls it.
@@ -165,7 +167,9 @@ def module_source(programs: Mapping[str, Program]) -> str:
     functions += [project_source(programs, "p", of) for of in ("", "contact_")]
     body = "\n\n".join(filter(None, [*functions, *reset_source(programs, arguments)]))
     imports, helpers = prelude(body)
-    return "\n\n".join(["\n".join([*imports, "import numpy as np\n"]), *helpers, body])
+    tables = tables_source(programs.values())
+    head = "\n".join([*imports, "import numpy as np\n"])
+    return "\n\n".join(filter(None, [head, tables, *helpers, body]))
 
 
 def _given(programs: Mapping[str, Program], program: Program) -> list[tuple[str, int]]:
@@ -177,7 +181,7 @@ def _given(programs: Mapping[str, Program], program: Program) -> list[tuple[str,
 def prelude(body: str) -> tuple[list[str], list[str]]:
     """Import lines and definitions that the functions in ``body`` need, and no others."""
     helpers = [source for name, source in _HELPERS.items() if f"{name}(" in body]
-    words = set(re.findall(r"\w+", "\n".join([body, *helpers])))
+    words = set(re.findall(r"(?<![\w.])\w+", "\n".join([body, *helpers])))
     names = [name for name in _MATH if name in words]
     if not names:
         return [], helpers
@@ -218,16 +222,38 @@ def function_source(
         for k, name in enumerate(block.multipliers)
     }
     dialect = Dialect(double_literal, PYTHON_FUNCTIONS, {**names, **found})
+    if program.parts:
+        return _defined(name, parameter, _of_parts(program, name), _failure(program, name))
     given = given or (("p", program.parameters),)
     body = _load_inputs(program, dialect, given, velocities=_is_right_hand_side(program, name))
     late = dict(following(program, found))
     body.extend(_assigned([a for a in program.assignments if a[0] not in late], dialect))
-    failure = "nan" if name == "energy" else f"np.full({_shape(program, name)}, nan)"
+    failure = _failure(program, name)
     if finds_multipliers(name) or finds_change(name):
         body.extend(_unknowns(program, dialect, failure, closures=finds_multipliers(name)))
     else:
         write = _accelerations if program.blocks else _RESULTS.get(name, _vector_result)
         body.extend(write(program, dialect))
+    return _defined(name, parameter, body, failure)
+
+
+def _failure(program: Program, name: str) -> str:
+    """What a function returns where it has no result."""
+    return "nan" if name == "energy" else f"np.full({_shape(program, name)}, nan)"
+
+
+def _of_parts(program: Program, name: str) -> list[str]:
+    """The lines of the function of a large system."""
+    lines = parts_source(program)
+    if program.blocks:
+        return [*lines, f"return out if np.isfinite(out).all() else {_failure(program, name)}"]
+    n = program.coordinates
+    form = {"energy": "float(out[0])", "mass_matrix": f"out.reshape({n}, {n})"}
+    return [*lines, f"return {form.get(name, 'out')}"]
+
+
+def _defined(name: str, parameter: str, body: Sequence[str], failure: str) -> str:
+    """The definition of a function with a body."""
     label = f"_{name}" if name in INTERNAL or parameter.endswith("contact") else name
     doc = _DOCS[name.removeprefix("contact_").removeprefix("flight_")]
     lines = [f"def {label}(t, y, {parameter}):", f'    """{doc}"""', "    try:"]
@@ -257,6 +283,8 @@ def _shape(program: Program, name: str) -> str:
         return str(sum(len(block.closures) for block in program.blocks))
     if finds_change(name):
         return str(n)
+    if program.parts:
+        return str(program.results)
     if program.blocks:
         return str(2 * n)
     return str(sum(len(operands) for _, operands in program.outputs))

@@ -1,0 +1,382 @@
+"""Bodies of emitted C functions of large systems: a loop for each kernel.
+
+Indices into arrays advance by constant steps, or are looked up in tables: static arrays of
+the source file, which functions share.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from hashlib import sha256
+from textwrap import wrap
+
+from lagrange_cli.emit.c_names import CNames, Real
+from lagrange_cli.emit.c_solvers import BANDED, fill
+from lagrange_cli.emit.factors import Band, Supernodes
+from lagrange_cli.emit.kernels import Column, Elimination, Kernel, Part, Total, Zeros
+from lagrange_cli.emit.operands import Operand, Variable, rebuilt
+from lagrange_cli.emit.printing import Dialect, expression
+from lagrange_cli.emit.program import Program
+
+__all__ = [
+    "finite_check",
+    "kernel_helpers",
+    "kernels_text",
+    "node_tables",
+    "relative",
+    "room",
+    "table_name",
+    "tables_of",
+]
+
+#: Lines are broken before this column.
+WIDTH = 96
+
+_TOTAL = """\
+/* The sum of n numbers, in pairs; they are overwritten. */
+static @REAL@ @NAME@_total(int n, @REAL@ *a)
+{
+    int i;
+    while (n > 1) {
+        const int half = (n + 1)/2;
+        for (i = 0; i < n - half; ++i) {
+            a[i] += a[half + i];
+        }
+        n = half;
+    }
+    return a[0];
+}
+"""
+
+_SUPERNODES = """\
+/*
+ * Solve a x = b for a symmetric positive definite matrix of m rows whose lower
+ * triangle is given by rectangles: neighbouring columns with nonzeros in the
+ * same rows, zeros where elimination will fill them. x replaces b, behind which
+ * m numbers and a column are overwritten. a = L D L^T, from left to right: the
+ * ratios L replace what is below the diagonal. Pivots are judged against the
+ * diagonal before elimination.
+ *
+ * Of each of the n rectangles, node has its first column, the number of its
+ * columns and of its rows, where its numbers start (column by column), where
+ * its rows start in rows, and where its updates end. Of each update of it, from
+ * has the rectangle that it comes from, which of its rows, from the first to
+ * before the last, are columns of this one, and where in spots those and all
+ * later rows of it stand among the rows of this one.
+ */
+static int @NAME@_solve_sparse(int m, int n, const int *node, const int *rows, const int *from,
+                               const int *spots, @REAL@ *a, @REAL@ *b)
+{
+    @REAL@ *const d = b + m; /* the diagonal, then reciprocals of the pivots */
+    @REAL@ *const sum = d + m;
+    int h, i, j, k, update = 0;
+    for (h = 0; h < n; ++h) {
+        const int *const of = node + 6*h;
+        for (k = 0; k < of[1]; ++k) {
+            d[of[0] + k] = a[of[3] + k*of[2] + k];
+        }
+    }
+    for (h = 0; h < n; ++h) {
+        const int *const of = node + 6*h;
+        const int height = of[2];
+        @REAL@ *const own = a + of[3];
+        for (; update < of[5]; ++update) {
+            const int *const source = node + 6*from[4*update];
+            const int first = from[4*update + 1], last = from[4*update + 2], end = source[2];
+            const int *const spot = spots + from[4*update + 3] - first;
+            const @REAL@ *const other = a + source[3];
+            for (k = first; k < last; ++k) {
+                @REAL@ *const column = own + spot[k]*height;
+                for (i = k; i < end; ++i) {
+                    sum[i] = @ZERO@;
+                }
+                for (j = 0; j < source[1]; ++j) {
+                    const @REAL@ *const left = other + j*end;
+                    const @REAL@ ratio = left[k]*left[j];
+                    for (i = k; i < end; ++i) {
+                        sum[i] += ratio*left[i];
+                    }
+                }
+                for (i = k; i < end; ++i) {
+                    column[spot[i]] -= sum[i];
+                }
+            }
+        }
+        for (k = 0; k < of[1]; ++k) {
+            @REAL@ *const column = own + k*height;
+            if (!(column[k] > (@REAL@)m*@NAME@_EPSILON*d[of[0] + k])) {
+                return 1;
+            }
+            d[of[0] + k] = @ONE@/column[k];
+            for (j = k + 1; j < of[1]; ++j) {
+                @REAL@ *const right = own + j*height;
+                const @REAL@ ratio = column[j]*d[of[0] + k];
+                for (i = j; i < height; ++i) {
+                    right[i] -= ratio*column[i];
+                }
+            }
+            for (i = k + 1; i < height; ++i) {
+                column[i] *= d[of[0] + k];
+                b[rows[of[4] + i]] -= column[i]*b[of[0] + k];
+            }
+        }
+    }
+    for (h = n - 1; h >= 0; --h) {
+        const int *const of = node + 6*h;
+        for (k = of[1] - 1; k >= 0; --k) {
+            const @REAL@ *const column = a + of[3] + k*of[2];
+            @REAL@ rest = b[of[0] + k]*d[of[0] + k];
+            for (i = k + 1; i < of[2]; ++i) {
+                rest -= column[i]*b[rows[of[4] + i]];
+            }
+            b[of[0] + k] = rest;
+        }
+    }
+    return 0;
+}
+"""
+
+
+def table_name(prefix: str, table: tuple[int, ...]) -> str:
+    """The name of a table, told by what it holds: functions that need the same one share it."""
+    return f"{prefix}_at_{sha256(repr(table).encode()).hexdigest()[:12]}"
+
+
+def _table_text(prefix: str, table: tuple[int, ...]) -> str:
+    rows = _wrapped(", ".join(map(str, table)), 1, 0)
+    name = table_name(prefix, table)
+    return "\n".join([f"static const int {name}[] = {{", *rows, "};", ""])
+
+
+def tables_of(program: Program) -> Iterator[tuple[int, ...]]:
+    """The tables that a program looks into, in the order of first need."""
+    for part in program.parts:
+        if isinstance(part, Kernel):
+            columns = [*part.inputs, *(column for column, _ in part.results)]
+            yield from (relative(column) for column in columns if column.step is None)
+        elif isinstance(part, Elimination) and isinstance(part.factors, Supernodes):
+            yield from node_tables(part.factors)
+
+
+def relative(column: Column) -> tuple[int, ...]:
+    """Indices as they differ from the first, so that neighbouring columns have one table."""
+    return tuple(index - column.indices[0] for index in column.indices)
+
+
+def node_tables(of: Supernodes) -> tuple[tuple[int, ...], ...]:
+    """``node``, ``rows``, ``from`` and ``spots`` of the solver."""
+    nodes: list[int] = []
+    rows: list[int] = []
+    sources: list[int] = []
+    spots: list[int] = []
+    for node in of.nodes:
+        for update in node.updates:
+            sources += [update.source, update.first, update.last, len(spots)]
+            spots += update.rows
+        nodes += [node.first, node.columns, len(node.rows), node.start, len(rows)]
+        nodes.append(len(sources) // 4)
+        rows += node.rows
+    # An array of C has elements.
+    return tuple(nodes), tuple(rows), tuple(sources or [0] * 4), tuple(spots or [0])
+
+
+def kernel_helpers(programs: Mapping[str, Program], names: CNames, real: Real) -> str:
+    """What the kernels of all programs of a source file need: solvers, sums, tables."""
+    parts = [part for program in programs.values() for part in program.parts]
+    solved = [part.factors for part in parts if isinstance(part, Elimination)]
+    texts = []
+    if any(isinstance(of, Band) for of in solved):
+        texts.append(fill(BANDED, names, real))
+    if any(isinstance(of, Supernodes) for of in solved):
+        texts.append(fill(_SUPERNODES, names, real))
+    if any(isinstance(part, Total) for part in parts):
+        texts.append(fill(_TOTAL, names, real))
+    tables = dict.fromkeys(t for program in programs.values() for t in tables_of(program))
+    texts += [_table_text(names.prefix, table) for table in tables]
+    return "\n".join(filter(None, texts))
+
+
+def room(program: Program) -> int:
+    """Numbers of workspace: values, then parameters that loops index."""
+    return program.work + (program.parameters if _indexes_parameters(program) else 0)
+
+
+def _columns(program: Program) -> Iterator[Column]:
+    for part in program.parts:
+        if isinstance(part, Kernel):
+            yield from part.inputs
+            yield from (column for column, _ in part.results)
+
+
+def _indexes_parameters(program: Program) -> bool:
+    return any(c.array == "p" and not c.is_fixed for c in _columns(program))
+
+
+def kernels_text(
+    program: Program, names: CNames, real: Real, dialect: Dialect, result: str
+) -> list[str]:
+    """The lines of a function that runs the parts of a program.
+
+    ``result``: the name of the array of results.
+    """
+    writer = _Writer(program, names, real, dialect, result)
+    for part in program.parts:
+        writer.write(part)
+    counted = program.results or "(i = 0;" in "".join(writer.lines)
+    counter = ["    int i;"] if counted else []
+    check = finite_check(result, program.results)
+    return [*counter, *writer.opening(), *writer.lines, *check, "    return 0;"]
+
+
+def finite_check(result: str, count: int) -> list[str]:
+    """The lines of a function that return 2 where a result is not finite."""
+    if not count:
+        return []
+    return [
+        f"    for (i = 0; i < {count}; ++i) {{",
+        f"        if (!isfinite({result}[i])) {{",
+        "            return 2;",
+        "        }",
+        "    }",
+    ]
+
+
+class _Writer:
+    """Writes parts of a program line by line."""
+
+    def __init__(
+        self,
+        program: Program,
+        names: CNames,
+        real: Real,
+        dialect: Dialect,
+        result: str,
+    ) -> None:
+        self.program = program
+        self.names = names
+        self.dialect = dialect
+        self.real = real.name
+        self.zero = real.value(0.0)
+        self.result = result
+        self.lines: list[str] = []
+        self.copies = names.parameter_array is None and _indexes_parameters(program)
+
+    def opening(self) -> list[str]:
+        """The arguments that are not used, and parameters that loops index."""
+        arrays = {column.array for column in _columns(self.program)}
+        uses_work = "w" in arrays or self.copies
+        unused = {
+            "t": "t" not in arrays,
+            "y": not arrays & {"q", "v"},
+            "u": "u" not in arrays,
+            "p": "p" not in arrays,
+            "work": not uses_work,
+            self.result: not self.program.results,
+        }
+        lines = [f"    (void){name};" for name, is_so in unused.items() if is_so]
+        if self.copies:
+            lines.append(f"    {self.real} *const c = work + {self.program.work};")
+            fields = range(self.program.parameters)
+            lines += [f"    c[{k}] = {self.dialect.names[f'p{k}']};" for k in fields]
+        return lines
+
+    def write(self, part: Part) -> None:
+        if isinstance(part, Kernel):
+            self._kernel(part)
+        elif isinstance(part, Zeros):
+            array = self._array(part.array)
+            self.lines += [
+                f"    for (i = 0; i < {part.count}; ++i) {{",
+                f"        {array}[{_sum(part.start, 'i')}] = {self.zero};",
+                "    }",
+            ]
+        elif isinstance(part, Total):
+            call = f"{self.names.prefix}_total({part.count}, {_pointer(part.start)})"
+            self.lines.append(f"    (void){call};")
+        else:
+            self._elimination(part)
+
+    def _elimination(self, part: Elimination) -> None:
+        of, prefix = part.factors, f"{self.names.prefix}_solve"
+        matrix, vector = _pointer(part.matrix), _pointer(part.vector)
+        if isinstance(of, Band):
+            call = f"{prefix}_banded({len(of.order)}, {of.width}, {matrix}, {vector})"
+        else:
+            tables = ", ".join(table_name(self.names.prefix, t) for t in node_tables(of))
+            sizes = f"{len(of.order)}, {len(of.nodes)}"
+            call = f"{prefix}_sparse({sizes}, {tables}, {matrix}, {vector})"
+        self.lines += [*_wrapped(f"if ({call} != 0) {{", 1, 2), "        return 1;", "    }"]
+
+    def _kernel(self, kernel: Kernel) -> None:
+        """What is the same for all members, then a loop over them."""
+        loop = kernel.members > 1
+        fixed = kernel.fixed
+        outside: list[str] = []
+        inside: list[str] = []
+        for k, column in enumerate(kernel.inputs):
+            line = f"const {self.real} l{k} = {self._place(column, loop)};"
+            (outside if f"l{k}" in fixed else inside).append(line)
+        for name, operand in kernel.assignments:
+            line = f"const {self.real} {_local(name)} = {self._text(operand)};"
+            (outside if name in fixed else inside).append(line)
+        for column, operand in kernel.results:
+            inside.append(f"{self._place(column, loop)} = {self._text(operand)};")
+        self.lines.append("    {")
+        self.lines += [line for text in outside for line in _wrapped(text, 2, 1)]
+        if loop:
+            self.lines.append(f"        for (i = 0; i < {kernel.members}; ++i) {{")
+        self.lines += [line for text in inside for line in _wrapped(text, 2 + loop, 1)]
+        self.lines += ["        }", "    }"] if loop else ["    }"]
+
+    def _text(self, operand: Operand) -> str:
+        return expression(rebuilt(operand, lambda v: Variable(_local(v.name))), self.dialect)
+
+    def _place(self, column: Column, loop: bool) -> str:
+        """Where a name of a kernel stands, for the member of the loop."""
+        first, step = column.indices[0], column.step
+        if column.array == "t":
+            return "t"
+        if column.array == "p" and column.is_fixed:
+            return self.dialect.names[f"p{first}"]
+        start = first + (self.program.coordinates if column.array == "v" else 0)
+        array = self._array(column.array)
+        if not loop or step == 0:
+            return f"{array}[{start}]"
+        if step is not None:
+            return f"{array}[{_sum(start, 'i' if step == 1 else f'{step}*i')}]"
+        table = table_name(self.names.prefix, relative(column))
+        return f"{array}[{_sum(start, f'{table}[i]')}]"
+
+    def _array(self, array: str) -> str:
+        parameters = self.names.parameter_array or "c"
+        return {"q": "y", "v": "y", "w": "work", "p": parameters, "out": self.result}.get(
+            array, array
+        )
+
+
+def _local(name: str) -> str:
+    """A name of a kernel in C: assigned names are told from arrays."""
+    return name.replace("w", "s")
+
+
+def _pointer(start: int) -> str:
+    return f"work + {start}" if start else "work"
+
+
+def _sum(start: int, term: str) -> str:
+    """start + term without what is zero, and without a place to break a line."""
+    if term.startswith("-"):
+        return f"{start}{term}"
+    return f"{start}+{term}" if start else term
+
+
+def _wrapped(text: str, depth: int, deeper: int) -> list[str]:
+    """Lines of a statement at a depth; further ones stand deeper."""
+    return wrap(
+        text,
+        WIDTH,
+        initial_indent="    " * depth,
+        subsequent_indent="    " * (depth + deeper),
+        break_long_words=False,
+        break_on_hyphens=False,
+    )

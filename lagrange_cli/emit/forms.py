@@ -1,0 +1,180 @@
+"""Forms of expressions: one for all that differ only in the inputs they read.
+
+A chain of a thousand links has a thousand closures of one form. Each form is turned into
+statements once, and a loop runs them for all that have it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+import sympy
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable
+
+    from sympy import Expr
+
+__all__ = ["Forms", "Place", "Shape", "joint", "shared"]
+
+_COMMUTATIVE = (sympy.Add, sympy.Mul, sympy.Min, sympy.Max)
+
+#: Operations that a part of several expressions must have to be computed once for all of
+#: them: fewer are done again sooner than stored and fetched.
+WORTH = 4
+
+#: Operations that a function or a root counts as.
+COSTLY = 10
+
+
+class Place(NamedTuple):
+    """A number in an array: ``p``, ``t``, ``u``, ``q``, ``v``, ``w`` (workspace) or ``out``."""
+
+    array: str
+    number: int
+
+
+Shape: TypeAlias = "tuple[int, tuple[int, ...]]"
+"""Number of a form, and the leaves in its order, each as often as it stands there."""
+
+
+class Forms:
+    """Numbers of forms, and the leaves that expressions have: inputs, and what is known."""
+
+    def __init__(self, places: Mapping[Expr, Place]) -> None:
+        self.leaves: list[tuple[Expr, Place]] = []
+        self._numbers: dict[Hashable, int] = {}
+        self._shapes: dict[Expr, Shape] = {}
+        self._known: set[Expr] = set()
+        for expression, place in places.items():
+            self.place(expression, place)
+
+    def place(self, expression: Expr, place: Place) -> None:
+        """Take an expression for a leaf: its value stands at a place."""
+        self._shapes[expression] = self._number(place.array), (len(self.leaves),)
+        self._known.add(expression)
+        self.leaves.append((expression, place))
+
+    def __contains__(self, expression: object) -> bool:
+        """Whether an expression is a leaf."""
+        return expression in self._known
+
+    def shape(self, expression: Expr) -> Shape:
+        """The form of an expression, and its leaves."""
+        for part in _parts_first(expression, self._shapes):
+            self._shapes[part] = self._shape(part)
+        return self._shapes[expression]
+
+    def _shape(self, expression: Expr) -> Shape:
+        if not expression.args:
+            return self._number(expression), ()
+        parts = [self._shapes[part] for part in expression.args]
+        if isinstance(expression, _COMMUTATIVE):
+            parts.sort()
+        form = (expression.func, tuple(form for form, _ in parts))
+        return self._number(form), tuple(leaf for _, leaves in parts for leaf in leaves)
+
+    def _number(self, form: Hashable) -> int:
+        return self._numbers.setdefault(form, len(self._numbers))
+
+
+def joint(shapes: Iterable[Shape]) -> tuple[Hashable, tuple[int, ...]]:
+    """What expressions together have in common with others like them, and their leaves, each
+    once."""
+    numbers: dict[int, int] = {}
+    forms = []
+    for form, leaves in shapes:
+        forms.append((form, *(numbers.setdefault(leaf, len(numbers)) for leaf in leaves)))
+    return tuple(forms), tuple(numbers)
+
+
+def _parts_first(expression: Expr, known: Container[Expr]) -> Iterator[Expr]:
+    """What an expression is made of and is not known, parts before wholes."""
+    stack = [expression]
+    done = set()
+    while stack:
+        top = stack[-1]
+        missing = [a for a in top.args if a not in known and a not in done]
+        if top in known or top in done:
+            stack.pop()
+        elif missing:
+            stack.extend(reversed(missing))
+        else:
+            done.add(stack.pop())
+            yield top
+
+
+def shared(groups: Sequence[Sequence[Expr]], known: Container[Expr], longest: int) -> list[Expr]:
+    """What several groups of expressions hold and is worth being computed once, and sums of
+    more than ``longest`` terms; parts before wholes."""
+    order: list[Expr] = []
+    seen: set[Expr] = set()
+    for group in groups:
+        for expression in group:
+            for part in _parts_first(expression, _Either(known, seen)):
+                seen.add(part)
+                order.append(part)
+    owner = _Owners(known)
+    for number, group in enumerate(groups):
+        for expression in group:
+            owner.give(expression, number)
+    costs = _costs(order, known)
+    found = []
+    for part in reversed(order):
+        long = isinstance(part, sympy.Add) and len(part.args) > longest
+        several = owner.of[part] is None and costs[part] >= WORTH and not _is_multiple(part)
+        if part.args and (long or several):
+            found.append(part)
+            owner.of[part] = part
+        for argument in part.args:
+            owner.give(argument, owner.of[part])
+    return found[::-1]
+
+
+class _Either(NamedTuple):
+    """What one of two containers holds."""
+
+    first: Container[Expr]
+    second: Container[Expr]
+
+    def __contains__(self, expression: object) -> bool:
+        return expression in self.first or expression in self.second
+
+
+class _Owners:
+    """The only one that holds each expression (None: several do)."""
+
+    def __init__(self, known: Container[Expr]) -> None:
+        self.known = known
+        self.of: dict[Expr, Expr | int | None] = {}
+
+    def give(self, expression: Expr, owner: Expr | int | None) -> None:
+        if expression not in self.known and self.of.setdefault(expression, owner) != owner:
+            self.of[expression] = None
+
+
+def _is_multiple(expression: Expr) -> bool:
+    """A number times something: that is what is to be shared."""
+    return (
+        isinstance(expression, sympy.Mul)
+        and len(expression.args) == 2
+        and (expression.args[0].is_Number)
+    )
+
+
+def _costs(order: Iterable[Expr], known: Container[Expr]) -> dict[Expr, int]:
+    """About how many operations each expression takes, all its parts included."""
+    costs: dict[Expr, int] = {}
+    for part in order:
+        inner = sum(costs.get(a, 0) for a in part.args if a not in known)
+        costs[part] = inner + _own_cost(part)
+    return costs
+
+
+def _own_cost(expression: Expr) -> int:
+    if isinstance(expression, (sympy.Add, sympy.Mul)):
+        return len(expression.args) - 1
+    if expression.is_Pow and expression.exp.is_Integer:
+        return max(1, abs(int(expression.exp)) - 1) * (1 if expression.exp > 0 else 4)
+    return COSTLY if expression.args else 0

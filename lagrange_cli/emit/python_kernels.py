@@ -1,0 +1,199 @@
+"""Bodies of emitted Python functions of large systems: arrays in place of loops."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from textwrap import wrap
+
+from lagrange_cli.emit.c_kernels import node_tables, relative, table_name, tables_of
+from lagrange_cli.emit.factors import Band
+from lagrange_cli.emit.kernels import Column, Elimination, Kernel, Part, Total, Zeros
+from lagrange_cli.emit.numbers import double_literal
+from lagrange_cli.emit.operands import Operand, Variable, rebuilt
+from lagrange_cli.emit.printing import Dialect, expression
+from lagrange_cli.emit.program import FUNCTIONS, Program
+
+__all__ = ["KERNEL_HELPERS", "parts_source", "tables_source"]
+
+#: Longer lines are broken.
+WIDTH = 92
+
+_TAB = " " * 4
+
+#: Functions of NumPy that are called otherwise than those of a program.
+_OTHERWISE = {
+    **{f"{arc}": f"arc{arc[1:]}" for arc in ("asin", "acos", "atan", "asinh", "acosh", "atanh")},
+    "atan2": "arctan2",
+    "pow": "power",
+    "min": "minimum",
+    "max": "maximum",
+}
+
+_DIALECT = Dialect(
+    double_literal, {name: f"np.{_OTHERWISE.get(name, name)}" for name in FUNCTIONS}, {}
+)
+
+#: What the functions call, by name.
+KERNEL_HELPERS = {
+    "_solve_sparse": '''\
+def _solve_sparse(m, node, rows, sources, spots, a, b):
+    """x of S x = b for a positive definite matrix of m rows whose lower triangle is given by
+    rectangles of a: neighbouring columns with nonzeros in the same rows (S = L D L^T).
+
+    Of each, node has its first column, the numbers of its columns and rows, where its numbers
+    and its rows start, and where its updates end: of each of them, sources has the rectangle
+    that it comes from, which of its rows are columns of this one, and where in spots all later
+    rows of it stand among the rows of this one.
+    """
+    blocks = [a[at : at + c * h].reshape(c, h) for _, c, h, at, _, _ in node]
+    bounds = m * 2.0**-53 * np.concatenate([block.diagonal() for block in blocks])
+    pivots = np.empty(m)
+    update = 0
+    for (start, columns, height, _, at, end), block in zip(node, blocks):
+        for source, first, last, spot in sources[update:end]:
+            other = blocks[source]
+            scaled = pivots[node[source, 0] : node[source, 0] + node[source, 1], None] * other
+            where = spots[spot : spot + other.shape[1] - first]
+            change = scaled[:, first:last].T @ other[:, first:]
+            for k in range(last - first):
+                block[where[k], where[k:]] -= change[k, k:]
+        update = end
+        below = rows[at : at + height]
+        for k in range(columns):
+            pivot = block[k, k]
+            if not pivot > bounds[start + k]:
+                raise ArithmeticError("a singular matrix")
+            pivots[start + k] = pivot
+            for j in range(k + 1, columns):
+                block[j, j:] -= block[k, j] / pivot * block[k, j:]
+            block[k, k + 1 :] /= pivot
+            b[below[k + 1 :]] -= block[k, k + 1 :] * b[start + k]
+    b[:m] /= pivots
+    for (start, columns, height, _, at, _), block in zip(node[::-1], blocks[::-1]):
+        below = rows[at : at + height]
+        for k in reversed(range(columns)):
+            b[start + k] -= block[k, k + 1 :] @ b[below[k + 1 :]]
+''',
+}
+
+
+def tables_source(programs: Iterable[Program]) -> str:
+    """Definitions of the tables of indices that the functions of programs look into."""
+    tables = dict.fromkeys(table for program in programs for table in tables_of(program))
+    lines = []
+    for table in tables:
+        lines += [f"{_name(table)} = np.array(", *_wrapped(f"[{', '.join(map(str, table))}]", 1)]
+        lines.append(")")
+    return "\n".join([*lines, ""]) if lines else ""
+
+
+def parts_source(program: Program) -> list[str]:
+    """The lines of a function that gives an array of the results."""
+    writer = _Writer(program)
+    arrays = {column.array for column in _columns(program)}
+    lines = ["y = np.asarray(y, dtype=float)"] if arrays & {"q", "v"} else []
+    if any(column.array == "p" and not column.is_fixed for column in _columns(program)):
+        lines.append("p = np.asarray(p, dtype=float)")
+    if "u" in arrays:
+        lines.append("u = np.asarray(u(t, y, p), dtype=float)")
+    if program.work:
+        lines.append(f"w = np.empty({program.work})")
+    lines += [f"out = np.empty({program.results})", 'with np.errstate(all="ignore"):']
+    body = [line for part in program.parts for line in writer.lines(part)]
+    return [*lines, *(_TAB + line for line in body or ["pass"])]
+
+
+def _columns(program: Program) -> list[Column]:
+    kernels = [part for part in program.parts if isinstance(part, Kernel)]
+    results = [column for kernel in kernels for column, _ in kernel.results]
+    return [column for kernel in kernels for column in kernel.inputs] + results
+
+
+class _Writer:
+    """Writes parts of a program."""
+
+    def __init__(self, program: Program) -> None:
+        self.coordinates = program.coordinates
+
+    def lines(self, part: Part) -> list[str]:
+        if isinstance(part, Kernel):
+            return self._kernel(part)
+        if isinstance(part, Zeros):
+            return [f"{part.array}[{part.start}:{part.start + part.count}] = 0.0"]
+        if isinstance(part, Total):
+            end = part.start + part.count
+            return [f"w[{part.start}] = w[{part.start}:{end}].sum()"]
+        return _elimination(part)
+
+    def _kernel(self, kernel: Kernel) -> list[str]:
+        lines = [
+            f"l{k} = {self._place(column, kernel.members)}"
+            for k, column in enumerate(kernel.inputs)
+        ]
+        lines += [f"{_local(name)} = {_text(o)}" for name, o in kernel.assignments]
+        lines += [f"{self._place(c, kernel.members)} = {_text(o)}" for c, o in kernel.results]
+        return [piece for line in lines for piece in _wrapped(line, 0)]
+
+    def _place(self, column: Column, members: int) -> str:
+        """Where a name of a kernel stands: a number, or an array with one for each member."""
+        if column.array == "t":
+            return "t"
+        start = column.indices[0] + (self.coordinates if column.array == "v" else 0)
+        array = {"q": "y", "v": "y"}.get(column.array, column.array)
+        return f"{array}[{_indices(column, start, members)}]"
+
+
+def _indices(column: Column, start: int, members: int) -> str:
+    """One index, a slice, or a look into a table."""
+    step = column.step
+    if members == 1 or step == 0:
+        return str(start)
+    if step is None:
+        name = _name(relative(column))
+        return f"{name} + {start}" if start else name
+    if step < 0:
+        return f"np.arange({start}, {start + step * members}, {step})"
+    end = start + step * (members - 1) + 1
+    return f"{start}:{end}" if step == 1 else f"{start}:{end}:{step}"
+
+
+def _elimination(part: Elimination) -> list[str]:
+    of, m = part.factors, len(part.factors.order)
+    matrix = f"w[{part.matrix}:{part.matrix + of.numbers}]"
+    vector = f"w[{part.vector}:{part.vector + m}]"
+    if isinstance(of, Band):
+        return [f"{vector} = _solve_banded({matrix}.reshape({m}, -1), {vector})"]
+    node, rows, sources, spots = map(_name, node_tables(of))
+    tables = f"{node}.reshape(-1, 6), {rows}, {sources}.reshape(-1, 4), {spots}"
+    return _wrapped(f"_solve_sparse({m}, {tables}, {matrix}, {vector})", 0)
+
+
+def _name(table: tuple[int, ...]) -> str:
+    return table_name("_", table)[1:]
+
+
+def _local(name: str) -> str:
+    return name.replace("w", "s")
+
+
+def _text(operand: Operand) -> str:
+    return expression(rebuilt(operand, lambda v: Variable(_local(v.name))), _DIALECT)
+
+
+def _wrapped(text: str, depth: int) -> list[str]:
+    """Lines of a statement: a long one in parentheses."""
+    indent = _TAB * depth
+    if len(text) <= WIDTH:
+        return [indent + text]
+    target, equals, value = text.partition(" = ")
+    if equals:
+        lines = wrap(value, WIDTH, break_long_words=False, break_on_hyphens=False)
+        return [f"{target} = (", *(_TAB + line for line in lines), ")"]
+    return wrap(
+        text,
+        WIDTH,
+        initial_indent=indent,
+        subsequent_indent=indent + _TAB,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
