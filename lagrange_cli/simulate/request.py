@@ -231,9 +231,9 @@ def _check_method(
             f" beside the coordinates: {_and(list(model.multipliers))}",
             "--method DOP853 --rtol 1e-9",
         )
-    if model.contacts and not method.interpolates:
+    if model.contacts and not (method.interpolates and method.projects):
         raise _refused(
-            f"{method.name} has no interpolant on which contacts are found, those of"
+            f"{method.name} cannot end its steps where a contact closes or opens, here"
             f" {_and(list(model.contacts))}",
             "--method DOP853 --rtol 1e-9",
         )

@@ -10,6 +10,7 @@ import pytest
 from compiling import compiled_or_skip
 
 from lagrange_cli import load, loads
+from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.modelling import model_of
@@ -298,3 +299,23 @@ simulate: {until: 1.5}
     first = 0.2 + (speed_below - speed) / (2 * G)
     assert found.events[0].t == pytest.approx(first, abs=1e-9)
     assert found.events[1].t == pytest.approx(first + speed_below / G, abs=1e-9)
+
+
+@pytest.mark.parametrize("method", ["DOP853", "Gauss16", "RK45", "BDF"])
+def test_methods_with_an_interpolant_find_contacts(method: str):
+    found = run(BALL, method=method, rtol=1e-8)
+    assert names(found) == ["contact:floor"] * 6
+    assert [e.t for e in found.events] == pytest.approx(bounces(0.8)[:6], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"method": "Radau", "rtol": 1e-8},
+        {"method": "LSODA", "rtol": 1e-8},
+        {"method": "RK4", "step": 0.01},
+    ],
+)
+def test_other_methods_are_refused(options: dict[str, float | str]):
+    with pytest.raises(InputError, match="where a contact closes"):
+        run(BALL, **options)
