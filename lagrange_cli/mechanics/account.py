@@ -233,9 +233,12 @@ def _lines(
     geometry: Geometry, satisfied: set[int], dependent: Mapping[int, tuple[int, ...]]
 ) -> list[ConstraintLine]:
     stated = geometry.found.stated
+    numbered: dict[str, list[int]] = {}
+    for k, equation in enumerate(stated):
+        numbered.setdefault(equation.constraint, []).append(k)
     lines = []
     for constraint in geometry.names.scene.constraints:
-        numbers = [k for k, s in enumerate(stated) if s.constraint == constraint.name]
+        numbers = numbered.get(constraint.name, [])
         implied_by = [stated[j].constraint for k in numbers for j in dependent.get(k, ())]
         lines.append(
             ConstraintLine(

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import TypeVar
 
 import sympy as sp
@@ -217,10 +218,12 @@ class _Builder:
         """The mass of a set of components, times a sign."""
         if components not in self._masses:
             weights: Weights = {}
-            for number, (_, mass) in enumerate(self.components):
-                if components >> number & 1:
-                    count, rest = mass.as_coeff_Mul(rational=True)
-                    weights[rest] = weights.get(rest, 0) + rational(count)
+            left = components
+            while left:
+                _, mass = self.components[(left & -left).bit_length() - 1]
+                left &= left - 1
+                count, rest = mass.as_coeff_Mul(rational=True)
+                weights[rest] = weights.get(rest, 0) + rational(count)
             self._masses[components] = self.splitter.as_one(weights)
         return {m: sign * c for m, c in self._masses[components].items()}
 
@@ -243,7 +246,7 @@ class _Builder:
         number = self.number
         gradient: dict[sp.Symbol, list[sp.Expr]] = {}
         for term in sp.Add.make_args(potential):
-            for s in sorted(term.free_symbols, key=str):
+            for s in sorted(term.free_symbols, key=attrgetter("name")):
                 if s in resolved or s in number:
                     gradient.setdefault(s, []).append(-derivative(term, s))
         for s, parts in gradient.items():

@@ -9,25 +9,25 @@ on another name still open would hold in one chart only: such an equation stays.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import mpmath
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.solving import factor_branches, linear_parts, solutions
+from lagrange_cli.mechanics.definitions import dependency_order
+from lagrange_cli.mechanics.renaming import shape
+from lagrange_cli.mechanics.solving import (
+    factor_branches,
+    linear_parts,
+    solutions,
+    solves_everywhere,
+)
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.scene.expression import Equation
 
-__all__ = [
-    "Elimination",
-    "ImpossibleError",
-    "Stated",
-    "eliminate",
-    "solves_everywhere",
-    "substitute",
-]
+__all__ = ["Elimination", "ImpossibleError", "Stated", "eliminate", "substitute"]
 
 #: What counts as zero at the reference configuration.
 _VANISHES = mpmath.mpf(10) ** -9
@@ -90,6 +90,12 @@ class Elimination:
     remarks: list[str] = field(default_factory=list)
     _holders: dict[sp.Symbol, dict[sp.Symbol, None]] = field(default_factory=dict)
     _in_equations: dict[sp.Symbol, dict[int, None]] = field(default_factory=dict)
+    #: Shapes of equations, and steps that are known to be of no use for a shape.
+    _shapes: dict[int, Hashable] = field(default_factory=dict)
+    _useless: set[tuple[str, Hashable]] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self._order = {symbol: k for k, symbol in enumerate(self.unknowns)}
 
     def reduce(self, expr: sp.Expr) -> sp.Expr:
         """``expr`` with everything that is solved put in."""
@@ -126,13 +132,14 @@ class Elimination:
 
     def _await(self, number: int, left: sp.Expr, right: sp.Expr) -> None:
         self.pending[number] = (left, right)
+        self._shapes.pop(number, None)
         for s in left.free_symbols | right.free_symbols:
             if s in self.unknowns:
                 self._in_equations.setdefault(s, {})[number] = None
 
     def define(self, given: Mapping[sp.Symbol, sp.Expr]) -> None:
         """Give symbols their defining expressions."""
-        for symbol in _dependency_order(given):
+        for symbol in dependency_order(given):
             self.give(symbol, self.reduce(given[symbol]), frozenset())
 
     def begin(self) -> None:
@@ -162,8 +169,19 @@ class Elimination:
     def _open_in(self, number: int) -> list[sp.Symbol]:
         """Unknowns of an equation, the last declared first."""
         left, right = self.pending[number]
-        present = left.free_symbols | right.free_symbols
-        return [u for u in reversed(self.unknowns) if u in present]
+        return self.in_order(left.free_symbols | right.free_symbols)[::-1]
+
+    def in_order(self, symbols: Iterable[sp.Symbol]) -> list[sp.Symbol]:
+        """The unknowns among some symbols, as they were declared."""
+        return sorted((s for s in symbols if s in self.unknowns), key=self._order.__getitem__)
+
+    def _shape(self, number: int) -> Hashable:
+        """The same for equations that differ in the names of their unknowns only."""
+        if number not in self._shapes:
+            places = {u: k for k, u in enumerate(self._open_in(number))}
+            left, right = self.pending[number]
+            self._shapes[number] = shape(left, places), shape(right, places)
+        return self._shapes[number]
 
     def _isolated(self, number: int) -> tuple[sp.Symbol, sp.Expr] | None:
         left, right = self.pending[number]
@@ -181,9 +199,12 @@ class Elimination:
     def _linear_if(
         self, number: int, admits: Callable[[sp.Expr], bool]
     ) -> tuple[sp.Symbol, sp.Expr] | None:
-        found = []
+        if ("linear", self._shape(number)) in self._useless:
+            return None
+        found, linear, phi = [], False, self._phi(number)
         for unknown in self._open_in(number):
-            parts = linear_parts(self._phi(number), unknown)
+            parts = linear_parts(phi, unknown)
+            linear = linear or parts is not None
             if parts is None or not admits(parts[0]):
                 continue
             pivot, rest = parts
@@ -192,6 +213,8 @@ class Elimination:
             fixed = pivot.free_symbols <= self.constants
             if fixed or not self._loses(number, unknown, [-rest / pivot]):
                 found.append((pivot, unknown, rest))
+        if not linear:
+            self._useless.add(("linear", self._shape(number)))
         if not found:
             return None
         pivot, unknown, rest = found[self._best([a for a, _, _ in found])]
@@ -221,17 +244,22 @@ class Elimination:
         return True
 
     def _closed_form(self, number: int) -> tuple[sp.Symbol, sp.Expr] | None:
+        if ("closed form", self._shape(number)) in self._useless:
+            return None
         self._choose_factor(number)
         phi = self._phi(number)
-        found = []
+        found, solved = [], False
         names = self._open_in(number)
         for unknown in names:
             branches = solutions(phi, unknown, self._value, several=len(names) == 1)
+            solved = solved or bool(branches)
             parts = linear_parts(phi, unknown)
             if parts is not None and not self._everywhere(*parts):
                 continue
             if branches and not self._loses(number, unknown, branches):
                 found.append((phi.diff(unknown), unknown, branches))
+        if not solved:
+            self._useless.add(("closed form", self._shape(number)))
         if not found:
             return None
         _, unknown, branches = found[self._best([slope for slope, _, _ in found])]
@@ -368,17 +396,6 @@ class Elimination:
         )
 
 
-def solves_everywhere(pivot: sp.Expr, rest: sp.Expr, constants: frozenset[sp.Symbol]) -> bool:
-    """Whether −rest/pivot is the solution of pivot·u + rest = 0 wherever that holds.
-
-    The pivot of x·sin(ω t) = y·cos(ω t) vanishes on the way.
-    """
-    if rest != 0 and rest.free_symbols <= constants:
-        return True  # where the pivot vanishes the equation does not hold
-    factors = [f for f in sp.Mul.make_args(pivot) if not f.free_symbols <= constants]
-    return all(f.is_nonzero for f in factors)
-
-
 def _meet(x: mpmath.mpf | None, y: mpmath.mpf | None, length: mpmath.mpf) -> bool:
     """Two values are the same to the tolerance of consistency."""
     if x is None or y is None:
@@ -440,19 +457,3 @@ def substitute(
     state.begin()
     state.run(2)
     return state
-
-
-def _dependency_order(given: Mapping[sp.Symbol, sp.Expr]) -> list[sp.Symbol]:
-    """Symbols such that each comes after those its expression holds (chains may be long)."""
-    done: dict[sp.Symbol, None] = {}
-    for first in given:
-        stack = [first]
-        while stack:
-            symbol = stack[-1]
-            held = given[symbol].free_symbols & given.keys()
-            ahead = [s for s in sorted(held, key=str) if s not in done]
-            if symbol in done or not ahead:
-                done[stack.pop()] = None
-            else:
-                stack.extend(ahead)
-    return list(done)

@@ -14,10 +14,10 @@ from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics import refusals
 from lagrange_cli.mechanics.calculus import derivative
 from lagrange_cli.mechanics.contradictions import contradiction
-from lagrange_cli.mechanics.elimination import Elimination, solves_everywhere
+from lagrange_cli.mechanics.elimination import Elimination
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.ranks import TOLERANCE, Point
-from lagrange_cli.mechanics.solving import linear_parts, solutions
+from lagrange_cli.mechanics.solving import linear_parts, solutions, solves_everywhere
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.scene.expression import Expression
 from lagrange_cli.scene.model import Unilateral

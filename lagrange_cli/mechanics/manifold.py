@@ -9,16 +9,19 @@ other need no special case (Deuflhard, Newton Methods for Nonlinear Problems,
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 
 import mpmath
 import numpy as np
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.mechanics.doubles import DoubleRun
+from lagrange_cli.mechanics.doubles import DoubleTape
+from lagrange_cli.mechanics.sampling import double
 from lagrange_cli.mechanics.steps import LeastSquares, Row, smallest
-from lagrange_cli.mechanics.tape import Run, Tape
+from lagrange_cli.mechanics.tape import Run, Series, Tape
 
 __all__ = ["Manifold"]
 
@@ -30,8 +33,9 @@ _STEPS = 80
 #: A step small enough to arrive with, in that case.
 _SLOW = mpf(10) ** -12
 
-#: Above this number of equations a point is approached in doubles, until steps are so small.
-_LARGE, _NEAR = 64, mpf(10) ** -7
+#: Above this number of equations a point is approached in doubles, until steps are so small;
+#: after some steps they are to be smaller than the first.
+_LARGE, _NEAR, _WANDER = 64, 1e-7, 10
 
 #: Largest relative violation of an equation that a step may leave (it may depend on others).
 _TOLERANCE = mpf(10) ** -9
@@ -69,14 +73,29 @@ class Manifold:
     ) -> None:
         self.q, self.v, self._others = list(q), list(v), [t, *parameters]
         self.scale = [scale[s] for s in q]
-        self._count = len(positions)
-        still = [*self.q, *self._others]
-        self._positions = Tape([left - right for left, right in positions], still)
-        terms = [[*sp.Add.make_args(a), *sp.Add.make_args(b)] for a, b in positions]
-        self._lengths = [len(x) for x in terms]
-        self._terms = Tape([e for x in terms for e in x], still)
-        self._velocities = Tape(list(velocities), [*self.q, *self.v, *self._others])
-        self.all = [*range(self._count)]
+        self._symbols = [*self.q, *self._others]
+        self._sides, self._rates = list(positions), list(velocities)
+        self.all = [*range(len(positions))]
+
+    # Tapes, each made when it is needed.
+
+    @cached_property
+    def _positions(self) -> Tape:
+        return Tape([left - right for left, right in self._sides], self._symbols)
+
+    @cached_property
+    def _in_doubles(self) -> DoubleTape:
+        return DoubleTape(self._positions, len(self.q))
+
+    @cached_property
+    def _terms(self) -> tuple[Tape, list[int]]:
+        """The terms of both sides of each φ, and how many there are."""
+        terms = [[*sp.Add.make_args(a), *sp.Add.make_args(b)] for a, b in self._sides]
+        return Tape([e for x in terms for e in x], self._symbols), [len(x) for x in terms]
+
+    @cached_property
+    def _velocities(self) -> Tape:
+        return Tape(self._rates, [*self.q, *self.v, *self._others])
 
     # Positions.
 
@@ -102,7 +121,7 @@ class Manifold:
             return self._newton(point, rows)
         try:
             near = self._approached(point, rows)
-        except (ArithmeticError, ValueError):
+        except ArithmeticError:
             return self._newton(point, rows)  # what is beyond the range of doubles
         return None if near is None else self._refined(*near, rows)
 
@@ -128,24 +147,24 @@ class Manifold:
 
         Raises
         ------
-        ArithmeticError, ValueError
+        ArithmeticError
             Doubles do not reach so far.
         """
-        n, others = len(self.q), [float(point[s]) for s in self._others]
-        start, units = np.array([float(point[s]) for s in self.q]), np.array(self.scale, float)
-        change, arrived = np.zeros(n), False
-        for _ in range(_PATIENCE):
-            run = DoubleRun(self._positions, [*(start - change).tolist(), *others])
-            slopes = map(run.partials, rows)
-            gradients = [{j: x for j, x in row.items() if j < n} for row in slopes]
-            system = LeastSquares(gradients, self.scale)
-            if arrived:
+        others = [double(point[s]) for s in self._others]
+        start = np.array([double(point[s]) for s in self.q])
+        units = np.array([double(x) for x in self.scale])
+        change, sizes = np.zeros(len(self.q)), [math.inf]
+        for count in range(_PATIENCE):
+            values, gradients = self._in_doubles.run([*(start - change).tolist(), *others])
+            system = LeastSquares(gradients[rows], self.scale)
+            if sizes[-1] <= _NEAR:
                 moves = zip(self.q, change.tolist(), strict=True)
                 return {**point, **{s: point[s] - mpf(x) for s, x in moves}}, system
-            values = run.values
-            step = system.in_doubles(np.array([values[k] for k in rows]))
+            step = system.in_doubles(values[rows])
             change += units * step
-            arrived = bool(np.abs(step).max(initial=0.0) <= _NEAR)
+            sizes.append(float(np.abs(step).max(initial=0.0)))
+            if count >= _WANDER and sizes[-1] > sizes[1] / 2:
+                break
         return None
 
     def _refined(
@@ -178,6 +197,8 @@ class Manifold:
 
     def _holds(self, start: Point, point: Point, rows: Sequence[int]) -> bool:
         """Whether equations are satisfied, or have lost their gradient since the start."""
+        if len(rows) > _LARGE and self._clearly_holds(point, rows):
+            return True
         wrong = [k for k, x in enumerate(self.violations(point)) if x > _TOLERANCE and k in rows]
         if not wrong:
             return True
@@ -185,14 +206,10 @@ class Manifold:
         return all(_steepest(after[k]) <= _FLAT * _steepest(before[k]) for k in wrong)
 
     def _at(self, point: Point) -> Run:
-        inputs = [(point[s], _ZERO, _ZERO) for s in [*self.q, *self._others]]
-        return self._positions.run(inputs, 0)
+        return self._positions.run(self._still(point), 0)
 
-    def _sizes(self, point: Point) -> list[mpf]:
-        """Σ |term| of each φ."""
-        inputs = [(point[s], _ZERO, _ZERO) for s in [*self.q, *self._others]]
-        pending = iter(self._terms.run(inputs, 0).values)
-        return [sum((abs(next(pending)) for _ in range(n)), _ZERO) for n in self._lengths]
+    def _still(self, point: Point) -> list[Series]:
+        return [(point[s], _ZERO, _ZERO) for s in self._symbols]
 
     def violations(self, point: Point) -> list[mpf]:
         """|φ| beside the size of its terms, or of Σ |∂φ/∂q| where that is more.
@@ -200,11 +217,23 @@ class Manifold:
         The terms of log(x² + z²) = 0 are zero where it holds.
         """
         run, found = self._at(point), []
-        for k, (value, terms) in enumerate(zip(run.values, self._sizes(point), strict=True)):
+        tape, lengths = self._terms
+        pending = iter(tape.run(self._still(point), 0).values)
+        for k, (value, count) in enumerate(zip(run.values, lengths, strict=True)):
+            terms = sum((abs(next(pending)) for _ in range(count)), _ZERO)
             slopes = _partials(run, k, 0, len(self.q))
             change = sum((abs(x) * self.scale[j] for j, x in slopes.items()), _ZERO)
             found.append(abs(value) / (max(terms, change) or mpf(1)))
         return found
+
+    def _clearly_holds(self, point: Point, rows: Sequence[int]) -> bool:
+        """Whether doubles tell that |φ| is small beside Σ |∂φ/∂q|."""
+        try:
+            values, slopes = self._in_doubles.run([double(point[s]) for s in self._symbols])
+        except ArithmeticError:
+            return False
+        changes = abs(slopes[rows]) @ np.array([double(x) for x in self.scale])
+        return bool((np.abs(values[rows]) <= float(_TOLERANCE) * changes).all())
 
     def slopes(self, point: Point) -> list[Row]:
         """∂φ/∂q in the units of the coordinates."""

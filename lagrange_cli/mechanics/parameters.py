@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
@@ -31,6 +33,7 @@ class Values:
         self._written = {p.name: p for p in scene.parameters}
         self.exact: dict[str, sp.Expr] = {}
         self._open: list[str] = []
+        self._known: dict[Expression, sp.Expr | None] = {}
         for name, parameter in self._written.items():
             self._resolve(name)
             value = self.exact.get(name)
@@ -67,6 +70,11 @@ class Values:
 
     def number(self, expression: Expression) -> sp.Expr | None:
         """Exact value of an expression in parameters; None if one of them has no value."""
+        if expression not in self._known:
+            self._known[expression] = self._number(expression)
+        return self._known[expression]
+
+    def _number(self, expression: Expression) -> sp.Expr | None:
         missing: list[str] = []
 
         def lookup(name: str) -> sp.Expr | None:
@@ -81,7 +89,7 @@ class Values:
         value = to_sympy(expression, lookup)
         if missing:
             return None
-        if not abs(value.evalf(15)) < 1e308:
+        if not _magnitude(value) < 10**308:
             raise InputError(
                 Problem(
                     f"'{expression.text}' is beyond double precision",
@@ -95,6 +103,13 @@ class Values:
         """The double nearest to an expression's value."""
         value = self.number(expression)
         return None if value is None else nearest_double(value)
+
+
+def _magnitude(value: sp.Expr) -> sp.Expr | Fraction:
+    """|value|, exact where it is rational."""
+    if value.is_Rational:
+        return abs(Fraction(int(value.p), int(value.q)))
+    return abs(value.evalf(15))
 
 
 def nearest_double(value: sp.Expr) -> float:

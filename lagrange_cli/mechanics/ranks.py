@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from operator import attrgetter
 from typing import TypeAlias
 
 import numpy as np
@@ -85,7 +86,9 @@ def dependent_columns(
     for point in points:
         matrix = dense(_jacobian(functions, variables, point), len(variables))
         scaled = matrix / np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
-        _, sizes, right = np.linalg.svd(scaled, full_matrices=True)
+        # Of few rows the null space is in what is left out of the thin decomposition.
+        wide = len(scaled) < len(variables)
+        _, sizes, right = np.linalg.svd(scaled, full_matrices=wide)
         null = right[int(np.sum(sizes > TOLERANCE * max(sizes[0], 1e-300))) :]
         if not len(null):
             return None
@@ -106,7 +109,11 @@ def dependent_gradients(
     """
     movable = {*resolved, *coordinates}
     variables = list(
-        dict.fromkeys(v for phi in functions for v in sorted(phi.free_symbols & movable, key=str))
+        dict.fromkeys(
+            v
+            for phi in functions
+            for v in sorted(phi.free_symbols & movable, key=attrgetter("name"))
+        )
     )
     found: dict[int, tuple[int, ...]] | None = None
     for point in points:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import mpmath
 import sympy as sp
@@ -122,7 +122,11 @@ class Reduced:
 
     def manifold(self, gaps: Sequence[Restriction] = ()) -> Manifold:
         """The states that the closures leave, and ``gaps`` that are closed."""
-        return _manifold(self.chart, [*self.closures, *gaps])
+        return _manifold(self.chart, [*self.closures, *gaps]) if gaps else self._manifold
+
+    @cached_property
+    def _manifold(self) -> Manifold:
+        return _manifold(self.chart, self.closures)
 
 
 def _rate(reduced: Reduced, expr: sp.Expr) -> sp.Expr:
@@ -296,12 +300,18 @@ def _restricted(chart: Chart) -> tuple[Chart, list[Drawn], tuple[int, ...]]:
     chart = replace(chart, coordinates=tuple(_coordinates(geometry, restrictions)))
     manifold = _manifold(chart, restrictions)
     sampler = _sampler(chart, [], manifold)
-    points = _drawn(geometry, sampler, numbers)
-    return chart, points, independent_closures(geometry, numbers, manifold, sampler, points)
+    points = _drawn(geometry, sampler, numbers, 1 if sampler.many else POINTS)
+    kept = independent_closures(geometry, numbers, manifold, sampler, points)
+    if len(kept) < len(numbers) and sampler.many:  # one point proves independence only
+        points += _drawn(geometry, sampler, numbers, FEWEST_POINTS - 1)
+        kept = independent_closures(geometry, numbers, manifold, sampler, points)
+    return chart, points, kept
 
 
-def _drawn(geometry: Geometry, sampler: Sampler, restricting: Sequence[int]) -> list[Drawn]:
-    wanted = FEWEST_POINTS if sampler.many else POINTS
+def _drawn(
+    geometry: Geometry, sampler: Sampler, restricting: Sequence[int], wanted: int | None = None
+) -> list[Drawn]:
+    wanted = wanted or (FEWEST_POINTS if sampler.many else POINTS)
     points = [p for p in (sampler.draw() for _ in range(wanted)) if p is not None]
     if len(points) < wanted:
         found, reference = geometry.found, geometry.reference

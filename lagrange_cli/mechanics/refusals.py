@@ -29,16 +29,17 @@ _LISTED = 8
 
 def require_enough(scene: Scene, found: Elimination) -> None:
     """Refuse declared coordinates when more names are open than equations hold any of them."""
+    if scene.coordinates is None:
+        return
     usable = sum(bool(_open_names(found, number)) for number in found.pending)
     excess = len(found.unknowns) - usable
-    if scene.coordinates is not None and excess > 0:
+    if excess > 0:
         raise too_few(scene, found, excess)
 
 
 def _open_names(found: Elimination, number: int) -> list[sp.Symbol]:
     left, right = found.pending[number]
-    present = (left - right).free_symbols
-    return [u for u in found.unknowns if u in present]
+    return found.in_order((left - right).free_symbols)
 
 
 def _quoted(names: Sequence[object]) -> str:

@@ -18,7 +18,7 @@ from mpmath import mpf
 
 from lagrange_cli.mechanics.expansion import expand_terms, term_count
 
-__all__ = ["factor_branches", "linear_parts", "solutions"]
+__all__ = ["factor_branches", "linear_parts", "solutions", "solves_everywhere"]
 
 #: Value of an expression at the reference configuration, where it is known.
 Value = Callable[[sp.Expr], "mpf | None"]
@@ -49,6 +49,17 @@ def linear_parts(phi: sp.Expr, unknown: sp.Symbol) -> tuple[sp.Expr, sp.Expr] | 
     if powers is None or not set(powers) <= {0, 1} or 1 not in powers:
         return None
     return powers[1], powers.get(0, sp.Integer(0))
+
+
+def solves_everywhere(pivot: sp.Expr, rest: sp.Expr, constants: frozenset[sp.Symbol]) -> bool:
+    """Whether −rest/pivot is the solution of pivot·u + rest = 0 wherever that holds.
+
+    The pivot of x·sin(ω t) = y·cos(ω t) vanishes on the way.
+    """
+    if rest != 0 and rest.free_symbols <= constants:
+        return True  # where the pivot vanishes the equation does not hold
+    factors = [f for f in sp.Mul.make_args(pivot) if not f.free_symbols <= constants]
+    return all(f.is_nonzero for f in factors)
 
 
 def solutions(

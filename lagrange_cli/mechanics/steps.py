@@ -10,7 +10,7 @@ Problems, 1996, sections 2.7 and 6.1).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import mpmath
 import numpy as np
@@ -18,6 +18,9 @@ from mpmath import mpf
 from numpy.typing import NDArray
 
 from lagrange_cli.mechanics.sampling import double
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 __all__ = ["LeastSquares", "Row", "repetitions", "smallest"]
 
@@ -41,23 +44,23 @@ class LeastSquares:
     Parameters
     ----------
     rows
-        Numbers of any kind.
+        Numbers of any kind, or a sparse matrix of doubles.
     scale
         Units of the unknowns: steps are smallest in them.
     """
 
-    def __init__(self, rows: Sequence[Row], scale: Sequence[mpf]) -> None:
-        units = [double(s) for s in scale]
-        scaled = [{j: double(x) * units[j] for j, x in row.items()} for row in rows]
-        self._largest = [max(map(abs, row.values()), default=0.0) for row in scaled]
-        self._width = len(units)
-        columns = [j for row in scaled for j in row]
-        pairs = zip(scaled, self._largest, strict=True)
-        entries = [x / (d or 1.0) for row, d in pairs for x in row.values()]
-        numbers = [k for k, row in enumerate(scaled) for _ in row]
-        prepare = _dense if len(rows) <= _LARGE else _sparse
-        shape = len(rows), self._width
-        self._solve = prepare((numbers, columns), entries, shape) if any(self._largest) else None
+    def __init__(self, rows: Sequence[Row] | csr_array, scale: Sequence[mpf]) -> None:
+        units = np.array([double(s) for s in scale])
+        count, self._width = len(rows) if isinstance(rows, Sequence) else rows.shape[0], len(units)
+        numbers, columns, entries = _entries(rows)
+        entries = entries * units[columns]
+        self._largest = np.zeros(count)
+        np.maximum.at(self._largest, numbers, np.abs(entries))
+        self._solve = None
+        if self._largest.any():
+            entries = entries / np.where(self._largest, self._largest, 1.0)[numbers]
+            prepare = _dense if count <= _LARGE else _sparse
+            self._solve = prepare((numbers, columns), entries, (count, self._width))
 
     def step(self, values: Sequence[mpf]) -> list[mpf]:
         """The smallest step, in units of ``scale``, that removes the values to first order.
@@ -67,7 +70,7 @@ class LeastSquares:
         ZeroDivisionError
             There is none.
         """
-        pairs = zip(values, self._largest, strict=True)
+        pairs = zip(values, self._largest.tolist(), strict=True)
         right = [x / mpf(d) if d else _ZERO for x, d in pairs]
         # Doubles reach down to 1e-308 only, while residuals shrink with the digits carried.
         size = max((abs(x) for x in right), default=_ZERO)
@@ -78,8 +81,7 @@ class LeastSquares:
 
     def in_doubles(self, values: _Matrix) -> _Matrix:
         """The same where doubles are enough."""
-        largest = np.array(self._largest)
-        return self._solved(values / np.where(largest, largest, np.inf))
+        return self._solved(values / np.where(self._largest, self._largest, np.inf))
 
     def _solved(self, right: _Matrix) -> _Matrix:
         step = np.zeros(self._width) if self._solve is None else self._solve(right)
@@ -114,18 +116,30 @@ def repetitions() -> int:
     return int(mpmath.mp.dps) // 12 + 2
 
 
-_Places: TypeAlias = tuple[list[int], list[int]]
+_Numbers: TypeAlias = NDArray[np.int64]
+_Places: TypeAlias = tuple[_Numbers, _Numbers]
 _Solve: TypeAlias = Callable[[_Matrix], _Matrix]
 
 
-def _dense(places: _Places, entries: list[float], shape: tuple[int, int]) -> _Solve:
+def _entries(rows: Sequence[Row] | csr_array) -> tuple[_Numbers, _Numbers, _Matrix]:
+    """Row, column and value of each entry."""
+    if not isinstance(rows, Sequence):
+        coordinates = rows.tocoo()
+        return coordinates.row.astype(np.int64), coordinates.col.astype(np.int64), coordinates.data
+    numbers = [k for k, row in enumerate(rows) for _ in row]
+    columns = [j for row in rows for j in row]
+    entries = [double(x) for row in rows for x in row.values()]
+    return np.array(numbers, np.int64), np.array(columns, np.int64), np.array(entries, np.float64)
+
+
+def _dense(places: _Places, entries: _Matrix, shape: tuple[int, int]) -> _Solve:
     matrix = np.zeros(shape)
     matrix[places] = entries
     inverse = np.linalg.pinv(matrix, rcond=_CUT)
     return lambda target: np.asarray(inverse @ target)
 
 
-def _sparse(places: _Places, entries: list[float], shape: tuple[int, int]) -> _Solve:
+def _sparse(places: _Places, entries: _Matrix, shape: tuple[int, int]) -> _Solve:
     from scipy.sparse import csc_array, eye_array
     from scipy.sparse.linalg import splu
 

@@ -17,6 +17,7 @@ from __future__ import annotations
 import decimal
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from decimal import Decimal
+from operator import attrgetter
 from typing import Any
 
 import mpmath
@@ -320,6 +321,6 @@ def values(expressions: Iterable[sp.Expr], point: Mapping[sp.Symbol, Number]) ->
     """Values of expressions at one point, in the working precision of mpmath."""
     outputs = [sp.sympify(e) for e in expressions]
     held = set().union(*(e.free_symbols for e in outputs))
-    symbols = sorted((s for s in held if s in point), key=str)
+    symbols = sorted((s for s in held if s in point), key=attrgetter("name"))
     tape = Tape(outputs, symbols)
     return tape.run([(mpf(point[s]), _ZERO, _ZERO) for s in symbols], order=0).values
