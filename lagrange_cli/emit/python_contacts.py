@@ -176,7 +176,7 @@ def contact_constants(equations: Equations) -> list[str]:
         return []
     texts = [f"# {comment_text(f'{c.name}: {c.closure.text}')}" for c in contacts]
     names = tuple(contact.name for contact in contacts)
-    return [*texts, f"CONTACTS = {ascii(names)}", f"FLIGHT = {(0,) * len(contacts)!r}"]
+    return [*texts, f"CONTACTS = {names!a}", f"FLIGHT = {(0,) * len(contacts)!r}"]
 
 
 def interface_source(programs: Mapping[str, Program], parameter: str) -> list[str]:
