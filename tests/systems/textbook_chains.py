@@ -55,8 +55,48 @@ def _net_of_springs(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     return kinetic - sum(HALF * p.k * (p.a**2 + (a - b) ** 2) for a, b in pairs)
 
 
+def _chain_of_rods(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    squares = sum(w**2 for base in "xz" for w in _row(v, base, 4))
+    return HALF * p.m * squares - p.m * p.g * sum(_row(q, "z", 4))
+
+
+def _rods(p: Names, q: Names, t: Symbol) -> list[Expr]:
+    x, z = ([Integer(0), *_row(q, base, 4)] for base in "xz")
+    ends = zip(pairwise(x), pairwise(z), strict=True)
+    return [(a - b) ** 2 + (c - d) ** 2 - p.l**2 for (a, b), (c, d) in ends]
+
+
+KNOTS = list(product(range(1, 4), repeat=2))
+
+
+def _hanging_net(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    squares = sum(getattr(v, f"{base}[{i},{j}]") ** 2 for i, j in KNOTS for base in "xyz")
+    heights = sum(getattr(q, f"z[{i},{j}]") for i, j in KNOTS)
+    return HALF * p.mass * squares - p.mass * p.g * heights
+
+
+def _threads(p: Names, q: Names, t: Symbol) -> list[Expr]:
+    def at(i: int, j: int) -> Matrix:
+        if i == 0:
+            return Matrix([p.l * j, 0, 0])
+        return Matrix([getattr(q, f"{base}[{i},{j}]") for base in "xyz"])
+
+    pairs = [((i - 1, j), (i, j)) for i, j in KNOTS]
+    pairs += [((i, j), (i, j + 1)) for i, j in KNOTS if j < 3]
+    apart = [at(*a) - at(*b) for a, b in pairs]
+    return [d.dot(d) - p.l**2 for d in apart]
+
+
+#: Scene name → φ(q, t) of the equations φ = 0 beside its Lagrangian.
+CHAIN_CLOSURES: Mapping[str, Callable[[Names, Names, Symbol], list[Expr]]] = {
+    "chain_of_rods": _rods,
+    "hanging_net": _threads,
+}
+
 #: Scene name → its Lagrangian.
 CHAINS: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
+    "chain_of_rods": _chain_of_rods,
+    "hanging_net": _hanging_net,
     "toda_ring": _toda_ring,
     "pendulum_chain": _pendulum_chain,
     "oscillator_ring": _oscillator_ring,

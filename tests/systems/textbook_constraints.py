@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 
 from sympy import Expr, Rational, Symbol, cos, sin, sqrt
+from textbook_chains import CHAIN_CLOSURES
 
 Names = SimpleNamespace
 
@@ -127,6 +128,7 @@ CONSTRAINED: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
 
 #: Scene name → φ(q, t) of its closures.
 CLOSURES: Mapping[str, Callable[[Names, Names, Symbol], list[Expr]]] = {
+    **CHAIN_CLOSURES,
     "andrews_squeezer": _andrews_loops,
     "bead_on_quartic": lambda p, q, t: [q.x**4 + q.z**4 - p.a**4],
     "four_bar_linkage": _four_bar_loop,
