@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.scene.model import Formulation, Scene
     from lagrange_cli.simulate import Trajectory
+    from lagrange_cli.simulate.model import Model
 
 __all__ = ["Derivation", "LoadedScene", "load", "loads"]
 
@@ -95,7 +96,7 @@ class LoadedScene:
         from lagrange_cli.mechanics import derive
 
         found = derive(self.scene, digits=digits, forces=forces, formulation=formulation)
-        return Derivation(found)
+        return Derivation(found, self.scene if formulation == "auto" else None)
 
     def __repr__(self) -> str:
         return f"<LoadedScene {self.scene.name}>"
@@ -106,10 +107,12 @@ class Derivation:
     """Certified equations of motion.
 
     ``str`` gives the text of ``lagrange derive``; notebooks show the equations
-    typeset.
+    typeset. ``scene`` is kept where the formulation was the program's choice, so that a
+    simulation may take the other one where coordinates are singular.
     """
 
     equations: Equations
+    scene: Scene | None = None
 
     def report(self, *, form: str = "lagrange") -> dict[str, Any]:
         """What ``lagrange derive --format json`` writes."""
@@ -131,9 +134,22 @@ class Derivation:
 
     def simulate(self, **options: Any) -> Trajectory:
         """Integrate; see :func:`lagrange_cli.simulate.simulate` for the options."""
-        from lagrange_cli.simulate import simulate
+        from lagrange_cli.simulate.charts import simulate_past_charts
+        from lagrange_cli.simulate.modelling import model_of
 
-        return simulate(self.equations, **options)
+        wanted = "auto" if self.scene is None else self.scene.simulate.formulation or "auto"
+        if wanted == "multiplier":
+            return simulate_past_charts(self._with_multipliers(), **options)
+        other = self._with_multipliers if wanted == "auto" and self.scene is not None else None
+        return simulate_past_charts(model_of(self.equations), other, **options)
+
+    def _with_multipliers(self) -> Model:
+        from lagrange_cli.mechanics import derive
+        from lagrange_cli.simulate.modelling import model_of
+
+        assert self.scene is not None
+        forces = self.equations.constraint_forces is not None
+        return model_of(derive(self.scene, forces=forces, formulation="multiplier"))
 
     def _repr_latex_(self) -> str:
         """The equations of motion as notebooks typeset them."""

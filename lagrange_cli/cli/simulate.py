@@ -171,6 +171,7 @@ def _text(trajectory: Trajectory, conserved: str, shown: Sequence[str]) -> str:
         f"Accuracy  {_promise(trajectory)}",
         f"{conserved:<10}{'not conserved' if drift is None else f'relative drift {drift:.1e}'}",
         *([] if off is None else [f"Constraints  largest drift {off:.1e}"]),
+        *([f"Form      {trajectory.formulation}"] if trajectory.remarks else []),
         f"Method    {trajectory.method}, {trajectory.steps} steps, "
         f"{trajectory.rhs_evaluations} evaluations of the right-hand side",
         f"Code      {trajectory.implementation}",
@@ -299,13 +300,28 @@ def simulate(
         formulation=formulation,
     )
     derive_seconds = perf_counter() - started
-    from lagrange_cli.simulate import simulate as integrate
+    from lagrange_cli.simulate.charts import simulate_past_charts
     from lagrange_cli.simulate.trajectory import require_forces
+
+    def other() -> Model:
+        """The same scene with multipliers."""
+        return _model(
+            session,
+            source,
+            parameters=parameters,
+            initial=initial,
+            times=times,
+            forces="forces" in columns,
+            formulation="multiplier",
+        )
+
+    free = (formulation or model.defaults.formulation or "auto") == "auto"
 
     if "forces" in columns:
         require_forces(model.name, [*model.multipliers, *model.forces])
     with session.progress("integrating") as move:
-        trajectory = integrate(model, progress=move, cache=session.cache, **how)
+        how = {**how, "progress": move, "cache": session.cache}
+        trajectory = simulate_past_charts(model, other if free else None, **how)
     session.explain_code()
     session.detail(f"method: {trajectory.choice}")
     if output is not None:
@@ -322,7 +338,8 @@ def simulate(
             f"the scene's accuracy {asked:g} is not promised: the options choose the method"
             " and its steps; without them it is"
         )
-    if trajectory.reason:
-        session.remark(trajectory.reason)
+    for remark in (*trajectory.remarks, trajectory.reason):
+        if remark:
+            session.remark(remark)
     interrupted = trajectory.status == "stopped" and how["budget"] is None
     ctx.exit(INTERRUPTED if interrupted else trajectory.exit_code)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from lagrange_cli.errors import Problem
     from lagrange_cli.mechanics.equations import Equations, Input
 
-__all__ = ["derivation_report"]
+__all__ = ["derivation_report", "in_scene_language"]
 
 #: Matrices of more rows are given by their entries.
 LARGEST_DENSE = 64
@@ -108,6 +108,11 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         "certificate": asdict(equations.certificate),
         "warnings": [_warning(w) for w in equations.warnings],
     }
+
+
+def in_scene_language(equations: Equations, expression: Expr) -> str:
+    """An expression over the symbols of equations as the scene language writes it."""
+    return _Speaker(vocabulary(equations))(expression)
 
 
 class _Speaker:

@@ -63,7 +63,7 @@ def incidence(reduced: Reduced) -> list[frozenset[sp.Symbol]]:
     around: dict[sp.Symbol, set[sp.Symbol]] = {q: set() for q in form.own}
     for relation in form.relations():
         held = relation.expression.free_symbols & names
-        if relation.stated and held.isdisjoint(own):
+        if held.isdisjoint(own):
             found[frozenset(held)] = None
         for q in held & own:
             around[q] |= held

@@ -46,7 +46,7 @@ def singular_places(derivation: Derivation) -> tuple[SingularPlace, ...]:
     numbers = {
         reduced.names.parameters[name]: value for name, value in reduced.values.exact.items()
     }
-    found: dict[sp.Expr, dict[str, None]] = {}
+    found: dict[tuple[sp.Expr, bool], dict[str, None]] = {}
     for block in _blocks(derivation):
         mass = [[derivation.mass_matrix[j][k] for k in block] for j in block]
         own = [coordinates[j] for j in block]
@@ -54,13 +54,13 @@ def singular_places(derivation: Derivation) -> tuple[SingularPlace, ...]:
             continue
         for factor, infinite in _factors(mass, own):
             if _vanishes(factor, coordinates, numbers):
-                lost = (
-                    _held(factor, own)
-                    if infinite
-                    else _lost(mass, own, factor, coordinates, numbers)
-                )
-                found.setdefault(factor, {}).update(dict.fromkeys(q.name for q in lost))
-    return tuple(SingularPlace(tuple(names), where) for where, names in found.items())
+                lost = _held(factor, own)
+                if not infinite:
+                    lost = _lost(mass, own, factor, coordinates, numbers)
+                found.setdefault((factor, infinite), {}).update(dict.fromkeys(q.name for q in lost))
+    return tuple(
+        SingularPlace(tuple(names), where, infinite) for (where, infinite), names in found.items()
+    )
 
 
 def _blocks(derivation: Derivation) -> Iterator[list[int]]:

@@ -29,6 +29,7 @@ __all__ = [
     "BodyReaction",
     "CartesianName",
     "Certificate",
+    "Chart",
     "Choice",
     "Closure",
     "Conserved",
@@ -350,10 +351,14 @@ class Choice:
 
 @dataclass(frozen=True)
 class SingularPlace:
-    """Where M is singular or infinite: ``where`` = 0; there the coordinates have no meaning."""
+    """Where M is singular (or ``infinite``): ``where`` = 0; the coordinates have no meaning there.
+
+    A coordinate at whose values M is infinite ends there.
+    """
 
     coordinates: tuple[str, ...]
     where: Expr
+    infinite: bool = False
 
 
 @dataclass(frozen=True)
@@ -381,6 +386,20 @@ class SimulationDefaults:
     method: str | None = None
     rtol: float | None = None
     atol: float | None = None
+    formulation: str | None = None
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Coordinates that others have replaced, from which each of those follows.
+
+    ``places`` are the present coordinates over the former ones; ``start`` is the initial
+    state in these, None where it is not known.
+    """
+
+    coordinates: tuple[Coordinate, ...]
+    places: tuple[CartesianName, ...]
+    start: InitialState | None
 
 
 @dataclass(frozen=True)
@@ -400,7 +419,7 @@ class Equations:
     ``inputs`` may stand wherever velocities may, but beside them in L.
     ``literals`` maps exact values to decimals as the scene wrote them.
     ``choice`` is None where there is one formulation only; ``singular`` are places that
-    the coordinates do not cover.
+    the coordinates do not cover. ``chart``: what the coordinates have replaced.
     ``initial`` is None when the scene gives no initial state or a parameter
     lacks its value. ``constraint_forces`` is None unless it was asked for.
     """
@@ -442,6 +461,7 @@ class Equations:
     constraint_forces: ConstraintForces | None = None
     choice: Choice | None = None
     singular: tuple[SingularPlace, ...] = ()
+    chart: Chart | None = None
 
     @property
     def formulation(self) -> Literal["minimal", "multiplier"]:

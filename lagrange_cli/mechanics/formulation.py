@@ -11,6 +11,7 @@ which equation alone.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import mpmath
 import sympy as sp
@@ -19,14 +20,15 @@ from mpmath import mpf
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.cartesian import cartesian_form, incidence
 from lagrange_cli.mechanics.derivation import Derivation, derive_uncertified
-from lagrange_cli.mechanics.equations import Choice, InitialState
+from lagrange_cli.mechanics.equations import CartesianName, Chart, Choice, InitialState
 from lagrange_cli.mechanics.initial import initial_state
 from lagrange_cli.mechanics.language import total_derivative
-from lagrange_cli.mechanics.reduction import Reduced
+from lagrange_cli.mechanics.names import Names
+from lagrange_cli.mechanics.reduction import Reduced, reduce
 from lagrange_cli.mechanics.tape import values
-from lagrange_cli.scene.model import Formulation
+from lagrange_cli.scene.model import Formulation, Scene
 
-__all__ = ["formulated", "start"]
+__all__ = ["formulated", "reduced_for", "replaced_chart", "start"]
 
 #: By how much fewer operations must be predicted before another form than minimal is taken,
 #: and operations of minimal below which nothing is to be gained.
@@ -37,6 +39,36 @@ CLEARLY, WORTHWHILE = 2, 400
 PRODUCT, ENTRY, CLOSURE = 12, 6, 4
 
 _DIGITS = 34
+
+
+def reduced_for(scene: Scene, wanted: Formulation) -> tuple[Reduced, tuple[str, ...]]:
+    """The scene reduced, with remarks.
+
+    Where a branch of a constraint ends at the initial state, though declared coordinates are
+    names of positions themselves, these are left to be chosen: the constraint stays.
+
+    Raises
+    ------
+    InputError
+        As :func:`.reduction.reduce`.
+    """
+    try:
+        return reduce(scene), ()
+    except InputError as refusal:
+        if refusal.problems[0].rule != "singular" or wanted == "minimal":
+            raise
+        names = Names(scene)
+        if not names.coordinates.keys() <= names.cartesian.keys():
+            raise
+        try:
+            found = reduce(replace(scene, coordinates=None))
+        except InputError:
+            raise refusal from None
+        if not found.closures:
+            raise
+        return found, (
+            "in multiplier form: the declared coordinates are singular at the initial state",
+        )
 
 
 def formulated(reduced: Reduced, wanted: Formulation) -> tuple[Reduced, Choice | None]:
@@ -198,19 +230,38 @@ def _is_known(reduced: Reduced, name: str) -> bool:
     return symbol in reduced.resolved or symbol in {c.q for c in reduced.coordinates}
 
 
+def replaced_chart(derivation: Derivation) -> Chart | None:
+    """The coordinates that the scene's own form has where these have replaced them."""
+    reduced = derivation.reduced
+    origin = reduced.origin
+    if origin is None:
+        return None
+    try:
+        given = initial_state(derive_uncertified(origin))
+    except InputError:
+        given = None  # the start has no place in these coordinates
+    places = zip(reduced.coordinates, _places(origin, reduced), strict=True)
+    named = tuple(CartesianName(c.name, place, rate) for c, (place, rate) in places)
+    return Chart(origin.coordinates, named, given)
+
+
+def _places(origin: Reduced, reduced: Reduced) -> list[tuple[sp.Expr, sp.Expr]]:
+    """Coordinates and their rates over the coordinates that they have replaced."""
+    motion = [(c.q, c.v) for c in origin.coordinates]
+    places = [origin.resolved.get(c.q, c.q) for c in reduced.coordinates]
+    return [(e, total_derivative(e, origin.names.t, motion)) for e in places]
+
+
 def _carried_over(origin: Reduced, reduced: Reduced, given: InitialState) -> InitialState:
     """Positions and velocities in other coordinates."""
-    motion = [(c.q, c.v) for c in origin.coordinates]
-    t = origin.names.t
-    places = [origin.resolved.get(c.q, c.q) for c in reduced.coordinates]
-    rates = [total_derivative(e, t, motion) for e in places]
+    places, rates = zip(*_places(origin, reduced), strict=True)
     state = [*given.positions, *given.velocities]
     symbols = [*(c.q for c in origin.coordinates), *(c.v for c in origin.coordinates)]
     with mpmath.workdps(_DIGITS):
         point = dict(zip(symbols, map(mpf, state), strict=True))
         for name, value in origin.values.exact.items():
             point[origin.names.parameters[name]] = mpf(value.evalf(_DIGITS))
-        point[t] = origin.reference[t]
+        point[origin.names.t] = origin.reference[origin.names.t]
         found = [float(x) for x in values([*places, *rates], point)]
     n = len(places)
     return InitialState(tuple(found[:n]), tuple(found[n:]), given.projected)

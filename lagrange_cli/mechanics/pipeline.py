@@ -9,8 +9,8 @@ import mpmath
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.charts import singular_places
 from lagrange_cli.mechanics.certificate import Evidence, certify, certify_shown
+from lagrange_cli.mechanics.charts import singular_places
 from lagrange_cli.mechanics.derivation import Derivation, derive_uncertified
 from lagrange_cli.mechanics.equations import (
     CartesianName,
@@ -22,10 +22,10 @@ from lagrange_cli.mechanics.equations import (
     ShownEquation,
     SimulationDefaults,
 )
-from lagrange_cli.mechanics.formulation import formulated, start
+from lagrange_cli.mechanics.formulation import formulated, reduced_for, replaced_chart, start
 from lagrange_cli.mechanics.language import decimal_literals, to_sympy, total_derivative
 from lagrange_cli.mechanics.parameters import nearest_double
-from lagrange_cli.mechanics.reduction import Reduced, reduce
+from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.sampling import working_digits
 from lagrange_cli.mechanics.shown import shown_equations
 from lagrange_cli.mechanics.singular import singular_start
@@ -42,6 +42,12 @@ from lagrange_cli.scene.expression import Equation, Expression
 from lagrange_cli.scene.model import Formulation, Scene
 
 __all__ = ["derive", "interpret"]
+
+#: What is wrong with an initial state that has no place, or several, in the coordinates.
+NOT_REACHED = ("initial-missing", "not-real", "singular")
+NOT_REACHED_REMARK = (
+    "in multiplier form: the coordinates do not give the initial state, where they are singular"
+)
 
 #: Relative agreement of two residuals that are the same equation.
 _SAME = mpmath.mpf(10) ** -12
@@ -66,7 +72,8 @@ def derive(
     forces
         Find the constraint forces too.
     formulation
-        ``minimal`` or ``multiplier``; ``auto`` as :func:`.formulation.formulated` says.
+        ``minimal`` or ``multiplier``; ``auto`` as :func:`.formulation.formulated` says, and
+        ``multiplier`` where the coordinates do not reach the initial state and it does.
 
     Raises
     ------
@@ -75,13 +82,34 @@ def derive(
     InternalError
         The derivation failed its certificate.
     """
-    reduced, choice = formulated(reduce(scene), formulation)
-    derivation = derive_uncertified(reduced)
+    reduced, remarks = reduced_for(scene, formulation)
+
+    def derived(wanted: Formulation) -> Equations:
+        form, choice = formulated(reduced, wanted)
+        found = _derived(derive_uncertified(form), digits, points, forces)
+        return replace(found, choice=choice, remarks=(*found.remarks, *remarks))
+
+    try:
+        return derived(formulation)
+    except InputError as refusal:
+        if formulation != "auto" or refusal.problems[0].rule not in NOT_REACHED:
+            raise
+        try:
+            found = derived("multiplier")
+        except InputError:
+            raise refusal from None
+        return replace(found, remarks=(*found.remarks, NOT_REACHED_REMARK))
+
+
+def _derived(derivation: Derivation, digits: int, points: int, forces: bool) -> Equations:
     require_no_rates_of_inputs(derivation)
     evidence = certify(derivation, digits, points)
     require_inertia(derivation, evidence)
-    places = singular_places(derivation)
-    equations = replace(_equations(derivation, evidence), choice=choice, singular=places)
+    equations = replace(
+        _equations(derivation, evidence),
+        singular=singular_places(derivation),
+        chart=replaced_chart(derivation),
+    )
     if not forces:
         return equations
     from lagrange_cli.mechanics.forces import constraint_forces
@@ -262,6 +290,7 @@ def _simulation_defaults(reduced: Reduced) -> SimulationDefaults:
         method=section.method,
         rtol=number(section.rtol),
         atol=number(section.atol),
+        formulation=section.formulation,
     )
 
 

@@ -13,7 +13,7 @@ from typing import Any
 from lagrange_cli.errors import Mark
 from lagrange_cli.files import Recording
 
-__all__ = ["Code", "Defaults", "Model", "ModelParameter"]
+__all__ = ["Code", "Defaults", "FormerChart", "Model", "ModelParameter", "SingularPlace"]
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,7 @@ class Defaults:
     method: str | None = None
     rtol: float | None = None
     atol: float | None = None
+    formulation: str | None = None
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,34 @@ class Code:
     work: int
     factors: int
     forces: str = ""
+    singular: str = ""
+
+
+@dataclass(frozen=True)
+class SingularPlace:
+    """``where``, an equation in words of the scene; the coordinates ``lost`` there.
+
+    ``ends``: they end there; else their rates move nothing.
+    """
+
+    where: str
+    lost: tuple[str, ...]
+    ends: bool
+
+
+@dataclass(frozen=True)
+class FormerChart:
+    """Coordinates that those of a model have replaced.
+
+    ``python``: text whose functions ``positions`` and ``velocities`` give the coordinates
+    of the model, in their order, for a state of these; ``start`` is such a state at the
+    beginning, None where it is not known.
+    """
+
+    coordinates: tuple[str, ...]
+    kinds: tuple[str, ...]
+    start: tuple[float, ...] | None
+    python: str
 
 
 @dataclass(frozen=True)
@@ -75,7 +104,9 @@ class Model:
     the code has where they were asked for. ``recordings``: inputs whose values are read
     from files at each run; the code takes the numbers of their present pieces, as
     :mod:`.driving` has them, as ``u``. ``contacts`` names the one-sided constraints, whose
-    functions the code has (:mod:`lagrange_cli.emit.contacts`).
+    functions the code has (:mod:`lagrange_cli.emit.contacts`). ``singular``: places that the
+    coordinates do not cover; the Python text ``Code.singular`` has a function ``outputs`` whose
+    numbers vanish there. ``chart``: coordinates that these have replaced.
     """
 
     name: str
@@ -96,6 +127,8 @@ class Model:
     forces: tuple[str, ...] = ()
     recordings: tuple[Recording, ...] = ()
     contacts: tuple[str, ...] = ()
+    singular: tuple[SingularPlace, ...] = ()
+    chart: FormerChart | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The model as values that JSON holds; doubles keep all their digits."""
@@ -113,7 +146,20 @@ class Model:
         found["recordings"] = tuple(_recording(**r) for r in found["recordings"])
         found["defaults"] = Defaults(**found["defaults"])
         found["code"] = Code(**found["code"])
+        found["singular"] = tuple(_place(**place) for place in found["singular"])
+        found["chart"] = None if found["chart"] is None else _chart(**found["chart"])
         return cls(**found)
+
+
+def _place(where: str, lost: list[str], ends: bool) -> SingularPlace:
+    return SingularPlace(where, tuple(lost), ends)
+
+
+def _chart(
+    coordinates: list[str], kinds: list[str], start: list[float] | None, python: str
+) -> FormerChart:
+    begun = None if start is None else tuple(start)
+    return FormerChart(tuple(coordinates), tuple(kinds), begun, python)
 
 
 def _recording(mark: dict[str, Any], column_mark: dict[str, Any], **fields: Any) -> Recording:

@@ -18,6 +18,12 @@ from lagrange_cli.emit.python_functions import module_source, program_of
 from lagrange_cli.emit.recorded import COEFFICIENTS
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.equations import Input, Parameter
+from lagrange_cli.simulate.chart_code import (
+    former_chart,
+    kinds,
+    singular_places,
+    singular_text,
+)
 from lagrange_cli.simulate.model import Code, Defaults, Model, ModelParameter
 
 if TYPE_CHECKING:
@@ -40,7 +46,7 @@ def model_of(equations: Equations) -> Model:
     return Model(
         name=equations.name,
         coordinates=tuple(c.name for c in equations.coordinates),
-        kinds=tuple("angle" if c.is_angle else c.unit or "length" for c in equations.coordinates),
+        kinds=kinds(equations.coordinates),
         cartesian=tuple(c.name for c in equations.cartesian_names),
         parameters=tuple(
             ModelParameter(p.name, p.value, p.name not in unused) for p in equations.parameters
@@ -58,6 +64,8 @@ def model_of(equations: Equations) -> Model:
         forces=tuple(name for name, _ in force_columns(equations)),
         contacts=tuple(c.name for c in equations.contacts),
         recordings=tuple(u.recording for u in equations.inputs if u.recording is not None),
+        singular=singular_places(equations),
+        chart=former_chart(equations),
     )
 
 
@@ -145,6 +153,7 @@ def _code(equations: Equations) -> Code:
         work=workspace(programs),
         factors=max(d.parameters for d in disturbed.values()) - len(equations.parameters),
         forces=forces,
+        singular=singular_text(equations),
     )
 
 

@@ -76,6 +76,7 @@ class Trajectory:
     equations call it; ``forces`` has the columns ``force_x(PARTICLE)`` and ``lambda_NAME`` of
     other constraints where the forces were derived.
 
+    ``remarks`` say in words what was done otherwise than the scene's coordinates suggest.
     ``events`` are in order; velocities at the sample times ``exempt`` are as close to a jump as
     the estimated error of its time, and outside of the promise.
 
@@ -110,6 +111,7 @@ class Trajectory:
     symbols: Mapping[str, str] = field(default_factory=dict)
     forces: Mapping[str, Array] = field(default_factory=dict)
     events: tuple[Event, ...] = field(default_factory=tuple)
+    remarks: tuple[str, ...] = ()
     exempt: tuple[float, ...] = ()
 
     @property
@@ -143,6 +145,7 @@ class Trajectory:
             "formulation": self.formulation,
             "steps": self.steps,
             "rhs_evaluations": self.rhs_evaluations,
+            "remarks": list(self.remarks),
             "events": [_reported(event) for event in self.events],
             "seconds": {"derive": derive_seconds, **self.seconds},
         }

@@ -1,0 +1,62 @@
+"""Functions of charts for a model: where they are singular, and what has replaced them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.python_functions import module_source, program_of
+from lagrange_cli.emit.report import in_scene_language
+from lagrange_cli.simulate.model import FormerChart, SingularPlace
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Coordinate, Equations
+
+__all__ = ["former_chart", "kinds", "singular_places", "singular_text"]
+
+
+def kinds(coordinates: Iterable[Coordinate]) -> tuple[str, ...]:
+    """``angle``, or a word that coordinates of the same dimension share."""
+    return tuple("angle" if c.is_angle else c.unit or "length" for c in coordinates)
+
+
+def singular_places(equations: Equations) -> tuple[SingularPlace, ...]:
+    """Where the coordinates are singular, in words."""
+    return tuple(
+        SingularPlace(
+            f"{in_scene_language(equations, place.where)} = 0", place.coordinates, place.infinite
+        )
+        for place in equations.singular
+    )
+
+
+def singular_text(equations: Equations) -> str:
+    """A function whose numbers vanish at these places; empty where there are none."""
+    if not equations.singular:
+        return ""
+    asked = tuple((f"place{k}", place.where) for k, place in enumerate(equations.singular))
+    return module_source({"outputs": program_of(replace(equations, outputs=asked), "outputs")})
+
+
+def former_chart(equations: Equations) -> FormerChart | None:
+    """The coordinates that present ones have replaced, with the functions that lead to these."""
+    chart = equations.chart
+    if chart is None:
+        return None
+    former = replace(
+        equations,
+        coordinates=chart.coordinates,
+        cartesian_names=chart.places,
+        closures=(),
+        inputs=(),
+        outputs=(),
+    )
+    programs = {name: program_of(former, name) for name in ("positions", "velocities")}
+    start = chart.start
+    return FormerChart(
+        tuple(c.name for c in chart.coordinates),
+        kinds(chart.coordinates),
+        None if start is None else (*start.positions, *start.velocities),
+        module_source(programs),
+    )

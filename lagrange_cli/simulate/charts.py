@@ -1,0 +1,305 @@
+"""Simulations past places where the coordinates of a scene are singular.
+
+At such a place (the pole of spherical angles) no accelerations follow from the
+equations, and close to it a motion may be stepped over it unseen: the angles are then
+not those of the motion. A run that ends there, begins there, or changes sides there
+is made again in Cartesian coordinates with multipliers, from the start; the scene's
+coordinates are read off its positions (:mod:`following`). Where there is no such form
+the result is cut off before the place.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.errors import InputError
+from lagrange_cli.simulate.following import Followed, Samples, follow
+from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.model import FormerChart, Model, SingularPlace
+from lagrange_cli.simulate.request import DEFAULT_SAMPLES
+from lagrange_cli.simulate.right_hand_side import functions_of
+from lagrange_cli.simulate.simulation import simulate
+from lagrange_cli.simulate.trajectory import Trajectory
+
+__all__ = ["simulate_past_charts"]
+
+#: A factor this small beside its largest value has vanished at the start.
+VANISHED = 1e-12
+
+#: How many more steps between samples, at the last pace, count as having arrived.
+ARRIVED = 3.0
+
+#: A factor this small beside its largest value is near the place as well.
+NEAR = 1e-3
+
+#: Samples in which coordinates are followed, at least.
+FOLLOWED = 4000
+
+
+def simulate_past_charts(
+    model: Model, other: Callable[[], Model] | None = None, **how: Any
+) -> Trajectory:
+    """Simulate a model, in other coordinates where its own are singular on the way.
+
+    Parameters
+    ----------
+    model
+        What is to be simulated.
+    other
+        Makes the model of the same scene with multipliers, or refuses; None where
+        the scene's coordinates are to be kept.
+    how
+        Options of :func:`.simulation.simulate`.
+
+    Raises
+    ------
+    InputError
+        As :func:`.simulation.simulate`.
+    """
+    if model.chart is not None:
+        return _with_chart(model, model.chart, how)
+    if not model.singular:
+        return simulate(model, **how)
+    started = time.perf_counter()
+    try:
+        first = simulate(model, **how)
+    except InputError as refusal:
+        return _from_start(model, other, how, refusal)
+    met = _met(model, first)
+    if met is None:
+        return first
+    rest = _rest(how, time.perf_counter() - started)
+    second = None if other is None or rest is None else _in_other(other, met.place, rest)
+    if second is not None and (second.status == "ok" or len(second.t) > len(first.t)):
+        return second
+    return _cut(first, met)
+
+
+def _rest(how: Mapping[str, Any], seconds: float) -> dict[str, Any] | None:
+    """Options of a second run; None where the first has used up the budget."""
+    budget = how.get("budget")
+    if budget is not None and seconds >= budget:
+        return None
+    left = None if budget is None else budget - seconds
+    return {**how, "budget": left, "functions": None, "progress": None}
+
+
+def _from_start(
+    model: Model, other: Callable[[], Model] | None, how: Mapping[str, Any], refusal: InputError
+) -> Trajectory:
+    """The motion in other coordinates where it begins at a singular place of its own."""
+    problem = refusal.problems[0]
+    place = _at_start(model) if problem.rule == "singular" else None
+    if place is None:
+        raise refusal
+    second = None if other is None else _in_other(other, place, {**how, "functions": None})
+    if second is None:
+        said = f"the coordinates are singular where {place.where}"
+        raise InputError(replace(problem, hint=f"{said}\n{problem.hint}")) from refusal
+    return second
+
+
+@dataclass(frozen=True)
+class _Meeting:
+    """A place, the samples before it, and whether the run went past it."""
+
+    place: SingularPlace
+    samples: int
+    passed: bool
+
+
+def _parameters(model: Model) -> list[float]:
+    return [0.0 if p.value is None else p.value for p in model.parameters]
+
+
+def _factors(model: Model, t: Array, states: Array) -> Array:
+    """Numbers that vanish where the coordinates are singular, shape (m, places)."""
+    given, function = _parameters(model), functions_of(model.code.singular)["outputs"]
+    rows = [function(s, y, given) for s, y in zip(t.tolist(), states, strict=True)]
+    return np.array(rows, dtype=float).reshape(len(t), -1)
+
+
+def _at_start(model: Model) -> SingularPlace | None:
+    """The place at which the motion begins, if it does."""
+    if model.initial is None:
+        return None
+    start = np.array([model.initial])
+    values = _factors(model, np.array([model.defaults.start]), start)[0]
+    for place, value in zip(model.singular, values, strict=True):
+        if not abs(value) > VANISHED:
+            return place
+    return None
+
+
+def _met(model: Model, run: Trajectory) -> _Meeting | None:
+    """The first place that a run passed or ended at."""
+    names = [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
+    states = np.column_stack([run.columns[name] for name in names])
+    values = _factors(model, run.t, states)
+    found = []
+    for place, factor in zip(model.singular, values.T, strict=True):
+        moving = any(run.columns[f"dot({name})"].any() for name in place.lost)
+        changes = np.flatnonzero(np.signbit(factor[1:]) != np.signbit(factor[:-1]))
+        if len(changes) and moving:
+            found.append(_Meeting(place, int(changes[0]) + 1, passed=True))
+        elif run.status not in ("ok", "stopped") and _ends_there(factor):
+            found.append(_Meeting(place, len(run.t), passed=False))
+    return min(found, key=lambda met: met.samples, default=None)
+
+
+def _ends_there(factor: Array) -> bool:
+    """Whether a factor is about to vanish at its last sample."""
+    last = abs(float(factor[-1]))
+    if last <= NEAR * float(np.abs(factor).max()):
+        return True
+    pace = abs(float(factor[-2])) - last if len(factor) > 1 else 0.0
+    return pace > 0 and last <= ARRIVED * pace
+
+
+def _cut(run: Trajectory, met: _Meeting) -> Trajectory:
+    """What is known before a place that was met."""
+    where, last = met.place.where, float(run.t[met.samples - 1])
+    said = (
+        f"the coordinates are singular where {where}, which is met after t = {last:.9g};"
+        " --formulation multiplier goes on where it has no such place"
+    )
+    if not met.passed:
+        return replace(run, reason=f"{run.reason}; {said}")
+    kept = slice(met.samples)
+    promised = run.requested is not None
+    return replace(
+        run,
+        status="accuracy_not_reached",
+        reason=said,
+        t=run.t[kept],
+        columns=_sliced(run.columns, kept),
+        energy=run.energy[kept],
+        multipliers=_sliced(run.multipliers, kept),
+        forces=_sliced(run.forces, kept),
+        holds_until=last if promised else None,
+    )
+
+
+def _sliced(columns: Mapping[str, Array], kept: slice) -> dict[str, Array]:
+    return {name: values[kept] for name, values in columns.items()}
+
+
+# The same motion in other coordinates.
+
+
+def _in_other(
+    other: Callable[[], Model], place: SingularPlace, how: Mapping[str, Any]
+) -> Trajectory | None:
+    """The motion with multipliers; None where that form has the same coordinates."""
+    try:
+        model = other()
+    except InputError:
+        return None
+    kept = set(place.lost) & set(model.coordinates)
+    if model.chart is None or (kept and not place.ends):
+        return None
+    found = _with_chart(model, model.chart, how)
+    said = f"in {model.formulation} form: the coordinates are singular where {place.where}"
+    return replace(found, remarks=(said, *found.remarks))
+
+
+def _with_chart(model: Model, chart: FormerChart, how: Mapping[str, Any]) -> Trajectory:
+    """A simulation whose results hold the coordinates that have been replaced as well."""
+    finer = _finer(model, how)
+    run = simulate(model, **how) if finer == 1 else simulate(model, **{**how, **_more(model, how)})
+    columns = dict(run.columns)
+    gone = [name for name in chart.coordinates if name not in columns]
+    own, lost = _own_columns(chart, gone, _follow(model, chart, run), run) if gone else ({}, None)
+    thin = slice(None, None, finer)
+    remarks = run.remarks
+    if lost is not None:
+        remarks = (*remarks, _choice(gone, lost))
+    return replace(
+        run,
+        t=run.t[thin],
+        columns=_sliced(own | columns, thin),
+        energy=run.energy[thin],
+        multipliers=_sliced(run.multipliers, thin),
+        forces=_sliced(run.forces, thin),
+        remarks=remarks,
+    )
+
+
+def _choice(names: list[str], t: float) -> str:
+    listed = ", ".join(names)
+    return (
+        f"{listed}: the motion passes t = {t:.9g} closer to where they have no meaning than it is"
+        " known; from there on they are one choice of several for the position"
+    )
+
+
+def _samples(model: Model, how: Mapping[str, Any]) -> int | None:
+    """Samples of a run whose number is free; None where steps are given."""
+    given = [how.get("step"), how.get("samples"), model.defaults.step, model.defaults.samples]
+    if given[0] is not None or (given[1] is None and given[2] is not None):
+        return None
+    number = given[1] if given[1] is not None else given[3]
+    return DEFAULT_SAMPLES if number is None else int(number)
+
+
+def _finer(model: Model, how: Mapping[str, Any]) -> int:
+    """How many times as many samples are taken as are asked for."""
+    number = _samples(model, how)
+    return 1 if number is None or number < 2 else -(-FOLLOWED // (number - 1))
+
+
+def _more(model: Model, how: Mapping[str, Any]) -> dict[str, int]:
+    number = _samples(model, how)
+    assert number is not None
+    return {"samples": (number - 1) * _finer(model, how) + 1}
+
+
+def _follow(model: Model, chart: FormerChart, run: Trajectory) -> Followed:
+    """Former coordinates along a run."""
+    functions, given = functions_of(chart.python), _parameters(model)
+    names = model.coordinates
+    relative = (run.estimated or 0.0) + float(np.finfo(float).eps)
+    samples = Samples(
+        run.t,
+        np.column_stack([run.columns[name] for name in names]),
+        np.column_stack([run.columns[f"dot({name})"] for name in names]),
+        relative * np.array([run.scales[name] for name in names]),
+    )
+    return follow(
+        samples,
+        None if chart.start is None else np.array(chart.start),
+        len(chart.coordinates),
+        lambda t, y: functions["positions"](t, y, given),
+        lambda t, y: functions["velocities"](t, y, given),
+    )
+
+
+def _own_columns(
+    chart: FormerChart, names: list[str], found: Followed, run: Trajectory
+) -> tuple[dict[str, Array], float | None]:
+    """Columns of former coordinates, NaN where they are not known to the accuracy asked for.
+
+    Also the time from which they are a choice, if there is one.
+    """
+    columns = {}
+    eps = run.requested or NEAR
+    speeds = np.nan_to_num(np.abs(found.v)).max(axis=1)
+    for name in names:
+        j = chart.coordinates.index(name)
+        q, v, off = found.q[:, j], found.v[:, j], found.amplification[:, j]
+        size = 1.0
+        if chart.kinds[j] != "angle":
+            size = float(np.nanmax(np.abs(q), initial=0.0))
+        known = off <= eps * size
+        fastest = max(float(np.abs(v[known]).max(initial=0.0)), size)
+        steady = known & (np.where(known, off, 0.0) * speeds <= eps * fastest)
+        columns[name] = np.where(known, q, np.nan)
+        columns[f"dot({name})"] = np.where(steady, v, np.nan)
+    first = {name: columns[name] for name in names}
+    ordered = first | {f"dot({name})": columns[f"dot({name})"] for name in names}
+    return ordered, found.lost[0][0] if found.lost else None

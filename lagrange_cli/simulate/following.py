@@ -1,0 +1,238 @@
+"""Coordinates of a chart along a motion that is known in others.
+
+From sample to sample the coordinates that give a position are found by Newton's method,
+beginning with those of the sample before, moved on with their rates. A step is trusted
+where the rates at its two ends account for it; else it is halved, on a cubic between the
+samples. Close to where the chart is singular, closer than the positions are known,
+halving ends: coordinates go on as smoothly as they came, which is one choice of several.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import Array
+
+__all__ = ["Followed", "Samples", "follow"]
+
+#: A function of a chart: t, [q, v] → numbers.
+Function = Callable[[float, Array], Array]
+
+#: Steps of Newton's method, and the last one beside the size of the coordinates.
+NEWTON, SMALLEST = 30, 1e-13
+
+#: Misfit of a position, beside its size, that no coordinates of the chart account for.
+MISFIT = 1e-6
+
+#: Part of a step that its rates may leave open, the smallest step of which that is asked,
+#: and the largest step.
+LOOSE, LEAST, MOST = 0.2, 1e-3, 1.0
+
+#: How much alike the tangent planes at the ends of a step must be: the cosine between them.
+ALIKE = 0.25
+
+#: Values of all coordinates from which they are looked for where no start is given.
+GUESSES = (0.5, -0.5, 1.0, 2.0)
+
+#: Halvings of the time between two samples.
+HALVINGS = 60
+
+#: A direction that moves the positions by less than this part of what others do moves nothing.
+NOTHING = 1e-9
+
+#: How many times the uncertainty of positions a chart must keep away from its singular places.
+CLEAR = 10.0
+
+
+class Samples(NamedTuple):
+    """Times (m,), positions and velocities (m, k), and how well the positions are known (k,)."""
+
+    t: Array
+    positions: Array
+    velocities: Array
+    errors: Array
+
+
+@dataclass(frozen=True)
+class Followed:
+    """Coordinates and rates (m, n) at the samples; sensitivities; where it was lost.
+
+    ``amplification`` (m, n): largest change of each coordinate for a change of the
+    positions by their errors. ``lost``: times between which coordinates are a choice.
+    """
+
+    q: Array
+    v: Array
+    amplification: Array
+    lost: tuple[tuple[float, float], ...]
+
+
+def follow(
+    samples: Samples, start: Array | None, number: int, positions: Function, velocities: Function
+) -> Followed:
+    """Find coordinates and rates of a chart at all samples.
+
+    Parameters
+    ----------
+    start
+        [q, v] at the first sample. None where it is not known: then coordinates are the
+        smallest that are found at the first sample that is clear of singular places, and
+        NaN before.
+    number
+        How many coordinates there are.
+    positions, velocities
+        What the chart gives for t and [q, v]; velocities are linear in v.
+    """
+    with np.errstate(all="ignore"):
+        return _Follower(samples, positions, velocities).run(start, number)
+
+
+@dataclass
+class _Point:
+    """A time, coordinates, their rates and ∂r/∂q."""
+
+    t: float
+    q: Array
+    v: Array
+    jacobian: Array
+    clear: bool
+    amplification: Array
+
+
+@dataclass
+class _Follower:
+    samples: Samples
+    positions: Function
+    velocities: Function
+    lost: list[tuple[float, float]] = field(default_factory=list)
+
+    def run(self, start: Array | None, n: int) -> Followed:
+        t, r, w, _ = self.samples
+        if start is None:
+            found = self._begun(n)
+        else:
+            here = self._arrive(float(t[0]), start[:n], r[0], w[0])
+            # Coordinates that are given stay, also where they are one choice of several.
+            found = [replace(here, q=start[:n], v=start[n:])]
+        here = found[-1]
+        for k in range(len(found), len(t)):
+            here = self._advance(here, float(t[k]), r[k], w[k], (k - 1, k), HALVINGS)
+            found.append(here)
+        return Followed(
+            np.array([p.q for p in found]),
+            np.array([p.v for p in found]),
+            np.array([p.amplification for p in found]),
+            tuple(self.lost),
+        )
+
+    def _begun(self, n: int) -> list[_Point]:
+        """Points up to the first that can be told, those before it empty."""
+        t, r, w, _ = self.samples
+        found: list[_Point] = []
+        for k in range(len(t)):
+            guesses = [np.full(n, x) for x in GUESSES]
+            tried = [self._arrive(float(t[k]), guess, r[k], w[k]) for guess in guesses]
+            clear = [p for p in tried if p.clear and np.isfinite(p.amplification).all()]
+            if clear:
+                return [*found, min(clear, key=lambda p: float(np.abs(p.q).max()))]
+            none = np.full(n, np.nan)
+            found.append(replace(tried[0], q=none, v=none, amplification=np.full(n, np.inf)))
+        return found
+
+    def _advance(
+        self, here: _Point, t: float, r: Array, w: Array, between: tuple[int, int], halvings: int
+    ) -> _Point:
+        step = t - here.t
+        moved = here.v * step
+        there = self._arrive(t, here.q + np.clip(moved, -MOST, MOST), r, w)
+        if self._is_accounted_for(here, there, step):
+            return there
+        middle = here.t + step / 2
+        if halvings == 0 or not here.t < middle < t or self._is_lost(here, there):
+            self.lost.append((here.t, t))
+            return there
+        at, rate = self._between(middle, between)
+        halfway = self._advance(here, middle, at, rate, between, halvings - 1)
+        return self._advance(halfway, t, r, w, between, halvings - 1)
+
+    @staticmethod
+    def _is_accounted_for(here: _Point, there: _Point, step: float) -> bool:
+        change = there.q - here.q
+        expected = (here.v + there.v) / 2 * step
+        size = np.maximum(np.maximum(np.abs(change), np.abs(expected)), LEAST)
+        near = (np.abs(change - expected) <= LOOSE * size).all()
+        alike = _alikeness(here.jacobian, there.jacobian) >= ALIKE
+        return bool(near and alike and (np.abs(change) <= MOST).all())
+
+    @staticmethod
+    def _is_lost(here: _Point, there: _Point) -> bool:
+        """Whether halving only comes closer to what the positions do not tell apart."""
+        return not (here.clear and there.clear)
+
+    def _between(self, t: float, numbers: tuple[int, int]) -> tuple[Array, Array]:
+        """Position and velocity on the cubic between two samples."""
+        a, b = numbers
+        times, r, w, _ = self.samples
+        step = float(times[b] - times[a])
+        s = (t - float(times[a])) / step
+        place = (1 + 2 * s) * (1 - s) ** 2 * r[a] + s**2 * (3 - 2 * s) * r[b]
+        place = place + step * (s * (1 - s) ** 2 * w[a] - s**2 * (1 - s) * w[b])
+        rate = 6 * s * (1 - s) * (r[b] - r[a]) / step
+        rate = rate + (1 - s) * (1 - 3 * s) * w[a] + s * (3 * s - 2) * w[b]
+        return place, rate
+
+    def _arrive(self, t: float, guess: Array, r: Array, w: Array) -> _Point:
+        """The coordinates of a position near a guess, with their rates."""
+        q, n = guess.copy(), len(guess)
+        for _ in range(NEWTON):
+            miss = r - self.positions(t, np.concatenate([q, np.zeros(n)]))
+            step = _least(self._jacobian(t, q)[0], miss)
+            if not np.isfinite(step).all():
+                break
+            q = q + np.clip(step, -MOST, MOST)
+            if (np.abs(step) <= SMALLEST * (1 + np.abs(q))).all():
+                break
+        jacobian, drift = self._jacobian(t, q)
+        v = _least(jacobian, w - drift)
+        size = np.abs(r).max(initial=1e-300)
+        miss = np.abs(r - self.positions(t, np.concatenate([q, np.zeros(n)]))).max()
+        there = bool(miss <= MISFIT * size)
+        if not np.isfinite(jacobian).all():
+            return _Point(t, q, v, jacobian, False, np.full(n, np.inf))
+        sizes = np.linalg.svd(jacobian, compute_uv=False)
+        clear = bool(sizes[-1] > NOTHING * sizes[0])
+        spread = np.abs(np.linalg.pinv(jacobian)) @ self.samples.errors
+        amplification = spread if clear and there else np.full(n, np.inf)
+        away = clear and bool((CLEAR * spread < 1).all())
+        return _Point(t, q, v, jacobian, away, amplification)
+
+    def _jacobian(self, t: float, q: Array) -> tuple[Array, Array]:
+        """∂r/∂q and ∂r/∂t."""
+        n = len(q)
+        drift = np.asarray(self.velocities(t, np.concatenate([q, np.zeros(n)])))
+        columns = []
+        for j in range(n):
+            unit = np.zeros(n)
+            unit[j] = 1.0
+            columns.append(self.velocities(t, np.concatenate([q, unit])) - drift)
+        return np.array(columns).T, drift
+
+
+def _alikeness(one: Array, two: Array) -> float:
+    """The cosine between the planes that columns span, −1 where one is turned over.
+
+    It is turned over on the other side of a place where the columns become dependent.
+    """
+    volumes = np.linalg.det(one.T @ one) * np.linalg.det(two.T @ two)
+    return float(np.linalg.det(one.T @ two) / np.sqrt(volumes)) if volumes > 0 else 0.0
+
+
+def _least(matrix: Array, right: Array) -> Array:
+    """The smallest x with matrix·x = right, NaN where there is none."""
+    if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
+        return np.full(matrix.shape[1], np.nan)
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=NOTHING)[0], dtype=np.float64)
