@@ -9,6 +9,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from itertools import product
+from pathlib import Path
 
 import contact_systems as contacts
 import emit_closures as closures
@@ -19,6 +20,7 @@ from emit_systems import T
 from emitted_c import TYPES, WARNINGS, Compiled, compiler, run, write
 from test_python_closures import loaded
 
+from lagrange_cli import load
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.mechanics.equations import InitialState, Input
 
@@ -335,6 +337,20 @@ def test_a_start_on_a_rod_is_checked_too(program_of):
     assert "violates the constraints" in done.stderr
     assert "(rod)" in done.stderr
     assert "violates wall by 1.5" in program.run("x=2", "z=0").stderr
+
+
+def test_the_integrator_of_the_documentation(tmp_path):
+    root = Path(__file__).parents[2]
+    page = (root / "docs" / "emitted-code.md").read_text(encoding="utf-8")
+    (example,) = [x for x in re.findall(r"```c\n(.*?)```", page, re.DOTALL) if "_reset(" in x]
+    scene = root / "systems" / "contact" / "bouncing_ball.yaml"
+    source = write(load(scene).derive().equations, tmp_path)
+    (tmp_path / "example.c").write_text(example, encoding="utf-8")
+    files = [tmp_path / "example.c", source]
+    run(compiler(), "-std=c99", *WARNINGS, *files, "-o", tmp_path / "example", "-lm")
+    times = [float(line) for line in run(tmp_path / "example").splitlines()]
+    fall = math.sqrt(2 / 9.81)
+    assert times == pytest.approx([fall, fall * 2.6, fall * 3.88], abs=2e-6)
 
 
 def test_scenes_without_contacts_have_nothing_of_them():
