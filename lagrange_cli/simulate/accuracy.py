@@ -32,7 +32,15 @@ from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, s
 from lagrange_cli.simulate.run import Failure
 from lagrange_cli.simulate.watch import StoppedError, Watch
 
-__all__ = ["Disproof", "Measured", "integrate_to_accuracy", "only_the_start", "until", "why"]
+__all__ = [
+    "Disproof",
+    "Measured",
+    "Obstacle",
+    "integrate_to_accuracy",
+    "only_the_start",
+    "until",
+    "why",
+]
 
 #: The first tolerance as a part of eps: errors grow over a run.
 FIRST_TOLERANCE = 1e-5
@@ -41,6 +49,9 @@ FIRST_TOLERANCE = 1e-5
 SMALLEST_TOLERANCE = {False: 1e-16, True: 1e-13}
 
 MOST_ATTEMPTS = 5
+
+#: A result that misses the accuracy by no more than this factor says what it is close to.
+NEARLY = 1e3
 
 #: The first tolerance in wider arithmetic is no larger than this, since a larger one
 #: was not enough, and further ones are tried while each gets further by this factor.
@@ -57,6 +68,15 @@ class Disproof:
 
 
 @dataclass(frozen=True)
+class Obstacle:
+    """The number of the state whose error is the largest at the end: of its ``scale``."""
+
+    component: int
+    error: float
+    scale: float
+
+
+@dataclass(frozen=True)
 class Measured:
     """Samples with what is known of their error.
 
@@ -67,8 +87,9 @@ class Measured:
     ``wider`` whether the run was made in wider arithmetic than doubles. ``switches`` are
     what happened to contacts until the last sample, and the end of bounces that stands
     behind it, ``began`` the contacts that were closed at first; velocities at the times
-    ``exempt`` are as close to a jump as the error of its time. ``steps`` and
-    ``evaluations`` are those of the run, ``all_evaluations`` of everything.
+    ``exempt`` are as close to a jump as the error of its time. ``obstacle`` is what keeps
+    runs that reach the end from the accuracy. ``steps`` and ``evaluations`` are those of the
+    run, ``all_evaluations`` of everything.
     """
 
     states: Array
@@ -88,6 +109,7 @@ class Measured:
     switches: tuple[Switch, ...] = ()
     began: Flags = ()
     exempt: Array = field(default_factory=lambda: np.empty(0))
+    obstacle: Obstacle | None = None
 
 
 def integrate_to_accuracy(problem: InitialValueProblem, eps: float, watch: Watch) -> Measured:
@@ -113,7 +135,7 @@ def integrate_to_accuracy(problem: InitialValueProblem, eps: float, watch: Watch
     if not attempts:
         return only_the_start(problem, time.perf_counter() - started)
     seconds = time.perf_counter() - started
-    return _measured(problem, found, attempts, stopped, seconds)
+    return _measured(problem, eps, found, attempts, stopped, seconds)
 
 
 def refuse_below_floor(problem: InitialValueProblem, eps: float, scales: Array) -> None:
@@ -203,6 +225,7 @@ def _worthwhile(attempts: list[Attempt]) -> bool:
 
 def _measured(
     problem: InitialValueProblem,
+    eps: float,
     found: Pilot,
     attempts: list[Attempt],
     stopped: bool,
@@ -228,7 +251,21 @@ def _measured(
         switches=until(best.run.switches, problem, judged.samples),
         began=best.run.began,
         exempt=times[events.exempt(times)] if events is not None else times[:0],
+        obstacle=_obstacle(attempts, eps) if judged.samples < len(problem.times) else None,
     )
+
+
+def _obstacle(attempts: list[Attempt], eps: float) -> Obstacle | None:
+    """Of the attempt that came closest, where a little less accuracy could be had."""
+    verdicts = [attempt.judge() for attempt in attempts if attempt.complete]
+    if not verdicts:
+        return None
+    nearest = min(verdicts, key=lambda verdict: verdict.excess)
+    worst = int(nearest.errors.argmax())
+    error, every = float(nearest.errors[worst]), nearest.excess * eps
+    if error < every * (1 - 1e-9) or error > NEARLY * eps:
+        return None
+    return Obstacle(worst, error, float(nearest.last[worst]))
 
 
 def until(

@@ -71,12 +71,18 @@ LOST = 4.0
 
 @dataclass(frozen=True)
 class Verdict:
-    """How many samples hold, with which estimate; ``excess`` is how far the last is off."""
+    """How many samples hold, with which estimate; ``excess`` is how far the last is off.
+
+    ``errors`` are those of each number of the state at the last sample that all runs
+    reached, over their scales there, ``last`` these scales.
+    """
 
     samples: int
     estimate: float
     scales: Array
     excess: float
+    errors: Array
+    last: Array
 
 
 class Attempt:
@@ -273,7 +279,8 @@ class Attempt:
         ulps = FLOOR_ULPS * spacing(np.maximum.accumulate(np.abs(states[:, :n]), axis=0))
         errors[:, :n] = np.maximum(errors[:, :n], ulps)
         scales = running_scales(self._problem, states)
-        ratios = (errors / scales).max(axis=1)
+        each = errors / scales
+        ratios = each.max(axis=1)
         events = self.events
         if events is not None:
             times = self._problem.times[: len(errors)]
@@ -281,7 +288,15 @@ class Attempt:
             ratios[times >= end_of_bounces(self.run.switches)] = np.inf
         ratios[0] = 0.0  # the start is given
         last = int(np.flatnonzero(ratios < self._eps)[-1])
-        return Verdict(last + 1, float(ratios[last]), scales[last], float(ratios[-1] / self._eps))
+        excess = float(ratios[-1] / self._eps)
+        return Verdict(
+            last + 1, float(ratios[last]), scales[last], excess, each[-1], scales[-1].copy()
+        )
+
+    @property
+    def complete(self) -> bool:
+        """Whether all runs reached the last sample."""
+        return min(run.filled for run in self._runs) == len(self._problem.times)
 
     @property
     def failure(self) -> Failure | None:

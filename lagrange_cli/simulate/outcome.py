@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
-from lagrange_cli.simulate.accuracy import Measured
+from lagrange_cli.simulate.accuracy import Measured, Obstacle
 from lagrange_cli.simulate.integrators.base import projection
 from lagrange_cli.simulate.integrators.switching import FAILURES
 from lagrange_cli.simulate.model import Model
@@ -54,11 +55,26 @@ def reason(model: Model, problem: InitialValueProblem, measured: Measured, reque
     holds = f"accuracy {request.accuracy:g} holds until t = {last:.9g} of {problem.until:.9g}"
     ends = [s for s in measured.switches if s.kind == "zeno" and s.t > last]
     if not ends:
-        return holds
+        return holds + _obstacle(model, measured.obstacle)
     return (
         f"{holds}: the bounces on '{model.contacts[ends[0].contact]}' become infinitely many"
         f" by t = {ends[0].t:.9g}, and nothing is promised of what follows;"
         " --method DOP853 --rtol 1e-9 goes on with the contact closed"
+    )
+
+
+def _obstacle(model: Model, found: Obstacle | None) -> str:
+    """What is in the way of the accuracy, and which one is not; nothing where that is not known."""
+    if found is None:
+        return ""
+    n = len(model.coordinates)
+    name = model.coordinates[found.component % n]
+    name = name if found.component < n else f"dot({name})"
+    power = 10.0 ** math.floor(math.log10(2 * found.error))
+    possible = math.ceil(2 * found.error / power) * power
+    return (
+        f": {name} is off by {found.error:.1e} of its scale, {found.scale:.1e}, at the end;"
+        f" --accuracy {possible:.0e} can be held"
     )
 
 
