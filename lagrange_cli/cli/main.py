@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 from collections.abc import Iterator, Sequence
@@ -24,6 +25,10 @@ REPORT = (
     "this is a defect of lagrange and not of your scene; please report it with the\n"
     "scene and the command; --traceback shows where it happened"
 )
+
+#: When garbage is looked for. Expressions are many and hardly ever garbage: by Python's own
+#: thresholds half of the time of a large scene would go into walking them.
+COLLECTION = (100_000, 20, 50)
 
 
 class Terminated(BaseException):
@@ -114,4 +119,5 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 def main() -> None:
     """Entry point of the command ``lagrange``."""
+    gc.set_threshold(*COLLECTION)
     sys.exit(run())
