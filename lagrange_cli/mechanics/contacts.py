@@ -47,8 +47,9 @@ def contacts(reduced: Reduced, gaps: Sequence[Closure]) -> tuple[Contact, ...]:
         return ()
     with mpmath.workdps(working_digits(_DIGITS)):
         states = _neighbours(reduced)
-        for gap, closure in zip(reduced.gaps, gaps, strict=True):
-            _require_change(reduced, gap, closure, states)
+        levels = [values([g.left - g.right for g in reduced.gaps], state) for state in states]
+        for k, (gap, closure) in enumerate(zip(reduced.gaps, gaps, strict=True)):
+            _require_change(reduced, gap, closure, states, [level[k] for level in levels])
             _require_sign_open(reduced, gap, closure)
     coefficients = [_restitution(reduced, one_sided) for one_sided in reduced.scene.unilateral]
     return tuple(map(Contact, gaps, coefficients))
@@ -84,19 +85,23 @@ def _require_sign_open(reduced: Reduced, gap: Restriction, closure: Closure) -> 
 
 
 def _require_change(
-    reduced: Reduced, gap: Restriction, closure: Closure, states: Sequence[Drawn]
+    reduced: Reduced,
+    gap: Restriction,
+    closure: Closure,
+    states: Sequence[Drawn],
+    levels: Sequence[mpf],
 ) -> None:
-    """Refuse a gap that is the same in all configurations next to each other."""
+    """Refuse a gap that has the same level in all configurations next to each other."""
     q = [reduced.coordinates[j].q for j in closure.held]
     terms = [*sp.Add.make_args(gap.left), *sp.Add.make_args(gap.right)]
     slopes = [closure.gradient[j] for j in closure.held]
-    first = states[0]
-    level, *parts = values([gap.left - gap.right, *slopes, *terms], first)
+    first, level = states[0], levels[0]
+    held = set().union(*(e.free_symbols for e in (*slopes, *terms)))
+    parts = values([*slopes, *terms], {s: first[s] for s in sorted(held, key=str)})
     steepness, size = parts[: len(q)], sum(map(abs, parts[len(q) :]), mpf(0))
-    for state in states[1:]:
+    for state, other in zip(states[1:], levels[1:], strict=True):
         moves = (abs(g * (state[s] - first[s])) for g, s in zip(steepness, q, strict=True))
-        change = values([gap.left - gap.right], state)[0] - level
-        if abs(change) > max(_STILL * sum(moves, mpf(0)), _ROUNDING * size):
+        if abs(other - level) > max(_STILL * sum(moves, mpf(0)), _ROUNDING * size):
             return
     if reduced.names.t in (gap.left - gap.right).free_symbols:
         says = "changed by no motion: it depends on t alone"

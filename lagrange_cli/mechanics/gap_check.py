@@ -71,7 +71,7 @@ class GapCheck:
         places = tapes.positions.run([series[s] for s in tapes.still], 2)
         run = self._stated.run(tapes.raw_inputs(series, places.outputs), 2)
         moving = ([point[s] for s in tapes.v], [point[s] for s in tapes.a])
-        worst = _ZERO
+        expected, worst = run.outputs, _ZERO
         for k, derived in enumerate(self._parts(point)):
             slopes = {j: x for j, x in run.partials(k).items() if j < len(tapes.raw)}
             worst = max(
@@ -79,7 +79,7 @@ class GapCheck:
                 *(
                     abs(x - y) / size if size else abs(x - y)
                     for x, y, size in _triples(
-                        derived, run.outputs[k], self._work(places, slopes), moving
+                        derived, expected[k], self._work(places, slopes), moving
                     )
                 ),
             )

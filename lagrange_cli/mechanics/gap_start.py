@@ -40,7 +40,10 @@ class GapStart:
         self._constants = dict(constants)
         self._q = [c.q for c in reduced.coordinates]
         self._v = [c.v for c in reduced.coordinates]
-        self._tapes = [Tape([g.left - g.right], [*self._q, *constants]) for g in reduced.gaps]
+        self._number = {q: j for j, q in enumerate(self._q)}
+        gaps = [gap.left - gap.right for gap in reduced.gaps]
+        self._held = [sorted(gap.free_symbols, key=str) for gap in gaps]
+        self._tapes = [Tape([g], held) for g, held in zip(gaps, self._held, strict=True)]
 
     def placed(self, q: Sequence[mpf]) -> tuple[list[mpf], mpf]:
         """Coordinates at which closed gaps are so to the last digit, and the largest change.
@@ -65,12 +68,14 @@ class GapStart:
         if not touching:
             return list(v), _ZERO
         sliding = []
-        for gap, tape in zip(self._reduced.gaps, self._tapes, strict=True):
-            run = self._run(tape, q, v)
-            speeds = [x * v[j] for j, x in self._slopes(run).items()]
+        for k, gap in enumerate(self._reduced.gaps):
+            if gap not in touching:
+                continue
+            run = self._run(k, q, v)
+            speeds = [x * v[j] for j, x in self._slopes(run, k).items()]
             level = run.outputs[0][1]
             parts = sum(map(abs, speeds), abs(level - sum(speeds, _ZERO)))
-            if gap in touching and abs(level) <= _TOLERANCE * parts:
+            if abs(level) <= _TOLERANCE * parts:
                 sliding.append(gap)
         moved = self._reduced.manifold(sliding).tangent(self._point(q, v))
         return self._changed(v, [moved[w] for w in self._v])
@@ -78,10 +83,12 @@ class GapStart:
     def _touching(self, q: Sequence[mpf]) -> list[Restriction]:
         """The gaps that are closed; an error where one is violated or has no gradient."""
         touching = []
-        for gap, tape in zip(self._reduced.gaps, self._tapes, strict=True):
+        scales, still = self._reduced.scales, [_ZERO] * len(q)
+        for k, gap in enumerate(self._reduced.gaps):
             try:
-                run = self._run(tape, q, [_ZERO] * len(q))
-                distance = run.values[0] / (self._steepness(run) or mpf(1))
+                run = self._run(k, q, still)
+                steps = [abs(x) * scales[self._q[j]] for j, x in self._slopes(run, k).items()]
+                distance = run.values[0] / (max(steps, default=_ZERO) or mpf(1))
             except (DomainError, ZeroDivisionError):
                 raise _rough(gap) from None
             if distance < -_TOLERANCE:
@@ -90,21 +97,20 @@ class GapStart:
                 touching.append(gap)
         return touching
 
-    def _steepness(self, run: Run) -> mpf:
-        """The largest slope of a gap, in the units of the coordinates."""
-        scales = self._reduced.scales
-        steps = [abs(x) * scales[self._q[j]] for j, x in self._slopes(run).items()]
-        return max(steps, default=_ZERO)
-
-    def _run(self, tape: Tape, q: Sequence[mpf], v: Sequence[mpf]) -> Run:
+    def _run(self, number: int, q: Sequence[mpf], v: Sequence[mpf]) -> Run:
         """φ and φ̇ of a gap."""
-        t = self._reduced.names.t
-        moving = [(x, w, _ZERO) for x, w in zip(q, v, strict=True)]
-        others = [(x, mpf(s == t), _ZERO) for s, x in self._constants.items()]
-        return tape.run([*moving, *others], 1)
+        t, inputs = self._reduced.names.t, []
+        for s in self._held[number]:
+            j = self._number.get(s)
+            moving = (self._constants[s], mpf(s == t)) if j is None else (q[j], v[j])
+            inputs.append((*moving, _ZERO))
+        return self._tapes[number].run(inputs, 1)
 
-    def _slopes(self, run: Run) -> Row:
-        return {j: x for j, x in run.partials(0).items() if j < len(self._q)}
+    def _slopes(self, run: Run, number: int) -> Row:
+        """The gradient of a gap."""
+        held = self._held[number]
+        pairs = ((self._number.get(held[i]), x) for i, x in run.partials(0).items())
+        return {j: x for j, x in pairs if j is not None}
 
     def _point(self, q: Sequence[mpf], v: Sequence[mpf]) -> dict[sp.Symbol, mpf]:
         return {**self._constants, **dict(zip([*self._q, *self._v], [*q, *v], strict=True))}
