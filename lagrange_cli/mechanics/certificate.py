@@ -38,6 +38,10 @@ from lagrange_cli.mechanics.tapes import Observation, Point, Tapes
 __all__ = ["Evidence", "certify", "certify_shown"]
 
 _ZERO = mpf(0)
+
+#: Doubles that have all their digits.
+_RANGE = mpf(2) ** -1022, mpf(2) ** 1023
+
 _UNIT = sp.Integer(1)
 _ONE: Series = (mpf(1), _ZERO, _ZERO)
 
@@ -79,6 +83,8 @@ class Evidence:
         M q̈ − f − Σ λ·gradient at the first state, each with the size of its terms.
     gradients
         Gradients of the closures at each state, in the same way.
+    beyond
+        A coordinate, by number, whose entry of M is too large or small for a double.
     """
 
     certificate: Certificate
@@ -90,6 +96,7 @@ class Evidence:
     states: tuple[Point, ...]
     residuals: tuple[tuple[mpf, mpf], ...]
     gradients: tuple[list[dict[int, float]], ...]
+    beyond: tuple[int, mpf] | None
 
 
 @dataclass
@@ -104,6 +111,7 @@ class _State:
     is_sum: bool
     residuals: list[tuple[mpf, mpf]]
     gradients: list[dict[int, float]]
+    beyond: tuple[int, mpf] | None
 
 
 def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
@@ -173,6 +181,7 @@ def _evidence(
         tuple(states),
         tuple(seen[0].residuals) if seen else (),
         tuple(s.gradients for s in seen),
+        next((s.beyond for s in seen if s.beyond is not None), None),
     )
 
 
@@ -267,7 +276,17 @@ def _look(tapes: Tapes, restraints: Restraints, point: Point, thorough: bool) ->
         vanishes[2 * n + 1],
         residuals,
         _doubles(restraints.gradients(point)),
+        _beyond(mass),
     )
+
+
+def _beyond(rows: Sequence[Row]) -> tuple[int, mpf] | None:
+    """The first number on the diagonal that is neither 0 nor a double with all its digits."""
+    for j, row in enumerate(rows):
+        size = abs(row.get(j, _ZERO))
+        if size and not _RANGE[0] <= size <= _RANGE[1]:
+            return j, size
+    return None
 
 
 def _doubles(rows: Sequence[Row]) -> list[dict[int, float]]:

@@ -6,17 +6,20 @@ import math
 from collections.abc import Sequence
 from typing import Literal
 
+import mpmath
 import numpy as np
 import sympy as sp
+from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.calculus import derivative
 from lagrange_cli.mechanics.certificate import Evidence
 from lagrange_cli.mechanics.derivation import Derivation
-from lagrange_cli.mechanics.equations import Conserved, Facts
+from lagrange_cli.mechanics.equations import Conserved, Coordinate, Facts
 from lagrange_cli.mechanics.expansion import expand_terms
 from lagrange_cli.mechanics.grouping import grouped_sum
 from lagrange_cli.mechanics.ranks import Doubles, Matrix, clearly_independent, dense
+from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.terms import TermSum, factored
 from lagrange_cli.scene.expression import names_in
 from lagrange_cli.scene.model import Scene
@@ -166,9 +169,11 @@ def require_inertia(derivation: Derivation, evidence: Evidence) -> None:
     Raises
     ------
     InputError
-        Located at the coordinate without inertia of its own.
+        Located at the coordinate without inertia of its own, or with one that is no double.
     """
     coordinates = derivation.reduced.coordinates
+    if evidence.beyond is not None:
+        raise _beyond_doubles(derivation.reduced, *evidence.beyond)
     best = None
     for mass, gradients in zip(evidence.mass_matrices, evidence.gradients, strict=True):
         direction = _null_direction(mass, gradients)
@@ -178,14 +183,33 @@ def require_inertia(derivation: Derivation, evidence: Evidence) -> None:
     if best is None:
         return
     weakest = coordinates[int(np.abs(best).argmax())]
-    scene = derivation.reduced.scene
     raise InputError(
         Problem(
             f"coordinate '{weakest.name}' has no inertia of its own:"
             " the mass matrix is singular at every configuration",
-            weakest.mark or scene.coordinates_mark or Mark(scene.file, 1, 1),
+            _place(derivation.reduced, weakest),
             hint="the kinetic energy must depend on the velocity of every coordinate",
             rule="no-inertia",
+        )
+    )
+
+
+def _place(reduced: Reduced, coordinate: Coordinate) -> Mark:
+    scene = reduced.scene
+    return coordinate.mark or scene.coordinates_mark or Mark(scene.file, 1, 1)
+
+
+def _beyond_doubles(reduced: Reduced, number: int, size: mpf) -> InputError:
+    coordinate, much = reduced.coordinates[number], size > 1
+    return InputError(
+        Problem(
+            f"the inertia of coordinate '{coordinate.name}' is about {mpmath.nstr(size, 2)},"
+            f" too {'large' if much else 'small'} for a double: numbers"
+            f" {'overflow' if much else 'underflow'}",
+            _place(reduced, coordinate),
+            hint="write the scene in units that keep masses times lengths squared"
+            " between 1e-300 and 1e300",
+            rule="range",
         )
     )
 

@@ -7,7 +7,15 @@ from pathlib import Path
 import mpmath
 import pytest
 import sympy as sp
-from mechanics_support import DOUBLE_PENDULUM, POLAR, derived, expression, number, random_point
+from mechanics_support import (
+    DOUBLE_PENDULUM,
+    POLAR,
+    derived,
+    expression,
+    number,
+    random_point,
+    refusal,
+)
 from mpmath import mpf
 
 from lagrange_cli.mechanics import derive, interpret
@@ -351,3 +359,22 @@ def test_every_name_is_the_users(names: tuple[str, str, str]) -> None:
     assert e.mass_matrix == ((s, 0), (0, s))
     assert e.initial is not None
     assert e.initial.positions == (1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("length", "words"),
+    [
+        ("1e200", "1.0e+400, too large for a double: numbers overflow"),
+        ("1e-200", "1.0e-400, too small for a double: numbers underflow"),
+    ],
+)
+def test_inertia_beyond_doubles_is_no_lack_of_inertia(length: str, words: str) -> None:
+    problem = refusal(
+        f"parameters: {{l: {length}}}\n"
+        "particles: {bob: {mass: 1, position: [l*sin(q), 0, -l*cos(q)]}}\n"
+        "coordinates: [q]\n"
+    )
+    assert problem.message == f"the inertia of coordinate 'q' is about {words}"
+    assert problem.rule == "range"
+    assert problem.mark is not None
+    assert problem.mark.line == 3
