@@ -21,6 +21,9 @@ __all__ = ["Compilation", "CompileError", "Compiler", "find_compiler", "processo
 #: Commands that are looked for, in this order, where ``CC`` names none.
 COMMANDS = ("cc", "gcc", "clang")
 
+#: What tells a compiler cache, which may stand for the command, the compiler behind it.
+BEHIND = ("CCACHE_COMPILER", "CCACHE_CC", "CCACHE_PATH")
+
 #: Options of every compilation. ``-ffp-contract=off``: a product and a sum are
 #: rounded as they are in any other language.
 ALWAYS = ("-std=c99", "-shared", "-fPIC", "-fno-math-errno", "-ffp-contract=off")
@@ -76,8 +79,10 @@ def find_compiler(environment: Mapping[str, str] = os.environ) -> Compiler:
         if path is not None:
             # A word after the first can be the compiler that the first one calls.
             called = [_executable(option, folders) for option in options]
-            files = [_file(file) for file in (path, *called) if file is not None]
-            return Compiler((path, *options), " ".join([*files, str(options)]))
+            found = [path, *_behind(path, folders), *called]
+            files = [_file(file) for file in found if file is not None]
+            chosen = [environment.get(name, "") for name in BEHIND]
+            return Compiler((path, *options), " ".join([*files, str(options), *chosen]))
     if named:
         raise CompileError(f"CC names '{named[0]}', which was not found")
     raise CompileError("no C compiler was found")
@@ -93,6 +98,13 @@ def _words(text: str) -> list[str]:
         return shlex.split(text)
     except ValueError as error:
         raise CompileError(f"CC cannot be read: {str(error).lower()}") from error
+
+
+def _behind(path: str, folders: str) -> list[str]:
+    """Executables of the same name further on: a link to ccache calls the first of them."""
+    name = os.path.basename(path)
+    found = (_executable(name, folder) for folder in folders.split(os.pathsep))
+    return [other for other in found if other is not None and other != path]
 
 
 def _file(path: str) -> str:

@@ -122,6 +122,25 @@ def test_what_is_not_executable_is_no_compiler(alone):
             find_compiler({"PATH": path})
 
 
+def test_the_compiler_behind_a_link_to_a_compiler_cache_counts(alone, tmp_path):
+    """As Debian has it: folders of links named gcc to ccache, before those of the compilers."""
+    links, others = tmp_path / "links", tmp_path / "others"
+    links.mkdir()
+    others.mkdir()
+    command(alone, "ccache", "")
+    (links / "gcc").symlink_to(alone / "ccache")
+    path = os.pathsep.join(map(str, (links, alone, others)))
+    seen = [find_compiler({"PATH": path})]
+    command(others, "gcc", "")
+    seen.append(find_compiler({"PATH": path}))
+    command(others, "gcc", "pass")
+    seen.append(find_compiler({"PATH": path}))
+    seen.append(find_compiler({"PATH": path, "CCACHE_COMPILER": "clang"}))
+    assert len({found.identity for found in seen}) == 4
+    assert {found.command for found in seen} == {(str(links / "gcc"),)}
+    assert find_compiler({"PATH": path}).identity == seen[2].identity
+
+
 def test_a_compiler_behind_a_wrapper_is_told_from_another_one(alone):
     command(alone, "wrapper", "")
     environment = {"CC": "wrapper gcc -O1", "PATH": str(alone)}
