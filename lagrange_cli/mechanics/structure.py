@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from typing import Literal
 
-import mpmath
 import numpy as np
 import sympy as sp
 from mpmath import mpf
@@ -200,12 +199,11 @@ def _place(reduced: Reduced, coordinate: Coordinate) -> Mark:
 
 
 def _beyond_doubles(reduced: Reduced, number: int, size: mpf) -> InputError:
-    coordinate, much = reduced.coordinates[number], size > 1
+    coordinate = reduced.coordinates[number]
+    what = "above 1e308: numbers overflow" if size > 1 else "below 1e-307: numbers underflow"
     return InputError(
         Problem(
-            f"the inertia of coordinate '{coordinate.name}' is about {mpmath.nstr(size, 2)},"
-            f" too {'large' if much else 'small'} for a double: numbers"
-            f" {'overflow' if much else 'underflow'}",
+            f"the inertia of coordinate '{coordinate.name}' is {what}",
             _place(reduced, coordinate),
             hint="write the scene in units that keep masses times lengths squared"
             " between 1e-300 and 1e300",
