@@ -14,16 +14,17 @@ from lagrange_cli.emit.c_names import file_stem
 from lagrange_cli.emit.constraints import INTERNAL, constraint_programs, contact_programs
 from lagrange_cli.emit.contacts import flagged
 from lagrange_cli.emit.naming import PYTHON_RESERVED, comment_text, unique_identifiers
-from lagrange_cli.emit.program import asked_for
+from lagrange_cli.emit.program import Program, asked_for
 from lagrange_cli.emit.python_contacts import (
     CONTACT_NOTES,
     contact_constants,
     contact_script,
     interface_source,
 )
-from lagrange_cli.emit.python_functions import ROUNDING, function_source, prelude, program_of
+from lagrange_cli.emit.python_functions import function_source, prelude, program_of
 from lagrange_cli.emit.python_kernels import tables_source
 from lagrange_cli.emit.python_project import project_source
+from lagrange_cli.emit.python_solution import ROUNDING
 from lagrange_cli.emit.recorded import python_recorded
 from lagrange_cli.emit.starting import TOLERANCE, rates_note, residual_labels
 from lagrange_cli.version import __version__
@@ -159,41 +160,8 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
         A constant is outside the range of a double.
     """
     fields = unique_identifiers((p.name for p in equations.parameters), PYTHON_RESERVED)
-    coordinates = unique_identifiers((c.name for c in equations.coordinates), frozenset())
-    names = {f"p{i}": f"p_{field}" for i, field in enumerate(fields)}
-    for kind in "qv":
-        names |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
-    driven = unique_identifiers((given.name for given in equations.inputs), frozenset())
-    names |= {f"u{i}": f"u_{name}" for i, name in enumerate(driven)}
-    arguments = "p=DEFAULTS" + (", u=inputs" if driven else "")
     tables = python_recorded(equations)
-    alone = "p=DEFAULTS" + (", u=recorded" if tables else "")
-    interface = [*_FUNCTIONS, *asked_for(equations)]
-    # What stands as a default is defined first.
-    programs = {
-        name: program_of(equations, name) for name in sorted(interface, key="inputs".__ne__)
-    } | (constraint_programs(equations) if not equations.contacts else {})
-    held = contact_programs(flagged(equations))
-    if held:
-        programs["flight_rhs"] = programs.pop("rhs")
-    passed = "p, u" if driven else "p"
-    own = {"inputs": alone, **dict.fromkeys(INTERNAL, "p"), "flight_rhs": passed}
-    functions = [
-        function_source(program, name, names, own.get(name, arguments))
-        for name, program in programs.items()
-    ]
-    functions += [
-        function_source(
-            program,
-            name,
-            names,
-            f"{own.get(name, passed)}, contact",
-            (("p", len(fields)), ("contact", 2 * len(equations.contacts))),
-        )
-        for name, program in held.items()
-    ]
-    functions += filter(None, [project_source(programs, "p=DEFAULTS")])
-    functions += interface_source(held, arguments)
+    programs, functions = _functions(equations, fields, bool(tables))
     parameters = _parameters(equations, fields)
     script = _script(equations)
     imports, helpers = prelude("\n".join([parameters, *functions, *tables, script]))
@@ -211,6 +179,53 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
         script,
     ]
     return {f"{file_stem(equations.name)}.py": "\n\n".join(parts)}
+
+
+def _functions(
+    equations: Equations, fields: Sequence[str], recorded: bool
+) -> tuple[dict[str, Program], list[str]]:
+    """Programs of the functions, and the definitions of all functions."""
+    names = _names(equations, fields)
+    passed = "p, u" if equations.inputs else "p"
+    arguments = "p=DEFAULTS" + (", u=inputs" if equations.inputs else "")
+    interface = [*_FUNCTIONS, *asked_for(equations)]
+    # What stands as a default is defined first.
+    programs = {
+        name: program_of(equations, name) for name in sorted(interface, key="inputs".__ne__)
+    }
+    held = contact_programs(flagged(equations))
+    if held:
+        programs["flight_rhs"] = programs.pop("rhs")
+    else:
+        programs |= constraint_programs(equations)
+    own = {
+        **dict.fromkeys(INTERNAL, "p"),
+        "inputs": "p=DEFAULTS" + (", u=recorded" if recorded else ""),
+        "flight_rhs": passed,
+    }
+    given = (("p", len(fields)), ("contact", 2 * len(equations.contacts)))
+    return programs, [
+        *(
+            function_source(program, name, names, own.get(name, arguments))
+            for name, program in programs.items()
+        ),
+        *(
+            function_source(program, name, names, f"{own.get(name, passed)}, contact", given)
+            for name, program in held.items()
+        ),
+        *filter(None, [project_source(programs, "p=DEFAULTS")]),
+        *interface_source(held, arguments),
+    ]
+
+
+def _names(equations: Equations, fields: Sequence[str]) -> dict[str, str]:
+    """Dummy name → local name of all inputs of the programs."""
+    coordinates = unique_identifiers((c.name for c in equations.coordinates), frozenset())
+    driven = unique_identifiers((given.name for given in equations.inputs), frozenset())
+    names = {f"p{i}": f"p_{field}" for i, field in enumerate(fields)}
+    for kind in "qv":
+        names |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
+    return names | {f"u{i}": f"u_{name}" for i, name in enumerate(driven)}
 
 
 def _script(equations: Equations) -> str:

@@ -9,21 +9,16 @@ return NaN.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Mapping, Sequence
 from itertools import islice
-from textwrap import fill, wrap
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.constraints import INTERNAL, finds_change, finds_multipliers
-from lagrange_cli.emit.families import Assignment
 from lagrange_cli.emit.numbers import double_literal
 from lagrange_cli.emit.printing import Dialect, expression
 from lagrange_cli.emit.program import (
     FUNCTIONS,
-    Number,
-    Operand,
-    Product,
     Program,
     Variable,
     build_program,
@@ -33,7 +28,7 @@ from lagrange_cli.emit.program import (
 from lagrange_cli.emit.python_kernels import KERNEL_HELPERS, parts_source, tables_source
 from lagrange_cli.emit.python_project import HELPERS, project_source
 from lagrange_cli.emit.python_reset import reset_source
-from lagrange_cli.emit.solve import Block
+from lagrange_cli.emit.python_solution import WIDTH, assigned, joined, solution, symmetric
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -98,12 +93,7 @@ PYTHON_FUNCTIONS = {
     "max": "_max",
 }
 
-#: Longer expressions are broken into lines.
-WIDTH = 84
 _TAB = " " * 4
-
-#: A pivot below this multiple of its diagonal entry is rounding error.
-ROUNDING = Fraction(1, 2**53)
 
 _DOCS = {
     "rhs": "State derivative [v, a] at time t; all NaN where it does not exist.",
@@ -227,7 +217,7 @@ def function_source(
     given = given or (("p", program.parameters),)
     body = _load_inputs(program, dialect, given, velocities=_is_right_hand_side(program, name))
     late = dict(following(program, found))
-    body.extend(_assigned([a for a in program.assignments if a[0] not in late], dialect))
+    body.extend(assigned([a for a in program.assignments if a[0] not in late], dialect))
     failure = _failure(program, name)
     if finds_multipliers(name) or finds_change(name):
         body.extend(_unknowns(program, dialect, failure, closures=finds_multipliers(name)))
@@ -261,18 +251,6 @@ def _defined(name: str, parameter: str, body: Sequence[str], failure: str) -> st
     lines.append("    except (ArithmeticError, ValueError, np.linalg.LinAlgError):")
     lines.append(f"        return {failure}")
     return "\n".join(lines) + "\n"
-
-
-def _assigned(assignments: Iterable[Assignment], dialect: Dialect) -> list[str]:
-    return [_statement(target, expression(operand, dialect)) for target, operand in assignments]
-
-
-def _statement(target: str, text: str) -> str:
-    """An assignment, over several lines where it is long."""
-    if len(text) <= WIDTH:
-        return f"{target} = {text}"
-    lines = wrap(text, WIDTH, break_long_words=False, break_on_hyphens=False)
-    return "\n            ".join([f"{target} = (", *lines]) + "\n        )"
 
 
 def _shape(program: Program, name: str) -> str:
@@ -322,7 +300,7 @@ def _unpack(targets: Sequence[str], source: str, dialect: Dialect) -> str:
 
 def _vector_result(program: Program, dialect: Dialect) -> list[str]:
     operands = [operand for _, of in program.outputs for operand in of]
-    return [f"return np.array([{_join(operands, dialect)}], dtype=float)"]
+    return [f"return np.array([{joined(operands, dialect)}], dtype=float)"]
 
 
 def _scalar_result(program: Program, dialect: Dialect) -> list[str]:
@@ -332,153 +310,25 @@ def _scalar_result(program: Program, dialect: Dialect) -> list[str]:
 
 def _matrix_result(program: Program, dialect: Dialect) -> list[str]:
     ((_, operands),) = program.outputs
-    lines, matrix = _symmetric("m", operands, program.coordinates, dialect)
+    lines, matrix = symmetric("m", operands, program.coordinates, dialect)
     return [*lines, f"return {matrix}"]
-
-
-def _symmetric(
-    prefix: str, upper: Sequence[Operand], n: int, dialect: Dialect
-) -> tuple[list[str], str]:
-    """Lines that name compound entries, and the text of the full array."""
-    lines, texts = [], []
-    for k, operand in enumerate(upper):
-        text = expression(operand, dialect)
-        if not isinstance(operand, Variable | Number):
-            lines.append(f"{prefix}{k} = {text}")
-            text = f"{prefix}{k}"
-        texts.append(text)
-    start = [i * n - i * (i - 1) // 2 for i in range(n)]
-    rows = [[texts[start[min(i, j)] + abs(i - j)] for j in range(n)] for i in range(n)]
-    entries = ", ".join(text for row in rows for text in row)
-    return lines, f"np.array([{entries}], dtype=float).reshape({n}, {n})"
 
 
 def _accelerations(program: Program, dialect: Dialect) -> list[str]:
     """Check pivots, solve the blocks that need a loop, and return [v, a]."""
-    lines, results, _ = _solution(program, dialect, f"np.full({2 * program.coordinates}, nan)")
+    lines, results, _ = solution(program, dialect, f"np.full({2 * program.coordinates}, nan)")
     velocities = [Variable(f"v{i}") for i in range(program.coordinates)]
     found = ", ".join(results[i] for i in range(program.coordinates))
-    return [*lines, f"return np.array([{_join(velocities, dialect)}, {found}], dtype=float)"]
+    return [*lines, f"return np.array([{joined(velocities, dialect)}, {found}], dtype=float)"]
 
 
 def _unknowns(program: Program, dialect: Dialect, failure: str, *, closures: bool) -> list[str]:
     """Solve, and return the multipliers, or what was found of all coordinates."""
-    lines, results, multipliers = _solution(program, dialect, failure, coordinates=not closures)
+    lines, results, multipliers = solution(program, dialect, failure, coordinates=not closures)
     found = [results.get(i, "0.0") for i in range(program.coordinates)]
     if closures:
         found = [multipliers[k] for k in sorted(multipliers)]
     return [*lines, f"return np.array([{', '.join(found)}], dtype=float)"]
-
-
-def _solution(
-    program: Program, dialect: Dialect, failed: str, *, coordinates: bool = True
-) -> tuple[list[str], dict[int, str], dict[int, str]]:
-    """Lines that solve the blocks; the texts of what is found for coordinates and closures."""
-    failure = f"            return {failed}"
-    lines = [f"if {test}:\n{failure}" for test in _pivot_tests(program, dialect)]
-    written = iter(program.output("acceleration"))
-    dense_matrix = iter(program.output("dense_matrix"))
-    dense_forcing = iter(program.output("dense_forcing"))
-    results: dict[int, str] = {}
-    multipliers: dict[int, str] = {}
-    for number, block in enumerate(program.blocks):
-        if block.unrolled:
-            results |= {i: expression(next(written), dialect) for i in block.coordinates}
-            continue
-        n, m = len(block.coordinates), len(block.closures)
-        multipliers |= {i: f"a{number}[{n + k}]" for k, i in enumerate(block.closures)}
-        if block.band is not None:
-            entries = [next(dense_matrix) for _ in range(m * (block.band + 1))]
-            drive = [next(dense_forcing) for _ in range(m)]
-            lines.append(_band(number, block, entries, drive, dialect))
-            lines.extend(_assigned(following(program, block.multipliers), dialect))
-            multipliers |= {i: f"a{number}[{k}]" for k, i in enumerate(block.closures)}
-            if coordinates:
-                results |= {i: expression(next(written), dialect) for i in block.coordinates}
-            continue
-        count = n * (n + 1) // 2 + n * m + m * block.compliant
-        matrix = [next(dense_matrix) for _ in range(count)]
-        right = [next(dense_forcing) for _ in range(block.size)]
-        lines.extend(_dense_block(number, block, matrix, right, dialect, failure))
-        results |= {i: f"a{number}[{k}]" for k, i in enumerate(block.coordinates)}
-    return lines, results, multipliers
-
-
-def _band(
-    number: int,
-    block: Block,
-    entries: Sequence[Operand],
-    drive: Sequence[Operand],
-    dialect: Dialect,
-) -> str:
-    """Solve for the multipliers of a band."""
-    matrix = f"[{_join(entries, dialect)}]"
-    band = f"np.array({matrix}, dtype=float).reshape({len(block.closures)}, -1)"
-    return f"a{number} = _solve_banded({band}, [{_join(drive, dialect)}])"
-
-
-def _dense_block(
-    number: int,
-    block: Block,
-    matrix: Sequence[Operand],
-    right: Sequence[Operand],
-    dialect: Dialect,
-    failure: str,
-) -> list[str]:
-    """Solve a block with NumPy. Cholesky's factor holds the roots of the pivots."""
-    upper = _bordered(block, matrix) if block.closures else matrix
-    lines, text = _symmetric(f"m{number}_", upper, block.size, dialect)
-    lines.append(f"m{number} = {text}")
-    if block.definite:
-        bound = f"{expression(Number(ROUNDING), dialect)} * m{number}.diagonal()"
-        lines.append(f"d{number} = np.linalg.cholesky(m{number}).diagonal()")
-        lines.append(f"if not (d{number} * d{number} > {bound}).all():\n{failure}")
-    vector = f"np.array([{_join(right, dialect)}], dtype=float)"
-    if block.closures:
-        lines.append(f"b{number} = {vector}")
-        solver = f"_solve_saddle(m{number}, b{number}, {len(block.coordinates)})"
-        lines.append(f'with np.errstate(all="ignore"):\n            a{number} = {solver}.tolist()')
-    else:
-        lines.append(f"a{number} = np.linalg.solve(m{number}, {vector}).tolist()")
-    return lines
-
-
-def _bordered(block: Block, matrix: Sequence[Operand]) -> list[Operand]:
-    """The upper triangle, by rows, of [[M, Gᵀ], [G, C]], from that of M, the rows of G and the
-    diagonal C (zero if not given)."""
-    n, m = len(block.coordinates), len(block.closures)
-    entries, gradients = iter(matrix[: n * (n + 1) // 2]), matrix[n * (n + 1) // 2 :]
-    upper: list[Operand] = []
-    for i in range(n):
-        upper.extend(next(entries) for _ in range(i, n))
-        upper.extend(gradients[k * n + i] for k in range(m))
-    zero = Number(Fraction(0))
-    diagonal = gradients[n * m :] or [zero] * m
-    for k, entry in enumerate(diagonal):
-        upper += [entry, *[zero] * (m - 1 - k)]
-    return upper
-
-
-def _pivot_tests(program: Program, dialect: Dialect) -> list[str]:
-    """Conditions under which the mass matrix is singular."""
-    tests = []
-    pivots = iter(zip(program.output("pivots"), program.output("scales"), strict=True))
-    for block in program.blocks:
-        for k in range(len(block.coordinates) if block.unrolled else 0):
-            pivot, scale = next(pivots)
-            text = expression(pivot, dialect)
-            if block.definite and k and not block.exact:
-                bound = expression(Product((Number(ROUNDING), scale), ()), dialect)
-                tests.append(f"not {text} > {bound}")
-            elif block.definite:
-                tests.append(f"not {text} > 0.0")
-            else:
-                tests.append(f"not abs({text}) > 0.0")
-    return tests
-
-
-def _join(operands: Sequence[Operand], dialect: Dialect) -> str:
-    return ", ".join(expression(operand, dialect) for operand in operands)
 
 
 _RESULTS = {"energy": _scalar_result, "mass_matrix": _matrix_result}
