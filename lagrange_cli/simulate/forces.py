@@ -7,6 +7,7 @@ import numpy as np
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.right_hand_side import RightHandSide, functions_of
+from lagrange_cli.simulate.tables import Knowing
 
 __all__ = ["constraint_forces"]
 
@@ -23,16 +24,31 @@ def constraint_forces(
     """
     if not model.forces:
         return {}
-    found, driven = functions_of(model.code.forces), functions.drive
+    known = _known(model, functions, t, states)
+    give = functions.forces or _interpreted(model, functions)
+    table = give(t, states, known)
+    return {name: table[:, k].copy() for k, name in enumerate(model.forces)}
+
+
+def _known(model: Model, functions: RightHandSide, t: Array, states: Array) -> Array:
+    """What forces are made of besides the state: parameters, accelerations, multipliers."""
     given = [0.0 if p.value is None else p.value for p in model.parameters]
     n = len(model.coordinates)
-    multipliers = functions.multipliers(t, states)
+    slopes = [functions.rhs(*of)[n:] for of in zip(t.tolist(), states, strict=True)]
+    rows = np.tile(given, (len(t), 1)).reshape(len(t), len(given))
+    return np.hstack([rows, np.reshape(slopes, (len(t), n)), functions.multipliers(t, states)])
 
-    def row(time: float, state: Array, unknowns: Array) -> Array:
-        known = [*given, *functions.rhs(time, state)[n:], *unknowns]
+
+def _interpreted(model: Model, functions: RightHandSide) -> Knowing:
+    """Forces by Python."""
+    found, driven = functions_of(model.code.forces), functions.drive
+
+    def row(time: float, state: Array, known: Array) -> Array:
         inputs = [lambda *_: driven.pieces.rows[driven.pieces.at(time)]] if driven else []
-        return np.asarray(found["outputs"](time, state, known, *inputs))
+        return np.asarray(found["outputs"](time, state, known.tolist(), *inputs))
 
-    rows = [row(*of) for of in zip(t.tolist(), states, multipliers, strict=True)]
-    table = np.array(rows, dtype=float).reshape(len(t), len(model.forces))
-    return {name: table[:, k].copy() for k, name in enumerate(model.forces)}
+    def rows(t: Array, y: Array, known: Array) -> Array:
+        found = [row(*of) for of in zip(t.tolist(), y, known, strict=True)]
+        return np.array(found, dtype=float).reshape(len(t), len(model.forces))
+
+    return rows

@@ -49,7 +49,8 @@ class Code:
     ``python``: that of :func:`lagrange_cli.emit.python_functions.module_source`.
     ``work`` doubles of workspace; ``factors`` of rounding are read by the
     function ``disturbed`` after the scene's parameters. ``forces``: Python text whose
-    function ``outputs`` gives them; it reads accelerations and multipliers after those.
+    function ``outputs`` gives them, as the function ``forces`` of C does; it reads
+    accelerations and multipliers after those.
     """
 
     c: str

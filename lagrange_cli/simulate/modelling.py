@@ -29,6 +29,7 @@ from lagrange_cli.simulate.model import Code, Defaults, Model, ModelParameter
 if TYPE_CHECKING:
     from sympy import Expr
 
+    from lagrange_cli.emit.program import Program
     from lagrange_cli.mechanics.equations import Equations
 
 __all__ = ["model_of"]
@@ -146,24 +147,25 @@ def _code(equations: Equations) -> Code:
         if name in programs
     }
     programs |= disturbed
+    compiled = programs | ({} if forces is None else {"forces": forces})
     return Code(
-        c=library_source(programs),
+        c=library_source(compiled),
         lanes=lanes_source(programs),
         python=module_source(programs),
-        work=workspace(programs),
+        work=workspace(compiled),
         factors=max(d.parameters for d in disturbed.values()) - len(equations.parameters),
-        forces=forces,
+        forces="" if forces is None else module_source({"outputs": forces}),
         singular=singular_text(equations),
     )
 
 
-def _forces(equations: Equations) -> str:
-    """A function for the columns of constraint forces, where they were asked for."""
+def _forces(equations: Equations) -> Program | None:
+    """The program for the columns of constraint forces, where they were asked for."""
     columns = force_columns(equations)
     if not columns:
-        return ""
+        return None
     closures = [*equations.closures, *(contact.closure for contact in equations.contacts)]
     unknowns = [*(c.a for c in equations.coordinates), *(c.multiplier for c in closures)]
     known = (*equations.parameters, *(Parameter(s.name, s) for s in unknowns))
     asked = replace(equations, parameters=known, outputs=tuple(columns))
-    return module_source({"outputs": program_of(driven(asked), "outputs")})
+    return program_of(driven(asked), "outputs")

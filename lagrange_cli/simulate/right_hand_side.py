@@ -31,7 +31,15 @@ from lagrange_cli.simulate.integrators.native import (
 from lagrange_cli.simulate.integrators.pieces import Pieces, with_projection
 from lagrange_cli.simulate.library import Source, load
 from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.tables import Table, bound, interpreted_table, native_table, no_columns
+from lagrange_cli.simulate.tables import (
+    Knowing,
+    Table,
+    bound,
+    interpreted_table,
+    native_knowing,
+    native_table,
+    no_columns,
+)
 from lagrange_cli.simulate.watch import StoppedError
 
 __all__ = [
@@ -83,7 +91,8 @@ class RightHandSide:
     there is none. Right-hand sides of systems with closure equations have a projection, see
     :func:`.base.projection`, those of systems with inputs from files pieces, see
     :func:`.pieces.pieces`; ``drive`` is what was read. Those of systems with contacts are
-    :class:`.contacts.ContactRhs`.
+    :class:`.contacts.ContactRhs`. ``forces`` gives constraint forces, in machine code alone,
+    where they were derived.
     """
 
     rhs: Rhs
@@ -98,6 +107,7 @@ class RightHandSide:
     native: bool = False
     wider: Callable[[], Wider | None] = lambda: None
     drive: Drive | None = None
+    forces: Knowing | None = None
 
 
 def right_hand_side(
@@ -189,9 +199,13 @@ class _Libraries:
         self._model, self._real, self._drive = model, real, drive
         self._functions = sources[0].functions
 
-    def function(self, name: str, pattern: int = 0) -> NativeRhs:
-        """A function of the system; its numbers are off by their rounding in a pattern not 0."""
-        parameters = _off(self._model, pattern, self._real) if pattern else _given(self._model)
+    def function(self, name: str, pattern: int = 0, parameters: Array | None = None) -> NativeRhs:
+        """A function of the system; its numbers are off by their rounding in a pattern not 0.
+
+        ``parameters``: those that it reads, if not the model's.
+        """
+        if parameters is None:
+            parameters = _off(self._model, pattern, self._real) if pattern else _given(self._model)
         pieces = _pieces(self._drive, pattern)
         entry = function_type(self._real)((f"system_{name}", self.system))
         lanes = f"system_{name}_lanes"
@@ -244,6 +258,13 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
             return no_columns
         return native_table(libraries.system, libraries.function(name), width, columns)
 
+    def forces() -> Knowing | None:
+        if not model.forces:
+            return None
+        known = np.empty(len(model.parameters) + len(model.coordinates) + len(model.symbols))
+        function = libraries.function("forces", parameters=known)
+        return native_knowing(libraries.system, function, width, len(model.forces))
+
     rhs, disturbed = libraries.sides()
     found = RightHandSide(
         rhs=rhs,
@@ -258,6 +279,7 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
         native=True,
         wider=lambda: _wider(model, drive, cache, started + budget),
         drive=drive,
+        forces=forces(),
     )
     return _with_contacts(
         model,

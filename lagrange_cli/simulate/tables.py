@@ -12,10 +12,21 @@ from lagrange_cli.simulate.integrators.base import Array, Rhs
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.pieces import Pieces, PiecewiseRhs
 
-__all__ = ["Table", "bound", "interpreted_table", "native_table", "no_columns"]
+__all__ = [
+    "Knowing",
+    "Table",
+    "bound",
+    "interpreted_table",
+    "native_knowing",
+    "native_table",
+    "no_columns",
+]
 
 #: Values at many states: t (m,), y (m, 2n) → (m, k).
 Table: TypeAlias = Callable[[Array, Array], Array]
+
+#: The same, with parameters that differ from state to state: those of all, (m, l).
+Knowing: TypeAlias = Callable[[Array, Array, Array], Array]
 
 _LONG, _POINTER = ctypes.c_long, ctypes.c_void_p
 
@@ -51,6 +62,20 @@ def native_table(library: ctypes.CDLL, function: NativeRhs, width: int, columns:
         return out
 
     return table
+
+
+def native_knowing(library: ctypes.CDLL, function: NativeRhs, width: int, columns: int) -> Knowing:
+    """A function of the library at many states, with the parameters of each."""
+    table = native_table(library, function, width, columns)
+
+    def rows(t: Array, y: Array, known: Array) -> Array:
+        found = np.empty((len(t), columns))
+        for k, parameters in enumerate(known):
+            function.parameters[:] = parameters
+            found[k : k + 1] = table(t[k : k + 1], y[k : k + 1])
+        return found
+
+    return rows
 
 
 def _alike(function: NativeRhs, t: Array) -> Iterator[tuple[int, int, int | None]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,10 @@ from lagrange_cli.emit.report import derivation_report
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_file, read_text
 from lagrange_cli.simulate import simulate
+from lagrange_cli.simulate.forces import constraint_forces
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import interpreted
+from lagrange_cli.simulate.right_hand_side import interpreted, right_hand_side
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 
@@ -93,6 +95,23 @@ def test_interpreted_gives_the_same():
     other = simulate(model, functions=interpreted(model, "a test")).table(["forces"])
     for name in model.forces:
         assert np.abs(compiled[name] - other[name]).max() < 1e-7
+
+
+@pytest.mark.parametrize("path", ["chains/chain_of_rods", "constraints/slider_crank"])
+def test_machine_code_gives_what_python_gives_at_each_state(path):
+    model = model_of(derive(read_file(str(SYSTEMS / f"{path}.yaml")), forces=True))
+    functions = right_hand_side(model)
+    assert functions.native
+    assert functions.forces is not None
+    generator = np.random.default_rng(3)
+    states = np.array(model.initial) + 0.1 * generator.uniform(-1, 1, (5, len(model.initial)))
+    found = constraint_forces(model, functions, np.arange(5.0), states)
+    python = replace(functions, forces=None)
+    expected = constraint_forces(model, python, np.arange(5.0), states)
+    assert len(found) == len(model.forces)
+    assert any(np.abs(column).max() > 0 for column in found.values())
+    for name, column in expected.items():
+        np.testing.assert_allclose(found[name], column, rtol=1e-12, atol=1e-12)
 
 
 def test_forces_of_inputs():
