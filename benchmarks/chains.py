@@ -41,8 +41,7 @@ from right_hand_side import (
     timed,
 )
 
-from lagrange_cli.emit.banded import operations_of_band
-from lagrange_cli.emit.program import build_program, operations
+from lagrange_cli.emit.program import build_program, eliminations, operations
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Equations
@@ -120,10 +119,9 @@ def lagrange_c(n: int, folder: Path) -> tuple[Method, Equations]:
 
 
 def count(equations: Equations) -> int:
-    """Operations of one right-hand side, those of the band among them."""
+    """Operations of one right-hand side, those of the elimination among them."""
     program = build_program(equations, ["acceleration"])
-    bands = [(len(b.closures), b.band) for b in program.blocks if b.band is not None]
-    return operations(program).total + sum(operations_of_band(m, w) for m, w in bands)
+    return operations(program).total + eliminations(program)
 
 
 def methods(n: int, folder: Path, pinocchio: Path | None) -> tuple[list[Method], int]:
