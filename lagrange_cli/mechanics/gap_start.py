@@ -80,6 +80,26 @@ class GapStart:
         moved = self._reduced.manifold(sliding).tangent(self._point(q, v))
         return self._changed(v, [moved[w] for w in self._v])
 
+    def possible(self, configurations: Sequence[list[mpf]]) -> list[list[mpf]]:
+        """Those that violate no gap.
+
+        Raises
+        ------
+        InputError
+            Each of them violates one: that of the first is named.
+        """
+        found = [q for q in configurations if self._allows(q)]
+        if not found:
+            self._touching(configurations[0])
+        return found
+
+    def _allows(self, q: Sequence[mpf]) -> bool:
+        try:
+            self._touching(q)
+        except InputError:
+            return False
+        return True
+
     def _touching(self, q: Sequence[mpf]) -> list[Restriction]:
         """The gaps that are closed; an error where one is violated or has no gradient."""
         touching = []

@@ -170,9 +170,10 @@ class _Initial:
         if not found.exact:
             raise self._undetermined(missing)
         near = any(self.q[j] in self.reduced.reference for j in missing)
-        if len(found.exact) > 1 and not near:
-            raise self._ambiguous(found.exact, missing)
-        return found.exact[0]
+        possible = self.gaps.possible(found.exact)
+        if len(possible) > 1 and not near:
+            raise self._ambiguous(possible, missing)
+        return possible[0]
 
     def _unreachable(self, symbols: Sequence[sp.Symbol], found: Configurations) -> InputError:
         """Given Cartesian values that no configuration has: the worst one is named."""

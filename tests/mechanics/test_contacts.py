@@ -367,6 +367,26 @@ def test_violated_start_is_refused() -> None:
     assert problem.mark.text[problem.mark.column - 1] == "x"
 
 
+ON_A_CIRCLE = """
+parameters: {R: 2}
+particles: {bead: {mass: 1, position: [R*sin(q), 0, R*cos(q)]}}
+coordinates: [q]
+constraints: {above: z_bead >= LOWEST}
+"""
+
+
+def test_gaps_choose_among_configurations() -> None:
+    """x = 1 is at z = √3 and at z = −√3."""
+    with pytest.raises(InputError, match="several configurations"):
+        started("{x_bead: 1}", ON_A_CIRCLE.replace("LOWEST", "-2"))
+    upper = started("{x_bead: 1}", ON_A_CIRCLE.replace("LOWEST", "-1"))
+    assert upper.initial.positions == pytest.approx([float(mpmath.pi) / 6], abs=1e-15)
+    lower = started("{x_bead: 1}", ON_A_CIRCLE.replace(">= LOWEST", "<= -1"))
+    assert lower.initial.positions == pytest.approx([5 * float(mpmath.pi) / 6], abs=1e-15)
+    with pytest.raises(InputError, match="violate the one-sided constraint 'above'"):
+        started("{x_bead: 1}", ON_A_CIRCLE.replace("LOWEST", "1.9"))
+
+
 def test_corner() -> None:
     text = BALL.replace("{floor: z >= 0}", "{floor: z >= 0, wall: x >= 0, again: 2*z >= 0}")
     e = derived(text.replace("z: h", "z: 0"))
