@@ -16,6 +16,7 @@ import mpmath
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.branches import Solution
 from lagrange_cli.mechanics.definitions import dependency_order
 from lagrange_cli.mechanics.renaming import shape
 from lagrange_cli.mechanics.solving import (
@@ -238,8 +239,16 @@ class Elimination:
         vanish = [k for k, x in enumerate(sizes) if x is not None and abs(x) <= _VANISHES]
         if None in sizes or len(vanish) != 1:
             named = self.stated[number].constraint
-            listed = ", ".join(f"{_written(f)} = 0" for f in factors)
-            raise self._ambiguous(number, f"constraint '{named}' holds in several ways: {listed}")
+            ways = [f"{_written(f)} = 0" for f in factors]
+            lines = "\n".join(f"{named}: {way}" for way in ways)
+            raise InputError(
+                Problem(
+                    f"constraint '{named}' holds in several ways: {', '.join(ways)}",
+                    self.stated[number].equation.mark(),
+                    hint=f"write one of them:\n{lines}",
+                    rule="ambiguous-branch",
+                )
+            )
         self._await(number, factors[vanish[0]], sp.Integer(0))
         return True
 
@@ -322,12 +331,12 @@ class Elimination:
             return branches[0]
         target = self.reference.get(unknown)
         if not real or (target is None and len(real) != 1):
-            raise self._several(number, unknown, branches)
+            raise InputError(self._solution(number, unknown, branches).several())
         distance = {k: abs((at[k] or 0) - (target or 0)) for k in real}
         best = min(real, key=distance.__getitem__)
         length = self._length(branches)
         if any(k != best and _meet(at[k], at[best], length) for k in real):
-            raise self._singular(number, unknown, branches)
+            raise InputError(self._solution(number, unknown, branches).meeting())
         named = self.stated[number].constraint
         self.remarks.append(
             f"{unknown} = {_written(branches[best])} is the branch of '{named}'"
@@ -347,53 +356,17 @@ class Elimination:
         """The branches are complex: for good, or at the configuration that the scene gives."""
         used = sorted(self.touched[number] | {number})
         listed = ", ".join(f"'{n}'" for n in dict.fromkeys(self.stated[k].constraint for k in used))
-        message = f"the given configuration does not satisfy {listed}: {unknown} is not real"
-        fixed = all(b.is_real is False or b.free_symbols <= self.constants for b in branches)
-        if fixed:
+        if all(b.is_real is False or b.free_symbols <= self.constants for b in branches):
             left, right = self.pending[number]
             message = f"{_written(left)} = {_written(right)} holds for no real {unknown}: {listed}"
-        problem = Problem(
-            message,
-            self.stated[number].equation.mark(),
-            hint="\n".join(
-                f"{self.stated[k].constraint}: {self.stated[k].equation.text}" for k in used
-            ),
-            rule="inconsistent",
-        )
-        return ImpossibleError(problem, used) if fixed else InputError(problem)
+            mark = self.stated[number].equation.mark()
+            return ImpossibleError(Problem(message, mark, rule="inconsistent"), used)
+        message = f"the given configuration does not satisfy {listed}: {unknown} is not real"
+        return InputError(self._solution(number, unknown, branches).unreal(message))
 
-    def _several(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> InputError:
-        listed = ", ".join(f"{unknown} = {_written(b)}" for b in branches)
-        named = self.stated[number].constraint
-        return self._ambiguous(
-            number,
-            f"constraint '{named}' leaves several branches: {listed}",
-            f"'{unknown}', and what it depends on,",
-        )
-
-    def _ambiguous(self, number: int, message: str, give: str = "the configuration") -> InputError:
-        return InputError(
-            Problem(
-                message,
-                self.stated[number].equation.mark(),
-                hint=f"choose one by giving {give} in 'initial' or 'near'",
-                rule="ambiguous-branch",
-            )
-        )
-
-    def _singular(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> InputError:
-        """Branches meet at the given configuration: the chart ends there."""
-        held = sorted({str(s) for b in branches for s in b.free_symbols - self.constants})
-        named = self.stated[number].constraint
-        return InputError(
-            Problem(
-                f"the given configuration is singular: two branches of '{named}' for"
-                f" '{unknown}' meet there, so that {', '.join(held)} cannot tell them apart",
-                self.stated[number].equation.mark(),
-                hint=f"take '{unknown}' as a coordinate, or start elsewhere",
-                rule="singular",
-            )
-        )
+    def _solution(self, number: int, unknown: sp.Symbol, branches: Sequence[sp.Expr]) -> Solution:
+        name, mark = self.stated[number].constraint, self.stated[number].equation.mark()
+        return Solution(name, mark, unknown, branches, self.reference, self.constants)
 
 
 def _meet(x: mpmath.mpf | None, y: mpmath.mpf | None, length: mpmath.mpf) -> bool:

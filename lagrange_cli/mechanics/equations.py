@@ -421,7 +421,8 @@ class Equations:
     ``choice`` is None where there is one formulation only; ``singular`` are places that
     the coordinates do not cover. ``chart``: what the coordinates have replaced.
     ``initial`` is None when the scene gives no initial state or a parameter
-    lacks its value. ``constraint_forces`` is None unless it was asked for.
+    lacks its value; ``suggested`` are values of coordinates that could be given then.
+    ``constraint_forces`` is None unless it was asked for.
     """
 
     name: str
@@ -457,6 +458,7 @@ class Equations:
     closures: tuple[Closure, ...] = ()
     contacts: tuple[Contact, ...] = ()
     outputs: tuple[tuple[str, Expr], ...] = ()
+    suggested: tuple[tuple[str, str], ...] = ()
     inputs: tuple[Input, ...] = ()
     constraint_forces: ConstraintForces | None = None
     choice: Choice | None = None

@@ -216,8 +216,24 @@ def _require_relation(geometry: Geometry, leftover: Leftover) -> None:
         return
     constants = frozenset(geometry.names.parameters.values())
     if any(_is_given(leftover.reduced, q, set(involved), constants) for q in involved):
-        rest = geometry.without(involved[-1])
-        raise refusals.too_many(found.stated[leftover.number], involved, rest)
+        raise refusals.too_many(
+            geometry.names.scene,
+            found.stated[leftover.number],
+            involved,
+            *_surplus(geometry, leftover.reduced, involved),
+        )
+
+
+def _surplus(
+    geometry: Geometry, phi: sp.Expr, involved: Sequence[sp.Symbol]
+) -> tuple[list[str], tuple[str, sp.Expr]]:
+    """The other coordinates, and the one that φ = 0 gives best, with its value.
+
+    Without choice before with one, Cartesian names before others, the last declared first.
+    """
+    ways = {q: solutions(phi, q) or [] for q in involved}
+    q = min(reversed(involved), key=lambda q: (len(ways[q]) != 1, q not in geometry.resolved))
+    return geometry.without(q), (q.name, (ways[q] or [sp.Integer(1)])[-1])
 
 
 def _is_given(

@@ -19,8 +19,10 @@ from lagrange_cli.mechanics.configuration import Configurations, Search, rank
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import InitialState
 from lagrange_cli.mechanics.gap_start import GapStart
+from lagrange_cli.mechanics.pasting import near_line
 from lagrange_cli.mechanics.restricted import Restricted
 from lagrange_cli.mechanics.steps import Row, smallest
+from lagrange_cli.mechanics.suggestions import with_suggestion
 from lagrange_cli.mechanics.tape import DomainError, Tape
 from lagrange_cli.scene.model import InitialValue
 
@@ -69,7 +71,12 @@ def initial_state(derivation: Derivation) -> InitialState | None:
 
 def _solved(derivation: Derivation, digits: int) -> InitialState:
     with mpmath.workdps(digits):
-        return _Initial(derivation, digits).solve()
+        state = _Initial(derivation, digits)
+        try:
+            return state.solve()
+        except InputError as error:
+            given = {s: x for s, (x, _) in state.given[0].items() if s in state.number}
+            raise with_suggestion(derivation.reduced, error, given, placed=state.placed) from None
 
 
 def _hardly(values: Sequence[float]) -> bool:
@@ -100,6 +107,7 @@ class _Initial:
             self._take(entry)
         self.restrictions = Restricted(self.reduced, self.constants, self._length())
         self.gaps = GapStart(self.reduced, self.constants)
+        self.placed = False
 
     def _take(self, entry: InitialValue) -> None:
         symbol = self.reduced.names.lookup(entry.name)
@@ -118,6 +126,7 @@ class _Initial:
 
     def solve(self) -> InitialState:
         start, moved = self._placed()
+        self.placed = self._agrees(start)
         try:
             velocities = self._velocities(self._tape(1), start)
             velocities, turned = self.restrictions.tangent(start, velocities)
@@ -137,6 +146,17 @@ class _Initial:
             return start, max(moved, closed)
         except DomainError:
             raise self._unreal() from None
+
+    def _agrees(self, start: Sequence[mpf]) -> bool:
+        """Whether given Cartesian positions are those of the coordinates."""
+        inputs = [(x, _ZERO, _ZERO) for x in [*start, *self.constants.values()]]
+        try:
+            placed = self._tape(0).run(inputs, 0).values
+        except DomainError:
+            return False
+        given = [self.given[0][s][0] for s in self._cartesian(0)]
+        apart = (abs(x - y) for x, y in zip(placed, given, strict=True))
+        return bool(max(apart, default=_ZERO) <= _TOLERANCE * self._length())
 
     def _cartesian(self, order: int) -> list[sp.Symbol]:
         """Cartesian names with a given value that are not coordinates themselves."""
@@ -165,7 +185,7 @@ class _Initial:
         found = search.configurations(guess, _TOLERANCE * length)
         if not found.exact and found.nearest:
             raise self._unreachable(symbols, found)
-        if not found.exact and found.regular and self.reduced.closures:
+        if not found.exact and found.regular:
             raise self.restrictions.nowhere()
         if not found.exact:
             raise self._undetermined(missing)
@@ -186,14 +206,16 @@ class _Initial:
     def _ambiguous(self, found: Sequence[Sequence[mpf]], missing: Sequence[int]) -> InputError:
         names = [self.reduced.coordinates[j].name for j in missing]
         choices = [
-            ", ".join(f"{n}: {mpmath.nstr(q[j], 8)}" for n, j in zip(names, missing, strict=True))
+            {n: f"{float(q[j]):.8g}" for n, j in zip(names, missing, strict=True)}
             for q in found[:4]
         ]
         return InputError(
             Problem(
                 "the initial values leave several configurations",
                 self.reduced.scene.initial[0].mark,
-                hint="\n".join(["choose one in 'initial' or 'near':", *choices]),
+                hint="\n".join(
+                    ["choose one:", *(near_line(self.reduced.scene, values) for values in choices)]
+                ),
                 rule="initial-ambiguous",
             )
         )
@@ -205,7 +227,7 @@ class _Initial:
             Problem(
                 f"the initial values do not determine {listed}",
                 self.reduced.scene.initial[0].mark,
-                hint="\n".join(f"add  {n}: ...  to 'initial'" for n in names),
+                hint="give their values too:",
                 rule="initial-missing",
             )
         )
@@ -314,7 +336,7 @@ class _Initial:
                 "the constraints are singular at the initial configuration:"
                 " they do not give velocities there",
                 self.reduced.scene.initial[0].mark,
-                hint="start from another configuration, or take other coordinates",
+                hint="start from another configuration, or take other coordinates:",
                 rule="singular",
             )
         )

@@ -37,6 +37,7 @@ from lagrange_cli.mechanics.structure import (
     require_no_rates_of_inputs,
     total_energy,
 )
+from lagrange_cli.mechanics.suggestions import possible_start
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.scene.expression import Equation, Expression
 from lagrange_cli.scene.model import Formulation, Scene
@@ -152,6 +153,7 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
         facts=structure,
         certificate=evidence.certificate,
         initial=initial,
+        suggested=tuple(possible_start(derivation.reduced).items()) if initial is None else (),
         simulate=_simulation_defaults(reduced),
         abbreviations=tuple(_abbreviations(reduced)),
         outputs=tuple(_outputs(reduced)),

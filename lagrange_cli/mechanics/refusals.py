@@ -8,6 +8,7 @@ import sympy as sp
 
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.elimination import Elimination, Stated
+from lagrange_cli.mechanics.pasting import fewer_coordinates
 from lagrange_cli.mechanics.sampling import PLACED_STARTS, STARTS
 from lagrange_cli.scene.model import Scene
 
@@ -66,15 +67,28 @@ def too_few(scene: Scene, found: Elimination, excess: int) -> InputError:
     )
 
 
-def too_many(stated: Stated, involved: Sequence[sp.Symbol], rest: Sequence[str]) -> InputError:
-    """A constraint relates coordinates, or fixes one."""
+def too_many(
+    scene: Scene,
+    stated: Stated,
+    involved: Sequence[sp.Symbol],
+    rest: Sequence[str],
+    dropped: tuple[str, sp.Expr],
+) -> InputError:
+    """A constraint relates coordinates, or fixes one.
+
+    Parameters
+    ----------
+    rest
+        The coordinates but for the one to be ``dropped``, which is given with its value.
+    """
+    name, value = dropped
     verb = "fixes" if len(involved) == 1 else "relates"
     return InputError(
         Problem(
             f"too many coordinates: constraint '{stated.constraint}' {verb} {_quoted(involved)}"
             f" ({len(rest) + 1} declared)",
             stated.equation.mark(),
-            hint=f"coordinates: [{', '.join(rest)}]",
+            hint=fewer_coordinates(scene, rest, name, str(value).replace("**", "^")),
             rule="too-many-coordinates",
         )
     )
@@ -89,7 +103,7 @@ def dependent_coordinates(
             f"the coordinates {_quoted(mixed)} are not independent:"
             f" they move the particles in {ways} {'way' if ways == 1 else 'ways'} only",
             scene.coordinates_mark or Mark(scene.file, 1, 1),
-            hint=f"coordinates: [{', '.join(rest)}]",
+            hint=fewer_coordinates(scene, rest, mixed[-1], "1"),
             rule="dependent-coordinates",
         )
     )
@@ -148,9 +162,13 @@ def singular(found: Elimination, numbers: Sequence[int]) -> InputError:
     if len(named) > 1:
         what = "constraints"
         why = "are singular: wherever they hold, their gradients depend on each other"
-    hint = "\n".join(f"{s.constraint}: {s.equation.text}" for s in stated[:_LISTED])
+    do = "write it so that it crosses zero where it holds:"
+    if len(named) > 1:
+        do = "leave one of them out, or change it:"
+    hint = "\n".join([do, *(f"{s.constraint}: {s.equation.text}" for s in stated[:_LISTED])])
     if len(stated) == 1 and all(map(_is_square, sp.Add.make_args(stated[0].phi))):
         hint = "write equations that cross zero: x = 0 in place of x^2 = 0"
+        hint = f"{hint}\n{named[0]}: {_crossing(stated[0].phi)}"
     return InputError(
         Problem(
             f"{what} {_quoted(named)} {why}",
@@ -159,6 +177,22 @@ def singular(found: Elimination, numbers: Sequence[int]) -> InputError:
             rule="singular",
         )
     )
+
+
+def _crossing(squares: sp.Expr) -> str:
+    """Equations of the terms of a sum of squares, each with what it is the square of."""
+    roots = [
+        sp.Mul(
+            *(
+                b ** (e / 2)
+                for b, e in (f.as_base_exp() for f in sp.Mul.make_args(term))
+                if e.is_even
+            )
+        )
+        for term in sp.Add.make_args(squares)
+    ]
+    equations = [f"{str(root).replace('**', '^')} = 0" for root in roots]
+    return equations[0] if len(equations) == 1 else f"[{', '.join(equations)}]"
 
 
 def _is_square(term: sp.Expr) -> bool:

@@ -114,10 +114,10 @@ class Restricted:
     def nowhere(self) -> InputError:
         """The error of initial values for which no configuration came up."""
         named = ", ".join(f"'{n}'" for n in dict.fromkeys(c.name for c in self._closures))
+        satisfies = f" that satisfies {named}" if named else ""
         return InputError(
             Problem(
-                f"no configuration with the initial values was found in {STARTS} starts"
-                f" that satisfies {named}",
+                f"no configuration with the initial values was found in {STARTS} starts{satisfies}",
                 self._start,
                 rule="initial-inconsistent",
             )

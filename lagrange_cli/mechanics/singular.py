@@ -16,6 +16,7 @@ from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import Closure, Contact, InitialState
 from lagrange_cli.mechanics.ranks import TOLERANCE, Doubles, dependent_rows, scaled_doubles
 from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.mechanics.suggestions import elsewhere
 from lagrange_cli.mechanics.tape import DomainError, values
 
 __all__ = ["singular_start"]
@@ -75,7 +76,7 @@ def _warning(taking_part: list[Closure], derivation: Derivation) -> Problem:
         f"constraint{'s' if len(taking_part) > 1 else ''} {named} {verb} singular at the initial"
         f" configuration: {their} there, and the accelerations are not determined",
         mark or Mark(derivation.reduced.scene.file, 1, 1),
-        hint="start from another configuration",
+        hint=elsewhere(derivation.reduced),
         rule="singular",
         severity="warning",
     )

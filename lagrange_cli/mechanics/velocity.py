@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import mpmath
 import sympy as sp
 from mpmath import mpf
 
@@ -21,6 +20,7 @@ from lagrange_cli.mechanics.geometry import Restriction
 from lagrange_cli.mechanics.integrability import Form, integrable_rank, integral
 from lagrange_cli.mechanics.manifold import Manifold
 from lagrange_cli.mechanics.names import Names
+from lagrange_cli.mechanics.pasting import initial_line
 from lagrange_cli.mechanics.ranks import TOLERANCE, Doubles, Point, dependent_rows
 from lagrange_cli.mechanics.sampling import Drawn, double
 from lagrange_cli.mechanics.tape import DomainError, values
@@ -104,7 +104,7 @@ def integrals(
         whole = None if whole is None else _real_branch(whole, reference)
         if whole is None or whole == 0:
             continue
-        constant = _constant(names, level, whole, [c.q for c in coordinates])
+        constant = _constant(names, level, whole, [c.q for c in coordinates], points[0])
         shown = str(whole).replace("**", "^")
         if constant is None:
             constant = sp.Integer(0)
@@ -147,8 +147,13 @@ def _value(expr: sp.Expr, reference: Point) -> mpf:
     return values([expr], {s: reference[s] for s in expr.free_symbols})[0]
 
 
-def _constant(names: Names, level: Level, whole: sp.Expr, q: Sequence[sp.Symbol]) -> sp.Expr | None:
-    """The integral at the initial state, over parameters; None where there is none."""
+def _constant(
+    names: Names, level: Level, whole: sp.Expr, q: Sequence[sp.Symbol], point: Point
+) -> sp.Expr | None:
+    """The integral at the initial state, over parameters; None where there is none.
+
+    Values of the point are suggested where some are missing.
+    """
     scene = names.scene
     if not scene.initial:
         return None
@@ -169,11 +174,15 @@ def _constant(names: Names, level: Level, whole: sp.Expr, q: Sequence[sp.Symbol]
                 f"constraint '{level.constraint}' is the rate of {shown} = constant,"
                 f" and 'initial' does not give {listed}",
                 level.equation.mark(),
-                hint="\n".join(f"add  {s}: ...  to 'initial'" for s in missing),
+                hint=initial_line(scene, {s.name: _short(point[s]) for s in missing}, (0, 1)),
                 rule="initial-missing",
             )
         )
     return whole.xreplace(given)
+
+
+def _short(x: mpf) -> str:
+    return f"{float(x):.2g}"
 
 
 @dataclass(frozen=True)
@@ -225,7 +234,9 @@ def independent_levels(
         for k, by in everywhere[0].items()
         if k >= len(closures) and all(k in other for other in everywhere)
     }
-    _require_consistent(levels, len(closures), manifold, coordinates, points)
+    _require_consistent(
+        [*closures, *(x.restriction() for x in levels)], everywhere, manifold, points
+    )
     first = len(closures)
     kept = tuple(k for k in range(len(levels)) if first + k not in dropped)
     positional = [
@@ -252,28 +263,36 @@ def _slopes(manifold: Manifold, coordinates: Sequence[Coordinate], point: Drawn)
 
 
 def _require_consistent(
-    levels: Sequence[Level],
-    first: int,
+    restrictions: Sequence[Restriction],
+    dependent: Sequence[Mapping[int, tuple[int, ...]]],
     manifold: Manifold,
-    coordinates: Sequence[Coordinate],
     points: Sequence[Drawn],
 ) -> None:
-    """Refuse levels that no velocities satisfy together."""
-    for point in points:
-        at_rest = {**point, **{c.v: mpf(0) for c in coordinates}}
-        still = [mpf(0)] * len(coordinates)
+    """Refuse levels that no velocities satisfy together.
+
+    Parameters
+    ----------
+    dependent
+        At each point the restrictions that depend on others, with those.
+    """
+    still = [mpf(0)] * len(manifold.v)
+    for rows, point in zip(dependent, points, strict=True):
+        at_rest = {**point, **dict.fromkeys(manifold.v, mpf(0))}
         before, _, _ = manifold.motion(at_rest, still)
-        moved = manifold.tangent(at_rest)
-        after, _, _ = manifold.motion(moved, still)
-        sizes = [abs(x) for x in before]
-        wrong = [k for k, x in enumerate(after) if abs(x) > TOLERANCE * max(sizes, default=mpf(1))]
+        after, _, _ = manifold.motion(manifold.tangent(at_rest), still)
+        least = TOLERANCE * max(map(abs, before), default=mpf(1))
+        wrong = [k for k, x in enumerate(after) if abs(x) > least]
         if wrong:
-            worst = levels[max(0, wrong[-1] - first)]
-            raise InputError(
-                Problem(
-                    f"no velocities satisfy constraint '{worst.constraint}' beside the others"
-                    f" (off by {mpmath.nstr(abs(after[wrong[-1]]), 3)})",
-                    worst.equation.mark(),
-                    rule="inconsistent",
-                )
-            )
+            circuits = ([*by, k] for k, by in rows.items() if k in wrong)
+            raise _inconsistent([restrictions[k] for k in sorted(next(circuits, wrong))])
+
+
+def _inconsistent(taking_part: Sequence[Restriction]) -> InputError:
+    named = list(dict.fromkeys(r.name for r in taking_part))
+    listed = ", ".join(f"'{name}'" for name in named)
+    what = f"constraint {listed} contradicts itself: no velocities satisfy its equations"
+    if len(named) > 1:
+        what = f"constraints {listed} contradict each other: no velocities satisfy them together"
+    equations = [f"{r.name}: {r.text}" for r in taking_part]
+    hint = "\n".join(["leave one of them out, or change it:", *equations])
+    return InputError(Problem(what, taking_part[-1].mark, hint=hint, rule="inconsistent"))

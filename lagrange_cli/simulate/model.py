@@ -95,7 +95,8 @@ class Model:
 
     ``kinds`` has one entry a coordinate: ``angle``, or a word that coordinates
     of the same dimension share. ``initial`` is [q, v] at the start, None where
-    the scene gives none. ``conserved``: the kinds of conserved quantities;
+    the scene gives none; then ``suggested`` are coordinates with values that could be given.
+    ``conserved``: the kinds of conserved quantities;
     ``facts``: structure facts by name. ``multipliers`` names the constraints that
     are kept beside the coordinates, if any (``symbols`` are what the multipliers of these and
     of ``contacts`` are called, ``lambda_rod``); then the code has the functions
@@ -125,6 +126,7 @@ class Model:
     symbols: tuple[str, ...] = ()
     residuals: int = 0
     outputs: tuple[str, ...] = ()
+    suggested: tuple[tuple[str, str], ...] = ()
     forces: tuple[str, ...] = ()
     recordings: tuple[Recording, ...] = ()
     contacts: tuple[str, ...] = ()
@@ -143,6 +145,7 @@ class Model:
         for name in (*lists, "multipliers", "symbols", "outputs", "forces", "contacts"):
             found[name] = tuple(found[name])
         found["parameters"] = tuple(ModelParameter(**p) for p in found["parameters"])
+        found["suggested"] = tuple((name, value) for name, value in found["suggested"])
         found["initial"] = None if found["initial"] is None else tuple(found["initial"])
         found["recordings"] = tuple(_recording(**r) for r in found["recordings"])
         found["defaults"] = Defaults(**found["defaults"])

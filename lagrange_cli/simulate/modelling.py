@@ -62,6 +62,7 @@ def model_of(equations: Equations) -> Model:
         symbols=tuple(c.multiplier.name for c in equations.pushing),
         residuals=sum(1 + (c.kind == "position") for c in equations.closures),
         outputs=tuple(name for name, _ in equations.outputs),
+        suggested=equations.suggested,
         forces=tuple(name for name, _ in force_columns(equations)),
         contacts=tuple(c.name for c in equations.contacts),
         recordings=tuple(u.recording for u in equations.inputs if u.recording is not None),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from dataclasses import dataclass
 
 import numpy as np
@@ -117,12 +118,18 @@ def _initial(model: Model) -> Array:
     if model.initial is None:
         raise _refused(
             "the scene gives no initial state",
-            " ".join(f"-i {name}=0 -i 'dot({name})=0'" for name in model.coordinates),
+            _initial_options(model),
         )
     state = np.array(model.initial, dtype=float)
     if not np.isfinite(state).all():
         raise _refused("the initial state is not finite", "look at the section initial")
     return state
+
+
+def _initial_options(model: Model) -> str:
+    """Options that give an initial state; velocities that are not given are 0 if they can be."""
+    given = model.suggested or tuple((name, "0") for name in model.coordinates)
+    return " ".join("-i " + shlex.quote(f"{name}={value}") for name, value in given)
 
 
 def _and(names: list[str]) -> str:
