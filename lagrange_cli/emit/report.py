@@ -82,22 +82,7 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
             {"name": c.name, "kind": c.kind, "expression": say(c.expression)}
             for c in equations.closures
         ],
-        "contacts": [
-            {
-                "name": c.name,
-                "gap": say(c.closure.expression),
-                "gradient": [
-                    {
-                        "coordinate": equations.coordinates[j].name,
-                        "entry": say(c.closure.gradient[j]),
-                    }
-                    for j in c.closure.held
-                ],
-                "multiplier": c.closure.multiplier.name,
-                "restitution": say(c.restitution),
-            }
-            for c in equations.contacts
-        ],
+        "contacts": _contacts(equations, say),
         "inputs": [_input(given, say) for given in equations.inputs],
         "outputs": [{"name": name, "expression": say(e)} for name, e in equations.outputs],
         "facts": {
@@ -127,6 +112,23 @@ class _Speaker:
 
     def tree(self, node: Node) -> str:
         return self._printer.inline(node)
+
+
+def _contacts(equations: Equations, say: _Speaker) -> list[dict[str, Any]]:
+    names = [c.name for c in equations.coordinates]
+    return [
+        {
+            "name": contact.name,
+            "gap": say(contact.closure.expression),
+            "gradient": [
+                {"coordinate": names[j], "entry": say(entry)}
+                for j, entry in entries(contact.closure.gradient).items()
+            ],
+            "multiplier": contact.closure.multiplier.name,
+            "restitution": say(contact.restitution),
+        }
+        for contact in equations.contacts
+    ]
 
 
 def _residuals(equations: Equations, form: str, say: _Speaker) -> list[dict[str, str]]:
