@@ -50,7 +50,7 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
     """
     say = _Speaker(vocabulary(equations))
     forces = equations.constraint_forces
-    account = equations.account
+    account, unused = equations.account, equations.facts.unused_parameters
     return {
         "name": equations.name,
         "cartesian": account.cartesian,
@@ -85,10 +85,7 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         "contacts": _contacts(equations, say),
         "inputs": [_input(given, say) for given in equations.inputs],
         "outputs": [{"name": name, "expression": say(e)} for name, e in equations.outputs],
-        "facts": {
-            **asdict(equations.facts),
-            "unused_parameters": list(equations.facts.unused_parameters),
-        },
+        "facts": asdict(equations.facts) | {"unused_parameters": list(unused)},
         **({} if forces is None else forces_report(equations, forces, say)),
         "certificate": asdict(equations.certificate),
         "warnings": [_warning(w) for w in equations.warnings],
