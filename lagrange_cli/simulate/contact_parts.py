@@ -61,12 +61,16 @@ class ContactParts(Protocol):
 
 
 class NativeParts:
-    """Those of a library of machine code; ``stepper`` holds the integrators."""
+    """Those of a library of machine code; ``kernels`` those that hold integrators."""
 
     def __init__(
-        self, model: Model, system: ctypes.CDLL, stepper: ctypes.CDLL, pieces: Pieces | None
+        self,
+        model: Model,
+        system: ctypes.CDLL,
+        kernels: Callable[[str], ctypes.CDLL | None],
+        pieces: Pieces | None,
     ) -> None:
-        self._model, self._system, self._stepper = model, system, stepper
+        self._model, self._system, self._kernels = model, system, kernels
         self._driving = None if pieces is None else Driving(pieces, DOUBLE)
         self._work = np.empty(model.code.work)
 
@@ -77,7 +81,7 @@ class NativeParts:
             entry,
             parameters,
             work,
-            self._stepper,
+            self._kernels,
             projection=projection,
             driving=self._driving,
         )

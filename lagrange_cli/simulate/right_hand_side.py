@@ -6,6 +6,7 @@ import ctypes
 import math
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -189,13 +190,18 @@ class _Libraries:
         self, model: Model, drive: Drive | None, cache: Cache, real: NativeReal, deadline: float
     ) -> None:
         code, options = model.code, kernels.options(2 * len(model.coordinates))
-        system, stepping = {"system.c": code.c}, kernels.files()
+        system, stepping = {"system.c": code.c}, kernels.files("stepping")
         if real is not DOUBLE:
             system, stepping = kernels.extended(system), kernels.extended(stepping)
         else:
             system = {"system.c": code.c + code.lanes, **kernels.headers()}
         sources = [Source(system, OPTIONS), Source(stepping, options)]
         self.system, self.stepper = load(find_compiler(), sources, cache, deadline)
+        further = Source(kernels.files("fixed"), options)
+        self._compile: Callable[[], list[ctypes.CDLL]] = lambda: load(
+            find_compiler(), [further], cache, deadline
+        )
+        self._further: list[ctypes.CDLL] | None = None
         self._model, self._real, self._drive = model, real, drive
         self._functions = sources[0].functions
 
@@ -216,12 +222,22 @@ class _Libraries:
             entry,
             parameters,
             work,
-            self.stepper,
+            self.holding,
             at_once,
             self._real,
             projection,
             None if pieces is None else Driving(pieces, self._real),
         )
+
+    def holding(self, kernel: str) -> ctypes.CDLL | None:
+        """The library that holds a kernel, None where it cannot be compiled."""
+        if kernel in kernels.GROUPS["stepping"]:
+            return self.stepper
+        if self._further is None:
+            self._further = []
+            with suppress(CompileError):
+                self._further = self._compile()
+        return self._further[0] if self._further else None
 
     @property
     def _projection(self) -> Any:
@@ -285,7 +301,7 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
         model,
         found,
         lambda pattern: NativeParts(
-            model, libraries.system, libraries.stepper, _pieces(drive, pattern)
+            model, libraries.system, libraries.holding, _pieces(drive, pattern)
         ),
     )
 

@@ -161,7 +161,7 @@ def constrained(name, *parameters, fixed_dimension=True, real=DOUBLE):
         function_type(real)((name, library)),
         np.array(parameters or (0.0,)),
         np.zeros(1),
-        stepper,
+        lambda _: stepper,
         real=real,
         projection=projection_type(real)((f"{name}_project", library)),
     )

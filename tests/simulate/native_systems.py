@@ -93,7 +93,7 @@ def native(name, *parameters, lanes=True, fixed_dimension=True):
     library, stepper = compiled(Source({"systems.c": text_of_systems()}), stepping)
     function = LANES((f"{name}_lanes", library)) if lanes else None
     given = np.array(parameters or (0.0,))
-    return NativeRhs(RHS((name, library)), given, np.zeros(1), stepper, function)
+    return NativeRhs(RHS((name, library)), given, np.zeros(1), lambda _: stepper, function)
 
 
 def interpreted(rhs):

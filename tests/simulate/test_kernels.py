@@ -18,6 +18,8 @@ from lagrange_cli.simulate.integrators.compiled import COMPILED
 
 METHODS = [INTEGRATORS[name] for name in COMPILED]
 ADAPTIVE = [method for method in METHODS if method.adaptive]
+#: Those that take any right-hand side, not that of a mechanical system alone.
+GENERAL = [method for method in METHODS if not method.needs]
 names = {"ids": lambda method: method.name}
 
 
@@ -50,7 +52,7 @@ def test_harmonic_oscillator(method, lanes):
     assert type(integrator) is COMPILED[method.name]
     found = samples(integrator, times)
     exact = np.column_stack([np.cos(2 * times), -2 * np.sin(2 * times)])
-    assert np.abs(found - exact).max() < 1e-8
+    assert np.abs(found - exact).max() < (1e-8 if method.order > 2 else 1e-4)
 
 
 @pytest.mark.parametrize("method", ADAPTIVE, **names)
@@ -63,8 +65,11 @@ def test_kepler_returns_after_ten_periods(method):
     assert np.abs(found[0] - y0).max() < 1e-9
 
 
-@pytest.mark.parametrize("method", METHODS, **names)
-@pytest.mark.parametrize("name", ["pendulum", "rotation", "driven", "three"])
+@pytest.mark.parametrize(
+    ("method", "name"),
+    [(m, name) for m in METHODS for name in ("pendulum", "rotation", "driven")]
+    + [(m, "three") for m in GENERAL],
+)
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-9, 1e-13])
 def test_the_twin_in_python_makes_the_same_steps(method, name, tolerance):
     rhs = native(name)
@@ -243,7 +248,7 @@ def test_longest_step_and_first_step(method):
     assert max(np.diff(times)) <= 0.05 * (1 + 1e-12)
 
 
-@pytest.mark.parametrize("method", METHODS, **names)
+@pytest.mark.parametrize("method", GENERAL, **names)
 @pytest.mark.parametrize(("name", "y0"), [("explode", [1.0, 0.0]), ("wall", [0.0, 1.0])])
 def test_where_the_equations_end_the_last_good_state_is_kept(method, name, y0):
     """y' = y² ends at t = 1; beyond the wall at y = 1 nothing is defined."""

@@ -19,12 +19,14 @@ from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.pieces import in_pieces, pieces
 from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4, RK45
 from lagrange_cli.simulate.integrators.switching import SwitchedRhs, Switching
+from lagrange_cli.simulate.integrators.symplectic import Gauss4, Gauss6, Verlet
 
 __all__ = ["INTEGRATORS", "Control", "Integrator", "Rhs", "StepError", "start"]
 
 #: Every method by the name that the user types.
 INTEGRATORS: dict[str, type[Integrator]] = {
-    method.name: method for method in (DOP853, Gauss16, RK45, RK4, Radau, BDF, LSODA)
+    method.name: method
+    for method in (DOP853, Gauss16, RK45, RK4, Verlet, Gauss4, Gauss6, Radau, BDF, LSODA)
 }
 
 
@@ -36,8 +38,15 @@ def start(
         raise ValueError(f"{method.name} cannot move its states onto constraints")
     if isinstance(rhs, SwitchedRhs):
         return Switching(partial(start, method), rhs, t0, y0, t_end, control)
-    native = isinstance(rhs, NativeRhs) and rhs.kernels is not None
-    implementation = COMPILED.get(method.name, method) if native else method
+    implementation = _implementation(method, rhs)
     if implementation is method and pieces(rhs) is not None:
         return in_pieces(method, rhs, t0, y0, t_end, control)
     return implementation(rhs, t0, y0, t_end, control)
+
+
+def _implementation(method: type[Integrator], rhs: Rhs) -> type[Integrator]:
+    """The method in machine code, where ``rhs`` is and the library with its kernel is there."""
+    compiled = COMPILED.get(method.name)
+    if compiled is None or not isinstance(rhs, NativeRhs) or rhs.kernels is None:
+        return method
+    return method if rhs.kernels(compiled.kernel) is None else compiled

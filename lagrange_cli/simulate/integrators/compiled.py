@@ -19,6 +19,7 @@ from lagrange_cli.simulate.integrators.falling import Falling
 from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.native import NativeReal, NativeRhs
 from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4
+from lagrange_cli.simulate.integrators.symplectic import DIVERGES, Gauss4, Gauss6, Verlet
 
 __all__ = ["COMPILED", "CompiledDOP853", "CompiledGauss16", "CompiledRK4"]
 
@@ -40,7 +41,12 @@ def _advance_type(real: NativeReal) -> Any:
 
 
 #: What kernel.h says of the return value of a call.
-_FAILURES = {1: "the step size underflowed", 2: "the state is no longer finite", 4: UNMET}
+_FAILURES = {
+    1: "the step size underflowed",
+    2: "the state is no longer finite",
+    4: UNMET,
+    5: DIVERGES,
+}
 _ENDED = 3
 
 _MOST_STEPS = 2**62
@@ -74,6 +80,8 @@ class _Compiled:
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         assert isinstance(rhs, NativeRhs)
+        assert rhs.kernels is not None
+        self._library = rhs.kernels(self.kernel)
         self._native, self._control = rhs, control
         self._events: EventBuffer | None = None
         self.ended = False
@@ -112,7 +120,7 @@ class _Compiled:
         return min(self._control.first_step, span)
 
     def _function(self, name: str, prototype: Any) -> Any:
-        return _kernel(self._native.kernels, f"lagrange_{self.kernel}_{name}", prototype)
+        return _kernel(self._library, f"lagrange_{self.kernel}_{name}", prototype)
 
     def _read(self) -> None:
         """Bring what Python shows up to date."""
@@ -227,16 +235,50 @@ class CompiledGauss16(_Interpolating, Gauss16):
     kernel = "gauss"
 
 
-class CompiledRK4(_Compiled, RK4):
+class _FixedStep(_Compiled):
+    """A kernel that makes steps of ``control.step``."""
+
+    name: ClassVar[str]
+
+    def _first_step(self, span: float) -> float:
+        if self._control.step is None:
+            raise ValueError(f"{self.name} needs control.step")
+        return self._control.step
+
+
+class CompiledRK4(_FixedStep, RK4):
     """:class:`RK4` in C."""
 
     kernel = "rk4"
 
-    def _first_step(self, span: float) -> float:
-        if self._control.step is None:
-            raise ValueError("RK4 needs control.step")
-        return self._control.step
+
+class CompiledVerlet(_FixedStep, Verlet):
+    """:class:`Verlet` in C."""
+
+    kernel = "verlet"
+
+
+class CompiledGauss4(_FixedStep, Gauss4):
+    """:class:`Gauss4` in C."""
+
+    kernel = "gauss4"
+
+
+class CompiledGauss6(_FixedStep, Gauss6):
+    """:class:`Gauss6` in C."""
+
+    kernel = "gauss6"
 
 
 #: The class in machine code of each method that has one.
-COMPILED = {method.name: method for method in (CompiledDOP853, CompiledRK4, CompiledGauss16)}
+COMPILED = {
+    method.name: method
+    for method in (
+        CompiledDOP853,
+        CompiledGauss16,
+        CompiledRK4,
+        CompiledVerlet,
+        CompiledGauss4,
+        CompiledGauss6,
+    )
+}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import ctypes
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -99,8 +100,8 @@ class NativeRhs:
     work
         Workspace; used by one call at a time.
     kernels
-        The library of compiled integrators for this dimension, None where only
-        the right-hand side is compiled.
+        The library that holds a compiled integrator for this dimension, by the name of its
+        kernel, None where it is not to be had; None where only the right-hand side is compiled.
     lanes
         The same C function at eight states at once, of type :data:`LANES`, where there is
         one: ``out[8*i + l]`` from ``t[l]`` and ``y[8*i + l]``. It may return nonzero at any
@@ -119,7 +120,7 @@ class NativeRhs:
         function: Any,
         parameters: Array,
         work: Array,
-        kernels: ctypes.CDLL | None = None,
+        kernels: Callable[[str], ctypes.CDLL | None] | None = None,
         lanes: Any = None,
         real: NativeReal = DOUBLE,
         projection: Any = None,

@@ -6,12 +6,25 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-__all__ = ["extended", "files", "headers", "options"]
+__all__ = ["GROUPS", "extended", "files", "headers", "options"]
 
 #: States of more numbers are integrated by loops of a length known only when they run.
 LARGEST_DIMENSION = 64
 
 _FOLDER = Path(__file__).parent
+
+#: Kernels that one library holds, by what their functions are called after: the one that nearly
+#: every run needs, and one that is compiled when it is first asked for.
+GROUPS = {
+    "stepping": frozenset({"dop853", "gauss"}),
+    "fixed": frozenset({"rk4", "verlet", "gauss4", "gauss6"}),
+}
+
+#: Files of C of the kernels of each library, beside those that all share.
+_KERNELS = {
+    "stepping": ("dop853.c", "gauss.c"),
+    "fixed": ("rk4.c", "verlet.c", "collocation.c"),
+}
 
 #: What the text of a system includes.
 _HEADERS = ("lanes.h",)
@@ -25,10 +38,13 @@ _CONSTANT = re.compile(
 )
 
 
-def files() -> dict[str, str]:
-    """Name → text of every file that integrators are made of."""
+def files(*groups: str) -> dict[str, str]:
+    """Name → text of every file that the integrators of some :data:`GROUPS` are made of, or all."""
     found = sorted(path.name for path in _FOLDER.iterdir() if path.suffix in (".c", ".h"))
-    return {name: _text(name) for name in found if name not in _HEADERS}
+    others = [
+        name for group in GROUPS if groups and group not in groups for name in _KERNELS[group]
+    ]
+    return {name: _text(name) for name in found if name not in (*_HEADERS, *others)}
 
 
 def headers() -> dict[str, str]:

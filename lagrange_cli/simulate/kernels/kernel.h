@@ -28,7 +28,8 @@ enum {
     LAGRANGE_UNDERFLOW,    /* no step is small enough */
     LAGRANGE_NOT_FINITE,   /* the state has overflowed */
     LAGRANGE_ENDED,        /* a terminal event: t and y are there */
-    LAGRANGE_UNMET         /* the state cannot be moved onto the constraints */
+    LAGRANGE_UNMET,        /* the state cannot be moved onto the constraints */
+    LAGRANGE_DIVERGES      /* the equations of a step are not solved by iteration */
 };
 
 struct lagrange_events;

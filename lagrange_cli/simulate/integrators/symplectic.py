@@ -1,0 +1,190 @@
+"""Methods of fixed step that preserve the structure of Hamiltonian motion.
+
+Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed.: their error in
+energy stays bounded and does not grow, for any duration that rounding allows. That
+is proven for canonical coordinates, which [q, q̇] are where the mass matrix is
+constant; elsewhere the collocation methods are symmetric in time, which does nearly
+as well in reversible systems (chapter XI).
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
+from lagrange_cli.simulate.integrators.runge_kutta import two_sum
+
+__all__ = ["Gauss4", "Gauss6", "Verlet"]
+
+#: Iterations of the equations of collocation after which a step is given up.
+MOST_ITERATIONS = 60
+
+#: Iterations without progress after which they end.
+CALM = 2
+
+#: How far iterations may end from each other, as a part of what the step changes.
+CONVERGED = 2.0**-20
+
+
+class _FixedStep(Integrator):
+    """Steps of ``control.step``, shorter ones at the end of what is asked for."""
+
+    adaptive = False
+    interpolates = False
+    symplectic = True
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        if control.step is None:
+            raise ValueError(f"{self.name} needs control.step")
+        self._rhs, self._h = self._counted(rhs), control.step
+        self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
+        self._low = np.zeros_like(self.y)
+
+    def step(self, limit: float) -> None:
+        t = self.t
+        # A remainder of rounding size joins the step rather than becoming one.
+        t_new = t + self._h if limit - t > self._h * (1 + 1e-9) else limit
+        y, low = two_sum(self.y, self._low + self._change(t, t_new - t))
+        if not np.isfinite(y).all():
+            raise StepError("the state is no longer finite")
+        projected = self._projected(t_new, y)
+        if projected is not y:
+            self._moved()
+        self.t, self.y, self._low = t_new, projected, low
+
+    @abstractmethod
+    def _change(self, t: float, h: float) -> Array:
+        """What a step adds to the state, without the rounding of the sum."""
+
+    def _moved(self) -> None:
+        """Forget what belongs to a state that was then projected."""
+
+
+class Verlet(_FixedStep):
+    """Störmer's and Verlet's method in the form of velocities.
+
+    Verlet, *Phys. Rev.* 159 (1967) 98; *Geometric Numerical Integration*, I.1.4. One
+    evaluation a step: accelerations must not depend on velocities.
+    """
+
+    name = "Verlet"
+    title = "Störmer–Verlet, explicit, fixed step, symplectic"
+    order = 2
+    needs = ("separable",)
+    projects = False
+
+    _slope: Array | None = None
+
+    def _change(self, t: float, h: float) -> Array:
+        n = len(self.y) // 2
+        start = self._slope if self._slope is not None else self._acceleration(t, self.y)
+        half = h / 2 * start
+        moved = h * (self.y[n:] + self._low[n:] + half)
+        point = np.concatenate([self.y[:n] + (self._low[:n] + moved), self.y[n:]])
+        self._slope = self._acceleration(t + h, point)
+        return np.concatenate([moved, half + h / 2 * self._slope])
+
+    def _acceleration(self, t: float, y: Array) -> Array:
+        return self._rhs(t, y)[len(y) // 2 :]
+
+
+@dataclass(frozen=True)
+class _Tableau:
+    """Nodes, matrix and weights of collocation, and the matrix that continues the slopes.
+
+    ``ahead``·k are the values, one step later, of the polynomial through the slopes k.
+    """
+
+    nodes: Array
+    matrix: Array
+    weights: Array
+    ahead: Array
+
+
+def _gauss(stages: int) -> _Tableau:
+    """Gauss–Legendre collocation on [0, 1]."""
+    x, w = np.polynomial.legendre.leggauss(stages)
+    nodes = (1 + x) / 2
+    powers = np.vander(nodes, increasing=True)
+    degrees = np.arange(stages)
+    inverse = np.linalg.inv(powers)
+    integrals = nodes[:, None] ** (degrees + 1) / (degrees + 1)
+    ahead = np.vander(1 + nodes, stages, increasing=True)
+    return _Tableau(nodes, integrals @ inverse, w / 2, ahead @ inverse)
+
+
+class _Collocation(_FixedStep):
+    """Gauss–Legendre collocation; its equations are iterated until rounding stops them.
+
+    The criterion is that of Antoñana, Makazaga and Murua (*Numer. Algorithms* 76 (2017)
+    861): a component is done where it changes no more, or not less than it did before, twice
+    in a row, since half of the components of a mechanical system change in turn.
+    """
+
+    implicit = False
+    tableau: ClassVar[_Tableau]
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        super().__init__(rhs, t0, y0, t_end, control)
+        self._slopes: Array | None = None
+        self._last = 0.0
+
+    def _change(self, t: float, h: float) -> Array:
+        of = self.tableau
+        slopes = self._guess(t, h)
+        before, calm = np.full(slopes.shape, np.inf), 0
+        for _ in range(MOST_ITERATIONS):
+            stages = self.y + (self._low + h * (of.matrix @ slopes))
+            times = t + h * of.nodes
+            found = np.array([self._rhs(s, y) for s, y in zip(times.tolist(), stages, strict=True)])
+            change = np.abs(found - slopes)
+            slopes = found
+            if not np.isfinite(slopes).all():
+                raise StepError("the state is no longer finite")
+            calm = calm + 1 if ((change == 0) | (change >= before)).all() else 0
+            if calm == CALM:
+                self._require_convergence(change, slopes, h)
+                self._slopes, self._last = slopes, h
+                return np.asarray(h * (of.weights @ slopes))
+            before = np.where(change > 0, np.minimum(before, change), before)
+        raise StepError(DIVERGES)
+
+    def _guess(self, t: float, h: float) -> Array:
+        """Slopes to begin with: the polynomial of the last step continued, if it was as long."""
+        if self._slopes is None or self._last != h:
+            return np.tile(self._rhs(t, self.y), (len(self.tableau.nodes), 1))
+        return np.asarray(self.tableau.ahead @ self._slopes)
+
+    def _require_convergence(self, change: Array, slopes: Array, h: float) -> None:
+        size = CONVERGED * abs(h) * np.abs(slopes).max(axis=0) + 64 * np.spacing(np.abs(self.y))
+        if (abs(h) * change.max(axis=0) > size).any():
+            raise StepError(DIVERGES)
+
+    def _moved(self) -> None:
+        self._slopes = None
+
+
+#: Why a step of collocation cannot be made.
+DIVERGES = "the iteration of a step does not converge; a smaller step may"
+
+
+class Gauss4(_Collocation):
+    """Gauss–Legendre collocation at two points (*Geometric Numerical Integration*, II.1.3)."""
+
+    name = "Gauss4"
+    title = "Gauss–Legendre with two stages, by iteration, fixed step, symplectic"
+    order = 4
+    tableau = _gauss(2)
+
+
+class Gauss6(_Collocation):
+    """Gauss–Legendre collocation at three points (*Geometric Numerical Integration*, II.1.3)."""
+
+    name = "Gauss6"
+    title = "Gauss–Legendre with three stages, by iteration, fixed step, symplectic"
+    order = 6
+    tableau = _gauss(3)
