@@ -174,25 +174,35 @@ static int @NAME@_push(int n, @NAME@_closing *c)
 """
 
 _IMPACT = """\
+/* The rate of gap k, and the magnitudes it is the sum of. */
+static @REAL@ @NAME@_speed(int k, const @REAL@ *y, const @NAME@_closing *c, @REAL@ *size)
+{
+    @REAL@ speed = c->rate[k];
+    int i;
+    *size = @FABS@(speed);
+    for (i = 0; i < @N@; ++i) {
+        const @REAL@ term = c->gradient[k*@N@ + i]*y[@N@ + i];
+        speed += term;
+        *size += @FABS@(term);
+    }
+    return speed;
+}
+
 /* gap and terms at a state; what is closed; rates of the gaps with their magnitudes. */
 static int @NAME@_look(@STATE@, int event, @REAL@ *work, @NAME@_closing *c)
 {
-@CONTACT@    int i, k, status = @NAME@_gaps(@PASSED@, work, c->gap);
+@CONTACT@    int k, status = @NAME@_gaps(@PASSED@, work, c->gap);
     if (status == 0) {
         status = @NAME@_gap_terms(@PASSED@, work, c->gradient);
     }
     for (k = 0; k < @U@ && status == 0; ++k) {
-        @REAL@ speed = c->rate[k], size = @FABS@(speed), near;
-        for (i = 0; i < @N@; ++i) {
-            speed += c->gradient[k*@N@ + i]*y[@N@ + i];
-            size += @FABS@(c->gradient[k*@N@ + i]*y[@N@ + i]);
-        }
+        const @REAL@ speed = @NAME@_speed(k, y, c, &c->size[k]);
         /* What closes within the rounding error of the time closes now. */
-        near = @TOLERANCE@*c->gap[@U@ + k] - @ULPS@*@FABS@(t)*@MIN@(speed, @ZERO@);
+        const @REAL@ late = @ULPS@*@FABS@(t)*@MIN@(speed, @ZERO@);
+        const @REAL@ near = @TOLERANCE@*c->gap[@U@ + k] - late;
         c->held[k] = contact[k] > @ZERO@ ? @ONE@ : @ZERO@;
         c->closed[k] = contact[k] > @ZERO@ || k == event || c->gap[k] <= near ? @ONE@ : @ZERO@;
         c->speed[k] = speed;
-        c->size[k] = size;
     }
     return status;
 }
@@ -227,35 +237,46 @@ static int @NAME@_respond(@MUTABLE@, @REAL@ *work, @NAME@_closing *c)
 /* The impact of what is closed: v changes, and speed becomes the rates after it. */
 static int @NAME@_hit(@MUTABLE_STATE@, @REAL@ bounce, @REAL@ *work, @NAME@_closing *c)
 {
-@CHANGING@    int i, k, status;
+@CHANGING@    int i, k, round, status;
     for (k = 0; k < @U@; ++k) {
-        const @REAL@ back = bounce*c->restitution[k]*@MIN@(c->speed[k], @ZERO@);
         c->speed[k] = c->held[k] > @ZERO@ ? @ZERO@ : c->speed[k];
-        c->w[k] = c->held[k] > @ZERO@ ? @ZERO@ : c->speed[k] + back;
-        contact[@U@ + k] = -c->w[k];
+        c->w[k] = c->speed[k] + bounce*c->restitution[k]*@MIN@(c->speed[k], @ZERO@);
     }
     if (@NAME@_push(@U@, c) != 0) {
         return 4;
     }
     for (k = 0; k < @U@; ++k) {
         contact[k] = c->active[k];
-        /* w = u + e min(u-, 0) of the rate u after the impact. */
-        c->speed[k] = c->w[k] - bounce*c->restitution[k]*@MIN@(c->speed[k], @ZERO@);
+        /* The least rate after the impact, and that of active contacts. */
+        c->speed[k] = -bounce*c->restitution[k]*@MIN@(c->speed[k], @ZERO@);
+        (void)@NAME@_speed(k, y, c, &c->size[k]);
     }
-    status = @NAME@_impulse(@PASSED@, work, c->change);
-    for (i = 0; i < @N@; ++i) {
-        y[@N@ + i] += c->change[i];
-    }
-    for (k = 0; k < @U@ && status == 0; ++k) {
-        @REAL@ off = c->rate[k] - c->speed[k];
+    /* A second time for what rounding has left of the first. */
+    for (round = 0; round < 2; ++round) {
+        for (k = 0; k < @U@; ++k) {
+            @REAL@ size;
+            contact[@U@ + k] = c->speed[k] - @NAME@_speed(k, y, c, &size);
+        }
+        status = @NAME@_impulse(@PASSED@, work, c->change);
+        if (status != 0) {
+            return status;
+        }
         for (i = 0; i < @N@; ++i) {
-            off += c->gradient[k*@N@ + i]*y[@N@ + i];
-        }
-        if (c->closed[k] > @ZERO@ && !(@FABS@(off) <= @LOOSER@*@TOLERANCE@*c->size[k])) {
-            status = 4;
+            y[@N@ + i] += c->change[i];
         }
     }
-    return status;
+    for (k = 0; k < @U@; ++k) {
+        @REAL@ size;
+        const @REAL@ speed = @NAME@_speed(k, y, c, &size), off = speed - c->speed[k];
+        const int active = c->active[k] > @ZERO@;
+        c->size[k] += size;
+        if (c->closed[k] > @ZERO@
+            && !((active ? @FABS@(off) : -off) <= @LOOSER@*@TOLERANCE@*c->size[k])) {
+            return 4;
+        }
+        c->speed[k] = active ? c->speed[k] : speed;
+    }
+    return 0;
 }
 
 /* The contacts among what is closed that have to push now. */

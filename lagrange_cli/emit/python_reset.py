@@ -34,9 +34,8 @@ def _raise(k, d, w, x, active):
 
 
 def _pushes(d, w, size, closed):
-    """Which closed contacts push, with w + d x >= 0 for pushes x >= 0, one of both zero for each,
-    and w + d x with its magnitudes (the dual method of Goldfarb and Idnani, Math. Programming 27
-    (1983) 1).
+    """Which closed contacts push, with w + d x >= 0 for pushes x >= 0, one of both zero for each
+    (the dual method of Goldfarb and Idnani, Math. Programming 27 (1983) 1).
     """
     x, active = np.zeros(len(w)), np.zeros(len(w), dtype=bool)
     given, sizes = np.where(np.abs(w) > @TOLERANCE@ * size, w, 0.0), size
@@ -46,7 +45,7 @@ def _pushes(d, w, size, closed):
         w[active | (np.abs(w) <= @TOLERANCE@ * size)] = 0.0
         violated = np.flatnonzero(closed & (w < 0.0))
         if not violated.size:
-            return active, w, size
+            return active
         _raise(violated[0], d, w, x, active)
     raise ArithmeticError("no such pushes")
 
@@ -93,20 +92,22 @@ _HIT = '''\
 def _hit(t, y, @P@, bounce, d, table, speed, size, closed, held):
     """The state after an impact of what is closed, the rates of the gaps and their magnitudes."""
     gradient, rate, _, restitution = table
-    back = bounce * restitution * np.minimum(speed, 0.0)
     speed = np.where(held, 0.0, speed)
-    w = np.where(held, 0.0, speed + back)
-    targets = -w
-    flags, w, size = _pushes(d, w, size, closed)
-    # w = u + e min(u-, 0) of the rate u after the impact.
-    speed = w - bounce * restitution * np.minimum(speed, 0.0)
-    @SET@
+    # The least rate after the impact, and that of active contacts.
+    least = -bounce * restitution * np.minimum(speed, 0.0)
+    flags = _pushes(d, speed - least, size, closed)
     n = len(y) // 2
-    y[n:] += _known(@OWN@impulse(t, y, @P@))
-    off = np.abs(gradient @ y[n:] + rate - speed)
+    # A second time for what rounding has left of the first.
+    for _ in range(2):
+        targets = least - gradient @ y[n:] - rate
+        @SET@
+        y[n:] += _known(@OWN@impulse(t, y, @P@))
+    speed = gradient @ y[n:] + rate
+    size = size + np.abs(gradient) @ np.abs(y[n:]) + np.abs(rate)
+    off = np.where(flags, np.abs(speed - least), least - speed)
     if not (off <= @LOOSER@ * @TOLERANCE@ * size)[closed].all():
         raise ArithmeticError("an impact that is not resolved")
-    return y, speed, size
+    return y, np.where(flags, least, speed), size
 
 
 def _settle(t, y, @P@, d, closed):
@@ -114,7 +115,7 @@ def _settle(t, y, @P@, d, closed):
     gradient, _, bias, _ = _gap_table(t, y, @P@)
     a = _known(@FLIGHT@(t, y, @FREE@))[len(y) // 2 :]
     w, size = gradient @ a + bias, np.abs(gradient) @ np.abs(a) + np.abs(bias)
-    flags, targets = _pushes(d, w, size, closed)[0].astype(float), np.zeros(@U@)
+    flags, targets = _pushes(d, w, size, closed).astype(float), np.zeros(@U@)
     @SET@
     if flags.any():
         _known(@OWN@contact_multipliers(t, y, @P@))
