@@ -113,7 +113,7 @@ class _Compiled:
             return
         run.starts, run.inputs = driving.starts.ctypes.data, driving.rows.ctypes.data
         run.pieces, run.width = driving.rows.shape
-        run.piece = driving.pieces.at(t0)
+        run.piece = driving.pieces.first(t0)
         run.u = driving.address(run.piece)
 
     def _first_step(self, span: float) -> float:

@@ -27,6 +27,10 @@ from lagrange_cli.simulate.integrators.base import (
 __all__ = ["Pieces", "PiecewiseRhs", "in_pieces", "pieces", "with_projection"]
 
 
+#: Units in the last place within which times are the same.
+ROUNDING = 16
+
+
 @dataclass(frozen=True)
 class Pieces:
     """Numbers ``rows[k]``, which hold from ``starts[k]`` (ascending) to the next start.
@@ -41,6 +45,13 @@ class Pieces:
     def at(self, t: float) -> int:
         """The number of the piece that holds at a time, and on from there."""
         return max(int(np.searchsorted(self.starts, t, side="right")) - 1, 0)
+
+    def first(self, t: float) -> int:
+        """The piece in which a run begins: not one that ends within the rounding of t.
+
+        A start may be found, as where a contact closes, and be meant to be its end.
+        """
+        return self.at(t + ROUNDING * math.ulp(t))
 
     def end(self, piece: int) -> float:
         """Where a piece ends."""
@@ -103,7 +114,7 @@ class _Piecewise(Integrator):
         self._projection = projection(rhs)
         self._control, self.t_end = control, t_end
         self._before = 0
-        self._begin(self._pieces.at(t0), t0, y0, control.first_step)
+        self._begin(self._pieces.first(t0), t0, y0, control.first_step)
 
     def _begin(self, piece: int, t: float, y: Array, first_step: float) -> None:
         self._piece, self._taken = piece, (first_step, 0.0)
