@@ -13,7 +13,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -210,22 +210,28 @@ def _in_other(
 
 def _with_chart(model: Model, chart: FormerChart, how: Mapping[str, Any]) -> Trajectory:
     """A simulation whose results hold the coordinates that have been replaced as well."""
+    run = simulate(model, **how)
+    gone = [name for name in chart.coordinates if name not in run.columns]
+    if not gone:
+        return run
+    found, every = _follow(model, chart, run), 1
     finer = _finer(model, how)
-    run = simulate(model, **how) if finer == 1 else simulate(model, **{**how, **_more(model, how)})
-    columns = dict(run.columns)
-    gone = [name for name in chart.coordinates if name not in columns]
-    own, lost = _own_columns(chart, gone, _follow(model, chart, run), run) if gone else ({}, None)
-    thin = slice(None, None, finer)
+    if found.lost and finer is not None and run.status == "ok":
+        # The motion between samples has to be known better, close to singular places.
+        run = simulate(model, **{**how, "samples": finer.samples})
+        found, every = _follow(model, chart, run), finer.every
+    own = _own_columns(chart, gone, found, run)
     remarks = run.remarks
-    if lost is not None:
-        remarks = (*remarks, _choice(gone, lost))
+    if found.lost:
+        remarks = (*remarks, _choice(gone, found.lost[0][0]))
+    kept = slice(None, None, every)
     return replace(
         run,
-        t=run.t[thin],
-        columns=_sliced(own | columns, thin),
-        energy=run.energy[thin],
-        multipliers=_sliced(run.multipliers, thin),
-        forces=_sliced(run.forces, thin),
+        t=run.t[kept],
+        columns=_sliced(own | dict(run.columns), kept),
+        energy=run.energy[kept],
+        multipliers=_sliced(run.multipliers, kept),
+        forces=_sliced(run.forces, kept),
         remarks=remarks,
     )
 
@@ -238,25 +244,23 @@ def _choice(names: list[str], t: float) -> str:
     )
 
 
-def _samples(model: Model, how: Mapping[str, Any]) -> int | None:
-    """Samples of a run whose number is free; None where steps are given."""
-    given = [how.get("step"), how.get("samples"), model.defaults.step, model.defaults.samples]
-    if given[0] is not None or (given[1] is None and given[2] is not None):
+class _Finer(NamedTuple):
+    """More samples, of which every so many are those that are asked for."""
+
+    samples: int
+    every: int
+
+
+def _finer(model: Model, how: Mapping[str, Any]) -> _Finer | None:
+    """Samples close enough to follow coordinates; None where steps are given, or they are."""
+    number, step = how.get("samples"), how.get("step")
+    if number is None and step is None:
+        number, step = model.defaults.samples, model.defaults.step
+    if step is not None:
         return None
-    number = given[1] if given[1] is not None else given[3]
-    return DEFAULT_SAMPLES if number is None else int(number)
-
-
-def _finer(model: Model, how: Mapping[str, Any]) -> int:
-    """How many times as many samples are taken as are asked for."""
-    number = _samples(model, how)
-    return 1 if number is None or number < 2 else -(-FOLLOWED // (number - 1))
-
-
-def _more(model: Model, how: Mapping[str, Any]) -> dict[str, int]:
-    number = _samples(model, how)
-    assert number is not None
-    return {"samples": (number - 1) * _finer(model, how) + 1}
+    intervals = (DEFAULT_SAMPLES if number is None else number) - 1
+    every = -(-FOLLOWED // intervals)
+    return _Finer(intervals * every + 1, every) if every > 1 else None
 
 
 def _follow(model: Model, chart: FormerChart, run: Trajectory) -> Followed:
@@ -281,12 +285,9 @@ def _follow(model: Model, chart: FormerChart, run: Trajectory) -> Followed:
 
 def _own_columns(
     chart: FormerChart, names: list[str], found: Followed, run: Trajectory
-) -> tuple[dict[str, Array], float | None]:
-    """Columns of former coordinates, NaN where they are not known to the accuracy asked for.
-
-    Also the time from which they are a choice, if there is one.
-    """
-    columns = {}
+) -> dict[str, Array]:
+    """Columns of former coordinates, NaN where they are not known to the accuracy asked for."""
+    places, rates = {}, {}
     eps = run.requested or NEAR
     speeds = np.nan_to_num(np.abs(found.v)).max(axis=1)
     for name in names:
@@ -298,8 +299,6 @@ def _own_columns(
         known = off <= eps * size
         fastest = max(float(np.abs(v[known]).max(initial=0.0)), size)
         steady = known & (np.where(known, off, 0.0) * speeds <= eps * fastest)
-        columns[name] = np.where(known, q, np.nan)
-        columns[f"dot({name})"] = np.where(steady, v, np.nan)
-    first = {name: columns[name] for name in names}
-    ordered = first | {f"dot({name})": columns[f"dot({name})"] for name in names}
-    return ordered, found.lost[0][0] if found.lost else None
+        places[name] = np.where(known, q, np.nan)
+        rates[f"dot({name})"] = np.where(steady, v, np.nan)
+    return places | rates
