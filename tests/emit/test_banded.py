@@ -18,6 +18,7 @@ from lagrange_cli.emit.constraints import constraint_programs
 from lagrange_cli.emit.program import build_program
 from lagrange_cli.emit.python_functions import module_source
 from lagrange_cli.mechanics.equations import Closure
+from lagrange_cli.mechanics.sparse import SparseRow
 
 M, L, G = (systems.parameter(n, v, positive=True) for n, v in (("m", 1.5), ("l", 0.5), ("g", 9.81)))
 
@@ -29,14 +30,16 @@ def rod(name, ends, coordinates):
     q = [[c.q for c in of] or zero for of in places]
     v = [[c.v for c in of] or zero for of in places]
     apart = [a - b for a, b in zip(*q, strict=True)]
-    gradient = [sp.Integer(0)] * len(coordinates)
+    gradient = {}
     for sign, end in zip((2, -2), ends, strict=True):
         for axis in range(2) if end is not None else ():
             gradient[2 * end + axis] = sign * apart[axis]
     bias = sp.Add(*(2 * (a - b) ** 2 for a, b in zip(*v, strict=True)))
     phi = sp.Add(*(a**2 for a in apart)) - L.symbol**2
     multiplier = sp.Symbol(f"lambda_{name}", real=True)
-    return Closure(name, "position", phi, tuple(gradient), sp.Integer(0), bias, multiplier, "")
+    return Closure(
+        name, "position", phi, SparseRow(len(coordinates), gradient), zero[0], bias, multiplier, ""
+    )
 
 
 def truss(count, rods, name="truss"):
@@ -45,7 +48,7 @@ def truss(count, rods, name="truss"):
     coordinates = tuple(map(systems.coordinate, axes))
     base = closures.pendulum()
     zero, n = sp.Integer(0), 2 * count
-    mass = tuple(tuple(M.symbol if i == j else zero for j in range(n)) for i in range(n))
+    mass = tuple(SparseRow(n, {i: M.symbol}) for i in range(n))
     return replace(
         base,
         name=name,
