@@ -17,21 +17,28 @@ BOUNCES = 50
 EVENTS = 1000
 
 _ADVANCE = """
-/* A contact that has to open or close at this state or before it (*due), or -1. The numbers
- * are measured by the largest so far, so that rounding is not taken for an event. */
-static int @NAME@_find(@REAL@ t, const @REAL@ *y, const @NAME@_params *p,
-                       const int *mode, int *due)
+/* out[0..@NAME@_CONTACTS-1]: what falls through zero at events. */
+static int @NAME@_numbers(@REAL@ t, const @REAL@ *y, const @NAME@_params *p,
+                          const int *mode, @REAL@ *out)
 {
-    static @REAL@ out[@NAME@_CONTACTS], largest[2][@NAME@_CONTACTS];
     static @REAL@ work[@NAME@_WORK];
-@INPUTS@    int k, status;
-@EVENTS@    *due = -1;
-    for (k = 0; k < @NAME@_CONTACTS && status == 0; ++k) {
+@INPUTS@    int status;
+@EVENTS@    return status;
+}
+
+/* A contact that has to open or close, or -1. Numbers are measured by the largest so far, so
+ * that rounding is no event; nor is what was below zero before (a gap that only touches). */
+static int @NAME@_due(const int *mode, const @REAL@ *before, const @REAL@ *out)
+{
+    static @REAL@ largest[2][@NAME@_CONTACTS];
+    int k, due = -1;
+    for (k = 0; k < @NAME@_CONTACTS; ++k) {
         @REAL@ *const size = &largest[mode[k] != 0][k];
+        const @REAL@ least = before[k] < @ZERO@ ? before[k] : @ZERO@;
         *size = @FABS@(out[k]) > *size ? @FABS@(out[k]) : *size;
-        *due = *due < 0 && out[k] < -@NOISE@**size ? k : *due;
+        due = due < 0 && out[k] < least - @NOISE@**size ? k : due;
     }
-    return status;
+    return due;
 }
 
 /* From t on by h; contacts open and close on the way, at times found by bisection. */
@@ -40,16 +47,20 @@ static int @NAME@_advance(@REAL@ t, @REAL@ h, const @NAME@_params *p, int *mode,
 {
     static const char *const contacts[] = {@CONTACTS@};
     static @REAL@ from[@NAME@_STATE], work[@NAME@_WORK];
+    static @REAL@ before[@NAME@_CONTACTS], out[@NAME@_CONTACTS];
 @INPUTS@    const @REAL@ end = t + h;
-    int events, due, status;
+    int events, status;
     for (events = 0; t < end; ++events) {
         @REAL@ early = @ZERO@, late = end - t, next = late;
         int event = -1, closes;
         memcpy(from, y, sizeof from);
+        status = @NAME@_numbers(t, y, p, mode, before);
         for (;;) {
-            status = @NAME@_step(t, next, p, mode, y);
+            int due = -1;
+            status = status != 0 ? status : @NAME@_step(t, next, p, mode, y);
+            status = status != 0 ? status : @NAME@_numbers(t + next, y, p, mode, out);
             if (status == 0) {
-                status = @NAME@_find(t + next, y, p, mode, &due);
+                due = @NAME@_due(mode, before, out);
             }
             if (status != 0 || (event < 0 && due < 0)) {
                 return status;
@@ -92,12 +103,12 @@ static int @NAME@_begin(@REAL@ t, @REAL@ until, @REAL@ *y, const @NAME@_params *
     static const char *const contacts[] = {@CONTACTS@};
     static @REAL@ out[@NAME@_CONTACTS], work[@NAME@_WORK];
 @INPUTS@    @REAL@ scale = @ZERO@;
-    int i, k, status;
+    int i, k, status = @NAME@_numbers(t, y, p, mode, out);
     if (until < t) {
         fprintf(stderr, "until=T: impacts cannot be followed back in time\\n");
         return 2;
     }
-@EVENTS@    if (status != 0) {
+    if (status != 0) {
         fprintf(stderr, "no finite gaps at the initial state\\n");
         return 2;
     }

@@ -86,14 +86,13 @@ def step(t, y, h, p, mode):
     return project(t + h, y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4), p, mode)
 
 
-def find(t, y, p, mode, largest):
-    """A contact that has to open or close at this state or before it, or None. Numbers are
-    measured by the largest so far, so that rounding is not taken for an event.
+def find(before, found, mode, largest):
+    """A contact that has to open or close, or None. Numbers are measured by the largest so far,
+    so that rounding is no event; nor is what was below zero before (a gap that only touches).
     """
-    found = events(t, y, p, mode=mode)
     for k, closed in enumerate(mode):
         largest[closed][k] = max(largest[closed][k], abs(found[k]))
-        if found[k] < -@NOISE@ * largest[closed][k]:
+        if found[k] < min(before[k], 0.0) - @NOISE@ * largest[closed][k]:
             return k
     return None
 
@@ -106,9 +105,10 @@ def advance(t, y, h, p, mode, largest):
             return y, mode
         early, late, event = 0.0, end - t, None
         trial, rounding = late, @ULP@ * abs(t)
+        before = events(t, y, p, mode=mode)
         while event is None or (early < trial < late and late - early > rounding):
             state = step(t, y, trial, p, mode)
-            due = find(t + trial, state, p, mode, largest)
+            due = find(before, events(t + trial, state, p, mode=mode), mode, largest)
             if event is None and due is None:
                 return state, mode
             if due is None:

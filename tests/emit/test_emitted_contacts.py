@@ -273,6 +273,15 @@ def test_a_pendulum_between_rod_and_wall(program_of):
     assert np.abs(np.hypot(rows[:, 1], rows[:, 2]) - 2).max() < 1e-15 * 4
 
 
+def test_what_only_touches_has_no_events(program_of):
+    """Without restitution a wall stops it; then nothing presses it on to the wall."""
+    room = contacts.corner(lambda x, z, t: z, lambda x, z, t: 1 - x)
+    room = replace(room, initial=InitialState((0.0, 0.0), (0.3, 0.0)))
+    rows, events = program_of(room)("until=5", "steps=1")
+    assert events == [(pytest.approx(1 / 0.3, abs=1e-11), "contact:g1")]
+    assert rows[-1] == pytest.approx([5, 1, 0, 0, 0], abs=1e-12)
+
+
 def test_a_lift_throws_what_it_carries(program_of):
     """z ≥ sin(3 t)/4: it pushes until the particle would have to fall faster than g."""
     lift = contacts.corner(lambda x, z, t: z - sp.sin(3 * t) / 4)
