@@ -174,8 +174,9 @@ def _require_independent(geometry: Geometry, points: Sequence[Point], kept: Sequ
     """
     pending = geometry.found.pending
     r = _places(geometry)
-    r += [pending[k][0] - pending[k][1] for k in kept]
-    moving = _held(geometry, r)
+    beside = [pending[k][0] - pending[k][1] for k in kept]
+    moving = _moving(geometry, beside)
+    r += beside
     r += _spinning(geometry, moving)
     null = _unmoved(r, moving, points)
     if null is None:
@@ -192,24 +193,23 @@ def _require_independent(geometry: Geometry, points: Sequence[Point], kept: Sequ
 
 def _extra(geometry: Geometry, points: Sequence[Point]) -> int:
     """E: how many independent changes of the coordinates move no particle."""
-    r = _places(geometry)
-    moving = _held(geometry, r)
+    moving = _moving(geometry, ())
     outside = len(geometry.coordinates) - len(moving)
     if not _spinning(geometry, moving):
         return outside
-    null = _unmoved(r, moving, points)
+    null = _unmoved(_places(geometry), moving, points)
     return outside + (0 if null is None else len(null))
 
 
 def _places(geometry: Geometry) -> list[sp.Expr]:
     """Distinct components of particles that move."""
-    resolved = geometry.resolved
-    return [resolved[s] for s in dict.fromkeys(geometry.positions) if resolved[s].free_symbols]
+    return [geometry.resolved[s] for s in dict.fromkeys(geometry.positions) if geometry.held[s]]
 
 
-def _held(geometry: Geometry, expressions: Sequence[sp.Expr]) -> list[sp.Symbol]:
-    """Coordinates that stand in some of the expressions."""
-    inside = {s for e in expressions for s in e.free_symbols}
+def _moving(geometry: Geometry, beside: Sequence[sp.Expr]) -> list[sp.Symbol]:
+    """Coordinates that stand in the places of particles, or in what is ``beside`` them."""
+    inside = set().union(*(geometry.held[s] for s in geometry.positions))
+    inside.update(s for e in beside for s in e.free_symbols)
     return [q for q in geometry.coordinates if q in inside]
 
 

@@ -30,7 +30,7 @@ from lagrange_cli.mechanics.grouping import grouped_sum
 from lagrange_cli.mechanics.recurrence import Moving, recurring_products
 from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.sparse import SparseRow
-from lagrange_cli.mechanics.terms import Splitter, TermSum, factored, rational, tidy
+from lagrange_cli.mechanics.terms import Splitter, TermSum, factored, monomial, rational, tidy
 from lagrange_cli.mechanics.trigonometry import Weights
 from lagrange_cli.scene.model import Force
 
@@ -144,7 +144,7 @@ class _Builder:
             (symbol, mass)
             for body, mass in zip(reduced.names.particle_symbols, reduced.masses, strict=True)
             for symbol in body
-            if reduced.resolved[symbol].free_symbols
+            if reduced.chart.geometry.held[symbol]
         ]
         self.jacobians = {s: self.kinematics.jacobian(s) for s, _ in self.components}
         self._masses: dict[int, Weights] = {}
@@ -333,8 +333,8 @@ class _Builder:
     ) -> sp.Expr:
         """T = Σ ½ m ṙ², each particle's square collected, or ½ Σ M q̇ q̇ where that is shorter."""
         names = self.reduced.names
-        resolved = self.reduced.resolved
-        scleronomic = not any(self.t in resolved[s].free_symbols for s in velocity)
+        held = self.reduced.chart.geometry.held
+        scleronomic = not any(self.t in held[s] for s in velocity)
         particles = None
         squares = [sp.Add(*(velocity[s] ** 2 for s in body)) for body in names.particle_symbols]
         if sum(term_count(e) for e in squares) <= _TERM_BUDGET:
@@ -353,10 +353,13 @@ class _Builder:
 
     def _quadratic_form(self, mass: Mapping[tuple[int, int], sp.Expr]) -> list[sp.Expr]:
         """Terms of ½ Σ M q̇ q̇."""
-        return [
-            sp.Mul(sp.Rational(1, 2 if j == k else 1), m, self.v[j], self.v[k])
-            for (j, k), m in mass.items()
-        ]
+        terms = []
+        for (j, k), entry in mass.items():
+            number, rest = entry.as_coeff_Mul(rational=True)
+            rates = [self.v[j] ** 2] if j == k else [self.v[j], self.v[k]]
+            half = number / 2 if j == k else number
+            terms.append(monomial(half, [*sp.Mul.make_args(rest), *rates]))
+        return terms
 
     def _potential(self) -> sp.Expr:
         resolved = [tidy(self.reduced.resolve(u), self.masses) for u in self.terms.positional]

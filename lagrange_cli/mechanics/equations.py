@@ -209,8 +209,8 @@ class Closure:
 
     @cached_property
     def held(self) -> tuple[int, ...]:
-        """Numbers of the coordinates whose entry of the gradient is not zero."""
-        return tuple(j for j, g in enumerate(self.gradient) if not g.is_zero)
+        """Numbers of the coordinates whose entry of the gradient is not plainly zero."""
+        return tuple(entries(self.gradient))
 
 
 @dataclass(frozen=True)

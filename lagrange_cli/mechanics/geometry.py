@@ -55,6 +55,11 @@ class Geometry:
         """Numbers of the coordinates."""
         return {q: j for j, q in enumerate(self.coordinates)}
 
+    @cached_property
+    def held(self) -> Mapping[sp.Symbol, frozenset[sp.Symbol]]:
+        """What each of ``resolved`` depends on."""
+        return {s: frozenset(r.free_symbols) for s, r in self.resolved.items()}
+
     def restriction(self, number: int) -> Restriction:
         """A pending equation as one that is kept."""
         stated = self.found.stated[number]

@@ -49,11 +49,7 @@ def _jacobian(
     varied = set(variables)
     inputs = [*variables, *(s for s in point if s not in varied)]
     run = Tape(functions, inputs).run([(point[s], mpf(0), mpf(0)) for s in inputs], order=0)
-    rows = []
-    for k in range(len(functions)):
-        row = {j: x for j, x in run.partials(k).items() if j < len(variables)}
-        rows.append(scaled_doubles(row))
-    return rows
+    return [run.slopes(k, len(variables)) for k in range(len(functions))]
 
 
 def scaled_doubles(row: Mapping[int, mpf]) -> Doubles:
@@ -86,12 +82,12 @@ def dependent_columns(
     for point in points:
         matrix = dense(_jacobian(functions, variables, point), len(variables))
         scaled = matrix / np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
-        # Of few rows the null space is in what is left out of the thin decomposition.
-        wide = len(scaled) < len(variables)
-        _, sizes, right = np.linalg.svd(scaled, full_matrices=wide)
-        null = right[int(np.sum(sizes > TOLERANCE * max(sizes[0], 1e-300))) :]
-        if not len(null):
+        # Vectors cost far more than values, and are seldom needed.
+        sizes = np.linalg.svd(scaled, compute_uv=False)
+        held = int(np.sum(sizes > TOLERANCE * max(sizes[0], 1e-300)))
+        if held == len(variables):
             return None
+        null = np.linalg.svd(scaled, full_matrices=True)[2][held:]
     return null
 
 

@@ -135,8 +135,7 @@ def _entries(rows: Sequence[Row] | csr_array) -> tuple[_Numbers, _Numbers, _Matr
 def _dense(places: _Places, entries: _Matrix, shape: tuple[int, int]) -> _Solve:
     matrix = np.zeros(shape)
     matrix[places] = entries
-    inverse = np.linalg.pinv(matrix, rcond=_CUT)
-    return lambda target: np.asarray(inverse @ target)
+    return lambda target: np.asarray(np.linalg.lstsq(matrix, target, rcond=_CUT)[0])
 
 
 def _sparse(places: _Places, entries: _Matrix, shape: tuple[int, int]) -> _Solve:

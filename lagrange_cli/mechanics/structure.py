@@ -229,9 +229,10 @@ def _null_direction(inertia: Sequence[Doubles], slopes: Sequence[Doubles]) -> Ma
         rows = gradients / scale
         rows /= np.maximum(np.abs(rows).max(axis=1, keepdims=True), 1e-300)
         whole[n:, :n], whole[:n, n:] = rows, rows.T
-    sizes, vectors = np.linalg.eigh(whole)
-    if not len(sizes) or np.abs(sizes).min() > _INERTIA:
+    # Vectors cost far more than values, and are seldom needed.
+    if not len(whole) or np.abs(np.linalg.eigvalsh(whole)).min() > _INERTIA:
         return None
+    sizes, vectors = np.linalg.eigh(whole)
     direction: Matrix = vectors[:n, int(np.abs(sizes).argmin())]
     return direction
 

@@ -276,13 +276,27 @@ class Run:
     def partials(self, output: int) -> dict[int, Number]:
         """Derivatives of one output by the inputs that it holds, by their numbers."""
         with decimal.localcontext(context(mpmath.mp.dps + 5)):
-            adjoint: dict[int, tuple[Decimal, Decimal]] = {}
-            _accumulate(adjoint, self.tape.outputs[output], Decimal(1), _NONE)
-            for i in self.tape.below(output):
-                if i in adjoint:
-                    self._backward(adjoint, i, adjoint[i])
-            inputs = self.tape.inputs
+            inputs, adjoint = self.tape.inputs, self._adjoint(output)
             return {i: outward(x[0]) for i, x in sorted(adjoint.items()) if i < inputs}
+
+    def _adjoint(self, output: int) -> dict[int, tuple[Decimal, Decimal]]:
+        """What the nodes below one output contribute to it."""
+        adjoint: dict[int, tuple[Decimal, Decimal]] = {}
+        _accumulate(adjoint, self.tape.outputs[output], Decimal(1), _NONE)
+        for i in self.tape.below(output):
+            if i in adjoint:
+                self._backward(adjoint, i, adjoint[i])
+        return adjoint
+
+    def slopes(self, output: int, stop: int) -> dict[int, float]:
+        """The same by the inputs before ``stop`` as doubles, of which the largest is 1."""
+        with decimal.localcontext(context(mpmath.mp.dps + 5)):
+            adjoint = self._adjoint(output)
+            found = {i: adjoint[i][0] for i in sorted(adjoint) if i < stop and adjoint[i][0]}
+            if not all(x.is_finite() for x in found.values()):
+                raise DomainError
+            largest = max(map(abs, found.values()), default=_NONE)
+            return {i: float(x / largest) for i, x in found.items()}
 
     def _backward(
         self, adjoint: dict[int, tuple[Decimal, Decimal]], i: int, bar: tuple[Decimal, Decimal]

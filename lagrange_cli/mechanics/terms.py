@@ -33,6 +33,7 @@ __all__ = [
     "common_factor",
     "exact",
     "factored",
+    "monomial",
     "rational",
     "scaled",
     "tidy",
@@ -50,7 +51,6 @@ _TRIGONOMETRIC = {
     sp.tan: (("sin", 1), ("cos", -1)),
 }
 _ZERO = sp.Integer(0)
-_UNIT: Weights = {_ONE: 1}
 #: The order of the factors of a product.
 _SYMPY_ORDER = cmp_to_key(sp.Basic.compare)
 
@@ -189,9 +189,12 @@ class TermSum:
         trig = self._splitter.canonical(split.trig)
         group = self._groups.setdefault(frozenset(split.rest.items()), {})
         into = group.setdefault(trig, {})
-        if weights is not None and split.mass is not _ONE:
+        if not weights:
+            into[split.mass] = into.get(split.mass, 0) + split.number
+            return
+        if split.mass is not _ONE:
             weights = self._splitter.taken_apart(weights)
-        for mass, count in (weights or _UNIT).items():
+        for mass, count in weights.items():
             key = split.mass if mass is _ONE else split.mass * mass
             into[key] = into.get(key, 0) + split.number * count
 
@@ -209,10 +212,10 @@ class TermSum:
             for trig, weights in group.items():
                 number, mass = _weight_sum(weights)
                 if number != 0:
-                    yield _monomial(exact(number), [mass, *powers, *trig_factors(trig)])
+                    yield monomial(exact(number), [mass, *powers, *trig_factors(trig)])
 
 
-def _monomial(number: sp.Rational, factors: list[sp.Expr]) -> sp.Expr:
+def monomial(number: sp.Rational, factors: list[sp.Expr]) -> sp.Expr:
     """``number`` times the factors.
 
     Of different plain factors there is nothing for SymPy to gather: only their
@@ -290,7 +293,7 @@ def exact(number: Rational) -> sp.Rational:
     return sp.Rational(number.numerator, number.denominator)
 
 
-def rational_content(numbers: Iterable[Rational]) -> Fraction:
+def rational_content(numbers: Iterable[Rational]) -> Rational:
     """Largest positive rational of which every number is an integer multiple (1 of none).
 
     Fractions are cleared only up to quarters: decimals such as 9.81 stay themselves.
@@ -298,8 +301,9 @@ def rational_content(numbers: Iterable[Rational]) -> Fraction:
     found = [n for n in numbers if n != 0]
     denominator = math.lcm(*(n.denominator for n in found))
     if not found or denominator > _LARGEST_DENOMINATOR:
-        return Fraction(1)
-    return Fraction(math.gcd(*(n.numerator for n in found)), denominator)
+        return 1
+    numerator = math.gcd(*(n.numerator for n in found))
+    return numerator if denominator == 1 else Fraction(numerator, denominator)
 
 
 def common_factor(terms: list[sp.Expr]) -> sp.Expr:
