@@ -23,6 +23,16 @@ def _pendulum_motion(p: Names, q0: Names, v0: Names, t: Array) -> dict[str, Arra
     return {"theta": 2 * np.arcsin(k * cn / dn)}
 
 
+def _gear_motion(p: Names, q0: Names, v0: Names, t: Array) -> dict[str, Array]:
+    """A pendulum with the inertia of all wheels; the sun turns 2 (a + b)/a times as fast."""
+    arm, sun, planet = p.a + p.b, 2 * (p.a + p.b) / p.a, (p.a + p.b) / p.b
+    inertia = p.m * arm**2 + p.J * planet**2 + p.S * sun**2
+    like = SimpleNamespace(g=p.g, l=inertia / (p.m * arm))
+    theta = _pendulum_motion(like, q0, v0, t)["theta"]
+    turned = theta - q0.theta
+    return {"theta": theta, "psi": q0.psi - planet * turned, "alpha": q0.alpha + sun * turned}
+
+
 def _wire_motion(p: Names, q0: Names, v0: Names, t: Array) -> dict[str, Array]:
     r = q0.r * np.cosh(p.omega * t)
     return {"r": r, "x": r * np.cos(p.omega * t), "y": r * np.sin(p.omega * t), "z": 0 * t}
@@ -283,6 +293,7 @@ def _resting(p: Names, q0: Names, v0: Names, t: Array) -> dict[str, Array]:
 CLOSED_FORMS: Mapping[str, Callable[[Names, Names, Names, Array], dict[str, Array]]] = {
     "pendulum": _pendulum_motion,
     "bead_on_rotating_wire": _wire_motion,
+    "coupled_gears": _gear_motion,
     "rigid_triangle": _triangle_motion,
     "rigid_tetrahedron": _tetrahedron_motion,
     "rigid_tetrahedron_centre": _tetrahedron_motion,

@@ -111,12 +111,25 @@ def _wheel_down_incline(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     return kinetic + p.m * p.g * sin(p.alpha) * q.s
 
 
+def _coupled_gears(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    arm = p.a + p.b
+    turning = HALF * p.J * v.psi**2 + HALF * p.S * v.alpha**2
+    return HALF * p.m * arm**2 * v.theta**2 + turning + p.m * p.g * arm * cos(q.theta)
+
+
+def _elliptical_gears(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    kinetic = HALF * p.I * v.alpha**2 + HALF * (p.I + p.m * p.r**2) * v.beta**2
+    return kinetic - p.m * p.g * p.r * cos(q.beta)
+
+
 #: Scene name → Lagrangian over namespaces of parameters, q, v, and t.
 CONSTRAINED: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     "andrews_squeezer": _andrews_squeezer,
     "ball_on_turntable": _ball_on_turntable,
     "bead_on_quartic": _falling,
     "chaplygin_sleigh": _chaplygin_sleigh,
+    "coupled_gears": _coupled_gears,
+    "elliptical_gears": _elliptical_gears,
     "four_bar_linkage": _four_bar_linkage,
     "knife_edge_on_incline": _knife_edge_on_incline,
     "pendulum_in_cartesian_coordinates": _falling,
@@ -131,6 +144,15 @@ CLOSURES: Mapping[str, Callable[[Names, Names, Symbol], list[Expr]]] = {
     **CHAIN_CLOSURES,
     "andrews_squeezer": _andrews_loops,
     "bead_on_quartic": lambda p, q, t: [q.x**4 + q.z**4 - p.a**4],
+    # The start of the scene: theta = 3/2, psi = 0, alpha = 1/2.
+    "coupled_gears": lambda p, q, t: [
+        p.a * (q.alpha - HALF) - (p.a + p.b) * (q.theta - 3 * HALF) + p.b * q.psi,
+        (p.a + p.b) * (q.theta - 3 * HALF) + p.b * q.psi,
+    ],
+    "elliptical_gears": lambda p, q, t: [
+        (1 - p.e) * sin(q.beta / 2) * cos(q.alpha / 2)
+        - (1 + p.e) * cos(q.beta / 2) * sin(q.alpha / 2)
+    ],
     "four_bar_linkage": _four_bar_loop,
     "pendulum_in_cartesian_coordinates": lambda p, q, t: [q.x**2 + q.z**2 - p.l**2],
     "slider_crank": lambda p, q, t: [
