@@ -6,7 +6,7 @@ it, do not let change is refused, and so is one whose sign is proven.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import mpmath
 import sympy as sp
@@ -25,8 +25,8 @@ __all__ = ["contacts"]
 _DIGITS = 30
 #: A gap that changes by less than this part of what its gradient lets expect does not change.
 _STILL = mpf(10) ** -9
-#: What is left of the arithmetic's rounding.
-_ROUNDING = mpf(10) ** -35
+#: Digits that rounding may take, and those at which what does not change is looked at again.
+_LOST, _SURE = 15, 1000
 
 #: Configurations beside one, each closer to it, that are tried, and those that are enough.
 _TRIALS, _ENOUGH = 12, 3
@@ -47,9 +47,8 @@ def contacts(reduced: Reduced, gaps: Sequence[Closure]) -> tuple[Contact, ...]:
         return ()
     with mpmath.workdps(working_digits(_DIGITS)):
         states = _neighbours(reduced)
-        levels = [values([g.left - g.right for g in reduced.gaps], state) for state in states]
-        for k, (gap, closure) in enumerate(zip(reduced.gaps, gaps, strict=True)):
-            _require_change(reduced, gap, closure, states, [level[k] for level in levels])
+        for gap, closure in zip(reduced.gaps, gaps, strict=True):
+            _require_change(reduced, gap, closure, states)
             _require_sign_open(reduced, gap, closure)
     coefficients = [_restitution(reduced, one_sided) for one_sided in reduced.scene.unilateral]
     return tuple(map(Contact, gaps, coefficients))
@@ -85,23 +84,16 @@ def _require_sign_open(reduced: Reduced, gap: Restriction, closure: Closure) -> 
 
 
 def _require_change(
-    reduced: Reduced,
-    gap: Restriction,
-    closure: Closure,
-    states: Sequence[Drawn],
-    levels: Sequence[mpf],
+    reduced: Reduced, gap: Restriction, closure: Closure, states: Sequence[Drawn]
 ) -> None:
-    """Refuse a gap that has the same level in all configurations next to each other."""
-    q = [reduced.coordinates[j].q for j in closure.held]
-    terms = [*sp.Add.make_args(gap.left), *sp.Add.make_args(gap.right)]
-    slopes = [closure.gradient[j] for j in closure.held]
-    first, level = states[0], levels[0]
-    held = set().union(*(e.free_symbols for e in (*slopes, *terms)))
-    parts = values([*slopes, *terms], {s: first[s] for s in sorted(held, key=str)})
-    steepness, size = parts[: len(q)], sum(map(abs, parts[len(q) :]), mpf(0))
-    for state, other in zip(states[1:], levels[1:], strict=True):
-        moves = (abs(g * (state[s] - first[s])) for g, s in zip(steepness, q, strict=True))
-        if abs(other - level) > max(_STILL * sum(moves, mpf(0)), _ROUNDING * size):
+    """Refuse a gap that is the same in all configurations next to each other."""
+    slopes = {reduced.coordinates[j].q: closure.gradient[j] for j in closure.held}
+    level, size, changes = _change(gap, slopes, states)
+    if changes:
+        return
+    with mpmath.workdps(_SURE):
+        # A steep power changes below the rounding of fewer digits.
+        if _change(gap, slopes, states)[2]:
             return
     if reduced.names.t in (gap.left - gap.right).free_symbols:
         says = "changed by no motion: it depends on t alone"
@@ -110,6 +102,25 @@ def _require_change(
     else:
         says = "never closed" if level > 0 else "violated at every configuration"
     raise _refusal(gap, f"is {says}", "\n".join([_FREE, *_holding(reduced, gap)]))
+
+
+def _change(
+    gap: Restriction, slopes: Mapping[sp.Symbol, sp.Expr], states: Sequence[Drawn]
+) -> tuple[mpf, mpf, bool]:
+    """φ and the size of its terms at the first state, and whether φ differs at another."""
+    terms = [*sp.Add.make_args(gap.left), *sp.Add.make_args(gap.right)]
+    held = sorted(set().union(*(e.free_symbols for e in (*slopes.values(), *terms))), key=str)
+    points = [{s: state[s] for s in held} for state in states]
+    level, *parts = values([gap.left - gap.right, *slopes.values(), *terms], points[0])
+    steepness = dict(zip(slopes, parts, strict=False))
+    size = sum(map(abs, parts[len(slopes) :]), mpf(0))
+    rounding = mpf(10) ** (_LOST - mpmath.mp.dps) * size
+    for point in points[1:]:
+        moves = (abs(g * (point[s] - points[0][s])) for s, g in steepness.items() if s in point)
+        change = values([gap.left - gap.right], point)[0] - level
+        if abs(change) > max(_STILL * sum(moves, mpf(0)), rounding):
+            return level, size, True
+    return level, size, False
 
 
 def _holding(reduced: Reduced, gap: Restriction) -> Iterator[str]:

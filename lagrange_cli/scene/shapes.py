@@ -209,9 +209,8 @@ class Reading:
         self, node: SourceNode, what: str, relations: tuple[Relation, ...] = ("=",)
     ) -> Equation | None:
         """An equation; also an inequality, or only that, where ``relations`` say so."""
-        scalar = self._expression_text(
-            node, "an equation" if "=" in relations else "an inequality", what
-        )
+        wanted = "an equation" if len(relations) == 1 else "an equation or inequality"
+        scalar = self._expression_text(node, wanted if "=" in relations else "an inequality", what)
         if scalar is None:
             return None
         key = (scalar, relations)

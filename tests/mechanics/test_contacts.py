@@ -305,6 +305,32 @@ def test_gaps_that_do_not_work_are_refused(case: str) -> None:
     assert problem.mark.text[problem.mark.column - 1 :].startswith(("x^2", "y >="))
 
 
+SAME = [
+    "y >= (sin(x)^2 + cos(x)^2)*y",
+    "exp(2*z) >= exp(z)^2",
+    "(x + y)^3 >= x^3 + 3*x^2*y + 3*x*y^2 + y^3",
+    "log(exp(z)^2) <= 2*z",
+    "exp(z*(x + y)) >= exp(z*x)*exp(z*y)",
+]
+STEEP = ["z^100 >= 1", "z^100 >= 1e300", "tan(z) >= 1e300", "1e-300*z >= 0", "z >= 1e12 + 1e-9*x"]
+FREE = "particles: {p: {mass: 1, position: [x, y, z]}}\nconstraints: {it: 'THIS'}\n"
+
+
+@pytest.mark.parametrize("gap", SAME)
+def test_what_is_the_same_everywhere_is_seen(gap: str) -> None:
+    assert "closed at every configuration" in refusal(FREE.replace("THIS", gap)).message
+
+
+@pytest.mark.parametrize("gap", STEEP)
+def test_what_changes_little_changes(gap: str) -> None:
+    assert derived(FREE.replace("THIS", gap)).account.unilateral == 1
+
+
+def test_no_configuration_in_the_domain_of_a_gap() -> None:
+    problem = refusal(FREE.replace("THIS", "z >= log(-1 - z^2)"))
+    assert problem.mark is not None
+
+
 @pytest.mark.parametrize("value", ["-0.1", "1.1", "1e-3 - 1"])
 def test_restitution_outside_its_range(value: str) -> None:
     text = "parameters: {m: 1, e: VALUE}\nparticles: {p: {mass: m}}\nconstraints:\n"
