@@ -43,12 +43,15 @@ def singular_places(derivation: Derivation) -> tuple[SingularPlace, ...]:
     if derivation.closures or reduced.gaps:
         return ()
     coordinates = [c.q for c in reduced.coordinates]
+    signed = _with_signs(derivation)
     numbers = {
-        reduced.names.parameters[name]: value for name, value in reduced.values.exact.items()
+        signed.get(symbol, symbol): reduced.values.exact[name]
+        for name, symbol in reduced.names.parameters.items()
+        if name in reduced.values.exact
     }
     found: dict[tuple[sp.Expr, bool], dict[str, None]] = {}
     for block in _blocks(derivation):
-        mass = [[derivation.mass_matrix[j][k] for k in block] for j in block]
+        mass = [[derivation.mass_matrix[j][k].xreplace(signed) for k in block] for j in block]
         own = [coordinates[j] for j in block]
         if sum(e.count_ops() for row in mass for e in row) > ENTRY_BUDGET:
             continue
@@ -58,9 +61,21 @@ def singular_places(derivation: Derivation) -> tuple[SingularPlace, ...]:
                 if not infinite:
                     lost = _lost(mass, own, factor, coordinates, numbers)
                 found.setdefault((factor, infinite), {}).update(dict.fromkeys(q.name for q in lost))
+    named = {positive: symbol for symbol, positive in signed.items()}
     return tuple(
-        SingularPlace(tuple(names), where, infinite) for (where, infinite), names in found.items()
+        SingularPlace(tuple(names), where.xreplace(named), infinite)
+        for (where, infinite), names in found.items()
     )
+
+
+def _with_signs(derivation: Derivation) -> dict[sp.Symbol, sp.Symbol]:
+    """Parameters whose values are positive, as symbols that say so."""
+    reduced = derivation.reduced
+    return {
+        symbol: sp.Symbol(name, positive=True)
+        for name, symbol in reduced.names.parameters.items()
+        if not symbol.is_positive and reduced.values.exact.get(name, _ZERO).is_positive
+    }
 
 
 def _blocks(derivation: Derivation) -> Iterator[list[int]]:

@@ -358,7 +358,8 @@ def _on_circle(sine: sp.Expr, cosine: sp.Expr) -> sp.Expr:
     (a, below), (b, under) = sp.fraction(sp.together(sine)), sp.fraction(sp.together(cosine))
     if below == under or below == -under:
         return a**2 + b**2 - below**2
-    return (a * under) ** 2 + (b * below) ** 2 - (below * under) ** 2
+    whole = sp.lcm(below, under)
+    return (a * sp.cancel(whole / below)) ** 2 + (b * sp.cancel(whole / under)) ** 2 - whole**2
 
 
 def _alone(powers: _Powers, which: int, constants: frozenset[sp.Symbol]) -> sp.Expr | None:

@@ -45,7 +45,7 @@ from lagrange_cli.scene.model import Formulation, Scene
 __all__ = ["derive", "interpret"]
 
 #: What is wrong with an initial state that has no place, or several, in the coordinates.
-NOT_REACHED = ("initial-missing", "not-real", "singular")
+NOT_REACHED = ("initial-inconsistent", "initial-missing", "not-real", "singular")
 NOT_REACHED_REMARK = (
     "in multiplier form: the coordinates do not give the initial state, where they are singular"
 )

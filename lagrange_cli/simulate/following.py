@@ -117,7 +117,7 @@ class _Follower:
         else:
             here = self._arrive(float(t[0]), start[:n], r[0], w[0])
             # Coordinates that are given stay, also where they are one choice of several.
-            found = [replace(here, q=start[:n], v=start[n:])]
+            found = [replace(here, q=start[:n], v=start[n:], amplification=np.zeros(n))]
         here = found[-1]
         for k in range(len(found), len(t)):
             here = self._advance(here, float(t[k]), r[k], w[k], (k - 1, k), HALVINGS)

@@ -1,0 +1,305 @@
+"""Motions past places where the scene's coordinates are singular."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.special import ellipj, ellipk
+
+from lagrange_cli import loads
+from lagrange_cli.errors import InputError
+from lagrange_cli.mechanics import derive
+from lagrange_cli.scene import read_text
+from lagrange_cli.simulate.charts import simulate_past_charts
+from lagrange_cli.simulate.following import Samples, follow
+from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.modelling import model_of
+
+SPHERICAL = """
+name: spherical
+parameters: {m: 1, l: {value: 1, positive: true}, g: 9.81}
+particles: {bob: {mass: m, position: [x, y, z]}}
+coordinates: [theta, phi]
+definitions: {x: l*sin(theta)*cos(phi), y: l*sin(theta)*sin(phi), z: -l*cos(theta)}
+potentials: {weight: {gravity: g}}
+simulate: {until: 5, samples: 101}
+"""
+
+#: A height by a root: it ends where the rod is level.
+ELBOW = """
+name: elbow
+parameters: {m: 1, l: {value: 1, positive: true}, g: 9.81}
+plane: xz
+particles: {bob: {mass: m, position: [x, y, z]}}
+coordinates: [x]
+ROOT
+potentials: {weight: {gravity: g}}
+initial: {x: 0, z: -1, dot(x): 7}
+simulate: {until: 3, samples: 61, accuracy: 1e-9}
+"""
+
+POLAR = """
+name: polar
+parameters: {m: 1, k: 4}
+plane: xy
+particles: {puck: {mass: m, position: [x, y, z]}}
+coordinates: [r, phi]
+definitions: {x: r*cos(phi), y: r*sin(phi)}
+potentials: {spring: k*(x^2 + y^2)/2}
+initial: {r: 1, phi: 0.3, dot(r): 0, dot(phi): 0}
+simulate: {until: 5, samples: 51, accuracy: 1e-9}
+"""
+
+TOP = """
+name: top
+parameters: {A: 1, C: 0.5}
+coordinates: [phi, theta, psi]
+kinetic:
+  turning: A/2*(dot(theta)^2 + sin(theta)^2*dot(phi)^2) + C/2*(dot(psi) + cos(theta)*dot(phi))^2
+initial: {phi: 0, theta: 0, psi: 0, dot(phi): 1, dot(theta): 0.5, dot(psi): 3}
+simulate: {until: 1}
+"""
+
+
+def spherical(theta=1.2, phi=0.0, dtheta=0.0, dphi=0.0):
+    state = f"{{theta: {theta!r}, phi: {phi!r}, dot(theta): {dtheta!r}, dot(phi): {dphi!r}}}"
+    return SPHERICAL + f"initial: {state}\n"
+
+
+def ran(text, formulation="auto", **how):
+    return loads(text).derive(formulation=formulation).simulate(**how)
+
+
+def height(t, theta0=1.2, g=9.81):
+    """sin and cos of a pendulum's angle released at rest, by Jacobi's functions."""
+    k = np.sin(theta0 / 2)
+    sn = ellipj(ellipk(k**2) - np.sqrt(g) * t, k**2)[0]
+    half = k * sn
+    return 2 * half * np.sqrt(1 - half**2), 1 - 2 * half**2
+
+
+def turning(t, rate, g=9.81):
+    """x and z of a pendulum that goes round and round, from its lowest point, l = 1."""
+    sn, cn, _, _ = ellipj(rate / 2 * t, 4 * g / rate**2)
+    return 2 * sn * cn, 2 * sn**2 - 1
+
+
+def cartesian_reference(start, t, g=9.81):
+    """A spherical pendulum in x, y, z by SciPy, tension from the constraint."""
+
+    def rhs(_, y):
+        r, v = y[:3], y[3:]
+        a = np.array([0, 0, -g])
+        return [*v, *(a - (v @ v + a @ r) / (r @ r) * r)]
+
+    found = solve_ivp(rhs, (0, t[-1]), start, "DOP853", t, rtol=1e-13, atol=1e-15)
+    assert found.success
+    return found.y
+
+
+# Through the pole.
+
+
+def test_exactly_through_the_pole():
+    """φ stands still and θ changes sign: the angles' own equations go through."""
+    run = ran(spherical(), accuracy=1e-9)
+    assert (run.status, run.formulation) == ("ok", "minimal")
+    sin, cos = height(run.t)
+    assert np.abs(run.columns["x"] - sin).max() < 1e-9
+    assert np.abs(run.columns["z"] + cos).max() < 1e-9
+
+
+def test_exactly_through_the_pole_with_multipliers():
+    run = ran(spherical(phi=0.4), "multiplier", accuracy=1e-9)
+    assert (run.status, run.formulation) == ("ok", "multiplier")
+    sin, cos = height(run.t)
+    assert np.abs(run.columns["theta"] - np.arctan2(sin, cos)).max() < 2e-9
+    assert np.abs(run.columns["phi"] - 0.4).max() < 1e-9
+    assert any("one choice of several" in remark for remark in run.remarks)
+
+
+@pytest.mark.parametrize("dphi", [1e-9, 1e-4, 0.02, -1.0])
+def test_near_the_pole(dphi):
+    """Both forms give the position; angles are those of the motion, or said to be a choice."""
+    few = ran(spherical(dphi=dphi), "minimal", accuracy=1e-8)
+    many = ran(spherical(dphi=dphi), "multiplier", accuracy=1e-8)
+    assert few.status == many.status == "ok"
+    start = [np.sin(1.2), 0, -np.cos(1.2), 0, np.sin(1.2) * dphi, 0]
+    exact = cartesian_reference(start, few.t)
+    for run in (few, many):
+        for name, values in zip(("x", "y", "z"), exact[:3], strict=True):
+            assert np.abs(run.columns[name] - values).max() < 2e-8
+    theta, phi = many.columns["theta"], many.columns["phi"]
+    assert np.abs(np.sin(theta) * np.cos(phi) - many.columns["x"]).max() < 1e-8
+    assert np.abs(np.sin(theta) * np.sin(phi) - many.columns["y"]).max() < 1e-8
+    if many.remarks:
+        assert abs(dphi) < 1e-7
+    else:
+        assert np.abs(theta - few.columns["theta"]).max() < 1e-7
+        assert np.abs(phi - few.columns["phi"]).max() < 1e-6
+
+
+def test_steps_over_the_pole_are_noticed():
+    """A fixed step passes the pole unseen, with θ on the wrong side: not kept as it is."""
+    text, how = spherical(dphi=1e-6), {"method": "RK4", "step": 0.01, "samples": 101}
+    run = ran(text, **how)
+    assert (run.status, run.formulation) == ("ok", "multiplier")
+    assert "singular where sin(theta) = 0" in run.remarks[0]
+    exact = cartesian_reference([np.sin(1.2), 0, -np.cos(1.2), 0, np.sin(1.2) * 1e-6, 0], run.t)
+    assert np.abs(run.columns["x"] - exact[0]).max() < 1e-5
+    kept = ran(text, "minimal", **how)
+    assert kept.status == "accuracy_not_reached"
+    assert "sin(theta) = 0" in kept.reason
+    assert kept.exit_code == 1
+    assert (np.sin(kept.columns["theta"]) > 0).all()
+    assert len(kept.t) < len(run.t)
+
+
+def test_start_at_the_pole():
+    run = ran(spherical(theta=0.0, dtheta=2.0, phi=0.7), accuracy=1e-9)
+    assert (run.status, run.formulation) == ("ok", "multiplier")
+    assert "in multiplier form" in run.remarks[0]
+    along = np.hypot(run.columns["x"], run.columns["y"])
+    assert np.abs(run.columns["y"] - np.tan(0.7) * run.columns["x"]).max() < 1e-12
+    exact = cartesian_reference([0, 0, -1, 2, 0, 0], run.t)
+    assert np.abs(along - np.abs(exact[0])).max() < 1e-9
+    assert run.columns["theta"][0] == 0.0
+    assert run.columns["phi"][0] == 0.7
+    assert np.abs(run.columns["phi"] - 0.7).max() < 1e-8
+
+
+def test_start_at_the_pole_in_minimal_form_is_refused():
+    with pytest.raises(InputError) as caught:
+        ran(spherical(theta=0.0, dtheta=2.0), "minimal", accuracy=1e-9)
+    assert "sin(theta) = 0" in caught.value.problems[0].hint
+
+
+def test_start_at_the_pole_in_cartesian_names():
+    text = SPHERICAL + "initial: {x: 0, y: 0, z: -1, dot(x): 1, dot(y): 2}\n"
+    run = ran(text, accuracy=1e-9)
+    assert (run.status, run.formulation) == ("ok", "multiplier")
+    exact = cartesian_reference([0, 0, -1, 1, 2, 0], run.t)
+    assert np.abs(run.columns["y"] - exact[1]).max() < 1e-8
+    assert np.isnan(run.columns["phi"][0]), "the azimuth of the pole is unknown"
+    phi = run.columns["phi"][np.isfinite(run.columns["phi"])]
+    assert len(phi) > 95
+    assert np.abs(np.tan(phi) - 2).max() < 1e-6
+
+
+# The elbow of a root.
+
+ROD = "constraints: {rod: x^2 + z^2 = l^2}"
+DEFINED = "definitions: {z: -sqrt(l^2 - x^2)}"
+
+
+@pytest.mark.parametrize("root", [ROD, DEFINED])
+def test_past_the_elbow(root):
+    run = ran(ELBOW.replace("ROOT", root))
+    assert (run.status, run.formulation) == ("ok", "multiplier")
+    x, z = turning(run.t, 7.0)
+    assert z.max() > 0.99
+    assert np.abs(run.columns["x"] - x).max() <= 1e-9
+    assert np.abs(run.columns["z"] - z).max() <= 1e-9
+    assert "in multiplier form" in run.remarks[0]
+
+
+def test_before_the_elbow_nothing_changes():
+    run = ran(ELBOW.replace("ROOT", ROD).replace("dot(x): 7", "dot(x): 2"))
+    assert (run.status, run.formulation, run.remarks) == ("ok", "minimal", ())
+
+
+def test_the_elbow_in_minimal_form():
+    run = ran(ELBOW.replace("ROOT", ROD), "minimal")
+    assert run.status != "ok"
+    assert run.exit_code == 1
+    assert "singular where" in run.reason
+    x, _ = turning(run.t, 7.0)
+    assert np.abs(run.columns["x"] - x).max() <= 1e-9
+
+
+def test_the_scene_may_ask_for_a_form():
+    text = ELBOW.replace("ROOT", ROD).replace("dot(x): 7", "dot(x): 2")
+    run = ran(text.replace("simulate: {", "simulate: {formulation: multiplier, "))
+    assert (run.status, run.formulation) == ("ok", "multiplier")
+    text = ELBOW.replace("ROOT", ROD).replace("simulate: {", "simulate: {formulation: minimal, ")
+    assert ran(text).formulation == "minimal"
+
+
+# No other form.
+
+
+def test_no_cartesian_form():
+    """Euler angles of a body that is given by its kinetic energy alone."""
+    with pytest.raises(InputError) as caught:
+        ran(TOP)
+    assert "sin(theta) = 0" in caught.value.problems[0].hint
+
+
+def test_through_the_origin_of_polar_coordinates():
+    """r passes zero with φ at rest: x = cos 2t along a line."""
+    run = ran(POLAR)
+    assert run.status == "ok"
+    assert np.abs(run.columns["x"] - np.cos(0.3) * np.cos(2 * run.t)).max() < 1e-9
+
+
+# Coordinates along a motion.
+
+
+def circle(t, y):
+    return np.array([np.cos(y[0]), np.sin(y[0])])
+
+
+def circling(t, y):
+    return y[1] * np.array([-np.sin(y[0]), np.cos(y[0])])
+
+
+def samples(angle, rate, t):
+    positions = np.column_stack([np.cos(angle), np.sin(angle)])
+    velocities = rate[:, None] * np.column_stack([-np.sin(angle), np.cos(angle)])
+    return Samples(t, positions, velocities, np.full(2, 1e-12))
+
+
+def test_an_angle_is_followed_over_many_turns():
+    t = np.linspace(0, 10, 201)
+    angle, rate = 40 * t + np.sin(t), 40 + np.cos(t)
+    found = follow(samples(angle, rate, t), np.array([0.0, 41.0]), 1, circle, circling)
+    assert np.abs(found.q[:, 0] - angle).max() < 1e-10
+    assert np.abs(found.v[:, 0] - rate).max() < 1e-9
+    assert found.lost == ()
+
+
+def test_an_angle_without_a_start():
+    t = np.linspace(0, 1, 21)
+    angle, rate = 0.4 + t, np.ones_like(t)
+    found = follow(samples(angle, rate, t), None, 1, circle, circling)
+    assert np.abs(found.q[:, 0] - angle).max() < 1e-12
+
+
+# Models.
+
+
+@pytest.mark.parametrize("formulation", ["minimal", "multiplier"])
+def test_models_keep_what_they_know_of_charts(formulation):
+    model = model_of(derive(read_text(spherical()), formulation=formulation))
+    assert Model.from_json(json.loads(json.dumps(model.to_json()))) == model
+    if formulation == "minimal":
+        (place,) = model.singular
+        assert (place.where, place.lost, place.ends) == ("sin(theta) = 0", ("phi",), False)
+    else:
+        assert model.singular == ()
+        assert model.chart.coordinates == ("theta", "phi")
+
+
+def test_a_budget_counts_for_both_runs():
+    model = model_of(derive(read_text(ELBOW.replace("ROOT", ROD))))
+    budgets = []
+
+    def other():
+        return model_of(derive(read_text(ELBOW.replace("ROOT", ROD)), formulation="multiplier"))
+
+    run = simulate_past_charts(model, other, budget=500.0, progress=budgets.append)
+    assert run.formulation == "multiplier"
+    assert budgets == sorted(budgets), "progress never falls"
