@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import functools
+import importlib.util
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 import click
 
 from lagrange_cli.cli.session import Session
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files import check_writable
 
 __all__ = [
     "common",
@@ -18,6 +21,7 @@ __all__ = [
     "not_empty",
     "output_path",
     "parameters",
+    "plottable",
     "scene",
     "traceback",
 ]
@@ -91,6 +95,18 @@ def not_empty(ctx: click.Context, option: click.Parameter, value: str | None) ->
     if value == "":
         raise click.BadParameter("the path is empty", ctx, option)
     return value
+
+
+def plottable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
+    """Name the missing extra or folder before the work."""
+    if value is not None and importlib.util.find_spec("matplotlib") is None:
+        raise InputError(
+            Problem("plots need matplotlib", hint="pip install 'lagrange-cli[plot]'", rule="extra")
+        )
+    path = not_empty(ctx, option, value)
+    if path is not None:
+        check_writable(path)
+    return path
 
 
 def output_path(help: str) -> Callable[[Command], Command]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import math
 import re
@@ -13,15 +12,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lagrange_cli.cli import options
-from lagrange_cli.cli.derive import derived
+from lagrange_cli.cli.models import model_of_scene
 from lagrange_cli.cli.output import print_text
-from lagrange_cli.cli.remembered import Answer, Source, read_source, remembered
+from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.session import INTERRUPTED, Session
-from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import check_writable
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from lagrange_cli.scene.model import Formulation
     from lagrange_cli.simulate import Trajectory
@@ -69,53 +67,6 @@ def _extra(ctx: click.Context, option: click.Parameter, value: str | None) -> tu
     if value is not None and unknown:
         raise click.BadParameter(f"'{unknown[0]}' is not one of {', '.join(EXTRA)}", ctx, option)
     return names if value is not None else ()
-
-
-def _plottable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
-    """Name the missing extra or folder before the work."""
-    if value is not None and importlib.util.find_spec("matplotlib") is None:
-        raise InputError(
-            Problem("plots need matplotlib", hint="pip install 'lagrange-cli[plot]'", rule="extra")
-        )
-    path = options.not_empty(ctx, option, value)
-    if path is not None:
-        check_writable(path)
-    return path
-
-
-def _model(
-    session: Session,
-    source: Source,
-    *,
-    parameters: Mapping[str, str],
-    initial: Mapping[str, str],
-    times: Mapping[str, str],
-    forces: bool,
-    formulation: Formulation | None,
-) -> Model:
-    """The model of a scene: that of before, or derived anew."""
-
-    def work() -> Answer:
-        equations = derived(
-            session,
-            source,
-            parameters=parameters,
-            initial=initial,
-            times=times,
-            forces=forces,
-            formulation=formulation,
-        )
-        from lagrange_cli.simulate.modelling import model_of
-
-        value = model_of(equations).to_json()
-        return Answer(value, equations.warnings, equations.remarks)
-
-    given = [sorted(given.items()) for given in (parameters, initial, times)]
-    asked = [*given, forces, formulation]
-    value = remembered(session, "simulate", source, asked, work)
-    from lagrange_cli.simulate.model import Model
-
-    return Model.from_json(value)
 
 
 def _number(value: float | None, form: str) -> str:
@@ -260,7 +211,7 @@ def _json(trajectory: Trajectory, derive_seconds: float) -> str:
 @click.option(
     "--plot",
     type=click.Path(),
-    callback=_plottable,
+    callback=options.plottable,
     metavar="FILE",
     help="Draw coordinates, velocities and energy over time; needs matplotlib.  [default: none]",
 )
@@ -290,7 +241,7 @@ def simulate(
         # A plain number changes nothing of the model, which can be that of before.
         how["until"] = float(times.pop("until"))
     source = read_source(scene)
-    model = _model(
+    model = model_of_scene(
         session,
         source,
         parameters=parameters,
@@ -305,7 +256,7 @@ def simulate(
 
     def other() -> Model:
         """The same scene with multipliers."""
-        return _model(
+        return model_of_scene(
             session,
             source,
             parameters=parameters,

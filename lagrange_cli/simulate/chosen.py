@@ -15,7 +15,7 @@ from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.run import Run
 from lagrange_cli.simulate.watch import StoppedError, Watch
 
-__all__ = ["integrate_with_method"]
+__all__ = ["control_of", "integrate_with_method"]
 
 #: Absolute part of the tolerance beside the relative one, in scales of the motion.
 ABSOLUTE_PART = 0.01
@@ -32,7 +32,7 @@ def integrate_with_method(problem: InitialValueProblem, request: Request, watch:
         method = request.method or (found.method if found else INTEGRATORS["DOP853"])
         watch.next_pass()
         run_started = time.perf_counter()
-        run = Run(method, problem, _control(problem, request, found))
+        run = Run(method, problem, control_of(problem, request, found))
         stopped = _go(run, problem, watch)
     states = run.states.copy()
     return Measured(
@@ -71,7 +71,8 @@ def _pilot_if_needed(problem: InitialValueProblem, request: Request, watch: Watc
     return pilot(problem, request.rtol or 1e-6, watch)
 
 
-def _control(problem: InitialValueProblem, request: Request, found: Pilot | None) -> Control:
+def control_of(problem: InitialValueProblem, request: Request, found: Pilot | None) -> Control:
+    """What steers the steps of a run with a method that was asked for."""
     n = len(problem.y0)
     rtol = request.rtol or 0.0
     if request.atol is not None:

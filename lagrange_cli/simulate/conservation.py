@@ -6,13 +6,14 @@ over, a barrier narrower than a step, they do not see; the energy function may.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array
 
-__all__ = ["first_contradiction"]
+__all__ = ["energy_drift", "first_contradiction"]
 
 #: How far beyond the accuracy's first-order effect a change must be to disprove it.
 MARGIN = 8.0
@@ -65,3 +66,10 @@ def _allowance(energy: Energy, t: float, y: Array, moves: Array) -> float:
     values = energy(np.full(len(moved), t), moved)[:, 0]
     changes = np.abs(values[1:] - values[0]).reshape(2, -1)
     return float(changes.max(axis=0).sum())
+
+
+def energy_drift(energy: Array, kinetic: Array) -> float | None:
+    """Largest change over the largest kinetic part, which no choice of zero shifts."""
+    change, size = np.abs(energy - energy[0]).max(), np.abs(kinetic).max()
+    drift = float(change / size) if size > 0 else float(change)
+    return drift if math.isfinite(drift) else None

@@ -9,10 +9,11 @@ from lagrange_cli.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from lagrange_cli.simulate.trajectory import Trajectory
 
-__all__ = ["draw"]
+__all__ = ["draw", "new_figure", "picture"]
 
 #: More lines than this in one panel have no legend.
 LONGEST_LEGEND = 12
@@ -20,6 +21,27 @@ LONGEST_LEGEND = 12
 
 def draw(trajectory: Trajectory, ending: str) -> bytes:
     """The picture's bytes: coordinates, velocities and energy over time.
+
+    Raises
+    ------
+    InputError
+        matplotlib is not installed, or does not know the ending.
+    """
+    figure = new_figure((8, 8), ending)
+    top, middle, bottom = figure.subplots(3, 1, sharex=True)
+    dots = [f"dot({name})" for name in trajectory.coordinates]
+    _lines(top, trajectory, list(trajectory.coordinates), "coordinates")
+    _lines(middle, trajectory, dots, "velocities")
+    bottom.plot(trajectory.t, trajectory.energy, color="black")
+    bottom.set_ylabel("energy")
+    bottom.set_xlabel("t")
+    # Text of a scene is text, not mathematics to be parsed.
+    top.set_title(trajectory.name, parse_math=False)
+    return picture(figure, ending)
+
+
+def new_figure(size: tuple[float, float], ending: str) -> Figure:
+    """An empty figure, in inches, that can be written as a file of this ending.
 
     Raises
     ------
@@ -37,7 +59,7 @@ def draw(trajectory: Trajectory, ending: str) -> bytes:
                 rule="missing-extra",
             )
         ) from None
-    figure = Figure(figsize=(8, 8), layout="constrained")
+    figure = Figure(figsize=size, layout="constrained")
     known = FigureCanvasAgg(figure).get_supported_filetypes()
     if ending not in known:
         raise InputError(
@@ -47,15 +69,11 @@ def draw(trajectory: Trajectory, ending: str) -> bytes:
                 rule="output",
             )
         )
-    top, middle, bottom = figure.subplots(3, 1, sharex=True)
-    dots = [f"dot({name})" for name in trajectory.coordinates]
-    _lines(top, trajectory, list(trajectory.coordinates), "coordinates")
-    _lines(middle, trajectory, dots, "velocities")
-    bottom.plot(trajectory.t, trajectory.energy, color="black")
-    bottom.set_ylabel("energy")
-    bottom.set_xlabel("t")
-    # Text of a scene is text, not mathematics to be parsed.
-    top.set_title(trajectory.name, parse_math=False)
+    return figure
+
+
+def picture(figure: Figure, ending: str) -> bytes:
+    """A figure as the bytes of a file."""
     file = io.BytesIO()
     figure.savefig(file, format=ending, metadata=_undated(ending))
     return file.getvalue()

@@ -13,7 +13,7 @@ from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.model import Model
 
-__all__ = ["AUTO", "Request", "resolve"]
+__all__ = ["AUTO", "Request", "method_of", "require_fit", "resolve"]
 
 #: The name of the method that is chosen by the program.
 AUTO = "auto"
@@ -78,7 +78,7 @@ def resolve(
             "--accuracy 1e-9, or --method DOP853 --rtol 1e-9",
         )
     method, rtol, atol = chosen
-    of = _method(method)
+    of = None if method is None else method_of(method)
     if samples is None and step is None:
         samples, step = defaults.samples, defaults.step
     until = _until(model, until)
@@ -89,7 +89,8 @@ def resolve(
     if accuracy is None and (of is None or of.adaptive) and rtol is None:
         raise _refused("a method needs its tolerance", "--rtol 1e-9")
     if of is not None:
-        _check_method(model, of, step, rtol, atol)
+        require_fit(model, of)
+        _check_control(of, step, rtol, atol)
     fixed = of is not None and not of.adaptive
     inner = _dividing(float(times[1] - times[0]), step) if fixed and step is not None else None
     return Request(times, initial, accuracy, of, rtol, atol, inner, budget)
@@ -137,9 +138,14 @@ def _and(names: list[str]) -> str:
     return shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"
 
 
-def _method(name: str | None) -> type[Integrator] | None:
-    if name is None:
-        return None
+def method_of(name: str) -> type[Integrator]:
+    """The method of a name.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
     if name not in INTEGRATORS:
         known = f"methods: {AUTO}, {', '.join(INTEGRATORS)}"
         close = nearest(name.upper(), INTEGRATORS) or nearest(name, INTEGRATORS)
@@ -219,13 +225,14 @@ def _times(
     return np.asarray(times, dtype=np.float64)
 
 
-def _check_method(
-    model: Model,
-    method: type[Integrator],
-    step: float | None,
-    rtol: float | None,
-    atol: float | None,
-) -> None:
+def require_fit(model: Model, method: type[Integrator]) -> None:
+    """Refuse a method that needs what a system has not.
+
+    Raises
+    ------
+    InputError
+        With the reason.
+    """
     unmet = [need for need in method.needs if not model.facts[need]]
     if unmet:
         raise _refused(
@@ -244,6 +251,11 @@ def _check_method(
             f" {_and(list(model.contacts))}",
             "--method DOP853 --rtol 1e-9",
         )
+
+
+def _check_control(
+    method: type[Integrator], step: float | None, rtol: float | None, atol: float | None
+) -> None:
     if not method.adaptive and step is None:
         raise _refused(f"{method.name} has a fixed step, which is not given", "--step 0.01")
     if not method.adaptive and (rtol is not None or atol is not None):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,6 +12,7 @@ import numpy as np
 from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
 from lagrange_cli.simulate.along import Along, along
 from lagrange_cli.simulate.chosen import integrate_with_method
+from lagrange_cli.simulate.conservation import energy_drift
 from lagrange_cli.simulate.disproof import energies, energy_is_conserved, undisproved
 from lagrange_cli.simulate.forces import constraint_forces
 from lagrange_cli.simulate.integrators.base import Array
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["simulate"]
+__all__ = ["problem_of", "simulate"]
 
 
 def simulate(
@@ -102,7 +102,7 @@ def _simulated(
     started = time.perf_counter()
     if functions is None:
         functions = right_hand_side(model, cache, request.budget)
-    problem = _problem(model, request, functions)
+    problem = problem_of(model, request, functions)
     if functions.drive is not None:
         functions.drive.require(problem.start, problem.until)
     require_a_start(model, problem)
@@ -125,7 +125,8 @@ def _modelled(equations: Equations) -> Model:
     return model_of(equations)
 
 
-def _problem(model: Model, request: Request, functions: RightHandSide) -> InitialValueProblem:
+def problem_of(model: Model, request: Request, functions: RightHandSide) -> InitialValueProblem:
+    """What is to be integrated, as numbers."""
     problem = InitialValueProblem(
         functions.rhs,
         request.initial,
@@ -168,7 +169,7 @@ def _trajectory(
         estimated=measured.estimate if promised else None,
         scales=dict(zip(names, measured.scales.tolist(), strict=True)),
         holds_until=float(t[-1]) if promised else None,
-        energy_drift=_drift(energy - seen.lost[: len(t)], kinetic)
+        energy_drift=energy_drift(energy - seen.lost[: len(t)], kinetic)
         if energy_is_conserved(model)
         else None,
         constraint_drift=seen.drift(t, measured.states, measured.scales),
@@ -237,10 +238,3 @@ def _columns(model: Model, functions: RightHandSide, t: Array, states: Array) ->
         for i, name in enumerate(model.cartesian):
             columns.setdefault(form.format(name), values[:, i].copy())
     return columns | dict(zip(model.outputs, functions.outputs(t, states).T.copy(), strict=True))
-
-
-def _drift(energy: Array, kinetic: Array) -> float | None:
-    """Largest change over the largest kinetic part, which no choice of zero shifts."""
-    change, size = np.abs(energy - energy[0]).max(), np.abs(kinetic).max()
-    drift = float(change / size) if size > 0 else float(change)
-    return drift if math.isfinite(drift) else None
