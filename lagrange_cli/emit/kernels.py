@@ -226,10 +226,12 @@ class Kernels:
     def _add_up(self, expression: Expr) -> None:
         """A long sum: its terms side by side, then their total."""
         start = self.allocate(len(expression.args))
+        # Not by their names, as SymPy has them: x[10] stands before x[2] there.
+        terms = sorted(expression.args, key=self.forms.shape)
         self._run(
             [
                 self._member(Formula("term", (e,), _Conversion(e), (Place("w", start + k),)))
-                for k, e in enumerate(expression.args)
+                for k, e in enumerate(terms)
             ]
         )
         self.parts.append(Total(start, len(expression.args)))
