@@ -9,12 +9,15 @@ import mpmath
 import numpy as np
 import pytest
 from compiling import compiled_or_skip
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import make_interp_spline
 
 from lagrange_cli.cli.main import run
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_file
-from lagrange_cli.simulate import simulate
+from lagrange_cli.simulate import driving, simulate
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.modelling import model_of
@@ -315,3 +318,49 @@ def test_a_model_is_its_json(tmp_path):
     model = model_of(equations(tmp_path, "cubic"))
     assert Model.from_json(json.loads(json.dumps(model.to_json()))) == model
     assert len(model.recordings) == 1
+
+
+@pytest.mark.parametrize("kind", ["linear", "cubic"])
+def test_what_changes_faster_than_doubles_can_say_is_refused(tmp_path, kind):
+    made = equations(tmp_path, kind, [0.0, 1.0, 1.0 + 2**-52, 5.0], [0.0, 1e300, -1e300, 1.0])
+    with pytest.raises(InputError, match="changes faster than doubles can say after t = ") as seen:
+        simulate(made)
+    (problem,) = seen.value.problems
+    assert problem.mark is not None
+    assert problem.mark.line == 4
+
+
+def test_too_many_different_times_are_refused(tmp_path, monkeypatch):
+    scene = OSCILLATOR.replace("KIND}}", "linear}, b: {file: b.csv, column: a}}")
+    made = equations(tmp_path, "", scene=scene)
+    (tmp_path / "b.csv").write_text(rows([t + 1e-3 * (t < 5) for t in (-1, *TIMES)], range(9)))
+    assert simulate(made).status == "ok"
+    monkeypatch.setattr(driving, "_MOST_NUMBERS", 80)
+    with pytest.raises(InputError, match="15 different times are too many"):
+        simulate(made)
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    st.sampled_from(["previous", "linear", "cubic"]),
+    st.lists(st.tuples(st.floats(1e-3, 1), st.floats(-5, 5)), min_size=2, max_size=9),
+)
+def test_any_rows_give_what_their_pieces_say(tmp_path_factory, kind, steps):
+    """The input itself is a column: between rows it is the polynomial, at them the rows."""
+    times = np.concatenate([[0.0], np.cumsum([gap for gap, _ in steps])])
+    values = [0.5, *(value for _, value in steps)]
+    scene = OSCILLATOR.replace(
+        "until: 5, accuracy: 1e-10", f"until: {float(times[-1])!r}, accuracy: 1e-6"
+    )
+    folder = tmp_path_factory.mktemp("rows")
+    found = simulate(equations(folder, kind, times.tolist(), values, scene))
+    assert found.status == "ok"
+    wanted = {
+        "previous": lambda t: np.array(values)[np.searchsorted(times, t, side="right") - 1],
+        "linear": lambda t: np.interp(t, times, values),
+        "cubic": make_interp_spline(times, values, k=min(3, len(steps)))
+        if len(steps) != 2
+        else lambda t: np.polyval(np.polyfit(times, values, 2), t),
+    }[kind](found.t)
+    size = max(map(abs, values)) + np.abs(wanted).max()
+    assert np.abs(found.columns["shown"] - wanted).max() < 1e-9 * size
