@@ -133,7 +133,7 @@ REASON = (
     'status == 1 ? "singular configuration"\n'
     '                        : status == 2 ? "result is not finite"\n'
     '                        : status == 3 ? "too far from the closures"\n'
-    '                        : status == 4 ? "no impact of these contacts is possible"\n'
+    '                        : status == 4 ? "no impact is possible with these restitutions"\n'
     '                        : "contacts open and close without end"'
 )
 

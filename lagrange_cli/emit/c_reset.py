@@ -239,6 +239,9 @@ static int @NAME@_hit(@MUTABLE_STATE@, @REAL@ bounce, @REAL@ *work, @NAME@_closi
 {
 @CHANGING@    int i, k, round, status;
     for (k = 0; k < @U@; ++k) {
+        if (!(c->restitution[k] >= @ZERO@ && c->restitution[k] <= @ONE@ + @TOLERANCE@)) {
+            return 4;
+        }
         c->speed[k] = c->held[k] > @ZERO@ ? @ZERO@ : c->speed[k];
         c->w[k] = c->speed[k] + bounce*c->restitution[k]*@MIN@(c->speed[k], @ZERO@);
     }

@@ -70,7 +70,7 @@ def reset(t, y, @P@, mode=FLIGHT, event=-1, bounce=1.0):
 
     What closes takes an impact, by Newton's law with impulses that only push (bounce=0.0:
     without restitution, to end a sequence of ever shorter bounces). None where there is no such
-    impact.
+    impact, or a restitution is not between 0 and 1.
     """
     found = _contact_reset(t, y, @GIVEN@, _flags(mode), event, bounce)
     return None if found is None else (found[0], tuple(int(flag) for flag in found[1]))

@@ -92,6 +92,8 @@ _HIT = '''\
 def _hit(t, y, @P@, bounce, d, table, speed, size, closed, held):
     """The state after an impact of what is closed, the rates of the gaps and their magnitudes."""
     gradient, rate, _, restitution = table
+    if not ((restitution >= 0.0) & (restitution <= 1.0 + @TOLERANCE@)).all():
+        raise ArithmeticError("a restitution is not between 0 and 1")
     speed = np.where(held, 0.0, speed)
     # The least rate after the impact, and that of active contacts.
     least = -bounce * restitution * np.minimum(speed, 0.0)

@@ -30,6 +30,13 @@ def test_a_ball_bounces(code_of):
         assert list(flags) == [float(bounce == 0)]
 
 
+def test_restitutions_are_between_0_and_1(code_of):
+    code = code_of(contacts.bouncing_ball())
+    for e, found in ((-1e-3, False), (0.0, True), (1.0, True), (1.001, False)):
+        after = code.reset(1.5, [1.0, 0.0, 0.5, -3.0], [2.0, 9.81, e], [0], 0)
+        assert (after is not None) == found
+
+
 def test_what_does_not_pull_is_not_closed(code_of):
     equations = contacts.bouncing_ball()
     code, p = code_of(equations), contacts.defaults(equations)
