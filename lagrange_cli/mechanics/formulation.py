@@ -10,19 +10,20 @@ which equation alone.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import mpmath
 import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.mechanics.calculus import Kinematics
 from lagrange_cli.mechanics.cartesian import cartesian_form, incidence
 from lagrange_cli.mechanics.derivation import Derivation, derive_uncertified
 from lagrange_cli.mechanics.equations import CartesianName, Chart, Choice, InitialState
 from lagrange_cli.mechanics.initial import initial_state
-from lagrange_cli.mechanics.language import total_derivative
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.reduction import Reduced, reduce
 from lagrange_cli.mechanics.tape import values
@@ -209,7 +210,18 @@ def _elimination(near: Mapping[int, set[int]]) -> int:
 # The initial state.
 
 
-def start(derivation: Derivation) -> InitialState | None:
+@dataclass(frozen=True)
+class _Late:
+    """A reduced scene whose mass matrix is derived when it is asked for."""
+
+    reduced: Reduced
+
+    @cached_property
+    def mass(self) -> Sequence[Mapping[int, Sequence[sp.Expr]]]:
+        return derive_uncertified(self.reduced).mass
+
+
+def start(derivation: Derivation, chart: Chart | None) -> InitialState | None:
     """The initial state; from the coordinates of the scene where these have replaced them.
 
     Raises
@@ -221,8 +233,9 @@ def start(derivation: Derivation) -> InitialState | None:
     origin = reduced.origin
     if origin is None or all(_is_known(reduced, e.name) for e in reduced.scene.initial):
         return initial_state(derivation)
-    given = initial_state(derive_uncertified(origin))
-    return None if given is None else _carried_over(origin, reduced, given)
+    assert chart is not None  # it is what has replaced the coordinates of the origin
+    given = chart.start or initial_state(_Late(origin))
+    return None if given is None else _carried_over(origin, chart, given)
 
 
 def _is_known(reduced: Reduced, name: str) -> bool:
@@ -237,24 +250,21 @@ def replaced_chart(derivation: Derivation) -> Chart | None:
     if origin is None:
         return None
     try:
-        given = initial_state(derive_uncertified(origin))
+        given = initial_state(_Late(origin))
     except InputError:
         given = None  # the start has no place in these coordinates
-    places = zip(reduced.coordinates, _places(origin, reduced), strict=True)
-    named = tuple(CartesianName(c.name, place, rate) for c, (place, rate) in places)
+    positions = {c.q: origin.resolved.get(c.q, c.q) for c in reduced.coordinates}
+    q, v = [c.q for c in origin.coordinates], [c.v for c in origin.coordinates]
+    kinematics = Kinematics(positions, q, v, origin.names.t)
+    named = tuple(
+        CartesianName(s.name, place, sp.Add(*kinematics.velocity(s)))
+        for s, place in positions.items()
+    )
     return Chart(origin.coordinates, named, given)
 
 
-def _places(origin: Reduced, reduced: Reduced) -> list[tuple[sp.Expr, sp.Expr]]:
-    """Coordinates and their rates over the coordinates that they have replaced."""
-    motion = [(c.q, c.v) for c in origin.coordinates]
-    places = [origin.resolved.get(c.q, c.q) for c in reduced.coordinates]
-    return [(e, total_derivative(e, origin.names.t, motion)) for e in places]
-
-
-def _carried_over(origin: Reduced, reduced: Reduced, given: InitialState) -> InitialState:
+def _carried_over(origin: Reduced, chart: Chart, given: InitialState) -> InitialState:
     """Positions and velocities in other coordinates."""
-    places, rates = zip(*_places(origin, reduced), strict=True)
     state = [*given.positions, *given.velocities]
     symbols = [*(c.q for c in origin.coordinates), *(c.v for c in origin.coordinates)]
     with mpmath.workdps(_DIGITS):
@@ -262,6 +272,6 @@ def _carried_over(origin: Reduced, reduced: Reduced, given: InitialState) -> Ini
         for name, value in origin.values.exact.items():
             point[origin.names.parameters[name]] = mpf(value.evalf(_DIGITS))
         point[origin.names.t] = origin.reference[origin.names.t]
-        found = [float(x) for x in values([*places, *rates], point)]
-    n = len(places)
-    return InitialState(tuple(found[:n]), tuple(found[n:]), given.projected)
+        q = values([place.position for place in chart.places], point)
+        v = values([place.velocity for place in chart.places], point)
+    return InitialState(tuple(map(float, q)), tuple(map(float, v)), given.projected)

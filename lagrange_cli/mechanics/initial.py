@@ -7,8 +7,9 @@ the smallest in the kinetic-energy metric that the given ones and the closures a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Protocol
 
 import mpmath
 import sympy as sp
@@ -16,17 +17,17 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.configuration import Configurations, Search, rank
-from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import InitialState
 from lagrange_cli.mechanics.gap_start import GapStart
 from lagrange_cli.mechanics.pasting import near_line
+from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.restricted import Restricted
 from lagrange_cli.mechanics.steps import Row, smallest
 from lagrange_cli.mechanics.suggestions import with_suggestion
 from lagrange_cli.mechanics.tape import DomainError, Tape
 from lagrange_cli.scene.model import InitialValue
 
-__all__ = ["initial_state"]
+__all__ = ["Inertia", "initial_state"]
 
 #: Largest violation, relative to the scene's length, that is projected instead of refused.
 _TOLERANCE = mpf(10) ** -9
@@ -44,7 +45,17 @@ _ZERO = mpf(0)
 _LARGE = 64
 
 
-def initial_state(derivation: Derivation) -> InitialState | None:
+class Inertia(Protocol):
+    """A reduced scene with its mass matrix, as derivations have it."""
+
+    @property
+    def reduced(self) -> Reduced: ...
+
+    @property
+    def mass(self) -> Sequence[Mapping[int, Sequence[sp.Expr]]]: ...
+
+
+def initial_state(derivation: Inertia) -> InitialState | None:
     """Initial q and v in doubles; None if the scene gives none or a parameter lacks its value.
 
     Raises
@@ -69,7 +80,7 @@ def initial_state(derivation: Derivation) -> InitialState | None:
     )
 
 
-def _solved(derivation: Derivation, digits: int) -> InitialState:
+def _solved(derivation: Inertia, digits: int) -> InitialState:
     with mpmath.workdps(digits):
         state = _Initial(derivation, digits)
         try:
@@ -92,7 +103,7 @@ def _without_noise(values: Sequence[float], finer: Sequence[float]) -> tuple[flo
 
 
 class _Initial:
-    def __init__(self, derivation: Derivation, digits: int) -> None:
+    def __init__(self, derivation: Inertia, digits: int) -> None:
         self.derivation, self.digits = derivation, digits
         self.reduced = derivation.reduced
         names = self.reduced.names

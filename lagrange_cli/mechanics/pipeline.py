@@ -106,11 +106,7 @@ def _derived(derivation: Derivation, digits: int, points: int, forces: bool) -> 
     require_no_rates_of_inputs(derivation)
     evidence = certify(derivation, digits, points)
     require_inertia(derivation, evidence)
-    equations = replace(
-        _equations(derivation, evidence),
-        singular=singular_places(derivation),
-        chart=replaced_chart(derivation),
-    )
+    equations = replace(_equations(derivation, evidence), singular=singular_places(derivation))
     if not forces:
         return equations
     from lagrange_cli.mechanics.forces import constraint_forces
@@ -125,7 +121,8 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
     energy = total_energy(derivation, evidence)
     structure = facts(derivation)
     shown = _shown(derivation, evidence)
-    initial = start(derivation)
+    chart = replaced_chart(derivation)
+    initial = start(derivation, chart)
     certify_shown(evidence, shown)
     return Equations(
         name=scene.name,
@@ -167,6 +164,7 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
         remarks=_remarks(derivation, initial),
         closures=derivation.closures,
         contacts=derivation.contacts,
+        chart=chart,
     )
 
 
