@@ -6,19 +6,20 @@ decimals written with a point. What is wrong is reported at its place in the fil
 
 from __future__ import annotations
 
-import csv
-import io
-import math
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.files.reading import read_regular
+from lagrange_cli.files.rows import LONGEST, Rows, decoded, shown
 
 __all__ = ["INTERPOLATIONS", "TIME", "Interpolation", "Recorded", "Recording", "read_recording"]
+
+#: The rule of what is wrong with a recording.
+RULE = "recording"
 
 #: The column of times.
 TIME = "t"
@@ -34,16 +35,8 @@ _BETWEEN: dict[Interpolation, str] = {
     "previous": "each row until the next",
 }
 
-_NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]{1,6})?", re.ASCII)
-_NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
-_DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+", re.ASCII)
-
-#: A cell of a line; commas between quotation marks are part of it.
-_CELL = re.compile(r'((?:[^,"]+|"[^"]*(?:"|$))*)(?:,|$)')
-
 #: Columns that are named in a message, and among which a close name is looked for.
 _MOST_NAMED, _MOST_COMPARED = 20, 1000
-_LONGEST = 40
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,8 +83,8 @@ def read_recording(recording: Recording) -> Recorded:
         such column. Located in the file: anything that is wrong with its rows.
     """
     data = read_regular(_inside(recording), recording.mark, "a recording")
-    lines = _decoded(data, recording.path)
-    rows = _Rows(lines, recording.path)
+    lines = decoded(data, recording.path, RULE)
+    rows = Rows(lines, recording.path, RULE)
     header = _header(rows, recording)
     time, value = header.index(TIME), header.index(recording.column)
     times: list[float] = []
@@ -134,86 +127,10 @@ def _inside(recording: Recording) -> str:
 
 
 def _in_scene(message: str, mark: Mark, hint: str = "") -> InputError:
-    return InputError(Problem(message, mark, hint, "recording"))
+    return InputError(Problem(message, mark, hint, RULE))
 
 
-def _decoded(data: bytes, path: str) -> list[str]:
-    """The lines of a text, ends included."""
-    if b"\0" in data:
-        line = data[: data.index(b"\0")].count(b"\n") + 1
-        raise _in_scene("this is no text: it holds a zero byte", Mark(path, line, 1))
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        before = data[: error.start]
-        line = before.count(b"\n") + 1
-        column = len(before[before.rfind(b"\n") + 1 :].decode("utf-8", "replace")) + 1
-        raise _in_scene(
-            f"byte 0x{data[error.start]:02x} is not part of a text in UTF-8",
-            Mark(path, line, column),
-            "save the file as UTF-8, or with letters A to Z in its header",
-        ) from None
-    return list(io.StringIO(text, newline=""))
-
-
-class _Rows:
-    """The rows of a file, empty ones left out, with the place of the last one."""
-
-    def __init__(self, lines: Sequence[str], path: str) -> None:
-        self._lines, self.path = lines, path
-        self._reader = csv.reader(lines, strict=True)
-
-    def __iter__(self) -> Iterator[list[str]]:
-        while True:
-            try:
-                row = next(self._reader)
-            except StopIteration:
-                return
-            except csv.Error as error:
-                message = f"this row cannot be read: {error}"
-                raise self.refused(message, "look at its quotation marks") from None
-            if any(cell.strip() for cell in row):
-                yield row
-
-    def place(self, index: int = 0) -> Mark:
-        """The place of a cell of the last row."""
-        number = max(self._reader.line_num, 1)
-        line = self._lines[number - 1].rstrip("\r\n") if self._lines else ""
-        cells = _CELL.findall(line)
-        if index >= len(cells):
-            return Mark(self.path, number, 1, line)
-        cell = cells[index]
-        start = sum(map(len, cells[:index])) + index + len(cell) - len(cell.lstrip())
-        return Mark(self.path, number, start + 1, line, max(1, len(cell.strip())))
-
-    def refused(self, message: str, hint: str = "", mark: Mark | None = None) -> InputError:
-        """What is wrong, at ``mark`` or else in the last row."""
-        return _in_scene(message, mark or self.place(), hint)
-
-    def number(self, row: Sequence[str], index: int) -> float:
-        """The finite number in a cell."""
-        text = row[index].strip()
-        if _NUMBER.fullmatch(text):
-            value = float(text)
-            if math.isfinite(value):
-                return value
-            raise self.refused(
-                f"{_shown(text)} is beyond the range of doubles", "", self.place(index)
-            )
-        found = _shown(text) if text else "nothing"
-        hint = ""
-        if _NOT_FINITE.fullmatch(text):
-            hint = "leave out rows without a measurement"
-        elif _DECIMAL_COMMA.fullmatch(text):
-            hint = f"decimals are written with a point: {text.replace(',', '.')[:_LONGEST]}"
-        raise self.refused(f"expected a finite number, found {found}", hint, self.place(index))
-
-
-def _shown(text: str) -> str:
-    return f"'{text}'" if len(text) <= _LONGEST else f"'{text[: _LONGEST - 3]}...'"
-
-
-def _header(rows: _Rows, recording: Recording) -> list[str]:
+def _header(rows: Rows, recording: Recording) -> list[str]:
     """The names of the columns, with those of time and of the recording among them once."""
     header = [name.strip() for name in next(iter(rows), [])]
     if not header:
@@ -234,24 +151,24 @@ def _header(rows: _Rows, recording: Recording) -> list[str]:
         )
     if recording.column not in header:
         raise _in_scene(
-            f"'{recording.path}' has no column {_shown(recording.column)}",
+            f"'{recording.path}' has no column {shown(recording.column)}",
             recording.column_mark,
             nearest(recording.column, header[:_MOST_COMPARED]) or f"columns are {_named(header)}",
         )
     for name in (TIME, recording.column):
         if header.count(name) > 1:
             again = header.index(name, header.index(name) + 1)
-            raise rows.refused(f"two columns are named {_shown(name)}", "", rows.place(again))
+            raise rows.refused(f"two columns are named {shown(name)}", "", rows.place(again))
     return header
 
 
 def _short(recording: Recording) -> str:
-    return recording.column[:_LONGEST]
+    return recording.column[:LONGEST]
 
 
 def _named(header: Sequence[str]) -> str:
     more = ", ..." if len(header) > _MOST_NAMED else ""
-    return ", ".join(_shown(name) for name in header[:_MOST_NAMED]) + more
+    return ", ".join(shown(name) for name in header[:_MOST_NAMED]) + more
 
 
 def _wrong_length(row: Sequence[str], header: Sequence[str]) -> tuple[str, str]:
@@ -260,7 +177,7 @@ def _wrong_length(row: Sequence[str], header: Sequence[str]) -> tuple[str, str]:
     return f"{cells} in this row, {len(header)} in the first one", hint
 
 
-def _require_rows(count: int, recording: Recording, rows: _Rows) -> None:
+def _require_rows(count: int, recording: Recording, rows: Rows) -> None:
     needed = INTERPOLATIONS[recording.interpolation]
     if count < needed:
         raise rows.refused(
