@@ -21,6 +21,10 @@ def _falling(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     return HALF * p.m * (v.x**2 + v.z**2) - p.m * p.g * q.z
 
 
+def _falling_in_space(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    return HALF * p.m * (v.x**2 + v.y**2 + v.z**2) - p.m * p.g * q.z
+
+
 def _slider_crank(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     return HALF * p.I * v.theta**2 + HALF * p.m * v.x**2
 
@@ -136,6 +140,7 @@ CONSTRAINED: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     "rolling_disk": _rolling_disk,
     "slider_crank": _slider_crank,
     "snakeboard": _snakeboard,
+    "spherical_pendulum_from_the_pole": _falling_in_space,
     "wheel_down_incline": _wheel_down_incline,
 }
 
@@ -158,6 +163,7 @@ CLOSURES: Mapping[str, Callable[[Names, Names, Symbol], list[Expr]]] = {
     "slider_crank": lambda p, q, t: [
         (q.x - p.r * cos(q.theta)) ** 2 + p.r**2 * sin(q.theta) ** 2 - p.l**2
     ],
+    "spherical_pendulum_from_the_pole": lambda p, q, t: [q.x**2 + q.y**2 + q.z**2 - p.l**2],
     "wheel_down_incline": lambda p, q, t: [q.s - p.R * q.psi],
 }
 
