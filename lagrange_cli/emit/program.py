@@ -174,7 +174,7 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
 def _of_parts(equations: Equations, found: Wide) -> Program:
     """A program of loops. Its block, if any, stands for the closures that it solves."""
     n = len(equations.coordinates)
-    block = Block(tuple(range(n)), True, True, exact=True, closures=found.closures)
+    block = Block(tuple(range(n)), True, True, closures=found.closures)
     return Program(
         n,
         len(equations.parameters),
