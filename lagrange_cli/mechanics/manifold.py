@@ -20,7 +20,7 @@ from mpmath import mpf
 
 from lagrange_cli.mechanics.doubles import DoubleTape
 from lagrange_cli.mechanics.sampling import double
-from lagrange_cli.mechanics.steps import LeastSquares, Row, smallest
+from lagrange_cli.mechanics.steps import TRUSTED, LeastSquares, Row, smallest
 from lagrange_cli.mechanics.tape import Run, Series, Tape
 
 __all__ = ["Manifold"]
@@ -233,7 +233,8 @@ class Manifold:
         except ArithmeticError:
             return False
         changes = abs(slopes[rows]) @ np.array([double(x) for x in self.scale])
-        return bool((np.abs(values[rows]) <= float(_TOLERANCE) * changes).all())
+        sizes = np.abs(values[rows])
+        return bool((sizes <= float(_TOLERANCE) * changes).all() and (changes > TRUSTED).all())
 
     def slopes(self, point: Point) -> list[Row]:
         """∂φ/∂q in the units of the coordinates."""

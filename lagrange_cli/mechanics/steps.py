@@ -12,17 +12,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import mpmath
 import numpy as np
 from mpmath import mpf
 from numpy.typing import NDArray
 
+from lagrange_cli.mechanics.functions import DomainError
 from lagrange_cli.mechanics.sampling import double
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-__all__ = ["LeastSquares", "Row", "repetitions", "smallest"]
+__all__ = ["TRUSTED", "LeastSquares", "Row", "smallest"]
 
 Row: TypeAlias = Mapping[int, Any]
 """The entries of a row that are not zero, by column."""
@@ -34,6 +34,9 @@ _CUT = 1e-7
 
 #: Above this number of equations the step is found by sparse elimination.
 _LARGE = 64
+
+#: Largest entries of rows down to which doubles are trusted.
+TRUSTED = 1e-280
 
 _Matrix = NDArray[np.float64]
 
@@ -50,17 +53,16 @@ class LeastSquares:
     """
 
     def __init__(self, rows: Sequence[Row] | csr_array, scale: Sequence[mpf]) -> None:
-        units = np.array([double(s) for s in scale])
-        count, self._width = len(rows) if isinstance(rows, Sequence) else rows.shape[0], len(units)
-        numbers, columns, entries = _entries(rows)
-        entries = entries * units[columns]
-        self._largest = np.zeros(count)
-        np.maximum.at(self._largest, numbers, np.abs(entries))
+        self._width = len(scale)
+        if isinstance(rows, Sequence):
+            numbers, columns, entries, self._largest = _equilibrated(rows, scale)
+        else:
+            numbers, columns, entries, self._largest = _of_matrix(rows, scale)
         self._solve = None
-        if self._largest.any():
-            entries = entries / np.where(self._largest, self._largest, 1.0)[numbers]
-            prepare = _dense if count <= _LARGE else _sparse
-            self._solve = prepare((numbers, columns), entries, (count, self._width))
+        if len(entries):
+            prepare = _dense if len(self._largest) <= _LARGE else _sparse
+            shape = len(self._largest), self._width
+            self._solve = prepare((numbers, columns), entries, shape)
 
     def step(self, values: Sequence[mpf]) -> list[mpf]:
         """The smallest step, in units of ``scale``, that removes the values to first order.
@@ -70,8 +72,8 @@ class LeastSquares:
         ZeroDivisionError
             There is none.
         """
-        pairs = zip(values, self._largest.tolist(), strict=True)
-        right = [x / mpf(d) if d else _ZERO for x, d in pairs]
+        pairs = zip(values, self._largest, strict=True)
+        right = [x / d if d else _ZERO for x, d in pairs]
         # Doubles reach down to 1e-308 only, while residuals shrink with the digits carried.
         size = max((abs(x) for x in right), default=_ZERO)
         if not size:
@@ -81,7 +83,8 @@ class LeastSquares:
 
     def in_doubles(self, values: _Matrix) -> _Matrix:
         """The same where doubles are enough."""
-        return self._solved(values / np.where(self._largest, self._largest, np.inf))
+        largest = np.array([double(d) for d in self._largest])
+        return self._solved(values / np.where(largest, largest, np.inf))
 
     def _solved(self, right: _Matrix) -> _Matrix:
         step = np.zeros(self._width) if self._solve is None else self._solve(right)
@@ -91,7 +94,7 @@ class LeastSquares:
 
 
 def smallest(rows: Sequence[Row], target: Sequence[mpf], scale: Sequence[mpf]) -> list[mpf]:
-    """The smallest x, in units of ``scale``, with rows·x = target to all digits carried.
+    """x with rows·x = target to all digits carried, the smallest in units of ``scale`` in doubles.
 
     Raises
     ------
@@ -99,21 +102,16 @@ def smallest(rows: Sequence[Row], target: Sequence[mpf], scale: Sequence[mpf]) -
         There is none.
     """
     found, system = [_ZERO] * len(scale), LeastSquares(rows, scale)
-    for _ in range(repetitions()):
+    missing, before = list(target), mpf("inf")
+    while (size := max(map(abs, missing), default=_ZERO)) and 2 * size < before:
+        step = system.step(missing)
+        found = [x + unit * y for x, unit, y in zip(found, scale, step, strict=True)]
+        before = size
         missing = [
             x - sum((entry * found[j] for j, entry in row.items()), _ZERO)
             for x, row in zip(target, rows, strict=True)
         ]
-        if not any(missing):
-            break
-        step = system.step(missing)
-        found = [x + unit * y for x, unit, y in zip(found, scale, step, strict=True)]
     return found
-
-
-def repetitions() -> int:
-    """Solutions in doubles that linear equations need for the digits carried."""
-    return int(mpmath.mp.dps) // 12 + 2
 
 
 _Numbers: TypeAlias = NDArray[np.int64]
@@ -121,15 +119,30 @@ _Places: TypeAlias = tuple[_Numbers, _Numbers]
 _Solve: TypeAlias = Callable[[_Matrix], _Matrix]
 
 
-def _entries(rows: Sequence[Row] | csr_array) -> tuple[_Numbers, _Numbers, _Matrix]:
-    """Row, column and value of each entry."""
-    if not isinstance(rows, Sequence):
-        coordinates = rows.tocoo()
-        return coordinates.row.astype(np.int64), coordinates.col.astype(np.int64), coordinates.data
-    numbers = [k for k, row in enumerate(rows) for _ in row]
-    columns = [j for row in rows for j in row]
-    entries = [double(x) for row in rows for x in row.values()]
-    return np.array(numbers, np.int64), np.array(columns, np.int64), np.array(entries, np.float64)
+#: Row, column and value of each entry, and the largest of each row that they are divided by.
+_Equilibrated: TypeAlias = tuple[_Numbers, _Numbers, _Matrix, list[mpf]]
+
+
+def _equilibrated(rows: Sequence[Row], scale: Sequence[mpf]) -> _Equilibrated:
+    """In units of ``scale``: what is beyond the range of doubles is brought into it."""
+    scaled = [{j: x * scale[j] for j, x in row.items() if x} for row in rows]
+    largest = [max(map(abs, row.values()), default=_ZERO) for row in scaled]
+    numbers = np.array([k for k, row in enumerate(scaled) for _ in row], np.int64)
+    columns = np.array([j for row in scaled for j in row], np.int64)
+    pairs = zip(scaled, largest, strict=True)
+    entries = np.array([double(x / d) for row, d in pairs for x in row.values()])
+    return numbers, columns, entries, largest
+
+
+def _of_matrix(matrix: csr_array, scale: Sequence[mpf]) -> _Equilibrated:
+    coordinates = matrix.tocoo()
+    numbers, columns = coordinates.row.astype(np.int64), coordinates.col.astype(np.int64)
+    entries = coordinates.data * np.array([double(s) for s in scale])[columns]
+    largest = np.zeros(matrix.shape[0])
+    np.maximum.at(largest, numbers, np.abs(entries))
+    if not (largest > TRUSTED).all() or not np.isfinite(largest).all():
+        raise DomainError  # beyond the range of doubles, or close to its end
+    return numbers, columns, entries / largest[numbers], [mpf(x) for x in largest.tolist()]
 
 
 def _dense(places: _Places, entries: _Matrix, shape: tuple[int, int]) -> _Solve:

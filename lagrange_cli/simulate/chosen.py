@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.run import Run
 from lagrange_cli.simulate.watch import StoppedError, Watch
 
-__all__ = ["control_of", "integrate_with_method"]
+__all__ = ["control_of", "integrate_with_method", "measured_run"]
 
 #: Absolute part of the tolerance beside the relative one, in scales of the motion.
 ABSOLUTE_PART = 0.01
@@ -34,20 +35,32 @@ def integrate_with_method(problem: InitialValueProblem, request: Request, watch:
         run_started = time.perf_counter()
         run = Run(method, problem, control_of(problem, request, found))
         stopped = _go(run, problem, watch)
+    return replace(
+        measured_run(run, problem),
+        stopped=stopped,
+        choice="as requested" if request.method else why(found) if found else "",
+        all_evaluations=run.evaluations + (found.evaluations if found else 0),
+        run_seconds=time.perf_counter() - run_started,
+        estimate_seconds=run_started - started,
+    )
+
+
+def measured_run(run: Run, problem: InitialValueProblem) -> Measured:
+    """What a single run came to: nothing is estimated."""
     states = run.states.copy()
     return Measured(
         states=states,
         scales=running_scales(problem, states)[-1],
         estimate=0.0,
         failure=run.failure,
-        stopped=stopped,
-        method=method.name,
-        choice="as requested" if request.method else why(found) if found else "",
+        stopped=False,
+        method=run.method.name,
+        choice="",
         steps=run.steps,
         evaluations=run.evaluations,
-        all_evaluations=run.evaluations + (found.evaluations if found else 0),
-        run_seconds=time.perf_counter() - run_started,
-        estimate_seconds=run_started - started,
+        all_evaluations=run.evaluations,
+        run_seconds=0.0,
+        estimate_seconds=0.0,
         switches=until(run.switches, problem, run.filled),
         began=run.began,
     )

@@ -1,0 +1,45 @@
+"""Work against precision: which runs are worth their price, and which to recommend."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from typing import TypeVar
+
+__all__ = ["behind", "cheapest", "pareto"]
+
+Run = TypeVar("Run")
+
+#: Runs whose seconds differ by less than this part are equally fast.
+EQUALLY_FAST = 0.1
+
+
+def pareto(points: Sequence[tuple[float, float]]) -> list[bool]:
+    """Which points (error, cost) no other one beats in one of them without loss in the other.
+
+    Equal points are on the front together; those that are not finite are not on it.
+    """
+    order = sorted((p, k) for k, p in enumerate(points) if all(map(math.isfinite, p)))
+    front = [False] * len(points)
+    least, last = math.inf, None
+    for point, k in order:
+        if point[1] < least or point == last:
+            front[k], least, last = True, point[1], point
+    return front
+
+
+def behind(error: float, cost: float, points: Iterable[tuple[float, float]]) -> float | None:
+    """How many times the cost of the cheapest point that is as good; None where none is."""
+    good = [c for e, c in points if e <= error]
+    return None if not good else cost / min(good)
+
+
+def cheapest(
+    runs: Sequence[Run], seconds: Callable[[Run], float], evaluations: Callable[[Run], int]
+) -> Run | None:
+    """The fastest run; of those that are as fast but for chance, the one of least work."""
+    if not runs:
+        return None
+    least = min(seconds(run) for run in runs)
+    close = [run for run in runs if seconds(run) <= (1 + EQUALLY_FAST) * least]
+    return min(close, key=lambda run: (evaluations(run), seconds(run)))
