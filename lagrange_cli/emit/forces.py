@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
     from sympy import Expr
 
-    from lagrange_cli.mechanics.equations import ConstraintForces, Equations, Reaction
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.reactions import ConstraintForces, Reaction
 
 __all__ = [
     "FORCES_LINE",

@@ -22,18 +22,17 @@ if TYPE_CHECKING:
 
     from lagrange_cli.errors import Mark, Problem
     from lagrange_cli.files import Recording
+    from lagrange_cli.mechanics.reactions import ConstraintForces
 
 __all__ = [
     "Account",
     "BodyForce",
-    "BodyReaction",
     "CartesianName",
     "Certificate",
     "Chart",
     "Choice",
     "Closure",
     "Conserved",
-    "ConstraintForces",
     "ConstraintLine",
     "Contact",
     "Coordinate",
@@ -43,7 +42,6 @@ __all__ = [
     "Input",
     "Parameter",
     "ParticleMotion",
-    "Reaction",
     "ShownEquation",
     "SimulationDefaults",
     "SingularPlace",
@@ -265,52 +263,6 @@ class Conserved:
     expression: Expr
     reason: str
     coordinate: str | None = None
-
-
-@dataclass(frozen=True)
-class BodyReaction:
-    """The constraint force f = m r̈ − F on a particle, or on a point that a force pulls at.
-
-    ``components`` along x, y, z over q, v, t, or as :attr:`ConstraintForces.form` says.
-    ``size`` is f along its direction, of either sign (None: no short form).
-    """
-
-    name: str
-    components: tuple[Expr, Expr, Expr]
-    size: Expr | None = None
-
-
-@dataclass(frozen=True)
-class Reaction:
-    """The multiplier λ of one equation φ = 0 of the scene: it exerts λ ∇φ.
-
-    ``text`` is φ = 0 as the scene writes it; ``sizes``: λ |∇φ| for each body that
-    φ holds the Cartesian names of.
-    """
-
-    name: str
-    text: str
-    multiplier: Expr
-    sizes: tuple[tuple[str, Expr], ...]
-
-
-@dataclass(frozen=True)
-class ConstraintForces:
-    """Constraint forces on bodies, and the multipliers of the scene's equations.
-
-    ``form`` tells what the expressions hold: ``motion`` q, v and t alone;
-    ``accelerations`` symbols ``ddot(q)`` too; ``multipliers`` those of the closures
-    (and accelerations where no multiplier alone gives a force). ``open``: constraints
-    whose multipliers are not determined or have no short form. ``included``: names of
-    terms of the scene that are written in coordinates, so that they act on no
-    particle: the constraints pass them on.
-    """
-
-    bodies: tuple[BodyReaction, ...]
-    reactions: tuple[Reaction, ...]
-    form: Literal["motion", "accelerations", "multipliers"]
-    open: tuple[str, ...] = ()
-    included: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -24,17 +24,12 @@ from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.calculus import Kinematics, derivative
 from lagrange_cli.mechanics.certificate import Evidence
 from lagrange_cli.mechanics.derivation import Derivation
-from lagrange_cli.mechanics.equations import (
-    BodyReaction,
-    ConstraintForces,
-    Equations,
-    Reaction,
-    tagged,
-)
+from lagrange_cli.mechanics.equations import Equations, tagged
 from lagrange_cli.mechanics.explicit import explicit_accelerations
 from lagrange_cli.mechanics.geometry import gap_over_names
 from lagrange_cli.mechanics.loads import Loads, loads, velocity_slopes
 from lagrange_cli.mechanics.multipliers import Equation, Row, multipliers, rows_of
+from lagrange_cli.mechanics.reactions import BodyReaction, ConstraintForces, Reaction
 from lagrange_cli.mechanics.restraints import Restraints
 from lagrange_cli.mechanics.sampling import working_digits
 from lagrange_cli.mechanics.short import shortened, size_along
