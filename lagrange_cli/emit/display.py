@@ -71,6 +71,9 @@ _ODD = frozenset(("sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh"
 _EVEN = frozenset(("cos", "cosh", "abs"))
 _SYMMETRIC = frozenset(("min", "max"))
 
+#: Largest denominator that is taken out of a sum in a function.
+_MOST_PARTS = 4
+
 #: Integers longer than this show as the scene wrote them (``1e30``).
 _LONG_INTEGER = 10**6
 
@@ -302,17 +305,37 @@ def _single(expression: sympy.Expr, words: Vocabulary) -> Term:
     name = FUNCTION_NAMES.get(type(expression))
     if name is None:
         raise _unprintable(f"'{type(expression).__name__}'")
+    if name in _ODD or name in _EVEN:
+        (argument,) = expression.args
+        parts = _parts(argument)
+        node = display(
+            sympy.Add(*(parts * a for a in argument.args)) if parts > 1 else argument, words
+        )
+        return _called(name, [node], parts)
     return _called(name, [display(a, words) for a in expression.args])
 
 
-def _called(name: str, arguments: list[Node]) -> Term:
-    """A function, with the sign of its argument taken out where it is odd or even."""
+def _parts(argument: sympy.Expr) -> int:
+    """n of a sum of n-th parts: ``α/2 + β/2`` shows as ``½ (α + β)``."""
+    if not isinstance(argument, sympy.Add):
+        return 1
+    found = {int(a.as_coeff_Mul(rational=True)[0].q) for a in argument.args}
+    return found.pop() if len(found) == 1 and max(found) <= _MOST_PARTS else 1
+
+
+def _called(name: str, arguments: list[Node], parts: int = 1) -> Term:
+    """A function, with the sign of its argument taken out where it is odd or even.
+
+    ``parts``: the argument is to be divided by this number.
+    """
     if name in _SYMMETRIC:
         arguments.sort(key=lambda node: (node.traits.level, node.traits.degree, node.traits.text))
     negative = False
     if (name in _ODD or name in _EVEN) and ordering.pivot_is_negative(arguments[0]):
         arguments = [_negated(arguments[0])]
         negative = name in _ODD
+    if parts > 1:
+        arguments = [ordering.product([ordering.number(1, parts), arguments[0]])]
     return Term(negative, ordering.call(name, tuple(arguments)))
 
 

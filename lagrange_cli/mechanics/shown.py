@@ -45,13 +45,25 @@ def shown_equations(
 def _shown(rows: _Rows, row: int, cyclic: bool, asked: Asked | None) -> ShownEquation:
     name = rows.derivation.reduced.coordinates[row].name
     groups = rows.groups(row)
-    whole = common_factor([c for c, _ in groups])
+    whole = _without_fractions(common_factor([c for c, _ in groups]), groups)
     divisor = _harmless(whole, rows.parameters, cyclic)
     if asked is not None and not cyclic and (whole / divisor).free_symbols:
         candidate = ShownEquation(name, _divided(groups, whole), whole)
         if asked(candidate.residual):
             return candidate
     return ShownEquation(name, _divided(groups, divisor), divisor)
+
+
+def _without_fractions(whole: sp.Expr, groups: Sequence[tuple[sp.Expr, sp.Expr]]) -> sp.Expr:
+    """The common factor, which divides by ½ only where the first term has such a number too.
+
+    ``I θ̈ + ½ k x`` is no better as ``2 I θ̈ + k x``.
+    """
+    number, rest = whole.as_coeff_Mul(rational=True)
+    if number.q == 1:
+        return whole
+    first = common_factor(list(sp.Add.make_args(groups[0][0]))).as_coeff_Mul(rational=True)[0]
+    return whole if first.q > 1 else scaled(sp.Integer(number.p), rest)
 
 
 class _Rows:
@@ -109,6 +121,7 @@ def _quotient(coefficient: sp.Expr, factor: sp.Expr, divisor: sp.Expr) -> tuple[
     by_number, by_rest = divisor.as_coeff_Mul(rational=True)
     value = rest / by_rest
     scale = number / by_number
-    if value.is_Add and scale != 1:
-        return sp.Add(*(scale * term for term in value.args)), factor
-    return scale * value, factor
+    parts = value.args if value.is_Add else ()
+    if any(part.as_coeff_Mul(rational=True)[0].q > 1 for part in parts):
+        return sp.Add(*(scale * part for part in parts)), factor
+    return scaled(scale, value), factor

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import sympy as sp
 
 from lagrange_cli.mechanics.expansion import expand_terms
+from lagrange_cli.mechanics.squares import square_of_two, upright
 from lagrange_cli.mechanics.trigonometry import (
     Rational,
     TrigFactor,
@@ -387,10 +388,10 @@ def _shorter_form(expr: sp.Expr) -> sp.Expr:
         if not expr.is_Add or sp.count_ops(expr) > _SHORT_OPERATIONS:
             return expr
     if not symbols or not expr.is_rational_function(*symbols):
-        return expr
+        return square_of_two(expr)
     if not all(a.is_Rational or a.is_Symbol for a in _leaves(expr)):
         return expr
-    found = _one_fraction(expr) if divided else sp.factor(expr)
+    found = upright(_one_fraction(expr) if divided else sp.factor(expr))
     return expr if found.is_Add or sp.count_ops(found) >= sp.count_ops(expr) else found
 
 

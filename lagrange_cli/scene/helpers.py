@@ -58,7 +58,8 @@ def read_constraint_helper(
         )
         return None
     squares = " + ".join(f"({d})^2" for d in differences(*pair))
-    text = f"{squares} = {as_factor(length)}^2"
+    square = "1" if length.text.strip() == "1" else f"{as_factor(length)}^2"
+    text = f"{squares} = {square}"
     return (reading.helper_equation(text, place_of(node)),)
 
 

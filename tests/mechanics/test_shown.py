@@ -171,3 +171,24 @@ def test_every_shown_equation_is_the_derived_one() -> None:
             )
             whole = inertia - e.forcing[j]
             assert sp.expand(equation.residual * equation.divided_by - whole) == 0
+
+
+@pytest.mark.parametrize(
+    ("scene", "kinetic", "first", "divided"),
+    [
+        # A fraction stays where the inertia has none.
+        ("fields/penning_trap", "m*", "m", False),
+        ("oscillators/wilberforce_pendulum", "m*", "m", False),
+        # Squares of differences stand one way round, and are not multiplied out.
+        ("rigid/rolling_cylinder", "3*dot(phi)**2*m*(R - a)**2/4", "3*(R - a)", True),
+        # A square of two terms is seen with functions in it.
+        ("surfaces/particle_on_torus", "(R + a*cos(theta))**2", "a", True),
+    ],
+)
+def test_numbers_and_squares_as_in_a_textbook(
+    scene: str, kinetic: str, first: str, divided: bool
+) -> None:
+    e = derive(read_file(str(SYSTEMS / f"{scene}.yaml")))
+    assert kinetic in str(e.kinetic)
+    assert str(e.shown[0].terms[0][0]) == first
+    assert (e.shown[0].divided_by != 1) == divided
