@@ -211,7 +211,9 @@ def test_dependent_coordinates_do_not_name_innocent_ones() -> None:
         FREE + "plane: xy\ndefinitions: {x: r*cos(p - q), y: r*sin(p - q)}\ncoordinates: [r, p, q]"
     )
     assert "'r'" not in problem.message
-    assert problem.hint in ("coordinates: [r, p]", "coordinates: [r, q]")
+    first, second = problem.hint.splitlines()
+    assert first in ("coordinates: [r, p]", "coordinates: [r, q]")
+    assert second.startswith("definitions: {" + ({"p", "q"} - set(first)).pop() + ": ")
 
 
 # Constraints that say the same, or the contrary.
