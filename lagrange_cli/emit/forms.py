@@ -125,8 +125,8 @@ def shared(groups: Sequence[Sequence[Expr]], known: Container[Expr], longest: in
         long = isinstance(part, sympy.Add) and len(part.args) > longest
         several = owner.of[part] is None and costs[part] >= WORTH and not _is_multiple(part)
         if part.args and (long or several):
+            owner.of[part] = len(groups) + len(found)
             found.append(part)
-            owner.of[part] = part
         for argument in part.args:
             owner.give(argument, owner.of[part])
     return found[::-1]
@@ -143,13 +143,13 @@ class _Either(NamedTuple):
 
 
 class _Owners:
-    """The only one that holds each expression (None: several do)."""
+    """Which one alone holds each expression, by number (None: several do)."""
 
     def __init__(self, known: Container[Expr]) -> None:
         self.known = known
-        self.of: dict[Expr, Expr | int | None] = {}
+        self.of: dict[Expr, int | None] = {}
 
-    def give(self, expression: Expr, owner: Expr | int | None) -> None:
+    def give(self, expression: Expr, owner: int | None) -> None:
         if expression not in self.known and self.of.setdefault(expression, owner) != owner:
             self.of[expression] = None
 
