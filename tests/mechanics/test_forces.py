@@ -201,15 +201,15 @@ def test_both_formulations_give_the_same_multiplier(theta, rate):
 
 
 def solved(e, point):
-    """Accelerations, then multipliers, of the equations of motion at a state."""
-    n, m = len(e.coordinates), len(e.closures)
+    """Accelerations, then multipliers, of the equations of motion, with all contacts closed."""
+    n, m = len(e.coordinates), len(e.pushing)
     matrix, right = np.zeros((n + m, n + m)), np.zeros(n + m)
-    number = sp.lambdify(list(point), sp.Matrix([*e.forcing, *(-c.bias for c in e.closures)]))
+    number = sp.lambdify(list(point), sp.Matrix([*e.forcing, *(-c.bias for c in e.pushing)]))
     right[:] = np.array(number(*point.values()), dtype=float).ravel()
     if n:
         mass = sp.lambdify(list(point), sp.Matrix(e.mass_matrix))
         matrix[:n, :n] = np.array(mass(*point.values()), dtype=float)
-    for k, closure in enumerate(e.closures):
+    for k, closure in enumerate(e.pushing):
         row = sp.lambdify(list(point), sp.Matrix(closure.gradient))
         gradient = np.array(row(*point.values()), dtype=float).ravel()
         matrix[:n, n + k], matrix[n + k, :n] = -gradient, gradient
@@ -233,14 +233,14 @@ def test_no_virtual_displacement_feels_them(name):
     for c, q in zip(e.coordinates, start, strict=True):
         point |= {c.q: q + rng.uniform(-0.05, 0.05), c.v: rng.uniform(-1, 1)}
     solution = solved(e, point)
-    unknowns = [*(c.a for c in e.coordinates), *(c.multiplier for c in e.closures)]
+    unknowns = [*(c.a for c in e.coordinates), *(c.multiplier for c in e.pushing)]
     point |= dict(zip(unknowns, solution.tolist(), strict=True))
     place = {c.name: c.position for c in e.cartesian_names}
     place |= {c.name: c.q for c in e.coordinates}
     place |= {n: r for p in e.particles for n, r in zip(p.components, p.position, strict=True)}
     particles = {p.name: p.position for p in e.particles}
     for c in e.coordinates:
-        terms = [k.multiplier * k.gradient[e.coordinates.index(c)] for k in e.closures]
+        terms = [k.multiplier * k.gradient[e.coordinates.index(c)] for k in e.pushing]
         for body in found.bodies:
             r = particles.get(body.name) or [place[f"{x}_{body.name}"] for x in "xyz"]
             terms += [-f * x.diff(c.q) for f, x in zip(body.components, r, strict=True)]
