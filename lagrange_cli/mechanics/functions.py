@@ -15,6 +15,7 @@ from typing import Any
 import mpmath
 import sympy as sp
 from mpmath import mpf
+from mpmath.libmp import from_int, mpf_mul
 
 __all__ = [
     "FUNCTIONS",
@@ -92,7 +93,9 @@ def outward(x: Decimal) -> Number:
     digits = mpmath.mp.dps + 5
     exponent = x.adjusted() - digits
     mantissa = int(x.scaleb(-exponent, context=context(digits + 5)))
-    return mpf(mantissa) * _power_of_ten(exponent, digits)
+    power, bits = _power_of_ten(exponent, digits)._mpf_, mpmath.mp.prec
+    # mpf(mantissa)·power, by the functions that these operators end in.
+    return mpmath.mp.make_mpf(mpf_mul(from_int(mantissa, bits, "n"), power, bits, "n"))
 
 
 def _real(x: Number) -> Number:

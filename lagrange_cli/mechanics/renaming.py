@@ -89,6 +89,8 @@ def renamed(expr: sp.Expr, names: Mapping[sp.Symbol, sp.Symbol]) -> sp.Expr:
     if not expr.args:
         return names.get(expr, expr)
     parts = [renamed(a, names) for a in expr.args]
+    if all(new is old for new, old in zip(parts, expr.args, strict=True)):
+        return expr
     if not (expr.is_Add or expr.is_Mul):
         return expr.func(*parts)
     if any(new.func is not old.func for new, old in zip(parts, expr.args, strict=True)):

@@ -9,6 +9,7 @@ displacement works against.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeAlias
 
 import mpmath
 from mpmath import mpf
@@ -29,6 +30,9 @@ _ZERO = mpf(0)
 _LARGE = 32
 
 
+_Derived: TypeAlias = tuple[dict[int, mpf], mpf, mpf]
+
+
 class Restraints:
     """The closures of one derivation."""
 
@@ -44,6 +48,8 @@ class Restraints:
             for e in (*held.values(), c.rate, c.bias)
         ]
         self._parts = Tape(parts, tapes.moving)
+        #: The point looked at last, and what was found there.
+        self._latest: tuple[Point, list[_Derived]] | None = None
         expressions = [c.expression for c in self.closures]
         self._expressions = Tape(expressions, tapes.moving)
 
@@ -58,13 +64,17 @@ class Restraints:
         """The derived gradients."""
         return [gradient for gradient, _, _ in self._derived(point)] if self.closures else []
 
-    def _derived(self, point: Point) -> list[tuple[dict[int, mpf], mpf, mpf]]:
+    def _derived(self, point: Point) -> list[_Derived]:
         """Gradient (the entries that are not zero), rate and bias of each closure, as derived."""
-        inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
-        pending = iter(self._parts.run(inputs, 0).values)
-        return [
-            ({j: next(pending) for j in held}, next(pending), next(pending)) for held in self._held
-        ]
+        if self._latest is None or self._latest[0] is not point:
+            inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
+            pending = iter(self._parts.run(inputs, 0).values)
+            found = [
+                ({j: next(pending) for j in held}, next(pending), next(pending))
+                for held in self._held
+            ]
+            self._latest = point, found
+        return self._latest[1]
 
     def forces(self, point: Point) -> list[list[mpf]]:
         """For each coordinate λ·gradient of each closure and gap that holds it."""
