@@ -4,10 +4,11 @@ n equal point masses on massless rods in a vertical plane. The scene names their
 that the equations keep a multiplier for each rod; the emitted C finds them from a band, in time
 linear in n. Pinocchio's articulated-body algorithm works on the same chain in joint angles. Each
 meets the same 64 states in turn, compared with each other at the first before anything is timed;
-the methods take turns. What a scene costs until its right-hand side is compiled, and how many
-operations it has, is reported beside.
+the methods take turns. What a scene costs until its right-hand side is compiled, in seconds of the
+processor, and how many operations it has, is reported beside. Operations are counted for chains of
+other sizes too, which are derived and not compiled.
 
-    python benchmarks/chains.py --json chains.json
+    python benchmarks/chains.py --count 10 100 1000 10000 --json chains.json
 
 With --pinocchio-cpp, Pinocchio is also compiled from its headers for this machine and called from
 C++ (see right_hand_side.py).
@@ -16,11 +17,13 @@ C++ (see right_hand_side.py).
 from __future__ import annotations
 
 import argparse
+import gc
 import importlib.util
 import shutil
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +44,7 @@ from right_hand_side import (
     timed,
 )
 
+from lagrange_cli.cli.main import COLLECTION
 from lagrange_cli.emit.program import build_program, eliminations, operations
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.mechanics import derive
@@ -95,13 +99,13 @@ def bends(accelerations: Array, state: Array, n: int) -> Array:
 
 def lagrange_c(n: int, folder: Path) -> tuple[Method, Equations]:
     """The emitted C, with the seconds from the scene to its compiled right-hand side."""
-    clock = [time.perf_counter()]
+    clock = [time.process_time()]
     scene = read_text(chain_scene(n))
-    clock.append(time.perf_counter())
+    clock.append(time.process_time())
     equations = derive(scene)
-    clock.append(time.perf_counter())
+    clock.append(time.process_time())
     files = EMITTERS["c"].emit(equations)
-    clock.append(time.perf_counter())
+    clock.append(time.process_time())
     header, source = (next(t for f, t in files.items() if f.endswith(e)) for e in (".h", ".c"))
     (folder / "chain.h").write_text(header)
     (line,) = [x for x in header.splitlines() if x.startswith("#define chain_WORK ")]
@@ -122,6 +126,19 @@ def count(equations: Equations) -> int:
     """Operations of one right-hand side, those of the elimination among them."""
     program = build_program(equations, ["acceleration"])
     return operations(program).total + eliminations(program)
+
+
+def counted(sizes: Sequence[int]) -> str:
+    """Markdown: operations of one right-hand side, and the seconds that its derivation takes."""
+    lines = ["| n | operations | a link | seconds to derive |", "|---|---|---|---|"]
+    for n in sizes:
+        start = time.process_time()
+        equations = derive(read_text(chain_scene(n)))
+        seconds = time.process_time() - start
+        total = count(equations)
+        lines.append(f"| {n} | {total} | {total / n:.1f} | {seconds:.1f} |")
+        print(f"n = {n} counted", file=sys.stderr)
+    return "\n".join(lines)
 
 
 def methods(n: int, folder: Path, pinocchio: Path | None) -> tuple[list[Method], int]:
@@ -183,7 +200,8 @@ def table(rows: list[dict[str, Any]]) -> str:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--sizes", type=int, nargs="+", default=[16, 64, 256])
+    parser.add_argument("--sizes", type=int, nargs="+", default=[16, 64, 256, 1000])
+    parser.add_argument("--count", type=int, nargs="*", default=[10, 100, 1000])
     parser.add_argument("--repetitions", type=int, default=15)
     parser.add_argument("--pinocchio-cpp", action="store_true")
     parser.add_argument("--json", metavar="FILE")
@@ -191,6 +209,7 @@ def main() -> int:
     if shutil.which("cc") is None:
         print("a C compiler is needed (cc on the path)", file=sys.stderr)
         return 1
+    gc.set_threshold(*COLLECTION)  # as the command line does
     rows: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory() as root:
         pinocchio = pinocchio_object(Path(root)) if options.pinocchio_cpp else None
@@ -200,7 +219,7 @@ def main() -> int:
             found, total = methods(n, folder, pinocchio)
             rows += [{**row, "operations": total} for row in measure(n, found, options.repetitions)]
             print(f"n = {n} done", file=sys.stderr)
-    print(table(rows))
+    print(table(rows), counted(options.count), sep="\n\n")
     return verdict(rows, about(), "Newton's law", options.json)
 
 

@@ -138,7 +138,8 @@ def test_runs_of_the_integration_are_cut(
 def test_right_hand_sides_of_chains_agree_with_newtons_law(tmp_path: Path) -> None:
     _needs_compiler()
     output = tmp_path / "chains.json"
-    command = [sys.executable, str(BENCHMARKS / "chains.py"), "--sizes", "4", "12"]
+    sizes = ["--sizes", "4", "12", "--count", "40", "80", "120"]
+    command = [sys.executable, str(BENCHMARKS / "chains.py"), *sizes]
     run = subprocess.run(
         [*command, "--repetitions", "1", "--json", str(output)],
         capture_output=True,
@@ -153,3 +154,10 @@ def test_right_hand_sides_of_chains_agree_with_newtons_law(tmp_path: Path) -> No
     ours = [row for row in rows if row["method"] == "lagrange, C"]
     assert set(ours[0]["seconds_to_make"]) == {"read", "derive", "emit", "compile"}
     assert run.stdout.count("\n| 12 |") == 1
+    counts = [
+        int(line.split("|")[2])
+        for n in (40, 80, 120)
+        for line in run.stdout.splitlines()
+        if line.startswith(f"| {n} |")
+    ]
+    assert counts[2] - counts[1] == counts[1] - counts[0]  # linear in the number of links
