@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -12,14 +11,13 @@ from lagrange_cli.cli import options
 from lagrange_cli.cli.output import can_encode, print_text, stdout_encoding
 from lagrange_cli.cli.remembered import Answer, Source, read_source, remembered
 from lagrange_cli.cli.session import Session
-from lagrange_cli.errors import Mark
 from lagrange_cli.files import write_file
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.scene.model import Formulation, Scene
+    from lagrange_cli.scene.model import Formulation
 
 __all__ = ["derive", "derived"]
 
@@ -41,10 +39,11 @@ def derived(
     ``until`` and ``start`` there, by expressions.
     """
     from lagrange_cli.scene import read_text
+    from lagrange_cli.scene.overrides import override_times
 
     started = perf_counter()
     scene = read_text(source.data, source.file, parameters=parameters, initial=initial)
-    read = _with_times(scene, times or {})
+    read = override_times(scene, times or {})
     # After reading, so that a mistake in the scene is answered at once.
     from lagrange_cli.mechanics import derive as derive_equations
 
@@ -53,16 +52,6 @@ def derived(
     session.tell(equations.warnings, equations.remarks)
     session.detail(f"derived and certified in {perf_counter() - started:.2f} s")
     return equations
-
-
-def _with_times(scene: Scene, times: Mapping[str, str]) -> Scene:
-    from lagrange_cli.scene import parse_expression
-
-    values: dict[str, Any] = {
-        name: parse_expression(text, Mark(f"--{name.replace('start', 'from')}", 1, 1, text))
-        for name, text in times.items()
-    }
-    return replace(scene, simulate=replace(scene.simulate, **values))
 
 
 def _text(equations: Equations, form: str, ascii_only: bool, encoding: str) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lagrange_cli.cli import options
+from lagrange_cli.cli import ensemble, options
 from lagrange_cli.cli.models import model_of_scene
 from lagrange_cli.cli.output import print_text
 from lagrange_cli.cli.remembered import read_source
@@ -215,6 +215,7 @@ def _json(trajectory: Trajectory, derive_seconds: float) -> str:
     metavar="FILE",
     help="Draw coordinates, velocities and energy over time; needs matplotlib.  [default: none]",
 )
+@ensemble.options
 @options.json_flag("Report as JSON.")
 @options.common
 @click.pass_context
@@ -241,6 +242,11 @@ def simulate(
         # A plain number changes nothing of the model, which can be that of before.
         how["until"] = float(times.pop("until"))
     source = read_source(scene)
+    many = ensemble.many(how, plot)
+    if many is not None:
+        scene_and_options = (source, parameters, initial, times, formulation)
+        members = ensemble.Asked(many, *scene_and_options, columns, output, as_json, how)
+        ctx.exit(ensemble.simulate_ensemble(session, members))
     model = model_of_scene(
         session,
         source,

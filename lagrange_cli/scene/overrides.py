@@ -1,10 +1,11 @@
-"""Values given beside the scene: ``-p NAME=VALUE`` and ``-i NAME=VALUE``."""
+"""Values given beside the scene: ``-p NAME=VALUE``, ``-i NAME=VALUE``, ``--until``, ``--from``."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.expression import Expression
@@ -12,7 +13,13 @@ from lagrange_cli.scene.indices import read_expression, whole_number
 from lagrange_cli.scene.model import InitialValue, Scene
 from lagrange_cli.scene.problems import Problems, shown, suggestion
 
-__all__ = ["given_size", "initial_name", "override_initial", "override_parameters"]
+__all__ = [
+    "given_size",
+    "initial_name",
+    "override_initial",
+    "override_parameters",
+    "override_times",
+]
 
 _VELOCITY = re.compile(r"\s*dot\s*\(\s*(.*\S)\s*\)\s*")
 
@@ -65,6 +72,21 @@ def override_initial(scene: Scene, values: Mapping[str, str], problems: Problems
             name, order = initial_name(_without_blanks(key))
             found[name, order] = InitialValue(name, order, mark, expression)
     return replace(scene, initial=tuple(found.values()))
+
+
+def override_times(scene: Scene, times: Mapping[str, str]) -> Scene:
+    """Replace ``until`` and ``start`` of the section ``simulate``, by expressions.
+
+    Raises
+    ------
+    InputError
+        Located in the option.
+    """
+    values: dict[str, Any] = {
+        name: read_expression(text, Mark(f"--{name.replace('start', 'from')}", 1, 1, text))
+        for name, text in times.items()
+    }
+    return replace(scene, simulate=replace(scene.simulate, **values))
 
 
 def _without_blanks(name: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import ctypes
 import math
 import time
@@ -50,6 +51,7 @@ __all__ = [
     "functions_of",
     "interpreted",
     "right_hand_side",
+    "right_hand_sides",
 ]
 
 #: int64_t lagrange_digits(void)
@@ -202,8 +204,14 @@ class _Libraries:
             find_compiler(), [further], cache, deadline
         )
         self._further: list[ctypes.CDLL] | None = None
-        self._model, self._real, self._drive = model, real, drive
+        self.model, self._real, self.drive = model, real, drive
         self._functions = sources[0].functions
+
+    def of(self, model: Model) -> _Libraries:
+        """The same for a model of other numbers."""
+        found = copy.copy(self)
+        found.model = model
+        return found
 
     def function(self, name: str, pattern: int = 0, parameters: Array | None = None) -> NativeRhs:
         """A function of the system; its numbers are off by their rounding in a pattern not 0.
@@ -211,13 +219,13 @@ class _Libraries:
         ``parameters``: those that it reads, if not the model's.
         """
         if parameters is None:
-            parameters = _off(self._model, pattern, self._real) if pattern else _given(self._model)
-        pieces = _pieces(self._drive, pattern)
+            parameters = _off(self.model, pattern, self._real) if pattern else _given(self.model)
+        pieces = _pieces(self.drive, pattern)
         entry = function_type(self._real)((f"system_{name}", self.system))
         lanes = f"system_{name}_lanes"
         at_once = self.system[lanes] if lanes in self._functions else None
-        work = np.empty(self._model.code.work)
-        projection = self._projection if self._model.multipliers else None
+        work = np.empty(self.model.code.work)
+        projection = self._projection if self.model.multipliers else None
         return NativeRhs(
             entry,
             parameters,
@@ -267,6 +275,31 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
     started = time.perf_counter()
     drive = drive_of(model.recordings)
     libraries = _Libraries(model, drive, cache, DOUBLE, started + COMPILING * budget)
+    return _native(libraries, cache, started + budget)
+
+
+def right_hand_sides(model: Model, cache: Cache | None = None) -> Callable[[Model], RightHandSide]:
+    """What makes the functions of models that differ from this one in numbers alone.
+
+    They are compiled once, now, where the machine has a C compiler.
+
+    Raises
+    ------
+    InputError
+        A file of inputs cannot be read.
+    """
+    kept, drive = open_cache() if cache is None else cache, drive_of(model.recordings)
+    try:
+        libraries = _Libraries(model, drive, kept, DOUBLE, math.inf)
+    except CompileError as error:
+        reason = error.reason
+        return lambda other: interpreted(other, reason)
+    return lambda other: _native(libraries.of(other), kept, math.inf)
+
+
+def _native(libraries: _Libraries, cache: Cache, deadline: float) -> RightHandSide:
+    """The functions of loaded libraries, with the parameters of their model bound."""
+    model, drive = libraries.model, libraries.drive
     width = 2 * len(model.coordinates)
 
     def table(name: str, columns: int) -> Table:
@@ -293,7 +326,7 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
         outputs=table("outputs", len(model.outputs)),
         implementation="compiled C",
         native=True,
-        wider=lambda: _wider(model, drive, cache, started + budget),
+        wider=lambda: _wider(model, drive, cache, deadline),
         drive=drive,
         forces=forces(),
     )

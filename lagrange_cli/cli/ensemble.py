@@ -1,0 +1,391 @@
+"""``lagrange simulate --ensemble`` and ``--vary``: many motions of one scene."""
+
+from __future__ import annotations
+
+import functools
+import json
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from lagrange_cli.cli.models import model_of_scene
+from lagrange_cli.cli.output import print_text
+from lagrange_cli.cli.remembered import Answer, Source, remembered
+from lagrange_cli.cli.session import INTERRUPTED, Session
+from lagrange_cli.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from lagrange_cli.scene.model import Formulation, Scene
+    from lagrange_cli.simulate.ensemble import Plan
+    from lagrange_cli.simulate.ensemble_file import Members
+    from lagrange_cli.simulate.ensemble_store import Store
+    from lagrange_cli.simulate.members import Own, Recipe
+    from lagrange_cli.simulate.model import Model
+
+__all__ = ["Asked", "many", "options", "simulate_ensemble"]
+
+#: Members that are tried for one that can be derived, and failures that a person is shown.
+MOST_TRIED, MOST_SHOWN = 3, 12
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+_OPTIONS = (
+    click.option(
+        "--ensemble",
+        type=click.Path(),
+        metavar="FILE",
+        help="Simulate a member for each row of a .csv file, whose header names parameters and "
+        "initial values, or of a .yaml list of such mappings.  [default: none]",
+    ),
+    click.option(
+        "--vary",
+        multiple=True,
+        metavar="NAME=RANGE",
+        help="Simulate a member for each value of linspace(a,b,n), logspace(a,b,n), "
+        "geomspace(a,b,n) or [x,y,...]; repeated, for each combination.  [default: none]",
+    ),
+    click.option(
+        "-j",
+        "--jobs",
+        type=click.IntRange(1, 4096),
+        metavar="N",
+        help="Members that are simulated at a time.  [default: the number of cores]",
+    ),
+    click.option(
+        "--resume",
+        is_flag=True,
+        help="Go on with an ensemble that was interrupted.  [default: off]",
+    ),
+)
+
+
+def options(function: Command) -> Command:
+    """What a command that runs ensembles takes."""
+    return functools.reduce(lambda done, option: option(done), reversed(_OPTIONS), function)
+
+
+@dataclass(frozen=True)
+class Many:
+    """The options that say which members there are, and how they are run."""
+
+    ensemble: str | None
+    vary: tuple[str, ...]
+    jobs: int | None
+    resume: bool
+
+
+def many(how: dict[str, Any], plot: str | None) -> Many | None:
+    """Take these options out of others; None where there is one motion.
+
+    Raises
+    ------
+    InputError
+        They contradict each other or what else is asked for.
+    """
+    found = Many(**{name: how.pop(name) for name in ("ensemble", "vary", "jobs", "resume")})
+    if found.ensemble is None and not found.vary:
+        if found.jobs is not None or found.resume:
+            option = "--resume" if found.resume else "--jobs"
+            raise _usage(f"{option} is for ensembles", "--ensemble FILE or --vary NAME=RANGE")
+        return None
+    if found.ensemble is not None and found.vary:
+        raise _usage("--ensemble and --vary both say what the members are", "give one of them")
+    if plot is not None:
+        raise _usage("an ensemble is not drawn", "-o ensemble.npz has the samples of all members")
+    return found
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the options ask for; ``parameters``, ``initial`` and ``times`` as the scene's reader
+    takes them, ``how`` as :func:`lagrange_cli.simulate.simulate` does."""
+
+    many: Many
+    source: Source
+    parameters: Mapping[str, str]
+    initial: Mapping[str, str]
+    times: Mapping[str, str]
+    formulation: Formulation | None
+    columns: tuple[str, ...]
+    output: str | None
+    as_json: bool
+    how: Mapping[str, Any]
+
+    @property
+    def recipe(self) -> Recipe:
+        from lagrange_cli.simulate.members import Recipe
+
+        return Recipe(
+            self.source.file,
+            self.source.data,
+            self.parameters,
+            self.initial,
+            self.times,
+            "forces" in self.columns,
+            self.formulation,
+        )
+
+
+def _usage(message: str, hint: str = "") -> InputError:
+    return InputError(Problem(message, hint=hint, rule="ensemble"))
+
+
+def _members(asked: Asked) -> Members:
+    from lagrange_cli.simulate.ensemble_file import grid, read_members
+
+    if asked.output is not None and not asked.output.lower().endswith(".npz"):
+        raise _usage("an ensemble is written as .npz", "-o ensemble.npz")
+    wanted = asked.many
+    if wanted.resume and asked.output is None:
+        raise _usage("--resume needs the file that the result was to be", "-o ensemble.npz")
+    return grid(wanted.vary) if wanted.ensemble is None else read_members(wanted.ensemble)
+
+
+def simulate_ensemble(session: Session, asked: Asked) -> int:
+    """Run all members and report them; returns the exit code.
+
+    Raises
+    ------
+    InputError
+        The scene, the members or the options are wrong.
+    """
+    from lagrange_cli.simulate.ensemble import run_members, tasks_of
+    from lagrange_cli.simulate.ensemble_store import open_store
+
+    started = perf_counter()
+    members = _members(asked)
+    scene = asked.recipe.scene()
+    _require_names(members, scene)
+    plan, times = _plan(session, asked, members, scene)
+    tasks = tasks_of(plan, members.rows)
+    sizes = [len(task.rows) for task in tasks]
+    store = open_store(asked.output, plan.key, sizes, resume=asked.many.resume)
+    begun = perf_counter()
+    with session.progress("integrating") as move:
+        jobs = asked.many.jobs or _cores()
+        budget = asked.how["budget"]
+        complete = run_members(tasks, store, jobs=jobs, budget=budget, progress=move)
+    if complete and asked.output is not None:
+        store.write(asked.output, times)
+    seconds = {"derive": begun - started, "integrate": perf_counter() - begun}
+    report = _report(asked, members, store, sizes, plan, seconds)
+    print_text(
+        json.dumps(report, indent=2, ensure_ascii=False) + "\n" if asked.as_json else _text(report)
+    )
+    if not complete and asked.output is not None:
+        session.remark(f"stopped; --resume -o {asked.output} goes on with the other members")
+    if not complete:
+        return INTERRUPTED if budget is None else 1
+    return 0 if set(report["counts"]) == {"ok"} else 1
+
+
+def _cores() -> int:
+    import os
+
+    of_process = getattr(os, "sched_getaffinity", None)
+    return len(of_process(0)) if of_process else os.cpu_count() or 1
+
+
+# What all members share.
+
+
+def _require_names(members: Members, scene: Scene) -> None:
+    """Refuse sizes, which change the equations."""
+    sizes = {size.name for size in scene.sizes}
+    for name, head in zip(members.names, members.heads, strict=True):
+        if name in sizes:
+            raise InputError(
+                Problem(
+                    f"the size '{name}' cannot differ between members: it changes the equations",
+                    head,
+                    hint=f"-p {name}=...",
+                    rule="ensemble",
+                )
+            )
+
+
+def _require_common_times(scene: Scene, own: Own, members: Members) -> None:
+    """Refuse sample times that differ between members."""
+    from dataclasses import fields
+
+    from lagrange_cli.scene.expression import names_in
+    from lagrange_cli.simulate.members import varied
+
+    different = varied(scene, own)
+    for entry in fields(scene.simulate):
+        expression = getattr(scene.simulate, entry.name)
+        node = getattr(expression, "node", None)
+        if node is not None and {name.name for name in names_in(node)} & different:
+            raise InputError(
+                Problem(
+                    f"'{entry.name}' differs between members: it rests on what they vary,"
+                    f" {', '.join(members.names)}",
+                    expression.mark(),
+                    hint="give a number, as --until 10",
+                    rule="ensemble",
+                )
+            )
+
+
+def _plan(session: Session, asked: Asked, members: Members, scene: Scene) -> tuple[Plan, Any]:
+    """The plan, and the times of the samples."""
+    from lagrange_cli.simulate.ensemble import Plan
+    from lagrange_cli.simulate.members import Own
+    from lagrange_cli.simulate.request import resolve
+
+    _require_common_times(scene, Own.of(members.values(0), scene), members)
+    own, model = _first_model(session, asked, members, scene)
+    how = {name: value for name, value in asked.how.items() if name != "budget"}
+    times = resolve(model, **{"until": None, **how, "budget": None}).times
+    plan = Plan(
+        key=_key(asked, members),
+        recipe=asked.recipe,
+        names=members.names,
+        own=own,
+        model=model,
+        alone=_alone(session, asked, own, model),
+        samples=len(times),
+        how=how,
+        extra=asked.columns,
+        columns=asked.output is not None,
+    )
+    if not plan.alone:
+        session.remark("each member is derived by itself: its values may change the equations")
+    return plan, times
+
+
+def _first_model(
+    session: Session, asked: Asked, members: Members, scene: Scene
+) -> tuple[Own, Model]:
+    """The first of a few members that can be derived, and its model.
+
+    Raises
+    ------
+    InputError
+        None of them can; that of the first, located where its values are.
+    """
+    from lagrange_cli.simulate.members import Own
+
+    refusals = []
+    for member in list(dict.fromkeys((0, len(members) - 1, len(members) // 2)))[:MOST_TRIED]:
+        own = Own.of(members.values(member), scene)
+        try:
+            return own, model_of_scene(
+                session,
+                asked.source,
+                parameters={**asked.parameters, **own.parameters},
+                initial={**asked.initial, **own.initial},
+                times=asked.times,
+                forces="forces" in asked.columns,
+                formulation=asked.formulation,
+            )
+        except InputError as refusal:
+            refusals.append(_located(refusal, members, member))
+    raise refusals[0]
+
+
+def _located(refusal: InputError, members: Members, member: int) -> InputError:
+    """The refusal of a member, at its place in the file or range."""
+    found = []
+    for problem in refusal.problems:
+        option, _, name = ("" if problem.mark is None else problem.mark.file).partition(" ")
+        if option in ("-p", "-i") and name in members.names:
+            unknown = problem.rule == "unknown-name" and f"'{name}'" in problem.message
+            head = members.heads[members.names.index(name)]
+            problem = replace(problem, mark=head if unknown else members.mark(member, name))
+        found.append(problem)
+    return InputError(*found)
+
+
+def _alone(session: Session, asked: Asked, own: Own, model: Model) -> bool:
+    """Whether members differ in numbers alone; what was found before is remembered."""
+
+    def work() -> Answer:
+        from lagrange_cli.simulate.members import differ_in_numbers
+
+        return Answer(differ_in_numbers(asked.recipe, own, model))
+
+    shared = [sorted(given.items()) for given in (asked.parameters, asked.initial, asked.times)]
+    members = [sorted(given.items()) for given in (own.parameters, own.initial)]
+    question = [*shared, *members, "forces" in asked.columns, asked.formulation]
+    return bool(remembered(session, "ensemble", asked.source, question, work))
+
+
+def _key(asked: Asked, members: Members) -> str:
+    """The hash of all that results depend on."""
+    from lagrange_cli.cache import digest, fingerprint
+
+    how = {name: value for name, value in asked.how.items() if name != "budget"}
+    shared = [sorted(given.items()) for given in (asked.parameters, asked.initial, asked.times)]
+    question = [shared, asked.formulation, asked.columns, sorted(how.items())]
+    table = [members.names, members.rows]
+    return digest("ensemble", fingerprint(), asked.source.data, *map(json.dumps, (question, table)))
+
+
+# The report.
+
+
+def _report(
+    asked: Asked,
+    members: Members,
+    store: Store,
+    sizes: Sequence[int],
+    plan: Plan,
+    seconds: Mapping[str, float],
+) -> dict[str, Any]:
+    """What ``--json`` writes."""
+    statuses, reasons = store.words("status"), store.words("reason")
+    until, estimated = store.figures("holds_until"), store.figures("estimated")
+    failed = [
+        {
+            "member": member,
+            "values": members.values(member),
+            "status": status,
+            "holds_until": None if math.isnan(holds) else float(holds),
+            "reason": reason,
+        }
+        for member, status, reason, holds in zip(
+            store.members(sizes), statuses, reasons, until, strict=True
+        )
+        if status != "ok"
+    ]
+    known = [x for x in estimated.tolist() if not math.isnan(x)]
+    return {
+        "name": plan.model.name,
+        "members": len(members),
+        "finished": len(statuses),
+        "counts": dict(sorted(Counter(statuses).items())),
+        "failed": failed,
+        "estimated": max(known, default=None),
+        "numbers_alone": plan.alone,
+        "output": asked.output,
+        "seconds": dict(seconds),
+    }
+
+
+def _text(report: Mapping[str, Any]) -> str:
+    """The result for a person."""
+    counts = ", ".join(f"{count} {status}" for status, count in report["counts"].items())
+    lines = [
+        f"{report['name']}: {report['finished']} of {report['members']} members",
+        "",
+        f"Status    {counts or 'none is finished'}",
+    ]
+    if report["estimated"] is not None:
+        lines.append(f"Accuracy  {report['estimated']:.1e} estimated, the largest of all members")
+    rate = report["finished"] / max(report["seconds"]["integrate"], 1e-9)
+    lines.append(f"Speed     {rate:.3g} members a second")
+    failed = report["failed"]
+    if failed:
+        lines += ["", "Failed"]
+    for of in failed[:MOST_SHOWN]:
+        values = ", ".join(f"{name} = {text}" for name, text in of["values"].items())
+        lines.append(f"  {of['member']}  {values}: {of['status']}, {of['reason']}")
+    if len(failed) > MOST_SHOWN:
+        lines.append(f"  and {len(failed) - MOST_SHOWN} more; --json lists them all")
+    return "\n".join(lines)

@@ -1,0 +1,272 @@
+"""Members of an ensemble: what differs between them, from a file or as ranges.
+
+A CSV file has a header of names, ``m``, ``theta``, ``dot(theta)``, and a row a member; a
+YAML file is a list of mappings with the same names. Values are expressions of the scene
+language. Ranges are ``m=linspace(0.1,10,100)``, ``logspace(-1,1,5)`` (powers of ten between
+two exponents), ``geomspace(0.1,10,5)`` or a list, ``[1,2,3]``; several make a grid.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.files.reading import read_regular
+from lagrange_cli.files.rows import NUMBER, Rows, decoded, shown
+
+__all__ = ["MOST_MEMBERS", "Members", "grid", "read_members"]
+
+MOST_MEMBERS = 100_000
+
+#: The rule of what is wrong with what is given.
+RULE = "ensemble"
+
+#: What a range is made by: name → (first, last, number) → values.
+RANGES: dict[str, Callable[[float, float, int], np.ndarray]] = {
+    "linspace": np.linspace,
+    "logspace": np.logspace,
+    "geomspace": np.geomspace,
+}
+
+_CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*", re.DOTALL)
+_LIST = re.compile(r"\s*\[(.*)\]\s*", re.DOTALL)
+_COUNT = re.compile(r"\s*[0-9]{1,9}\s*", re.ASCII)
+_EXAMPLE = "linspace(0.1,10,100), logspace(-1,1,5), geomspace(0.1,10,5) or a list, [1,2,3]"
+
+
+@dataclass(frozen=True)
+class Members:
+    """What each member has of its own: one text of an expression for each name.
+
+    ``rows``: as many texts as there are ``names``; ``marks``: their places, and ``heads``
+    those of the names.
+    """
+
+    names: tuple[str, ...]
+    heads: tuple[Mark, ...]
+    rows: tuple[tuple[str, ...], ...]
+    marks: tuple[tuple[Mark, ...], ...]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def values(self, member: int) -> dict[str, str]:
+        """Name → text of a member."""
+        return dict(zip(self.names, self.rows[member], strict=True))
+
+    def mark(self, member: int, name: str) -> Mark:
+        """The place of a value."""
+        return self.marks[member][self.names.index(name)]
+
+
+def _refused(message: str, mark: Mark, hint: str = "") -> InputError:
+    return InputError(Problem(message, mark, hint, RULE))
+
+
+def _checked(names: Sequence[str], heads: Sequence[Mark], cells: Sequence[list[_Cell]]) -> Members:
+    """Members of names that differ, no more than there may be, whose values are expressions."""
+    for k, name in enumerate(names):
+        if not name:
+            raise _refused("a column has no name", heads[k])
+        if name in names[:k]:
+            raise _refused(f"{shown(name)} is given twice", heads[k])
+    rows = [tuple(_expression(text, mark) for text, mark in row) for row in cells]
+    marks = tuple(tuple(mark for _, mark in row) for row in cells)
+    return Members(tuple(names), tuple(heads), tuple(rows), marks)
+
+
+#: A text and its place.
+_Cell = tuple[str, Mark]
+
+
+def _expression(text: str, mark: Mark) -> str:
+    """The text, stripped, of a finite number or of an expression."""
+    text = text.strip()
+    if not text:
+        raise _refused("expected a number, found nothing", mark)
+    if not NUMBER.fullmatch(text):
+        from lagrange_cli.scene import parse_expression
+
+        parse_expression(text, mark)
+    elif not math.isfinite(float(text)):
+        raise _refused(f"{shown(text)} is beyond the range of doubles", mark)
+    return text
+
+
+def _without_blanks(name: str) -> str:
+    """``dot(x)`` and ``x[1,2]`` as scenes have them."""
+    return re.sub(r"\s+", "", name) if re.search(r"[\[(]", name) else name.strip()
+
+
+def _too_many(mark: Mark) -> InputError:
+    return _refused(f"more than {MOST_MEMBERS:,} members", mark, "divide them among several runs")
+
+
+# From a file.
+
+
+def read_members(path: str) -> Members:
+    """The members of a CSV or YAML file, by its ending.
+
+    Raises
+    ------
+    InputError
+        Located: the file cannot be read, or what is wrong with it.
+    """
+    readers = {".csv": _csv, ".yaml": _yaml, ".yml": _yaml}
+    mark, ending = Mark(path, 1, 1), Path(path).suffix.lower()
+    if ending not in readers:
+        raise _refused("an ensemble is a .csv or a .yaml file", mark)
+    data = read_regular(path, mark, "an ensemble")
+    return readers[ending](decoded(data, path, RULE), path)
+
+
+def _csv(lines: list[str], path: str) -> Members:
+    rows = Rows(lines, path, RULE)
+    found = iter(rows)
+    header = next(found, None)
+    if header is None:
+        raise _refused("this file is empty", Mark(path, 1, 1), "its first row names columns")
+    heads = [rows.place(k) for k in range(len(header))]
+    cells = list(_rows_of(found, rows, len(header)))
+    if not cells:
+        raise rows.refused("there is no member: a row of values follows the names")
+    return _checked([_without_blanks(name) for name in header], heads, cells)
+
+
+def _rows_of(found: Iterator[list[str]], rows: Rows, width: int) -> Iterator[list[_Cell]]:
+    for number, row in enumerate(found):
+        if number == MOST_MEMBERS:
+            raise _too_many(rows.place())
+        if len(row) != width:
+            have = f"{len(row)} cell{'s' * (len(row) != 1)}"
+            raise rows.refused(
+                f"{have} in this row, {width} in the first one",
+                "decimals are written with a point, cells separated by commas",
+            )
+        yield [(text, rows.place(k)) for k, text in enumerate(row)]
+
+
+def _yaml(lines: list[str], path: str) -> Members:
+    from lagrange_cli.scene.source import Mapping, Sequence, compose
+
+    text, example = "".join(lines), "a list of mappings: - {m: 1, theta: 0.5}"
+    start = Mark(path, 1, 1)
+    root = compose(text, path) if text.strip() else None
+    if not isinstance(root, Sequence) or not root.items:
+        raise _refused("there is no member", start if root is None else root.mark, example)
+    if len(root.items) > MOST_MEMBERS:
+        raise _too_many(root.mark)
+    for item in root.items:
+        if not isinstance(item, Mapping):
+            raise _refused("a member is a mapping of names to values", item.mark, example)
+    members = [item for item in root.items if isinstance(item, Mapping)]
+    first = members[0].entries
+    names = [_without_blanks(key.text) for key, _ in first]
+    cells = [_of_mapping(member, names) for member in members]
+    return _checked(names, [key.mark for key, _ in first], cells)
+
+
+def _of_mapping(member: object, names: Sequence[str]) -> list[_Cell]:
+    """The values of a member of a YAML file, in the order of the first one."""
+    from lagrange_cli.scene.source import Mapping, Scalar
+
+    assert isinstance(member, Mapping)
+    given: dict[str, _Cell] = {}
+    for key, value in member.entries:
+        name = _without_blanks(key.text)
+        if name not in names:
+            raise _refused(f"{shown(name)} is not among the names of the first member", key.mark)
+        if not isinstance(value, Scalar):
+            raise _refused("expected a number", value.mark)
+        given[name] = value.text, value.mark
+    missing = [name for name in names if name not in given]
+    if missing:
+        raise _refused(f"this member has no {shown(missing[0])}", member.mark)
+    return [given[name] for name in names]
+
+
+# As ranges.
+
+
+def grid(specifications: Sequence[str]) -> Members:
+    """All combinations of ranges, each ``NAME=RANGE``; the last one varies fastest.
+
+    Raises
+    ------
+    InputError
+        Located in the option: it is no range.
+    """
+    parts = [_axis(text) for text in specifications]
+    if math.prod(len(axis) for _, _, axis in parts) > MOST_MEMBERS:
+        raise _too_many(parts[-1][1])
+    cells = [list(row) for row in itertools.product(*(axis for _, _, axis in parts))]
+    return _checked([name for name, _, _ in parts], [head for _, head, _ in parts], cells)
+
+
+def _axis(text: str) -> tuple[str, Mark, list[_Cell]]:
+    """Name, place and values of one range."""
+    name, equals, written = text.partition("=")
+    head = Mark("--vary", 1, 1, text, max(1, len(name)))
+    if not (equals and name.strip() and written.strip()):
+        raise _refused("this is not of the form NAME=RANGE", head, f"--vary 'm={_EXAMPLE[:20]}'")
+    mark = replace(head, column=len(name) + 2, length=len(written))
+    called, listed = _CALL.fullmatch(written), _LIST.fullmatch(written)
+    if listed:
+        values = [(part, mark) for part in _split(listed[1], mark)]
+    elif called and called[1] in RANGES:
+        values = [(repr(x), mark) for x in _range(called[1], _split(called[2], mark), mark)]
+    else:
+        raise _refused("this is no range", mark, f"a range is {_EXAMPLE}")
+    return _without_blanks(name), head, values
+
+
+def _split(text: str, mark: Mark) -> list[str]:
+    """The parts between commas that stand in no parentheses."""
+    parts, depth = [""], 0
+    for character in text:
+        depth += (character == "(") - (character == ")")
+        if character == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += character
+    if not all(part.strip() for part in parts):
+        raise _refused("a value is missing", mark)
+    return parts
+
+
+def _range(kind: str, arguments: Sequence[str], mark: Mark) -> list[float]:
+    if len(arguments) != 3 or not _COUNT.fullmatch(arguments[2]):
+        raise _refused(f"{kind} takes its first and last value and a whole number of them", mark)
+    number = int(arguments[2])
+    if number == 0:
+        raise _refused("no member: the number of values is 0", mark)
+    if number > MOST_MEMBERS:
+        raise _too_many(mark)
+    first, last = (_number(text, mark) for text in arguments[:2])
+    if kind == "geomspace" and not first * last > 0:
+        raise _refused("the ends of geomspace have one sign and are not 0", mark)
+    with np.errstate(all="ignore"):
+        found = RANGES[kind](first, last, number)
+    if not np.isfinite(found).all():
+        raise _refused("a value of this range is beyond the range of doubles", mark)
+    return [float(x) for x in found]
+
+
+def _number(text: str, mark: Mark) -> float:
+    """The value of a constant expression."""
+    written = _expression(text, mark)
+    if NUMBER.fullmatch(written):
+        return float(written)
+    from lagrange_cli.mechanics.language import to_sympy
+    from lagrange_cli.mechanics.parameters import nearest_double
+    from lagrange_cli.scene import parse_expression
+
+    return nearest_double(to_sympy(parse_expression(written, mark), lambda name: None))
