@@ -19,6 +19,7 @@ from typing import NamedTuple
 import sympy as sp
 
 from lagrange_cli.mechanics.expansion import expand_terms
+from lagrange_cli.mechanics.hyperbolic import fewer_terms
 from lagrange_cli.mechanics.squares import square_of_two, upright
 from lagrange_cli.mechanics.trigonometry import (
     Rational,
@@ -379,6 +380,8 @@ def _shorter_form(expr: sp.Expr) -> sp.Expr:
     """
     if not expr.is_Add or len(expr.args) > _SHORT_TERMS:
         return expr
+    if expr.has(sp.sinh):
+        return fewer_terms(expr)
     symbols = sorted(expr.free_symbols, key=str)
     divided = _has_divided_sum(expr)
     if len(symbols) > _SHORT_SYMBOLS or (len(expr.args) < 3 and not divided):
