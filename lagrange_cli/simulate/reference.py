@@ -39,12 +39,15 @@ WEIGHT = 2.0
 #: Part of the rounding error of a step that its error estimate feels.
 NOISE_PART = 1 / 16
 
+#: Evaluations of the coarse run per step.
+PER_STEP = 12
+
 #: A reference that is worse is of no use to anyone, and the error that shorter ones, which
 #: are suggested, are to have.
 WORST, SUGGESTED = 1e-4, 1e-8
 
 #: How far a run by another method in doubles may be away: rounding grows there sooner.
-FARTHEST = 1e-3
+FARTHEST = 1e-2
 
 
 class Motion(NamedTuple):
@@ -187,8 +190,7 @@ class _Makers:
         self, name: str, problem: InitialValueProblem, found: Pilot, tolerance: float
     ) -> Run | None:
         """A run that reached the end, or None."""
-        noise = NOISE_PART * found.noise_so_far(len(found.scales))
-        absolute = np.maximum(tolerance * found.scales[-1], noise + LEAST)
+        absolute = np.maximum(tolerance * found.scales[-1], _noise(problem, found) + LEAST)
         control = Control(np.zeros_like(absolute), absolute, found.first_step, problem.longest_step)
         run = Run(INTEGRATORS[name], problem, control)
         watch = Watch(self._progress, self._budget)
@@ -202,6 +204,20 @@ class _Makers:
             self.failures.append(run.failure)
             return None
         return run
+
+
+def _noise(problem: InitialValueProblem, found: Pilot) -> Array:
+    """What steps cannot be better than: what the last place of each number of the start does
+    to a step, and the rounding of coordinates that are large beside their scales."""
+    y0, t0, n = problem.y0, problem.start, len(problem.kinds)
+    ulps, h = spacing(y0), PER_STEP * problem.span / found.evaluations
+    moved = [np.abs(problem.rhs(t0, y0 + row) - problem.rhs(t0, y0)) for row in np.diag(ulps)]
+    of_start = h * np.sum(moved, axis=0)
+    of_start = np.where(np.isfinite(of_start), of_start, 0.0)
+    finer = problem.epsilon / float(np.finfo(float).eps)
+    noise = np.maximum(found.noise_so_far(len(found.scales)), finer * of_start)
+    noise[:n] = np.maximum(noise[:n], finer * ulps[:n])
+    return np.asarray(NOISE_PART * noise)
 
 
 def _compared(problem: InitialValueProblem, best: Run, second: Run, method: str) -> Reference:

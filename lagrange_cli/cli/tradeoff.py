@@ -1,0 +1,156 @@
+"""``lagrange tradeoff``: speed against accuracy, measured on this machine."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lagrange_cli.cli import options
+from lagrange_cli.cli.models import model_of_scene
+from lagrange_cli.cli.output import print_text
+from lagrange_cli.cli.remembered import read_source
+from lagrange_cli.cli.session import Session
+from lagrange_cli.files import check_writable, write_file
+
+if TYPE_CHECKING:
+    from lagrange_cli.scene.model import Formulation
+
+__all__ = ["tradeoff"]
+
+
+class _Methods(click.Option):
+    """An option whose help names the registry of integrators, imported only for that."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        from lagrange_cli.simulate.integrators import INTEGRATORS
+
+        names = ", ".join(INTEGRATORS)
+        self.help = f"With commas between them: auto, {names}.  [default: all that can run here]"
+        return super().get_help_record(ctx)
+
+
+def _names(
+    ctx: click.Context, option: click.Parameter, value: str | None
+) -> tuple[str, ...] | None:
+    """Names as they are given, with commas between them."""
+    if value is None:
+        return None
+    names = tuple(name.strip() for name in value.split(","))
+    if not all(names):
+        raise click.BadParameter(f"'{value}' is not names with commas between them", ctx, option)
+    return names
+
+
+def _writable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
+    """Refuse a file that is no JSON, or in no place to write, before the work."""
+    if value is None:
+        return None
+    if Path(value).suffix.lower() != ".json":
+        raise click.BadParameter(f"'{value}' does not end in .json", ctx, option)
+    check_writable(value)
+    return value
+
+
+def _json(found: dict[str, Any]) -> str:
+    return json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+@click.command(short_help="Speed against accuracy of every method, measured.")
+@options.scene
+@click.option(
+    "--methods",
+    cls=_Methods,
+    callback=_names,
+    metavar="LIST",
+)
+@click.option(
+    "--repeat",
+    type=click.IntRange(1, 1000),
+    default=5,
+    show_default=True,
+    metavar="N",
+    help="How often each run is timed.",
+)
+@click.option(
+    "--until", metavar="T", help="End time, a number or expression.  [default: the scene's]"
+)
+@click.option(
+    "--budget",
+    type=float,
+    default=1.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="Give a run up after this time, and finer ones of its method.",
+)
+@options.formulation(None, "the scene's, or auto")
+@options.parameters
+@options.initial
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(),
+    callback=_writable,
+    metavar="FILE",
+    help="Write the report, as .json.  [default: none]",
+)
+@click.option(
+    "--plot",
+    type=click.Path(),
+    callback=options.plottable,
+    metavar="FILE",
+    help="Draw seconds and right-hand sides over the error; needs matplotlib.  [default: none]",
+)
+@options.json_flag("Report as JSON.")
+@options.common
+@click.pass_context
+def tradeoff(
+    ctx: click.Context,
+    /,
+    scene: str,
+    methods: tuple[str, ...] | None,
+    repeat: int,
+    until: str | None,
+    budget: float,
+    formulation: Formulation | None,
+    parameters: dict[str, str],
+    initial: dict[str, str],
+    output: str | None,
+    plot: str | None,
+    as_json: bool,
+) -> None:
+    """Run SCENE, a YAML file or - for standard input, with methods × tolerances, and compare
+    their errors with what they cost."""
+    session = ctx.ensure_object(Session)
+    model = model_of_scene(
+        session,
+        read_source(scene),
+        parameters=parameters,
+        initial=initial,
+        times={} if until is None else {"until": until},
+        forces=False,
+        formulation=formulation,
+    )
+    from lagrange_cli.simulate.trade import trade
+    from lagrange_cli.simulate.trade_report import summary, text
+
+    with session.progress("measuring") as move:
+        found = trade(
+            model,
+            methods=methods,
+            repeat=repeat,
+            budget=budget,
+            progress=move,
+            cache=session.cache,
+        )
+    session.explain_code()
+    report = _json(summary(found))
+    if output is not None:
+        write_file(output, report)
+    print_text(report if as_json else text(found))
+    if plot is not None:
+        from lagrange_cli.simulate.trade_plot import draw_trade
+
+        write_file(plot, draw_trade(found, Path(plot).suffix.lower().lstrip(".")))
