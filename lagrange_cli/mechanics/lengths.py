@@ -46,8 +46,12 @@ def overlong_rod(
     """
     rods = [rod for s in stated if (rod := _rod(names, s, reference)) is not None]
     rods += _fixed(names, {end for rod in rods for end in rod.ends}, reference)
+    beside: dict[int, list[_Rod]] = {}
+    for rod in rods:
+        for end in rod.ends:
+            beside.setdefault(end, []).append(rod)
     for rod in sorted(rods, key=lambda r: -r.length):
-        path = _shortest_path([r for r in rods if r is not rod], *rod.ends)
+        path = _shortest_path(beside, rod)
         if path and sum(r.length for r in path) < rod.length * (1 - TOLERANCE):
             return _refusal(names, rod, path)
     return None
@@ -91,22 +95,31 @@ def _ends(names: Names, expr: sp.Expr) -> tuple[int, int] | None:
     return None
 
 
-def _shortest_path(rods: Sequence[_Rod], start: int, end: int) -> list[_Rod]:
-    """Dijkstra's algorithm; empty where no rods lead there."""
-    reached: dict[int, list[_Rod]] = {}
+def _shortest_path(beside: Mapping[int, Sequence[_Rod]], around: _Rod) -> list[_Rod]:
+    """Dijkstra's algorithm between the ends of a rod; empty where no shorter path leads there.
+
+    Parameters
+    ----------
+    beside
+        The rods that end at each body.
+    """
+    start, end = around.ends
+    reached: set[int] = set()
     queue: list[tuple[mpf, int, int, list[_Rod]]] = [(mpf(0), 0, start, [])]
     pushed = 0
-    while queue:
+    while queue and queue[0][0] < around.length:
         distance, _, body, path = heapq.heappop(queue)
+        if body == end:
+            return path
         if body in reached:
             continue
-        reached[body] = path
-        for rod in rods:
-            if body in rod.ends:
+        reached.add(body)
+        for rod in beside[body]:
+            if rod is not around:
                 other = rod.ends[0] if rod.ends[1] == body else rod.ends[1]
                 pushed += 1
                 heapq.heappush(queue, (distance + rod.length, pushed, other, [*path, rod]))
-    return reached.get(end, [])
+    return []
 
 
 def _refusal(names: Names, rod: _Rod, path: Sequence[_Rod]) -> InputError:
