@@ -60,11 +60,17 @@ class Recommendation:
 
 @dataclass(frozen=True)
 class Behind:
-    """How many times the front's seconds and evaluations ``auto`` takes, None where unknown."""
+    """How many times the seconds and evaluations of others ``auto`` takes, None where unknown.
+
+    ``seconds`` and ``evaluations``: of the cheapest run that is as good as it turned out;
+    ``seconds_needed`` and ``evaluations_needed``: of the cheapest with the accuracy asked for.
+    """
 
     point: Point
-    seconds: float | None
-    evaluations: float | None
+    seconds: float | None = None
+    evaluations: float | None = None
+    seconds_needed: float | None = None
+    evaluations_needed: float | None = None
 
 
 @dataclass(frozen=True)
@@ -281,11 +287,15 @@ def _with_fronts(points: Sequence[Point]) -> list[Point]:
 
 def _behind(point: Point, points: Sequence[Point], known: Reference) -> Behind:
     """A run of ``auto`` beside the cheapest that are as good, as far as errors are resolved."""
-    if point.error is None:
-        return Behind(point, None, None)
-    error = max(point.error, RESOLVED * known.error)
+    if point.error is None or point.setting.accuracy is None:
+        return Behind(point)
+    seconds = [(p.distance, p.median) for p in points]
+    evaluations = [(p.distance, float(p.evaluations)) for p in points]
+    own, asked = max(point.error, RESOLVED * known.error), point.setting.accuracy - known.error
     return Behind(
         point,
-        behind(error, point.median, [(p.distance, p.median) for p in points]),
-        behind(error, point.evaluations, [(p.distance, float(p.evaluations)) for p in points]),
+        behind(own, point.median, seconds),
+        behind(own, point.evaluations, evaluations),
+        behind(asked, point.median, seconds),
+        behind(asked, point.evaluations, evaluations),
     )

@@ -92,6 +92,10 @@ def _automatic(found: Behind) -> dict[str, Any]:
         "method": found.point.chosen,
         **_measured(found.point),
         "times_front": {"seconds": found.seconds, "rhs_evaluations": found.evaluations},
+        "times_needed": {
+            "seconds": found.seconds_needed,
+            "rhs_evaluations": found.evaluations_needed,
+        },
     }
 
 
@@ -185,23 +189,32 @@ def _recommendations(trade: Trade) -> list[str]:
 
 
 def _automatics(found: Sequence[Behind]) -> list[str]:
-    """What ``--accuracy`` takes, beside the front."""
-    lines = ["Automatic, beside the cheapest that are as good"] if found else []
-    for each in found:
-        point = each.point
-        start = f"  {options_of(point.setting):<16} "
-        if point.outcome != "ok":
-            lines.append(f"{start}{_ENDS[point.outcome]}: {point.reason}")
-            continue
-        lines.append(
-            f"{start}{point.chosen}, error {point.error:.0e}, {point.evaluations} evaluations,"
-            f" {_times(each.evaluations)}; {point.median:.1e} s, {_times(each.seconds)}"
-        )
-    return lines
+    """What ``--accuracy`` takes, beside runs that are as good, and those that are good enough."""
+    if not found:
+        return []
+    return [
+        "Automatic, times the least of runs that are as good, and of those that are good enough",
+        f"  {'':<16} {'':<24} {'error':>6} {'evaluations':>11} {'as good':>8} {'enough':>6}"
+        f" {'seconds':>8} {'as good':>8} {'enough':>6}",
+        *map(_automatic_row, found),
+    ]
+
+
+def _automatic_row(found: Behind) -> str:
+    point = found.point
+    start = f"  {options_of(point.setting):<16} "
+    if point.outcome != "ok":
+        return f"{start}{_ENDS[point.outcome]}: {point.reason}"
+    return (
+        f"{start}{point.chosen:<24} {point.error:>6.0e} {point.evaluations:>11}"
+        f" {_times(found.evaluations):>8} {_times(found.evaluations_needed):>6}"
+        f" {point.median:>8.1e} {_times(found.seconds):>8} {_times(found.seconds_needed):>6}"
+    )
 
 
 def _times(factor: float | None) -> str:
-    return "the best" if factor is None else f"{factor:.2g} times"
+    """A factor; where no other run is as good there is none."""
+    return "-" if factor is None else f"{factor:.2g}"
 
 
 # The picture.
