@@ -120,7 +120,7 @@ def shared(groups: Sequence[Sequence[Expr]], known: Container[Expr], longest: in
         for expression in group:
             owner.give(expression, number)
     costs = _costs(order, known)
-    found = []
+    found: list[Expr] = []
     for part in reversed(order):
         long = isinstance(part, sympy.Add) and len(part.args) > longest
         several = owner.of[part] is None and costs[part] >= WORTH and not _is_multiple(part)
