@@ -143,13 +143,33 @@ def _met(model: Model, run: Trajectory) -> _Meeting | None:
     values = _factors(model, run.t, states)
     found = []
     for place, factor in zip(model.singular, values.T, strict=True):
-        moving = any(run.columns[f"dot({name})"].any() for name in place.lost)
+        rates = np.column_stack([run.columns[f"dot({name})"] for name in place.lost])
         changes = np.flatnonzero(np.signbit(factor[1:]) != np.signbit(factor[:-1]))
-        if len(changes) and moving:
-            found.append(_Meeting(place, int(changes[0]) + 1, passed=True))
+        passed = [k for k in changes.tolist() if _is_barred(factor, rates, k)]
+        if passed:
+            found.append(_Meeting(place, passed[0] + 1, passed=True))
         elif run.status not in ("ok", "stopped") and _ends_there(factor):
             found.append(_Meeting(place, len(run.t), passed=False))
     return min(found, key=lambda met: met.samples, default=None)
+
+
+def _is_barred(factor: Array, rates: Array, before: int) -> bool:
+    """Whether a motion that changed sides after a sample cannot have done so.
+
+    The momentum of a coordinate that loses its inertia as the factor's square keeps its
+    value: then the rate grows without bound, and the motion turns round. If instead the
+    rate is steady, the momentum goes to zero as the inertia does.
+    """
+    around = slice(max(before - 2, 0), before + 4)
+    inertia = factor[around] ** 2
+    near = (rate for rate in rates[around].T if rate.any())
+    return any(_spread(rate * inertia) < _spread(rate) for rate in near)
+
+
+def _spread(values: Array) -> float:
+    """How much numbers differ, beside their size."""
+    size = float(np.abs(values).mean())
+    return float(values.std()) / size if size > 0 else 0.0
 
 
 def _ends_there(factor: Array) -> bool:

@@ -238,6 +238,21 @@ def test_no_cartesian_form():
     assert "sin(theta) = 0" in caught.value.problems[0].hint
 
 
+def test_euler_angles_through_the_vertical_where_their_motion_is_regular():
+    """With p_φ = p_ψ the axis of a free top passes the vertical, and φ's rate stays finite."""
+    theta, p = 0.5, 1.5
+    phi_rate = p * (1 - np.cos(theta)) / np.sin(theta) ** 2
+    psi_rate = p / 0.5 - np.cos(theta) * phi_rate
+    state = f"{{phi: 0, theta: {theta}, psi: 0, dot(theta): -2, "
+    state += f"dot(phi): {float(phi_rate)!r}, dot(psi): {float(psi_rate)!r}}}"
+    start = TOP.index("initial:")
+    text = TOP[:start] + f"initial: {state}\nsimulate: {{until: 0.45}}\n"
+    run = ran(text, method="RK4", step=0.009, samples=51)
+    assert run.status == "ok"
+    assert run.columns["theta"][-1] < -0.1
+    assert np.abs(run.columns["dot(phi)"] - phi_rate).max() < 0.1 * phi_rate
+
+
 def test_through_the_origin_of_polar_coordinates():
     """r passes zero with φ at rest: x = cos 2t along a line."""
     run = ran(POLAR)
