@@ -156,11 +156,12 @@ def simulate_ensemble(session: Session, asked: Asked) -> int:
     """
     from lagrange_cli.simulate.ensemble import run_members, tasks_of
     from lagrange_cli.simulate.ensemble_store import open_store
+    from lagrange_cli.simulate.members import require_known_names
 
     started = perf_counter()
     members = _members(asked)
     scene = asked.recipe.scene()
-    _require_names(members, scene)
+    require_known_names(members, scene)
     plan, times = _plan(session, asked, members, scene)
     tasks = tasks_of(plan, members.rows)
     sizes = [len(task.rows) for task in tasks]
@@ -192,21 +193,6 @@ def _cores() -> int:
 
 
 # What all members share.
-
-
-def _require_names(members: Members, scene: Scene) -> None:
-    """Refuse sizes, which change the equations."""
-    sizes = {size.name for size in scene.sizes}
-    for name, head in zip(members.names, members.heads, strict=True):
-        if name in sizes:
-            raise InputError(
-                Problem(
-                    f"the size '{name}' cannot differ between members: it changes the equations",
-                    head,
-                    hint=f"-p {name}=...",
-                    rule="ensemble",
-                )
-            )
 
 
 def _require_common_times(scene: Scene, own: Own, members: Members) -> None:

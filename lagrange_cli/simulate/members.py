@@ -13,14 +13,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.errors import InputError
+from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.files.rows import NUMBER
 from lagrange_cli.simulate.model import Model
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import Formulation, Scene
+    from lagrange_cli.simulate.ensemble_file import Members
 
-__all__ = ["Numbers", "Own", "Recipe", "differ_in_numbers", "varied"]
+__all__ = ["Numbers", "Own", "Recipe", "differ_in_numbers", "require_known_names", "varied"]
 
 
 @dataclass(frozen=True)
@@ -109,6 +110,33 @@ def _names(expression: Any) -> set[str]:
     from lagrange_cli.scene.expression import names_in
 
     return set() if expression is None else {name.name for name in names_in(expression.node)}
+
+
+def require_known_names(members: Members, scene: Scene) -> None:
+    """Refuse sizes, which change the equations, and names in values that are no parameters.
+
+    Raises
+    ------
+    InputError
+        At the first of them.
+    """
+    from lagrange_cli.scene import parse_expression
+
+    sizes = {size.name for size in scene.sizes}
+    for name, head in zip(members.names, members.heads, strict=True):
+        if name in sizes:
+            said = f"the size '{name}' cannot differ between members: it changes the equations"
+            raise InputError(Problem(said, head, f"-p {name}=...", "ensemble"))
+    known = {"pi"} | {p.name for p in scene.parameters} | sizes
+    for member, row in enumerate(members.rows):
+        for name, text in zip(members.names, row, strict=True):
+            if not NUMBER.fullmatch(text):
+                mark = members.mark(member, name)
+                used = _names(parse_expression(text, mark)) - known
+                if used:
+                    unknown = min(used)
+                    said = f"'{unknown}' is no parameter of the scene"
+                    raise InputError(Problem(said, mark, nearest(unknown, known), "unknown-name"))
 
 
 def differ_in_numbers(recipe: Recipe, own: Own, model: Model) -> bool:
