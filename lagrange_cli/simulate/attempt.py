@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -199,7 +200,7 @@ class Attempt:
             control, tolerance = self._schedule[run]
             control.atol[:] = self._absolute(tolerance, run.filled)
 
-    @property
+    @cached_property
     def _sweeping(self) -> NDArray[np.bool_]:
         n = len(self._problem.kinds)
         sweeping = np.abs(self._problem.y0) <= self._found.scales[-1]

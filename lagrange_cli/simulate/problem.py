@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -58,7 +59,7 @@ class InitialValueProblem:
         """No step is longer, so that what is sharp in a long quiet motion is not passed unseen."""
         return self.span * (LONGEST_STEP if self.autonomous else LONGEST_STEP_DRIVEN)
 
-    @property
+    @cached_property
     def angles(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
         """Which coordinates are angles, shape (n,)."""
         return np.array([kind == "angle" for kind in self.kinds])
@@ -67,6 +68,12 @@ class InitialValueProblem:
 def spacing(values: Array) -> Array:
     """One unit in the last place of |values|, 0 for 0."""
     return np.where(values == 0, 0.0, np.spacing(np.abs(values)))
+
+
+@cache
+def _alike(kinds: tuple[str, ...]) -> list[list[int]]:
+    """The numbers of the coordinates of each kind."""
+    return [[i for i, k in enumerate(kinds) if k == kind] for kind in dict.fromkeys(kinds)]
 
 
 def running_scales(problem: InitialValueProblem, states: Array) -> Array:
@@ -90,8 +97,7 @@ def running_scales(problem: InitialValueProblem, states: Array) -> Array:
     largest[:, problem.angles] = 1.0
     speed = np.maximum.accumulate(np.abs(states[:, n:]), axis=0)
     scales = np.empty_like(states)
-    for kind in dict.fromkeys(problem.kinds):
-        own = [i for i, k in enumerate(problem.kinds) if k == kind]
+    for own in _alike(problem.kinds):
         of_kind = largest[:, own].max(axis=1, keepdims=True)
         scale = np.maximum(largest[:, own], SMALL_BESIDE_OTHERS * of_kind)
         scales[:, own] = np.where(of_kind == 0, 1.0, scale)
