@@ -46,6 +46,9 @@ PER_STEP = 12
 #: are suggested, are to have.
 WORST, SUGGESTED = 1e-4, 1e-8
 
+#: Part of the way to a singularity after which it is near.
+CLEAR = 0.99
+
 #: How far a run by another method in doubles may be away: rounding grows there sooner.
 FARTHEST = 1e-2
 
@@ -238,7 +241,7 @@ def _require(
     if bounces < problem.until:
         raise _refused(
             f"bounces become infinitely many by t = {bounces:.9g}, and no reference is past that",
-            _until(problem, np.where(problem.times < bounces, 0.0, np.inf)),
+            _until(problem, _before(problem, bounces)),
         )
     if len(ended) >= number:
         return
@@ -247,7 +250,7 @@ def _require(
         raise _refused(
             f"no reference: the motion cannot be continued past t = {failure.time:.9g}:"
             f" {failure.reason}",
-            _until(problem, np.where(problem.times < failure.time, 0.0, np.inf)),
+            _until(problem, _before(problem, failure.time)),
         )
     raise no_time()
 
@@ -256,11 +259,20 @@ def _require_agreement(problem: InitialValueProblem, ratios: Array, most: float)
     """Refuse where runs of highest accuracy part."""
     if len(ratios) == len(problem.times) and ratios[-1] <= most:
         return
+    what = f"differ by {ratios[-1]:.1e} of the scales at the end"
+    if not np.isfinite(ratios[-1]):
+        what = f"differ in what contacts do before t = {problem.until:.9g}"
     raise _refused(
-        f"no reference: runs of highest accuracy differ by {ratios[-1]:.1e} of the scales at the"
-        " end, since the motion is chaotic or loses digits; nothing can be measured there",
+        f"no reference: runs of highest accuracy {what}, since the motion is chaotic or loses"
+        " digits; nothing can be measured there",
         _until(problem, ratios),
     )
+
+
+def _before(problem: InitialValueProblem, end: float) -> Array:
+    """Nothing clearly before an end, infinity from there on."""
+    clear = problem.start + CLEAR * (end - problem.start)
+    return np.where(problem.times < clear, 0.0, np.inf)
 
 
 def _until(problem: InitialValueProblem, ratios: Array) -> str:

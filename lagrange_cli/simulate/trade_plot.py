@@ -35,6 +35,9 @@ def draw_trade(trade: Trade, ending: str) -> bytes:
         (left, _seconds, lambda p: p.pareto, "seconds"),
         (right, _evaluations, lambda p: p.pareto_evaluations, "right-hand sides"),
     ):
+        if not any(map(_drawn, trade.points)):
+            axes.set_title("no run to draw")
+            continue
         _lines(axes, trade, cost)
         _front(axes, trade, cost, front)
         axes.set(xscale="log", yscale="log", ylabel=label)
@@ -42,7 +45,7 @@ def draw_trade(trade: Trade, ending: str) -> bytes:
         axes.invert_xaxis()
         axes.grid(visible=True, alpha=0.3)
         axes.axvline(trade.reference.error, color="grey", linestyle=":", label="reference's error")
-    right.legend(fontsize="small")
+    right.legend(*right.get_legend_handles_labels(), fontsize="small")
     # Text of a scene is text, not mathematics to be parsed.
     figure.suptitle(f"{trade.name}, until t = {trade.until:.6g}", parse_math=False)
     return picture(figure, ending)
