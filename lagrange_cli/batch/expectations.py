@@ -151,9 +151,10 @@ def _simulated(
     equations: Equations, *, until: float | None = None, accuracy: float | None = None
 ) -> Trajectory:
     """Integrate; SciPy is imported only for scenes that ask for this."""
-    from lagrange_cli.simulate import simulate
+    from lagrange_cli.simulate.charts import simulate_past_charts
+    from lagrange_cli.simulate.modelling import model_of
 
-    return simulate(equations, until=until, accuracy=accuracy)
+    return simulate_past_charts(model_of(equations), until=until, accuracy=accuracy)
 
 
 def _state(expect: Expect, equations: Equations) -> Iterator[Problem]:
