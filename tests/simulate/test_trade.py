@@ -16,9 +16,8 @@ from hypothesis import strategies as st
 
 from lagrange_cli import loads
 from lagrange_cli.errors import AccuracyError, InputError
-from lagrange_cli.simulate import INTEGRATORS, simulate
+from lagrange_cli.simulate import INTEGRATORS, simulate, trade_runs
 from lagrange_cli.simulate import trade as trading
-from lagrange_cli.simulate import trade_runs
 from lagrange_cli.simulate.accuracy import only_the_start
 from lagrange_cli.simulate.front import behind, cheapest, pareto
 from lagrange_cli.simulate.integrators.switching import Switch
