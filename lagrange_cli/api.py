@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.model import Formulation, Scene
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.model import Model
+    from lagrange_cli.simulate.trade import Trade
 
 __all__ = ["Derivation", "LoadedScene", "load", "loads"]
 
@@ -142,6 +143,13 @@ class Derivation:
             return simulate_past_charts(self._with_multipliers(), **options)
         other = self._with_multipliers if wanted == "auto" and self.scene is not None else None
         return simulate_past_charts(model_of(self.equations), other, **options)
+
+    def tradeoff(self, **options: Any) -> Trade:
+        """Measure speed against accuracy; see :func:`lagrange_cli.simulate.trade.trade`."""
+        from lagrange_cli.simulate.modelling import model_of
+        from lagrange_cli.simulate.trade import trade
+
+        return trade(model_of(self.equations), **options)
 
     def _with_multipliers(self) -> Model:
         from lagrange_cli.mechanics import derive

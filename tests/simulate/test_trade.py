@@ -376,6 +376,12 @@ def test_a_run_beyond_the_budget_is_given_up_with_its_count(oscillator):
     assert at_the_end([point])
 
 
+def test_the_python_interface_measures_too():
+    found = loads(OSCILLATOR).derive().tradeoff(methods=["RK4"], repeat=1, until=1.0)
+    assert (found.name, found.until) == ("oscillator", 1.0)
+    assert {p.setting.method for p in found.points} == {"RK4"}
+
+
 def test_an_interrupt_during_auto_is_not_taken_for_a_spent_budget(oscillator, monkeypatch):
     def interrupted(problem, eps, watch):
         return only_the_start(problem, 0.0)
