@@ -18,6 +18,9 @@ __all__ = ["draw", "new_figure", "picture"]
 #: More lines than this in one panel have no legend.
 LONGEST_LEGEND = 12
 
+#: What names of parts of an SVG are made with.
+SALT = "lagrange"
+
 
 def draw(trajectory: Trajectory, ending: str) -> bytes:
     """The picture's bytes: coordinates, velocities and energy over time.
@@ -73,9 +76,13 @@ def new_figure(size: tuple[float, float], ending: str) -> Figure:
 
 
 def picture(figure: Figure, ending: str) -> bytes:
-    """A figure as the bytes of a file."""
+    """A figure as the bytes of a file, the same ones for the same figure."""
+    from matplotlib import rc_context
+
     file = io.BytesIO()
-    figure.savefig(file, format=ending, metadata=_undated(ending))
+    # Without a salt the names of parts of an SVG are random.
+    with rc_context({"svg.hashsalt": SALT}):
+        figure.savefig(file, format=ending, metadata=_undated(ending))
     return file.getvalue()
 
 

@@ -569,7 +569,9 @@ def test_pictures_keep_their_width_whatever_is_drawn(pairs):
 @pytest.mark.parametrize(("ending", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml")])
 def test_work_precision_pictures(traded, ending, start):
     pytest.importorskip("matplotlib")
-    assert draw_trade(traded, ending).startswith(start)
+    drawn = draw_trade(traded, ending)
+    assert drawn.startswith(start)
+    assert draw_trade(traded, ending) == drawn
 
 
 def test_pictures_of_nothing_can_be_drawn(traded):
