@@ -22,12 +22,15 @@ from lagrange_cli.mechanics.ranks import TOLERANCE
 from lagrange_cli.mechanics.refusals import no_configuration
 from lagrange_cli.mechanics.sampling import Sampler
 from lagrange_cli.mechanics.tape import DomainError, values
+from lagrange_cli.mechanics.wording import quoted
 
 __all__ = ["contradiction", "explained", "nowhere", "smallest"]
 
 #: Equations among which a smallest set is sought: each costs an elimination.
 _MOST = 40
-#: The same where each costs a search for a configuration.
+#: Equations that are tried each by itself.
+_MOST_SINGLE = 200
+#: Equations among which one is sought whose deletion costs a search for a configuration.
 _MOST_SEARCHES = 12
 #: Names that a message lists.
 _NAMED = 4
@@ -101,7 +104,7 @@ def contradiction(
     if proven is not None:
         return proven
     stated = [found.stated[k] for k in used]
-    listed = ", ".join(f"'{n}'" for n in dict.fromkeys(s.constraint for s in stated))
+    listed = quoted([s.constraint for s in stated])
     return InputError(
         Problem(
             f"with what else is given {listed} comes to {_written(reduced)} = 0,"
@@ -134,6 +137,7 @@ def nowhere(
         proven = explained(names, found.stated, _rest(found, restricting), reference)
     if proven is None:
         proven = explained(names, found.stated, range(len(found.stated)), reference)
+    proven = proven or _by_itself(names, found, restricting, reference)
     if proven is not None:
         return proven
     if 1 < len(restricting) <= _MOST_SEARCHES:
@@ -141,6 +145,21 @@ def nowhere(
         restricting = [restricting[k] for k in rows]
         proven = explained(names, found.stated, _rest(found, restricting), reference)
     return proven or no_configuration(names.scene, found, restricting)
+
+
+def _by_itself(
+    names: Names,
+    found: Elimination,
+    restricting: Sequence[int],
+    reference: Mapping[sp.Symbol, mpf],
+) -> InputError | None:
+    """The error of a single equation of many that nothing satisfies."""
+    constants = {p: reference[p] for p in names.parameters.values() if p in reference}
+    for number in restricting[:_MOST_SINGLE]:
+        left, right = found.pending[number]
+        if contradicting([left - right], constants):
+            return explained(names, found.stated, _rest(found, [number]), reference)
+    return None
 
 
 def _rest(found: Elimination, numbers: Sequence[int]) -> list[int]:
@@ -186,7 +205,7 @@ def _is_false(
 
 def _refusal(names: Names, stated: Sequence[Stated], proof: _Proof) -> InputError:
     named = list(dict.fromkeys(s.constraint for s in stated))
-    listed = ", ".join(f"'{n}'" for n in named)
+    listed = quoted(named)
     defined = any(s in names.given for s in stated[0].phi.free_symbols)
     if len(named) > 1:
         message = f"constraints {listed} contradict each other: {_outcome(names, proof)}"

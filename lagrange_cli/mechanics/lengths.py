@@ -21,8 +21,13 @@ from lagrange_cli.mechanics.elimination import Stated
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.ranks import TOLERANCE
 from lagrange_cli.mechanics.tape import DomainError, values
+from lagrange_cli.mechanics.wording import quoted
 
 __all__ = ["overlong_rod"]
+
+
+#: Rods of a path that are named again.
+_LISTED = 6
 
 
 @dataclass(frozen=True)
@@ -124,13 +129,15 @@ def _shortest_path(beside: Mapping[int, Sequence[_Rod]], around: _Rod) -> list[_
 
 def _refusal(names: Names, rod: _Rod, path: Sequence[_Rod]) -> InputError:
     stated = [r.stated for r in (*path, rod) if r.stated is not None]
-    named = ", ".join(f"'{s.constraint}'" for s in stated)
+    named = quoted([s.constraint for s in stated])
     ends = " and ".join(f"'{names.bodies[k].name}'" for k in rod.ends)
     reach = f"{float(sum(r.length for r in path)):.6g}"
     length = f"{float(rod.length):.6g}"
     verb = "reaches" if len(path) == 1 else "reach"
     *first, last = (_called(names, r) for r in path)
     others = f"{', '.join(first)} and {last}" if first else last
+    if len(first) > _LISTED:
+        others = f"the {len(path)} others"
     are, hint = "are", f"bring {ends} closer together than {reach}, or lengthen the others"
     if rod.stated is not None:
         are = "are to be"

@@ -10,6 +10,7 @@ from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.elimination import Elimination, Stated
 from lagrange_cli.mechanics.pasting import fewer_coordinates
 from lagrange_cli.mechanics.sampling import PLACED_STARTS, STARTS
+from lagrange_cli.mechanics.wording import quoted
 from lagrange_cli.scene.model import Scene
 
 __all__ = [
@@ -43,17 +44,13 @@ def _open_names(found: Elimination, number: int) -> list[sp.Symbol]:
     return found.in_order((left - right).free_symbols)
 
 
-def _quoted(names: Sequence[object]) -> str:
-    return ", ".join(f"'{n}'" for n in names)
-
-
 def too_few(scene: Scene, found: Elimination, excess: int) -> InputError:
     """Declared coordinates and constraints leave names undetermined."""
     open_names = [u.name for u in found.unknowns]
     have = [c.name for c in scene.coordinates or ()]
     # Equations between coordinates alone take freedom from them.
     fixing = sum(not _open_names(found, number) for number in found.pending)
-    which = _quoted(open_names)
+    which = quoted(open_names)
     if excess < len(open_names):
         which = f"{excess} of {which}"
     return InputError(
@@ -85,7 +82,7 @@ def too_many(
     verb = "fixes" if len(involved) == 1 else "relates"
     return InputError(
         Problem(
-            f"too many coordinates: constraint '{stated.constraint}' {verb} {_quoted(involved)}"
+            f"too many coordinates: constraint '{stated.constraint}' {verb} {quoted(involved)}"
             f" ({len(rest) + 1} declared)",
             stated.equation.mark(),
             hint=fewer_coordinates(scene, rest, name, str(value).replace("**", "^")),
@@ -100,7 +97,7 @@ def dependent_coordinates(
     """Coordinates move the particles in fewer independent ways than there are of them."""
     return InputError(
         Problem(
-            f"the coordinates {_quoted(mixed)} are not independent:"
+            f"the coordinates {quoted(mixed)} are not independent:"
             f" they move the particles in {ways} {'way' if ways == 1 else 'ways'} only",
             scene.coordinates_mark or Mark(scene.file, 1, 1),
             hint=fewer_coordinates(scene, rest, mixed[-1], "1"),
@@ -122,7 +119,7 @@ def no_configuration(scene: Scene, found: Elimination, related: Sequence[int] = 
     if related:
         used = rests_on(found, related)
     constraints = list(dict.fromkeys(s.constraint for s in used))
-    named = _quoted(constraints) or "the scene"
+    named = quoted(constraints) or "the scene"
     hint = "give one in 'initial' or 'near'"
     if len(constraints) > 1:
         hint += ", or leave one of these constraints out"
@@ -171,7 +168,7 @@ def singular(found: Elimination, numbers: Sequence[int]) -> InputError:
         hint = f"{hint}\n{named[0]}: {_crossing(stated[0].phi)}"
     return InputError(
         Problem(
-            f"{what} {_quoted(named)} {why}",
+            f"{what} {quoted(named)} {why}",
             found.stated[numbers[-1]].equation.mark(),
             hint=hint,
             rule="singular",
