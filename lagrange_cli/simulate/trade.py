@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.errors import InputError
+from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.front import behind, cheapest, pareto
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.model import Model
@@ -181,11 +181,6 @@ def _fitting(model: Model, methods: Sequence[str] | None) -> tuple[list[str], di
     InputError
         One that was asked for is unknown or cannot.
     """
-    if methods is not None:
-        for name in methods:
-            if name != AUTO:
-                require_fit(model, method_of(name))
-        return list(dict.fromkeys(methods)), {}
     fitting, left_out = [AUTO], {}
     for name, method in INTEGRATORS.items():
         try:
@@ -193,7 +188,13 @@ def _fitting(model: Model, methods: Sequence[str] | None) -> tuple[list[str], di
             fitting.append(name)
         except InputError as refusal:
             left_out[name] = refusal.problems[0].message
-    return fitting, left_out
+    if methods is None:
+        return fitting, left_out
+    for name in methods:
+        if name != AUTO and method_of(name).name in left_out:
+            hint = f"--methods {','.join(fitting)}"
+            raise InputError(Problem(left_out[name], hint=hint, rule="simulate"))
+    return list(dict.fromkeys(methods)), {}
 
 
 class _Stages:

@@ -130,15 +130,22 @@ def text(trade: Trade) -> str:
             f"Reference  {known.method}, error {known.error:.0e}{checked}",
             f"Code       {trade.implementation}",
             "",
-            *_table(trade.points),
-            "",
-            *character_plot(trade.points),
-            "",
-            *_recommendations(trade),
+            *(_compared(trade) if trade.points else ()),
             *_automatics(trade.automatic),
             *(f"Left out   {reason}" for reason in trade.left_out.values()),
         ]
     )
+
+
+def _compared(trade: Trade) -> list[str]:
+    """What there is to say of runs of methods."""
+    return [
+        *_table(trade.points),
+        "",
+        *character_plot(trade.points),
+        "",
+        *_recommendations(trade),
+    ]
 
 
 def _table(points: Sequence[Point]) -> list[str]:

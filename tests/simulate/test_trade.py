@@ -489,8 +489,10 @@ def test_the_bounces_of_a_ball_are_those_of_the_closed_form():
 def test_a_method_that_cannot_run_is_refused_where_it_was_asked_for(oscillator):
     with pytest.raises(InputError, match="did you mean 'DOP853'"):
         trade(oscillator, methods=["DOP835"])
-    with pytest.raises(InputError, match="LSODA cannot"):
+    with pytest.raises(InputError, match="LSODA cannot") as caught:
         trade(model(PENDULUM, ROD), methods=["LSODA"])
+    assert caught.value.problems[0].hint.startswith("--methods auto,DOP853,")
+    assert "LSODA" not in caught.value.problems[0].hint
 
 
 # Reports
@@ -536,6 +538,12 @@ def test_runs_that_fail_alike_are_one_row(traded):
     assert "step 0.2       failed, with 2 finer ones, after 300 evaluations: no" in shown
     assert "Recommended  nothing" in shown
     assert "no run to draw" in shown
+
+
+def test_auto_alone_has_no_table(traded):
+    shown = text(replace(traded, points=()))
+    assert "Recommended" not in shown
+    assert "--accuracy 1e-06" in shown
 
 
 def test_the_picture_of_characters_has_each_run_at_its_place():
