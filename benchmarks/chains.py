@@ -53,6 +53,9 @@ from lagrange_cli.scene import read_text
 
 MASS, ROD = 0.5, 0.25
 
+#: Joints up to which Pinocchio takes part: with 1000 its process ended without a word.
+LARGEST_PINOCCHIO = 256
+
 SCENE = """
 name: chain
 sizes: {{n: {n}}}
@@ -146,7 +149,7 @@ def methods(n: int, folder: Path, pinocchio: Path | None) -> tuple[list[Method],
     ours, equations = lagrange_c(n, folder)
     found, states = [ours], angles(n)
     given = np.r_[GRAVITY, np.tile([MASS, ROD], n)]
-    if importlib.util.find_spec("pinocchio"):
+    if n <= LARGEST_PINOCCHIO and importlib.util.find_spec("pinocchio"):
         found.append(pinocchio_python(n, states, given))
         if pinocchio is not None:
             found.append(pinocchio_cpp(n, states, given, folder, pinocchio))
