@@ -107,6 +107,19 @@ def test_integration_measures_errors_against_a_reference(tmp_path: Path) -> None
     assert run.stdout.count("\n| lagrange, Gauss16 |") == 2
 
 
+def test_ensembles_keep_their_accuracy(tmp_path: Path) -> None:
+    _needs_compiler()
+    output = tmp_path / "ensemble.json"
+    words = ["--members", "2", "--turns", "1", "--jobs", "1", "--json", str(output)]
+    command = [sys.executable, str(BENCHMARKS / "ensemble.py"), *words]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert run.returncode == 0, run.stderr
+    promised, *others = json.loads(output.read_text())["rows"]
+    assert promised["error"] < 1e-9
+    assert all(row["error"] < 1e-6 for row in others)
+    assert run.stdout.count("\n| lagrange, ") == 3
+
+
 def test_times_at_an_error_lie_between_runs_that_enclose_it(integration: ModuleType) -> None:
     errors = integration.falling([1e-2, 1e-5, 1e-3, 1e-6, 1e-6])
     assert errors == pytest.approx([1e-2, 1e-4, 1e-4, 1e-6, 1e-6])

@@ -1,0 +1,212 @@
+"""Double pendulums a second on all cores, side by side with heyoka's batch mode.
+
+Members differ in their release, a square grid around (1.5, 2.0); each is integrated for
+10 s and sampled 501 times. Three ways:
+
+* lagrange with ``accuracy``: what ``simulate --vary`` does, each member with an estimate of
+  its error (three runs and a coarse one);
+* lagrange with a method and a tolerance: one run each, nothing estimated;
+* heyoka: batch mode, as many members in a vector as it recommends, divided over threads.
+
+Compilation is not timed. Beside the time that passes stands that of the processors, children
+included, which other work on the machine changes less. All ways run in turn, several times;
+medians are reported, and ratios are taken within a turn. The error of each way is the largest
+over the samples of a few members, against a Taylor series in 30 decimal digits, angles in
+radians and angular velocities over their largest value.
+
+    python benchmarks/ensemble.py --members 10000 --json ensemble.json
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import itertools
+import json
+import math
+import os
+import resource
+import statistics
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from double_pendulum import GRAVITY, SCENE, Array, Release, reference, slopes
+from integration import about
+
+from lagrange_cli.simulate.ensemble import Plan, Task, run_block, tasks_of
+from lagrange_cli.simulate.members import Own, Recipe, differ_in_numbers
+from lagrange_cli.simulate.parallel import in_any_order
+
+UNTIL, SAMPLES = 10.0, 501
+CENTRE, WIDTH = (1.5, 2.0), 0.2
+NAMES = ("theta1", "theta2")
+STATE = (*NAMES, "dot(theta1)", "dot(theta2)")
+
+#: Members whose error is measured.
+CHECKED = 4
+
+
+@dataclass(frozen=True)
+class Way:
+    """``run()`` gives the states of all members, shape (members, samples, 4)."""
+
+    name: str
+    run: Callable[[], Array]
+
+
+def releases(members: int) -> list[Release]:
+    """Angles on a square grid, the first ``members`` of it."""
+    side = math.ceil(math.sqrt(members))
+    axes = [np.linspace(c - WIDTH / 2, c + WIDTH / 2, side).tolist() for c in CENTRE]
+    return list(itertools.islice(itertools.product(*axes), members))
+
+
+# -- ways ---------------------------------------------------------------------
+
+
+def plan(how: dict[str, Any]) -> Plan:
+    recipe = Recipe("double_pendulum", (SCENE % (GRAVITY, *CENTRE)).encode())
+    own = Own({}, dict(zip(NAMES, map(repr, CENTRE), strict=True)))
+    model = recipe.model(own)
+    alone = differ_in_numbers(recipe, own, model)
+    common = {"until": UNTIL, "samples": SAMPLES}
+    return Plan(str(how), recipe, NAMES, own, model, alone, SAMPLES, {**common, **how})
+
+
+def lagrange(starts: Sequence[Release], jobs: int, how: dict[str, Any]) -> Way:
+    shared = plan(how)
+    tasks = tasks_of(shared, [tuple(map(repr, start)) for start in starts])
+    run_block(Task(shared, 0, tasks[0].rows[:1]))  # compiles
+
+    def run() -> Array:
+        blocks = sorted(in_any_order(run_block, tasks, jobs), key=lambda block: block.number)
+        failed = [word for block in blocks for word in block.words["status"] if word != "ok"]
+        if failed:
+            raise RuntimeError(f"{len(failed)} members failed")
+        columns = [np.concatenate([b.columns[name] for b in blocks]) for name in STATE]
+        return np.stack(columns, axis=2)
+
+    said = ", ".join(f"{name} {value}" for name, value in how.items() if name != "atol")
+    return Way(f"lagrange, {said}", run)
+
+
+def heyoka(starts: Sequence[Release], tolerance: float) -> Way:
+    import heyoka as hy
+
+    width, names = hy.recommended_simd_size(), hy.make_vars("a", "b", "u", "v")
+    system = list(zip(names, slopes(names, hy.sin, hy.cos), strict=True))
+    # The last vector is filled with copies of its first member.
+    batches = [list(starts[k : k + width]) for k in range(0, len(starts), width)]
+    batches[-1] += [batches[-1][0]] * (width - len(batches[-1]))
+    at_rest = [np.vstack([np.transpose(batch), np.zeros((2, width))]) for batch in batches]
+    template = hy.taylor_adaptive_batch(system, at_rest[0].copy(), tol=tolerance)
+
+    def begin(integrator: Any, number: int) -> Any:
+        integrator.set_time(0.0)
+        integrator.state[:] = at_rest[number]
+        return integrator
+
+    def run() -> Array:
+        times = np.linspace(0.0, UNTIL, SAMPLES)
+        found = hy.ensemble_propagate_grid_batch(template, times, len(batches), begin)
+        states = [np.moveaxis(of[-1], 2, 0) for of in found]
+        return np.concatenate(states)[: len(starts)]
+
+    return Way(f"heyoka, batches of {width}, tol {tolerance:g}", run)
+
+
+def ways(starts: Sequence[Release], jobs: int) -> list[Way]:
+    chosen = [{"accuracy": 1e-9}]
+    chosen += [{"method": "Gauss16", "rtol": x, "atol": x / 100} for x in (1e-9, 1e-11)]
+    found = [lagrange(starts, jobs, how) for how in chosen]
+    if importlib.util.find_spec("heyoka"):
+        found += [heyoka(starts, tolerance) for tolerance in (1e-9, 1e-10)]
+    return found
+
+
+# -- measuring ----------------------------------------------------------------
+
+
+@cache
+def exact_states(release: Release) -> Array:
+    """The samples of one member, to 30 digits rounded."""
+    found = reference(np.linspace(0.0, UNTIL, SAMPLES), release)
+    return np.array([[float(x) for x in state] for state in found])
+
+
+def error(states: Array, starts: Sequence[Release]) -> float:
+    """The largest error of some members spread over all."""
+    worst = 0.0
+    for k in np.linspace(0, len(starts) - 1, min(CHECKED, len(starts))).astype(int).tolist():
+        exact = exact_states(starts[k])
+        scales = np.concatenate([np.ones(2), np.abs(exact[:, 2:]).max(axis=0)])
+        worst = max(worst, float((np.abs(states[k] - exact) / scales).max()))
+    return worst
+
+
+def processor_seconds() -> float:
+    """Of this process and of those it has waited for."""
+    found = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(of.ru_utime + of.ru_stime for of in found)
+
+
+def measure(candidates: Sequence[Way], starts: Sequence[Release], turns: int) -> list[dict]:
+    """Of each way its error, and its seconds in each turn."""
+    rows: list[dict[str, Any]] = [
+        {"way": of.name, "seconds": [], "processor": []} for of in candidates
+    ]
+    for turn in range(turns):
+        for way, row in zip(candidates, rows, strict=True):
+            started, used = time.perf_counter(), processor_seconds()
+            states = way.run()
+            row["seconds"].append(time.perf_counter() - started)
+            row["processor"].append(processor_seconds() - used)
+            if turn == 0:
+                row["error"] = error(states, starts)
+    for row in rows:
+        for kind in ("seconds", "processor"):
+            row[f"{kind}_a_member"] = statistics.median(row[kind]) / len(starts)
+            pairs = zip(row[kind], rows[-1][kind], strict=True)
+            row[f"{kind}_ratio"] = statistics.median(own / last for own, last in pairs)
+    return rows
+
+
+def table(rows: Sequence[dict[str, Any]]) -> str:
+    """Markdown: a row a way; times those of the last one."""
+    head = ("way", "ms a member", "times the last", "processor, ms", "times the last", "error")
+    lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
+    for row in rows:
+        cells = [
+            f"{scale * row[name]:.3g}"
+            for kind in ("seconds", "processor")
+            for name, scale in ((f"{kind}_a_member", 1e3), (f"{kind}_ratio", 1))
+        ]
+        lines.append(f"| {' | '.join([row['way'], *cells])} | {row['error']:.1e} |")
+    return "\n".join(lines)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--members", type=int, default=10_000)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--turns", type=int, default=3)
+    parser.add_argument("--json", metavar="FILE")
+    options = parser.parse_args()
+    starts = releases(options.members)
+    rows = measure(ways(starts, options.jobs), starts, options.turns)
+    print(f"{options.members} members, {options.jobs} cores\n")
+    print(table(rows))
+    if options.json:
+        counts = {"members": options.members, "jobs": options.jobs, "turns": options.turns}
+        with open(options.json, "w", encoding="utf-8") as file:
+            json.dump({"about": {**about(), **counts}, "rows": rows}, file, indent=1)
+    return 0 if rows[0]["error"] < 1e-9 else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
