@@ -30,7 +30,7 @@ from lagrange_cli.simulate.trajectory import Trajectory
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble_store import Store
 
-__all__ = ["REFUSED", "Block", "Plan", "Task", "run_members", "tasks_of"]
+__all__ = ["REFUSED", "Block", "Plan", "Task", "run_block", "run_members", "tasks_of"]
 
 #: The status of a member that cannot be begun.
 REFUSED = "refused"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +13,15 @@ from hypothesis import strategies as st
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import ensemble
-from lagrange_cli.simulate.ensemble import REFUSED, Plan, run_block, run_members, tasks_of
+from lagrange_cli.simulate.charts import simulate_past_charts
+from lagrange_cli.simulate.ensemble import (
+    REFUSED,
+    Plan,
+    Task,
+    run_block,
+    run_members,
+    tasks_of,
+)
 from lagrange_cli.simulate.ensemble_file import MOST_MEMBERS, grid, read_members
 from lagrange_cli.simulate.ensemble_store import open_store, parts_of
 from lagrange_cli.simulate.members import (
@@ -24,6 +33,8 @@ from lagrange_cli.simulate.members import (
 )
 from lagrange_cli.simulate.parallel import in_any_order
 from lagrange_cli.simulate.simulation import simulate
+
+SYSTEMS = Path(__file__).parents[2] / "systems"
 
 PENDULUM = """
 name: pendulum
@@ -112,6 +123,35 @@ def test_members_are_single_runs_bit_for_bit(names):
         figures = blocks[k].figures
         assert figures["estimated"][0] == alone.estimated
         assert figures["rhs_evaluations"][0] == alone.rhs_evaluations
+
+
+@pytest.mark.parametrize(
+    ("scene", "values", "alone"),
+    [
+        ("celestial/arenstorf_orbit", {"mu": ("0.0121", "0.0123")}, True),
+        ("contact/bouncing_ball", {"m": ("1.2", "1.1")}, False),
+        ("oscillators/seismometer", {"m": ("2", "2.1"), "x": ("0", "0.001")}, True),
+        ("pendulums/spherical_pendulum", {"theta": ("1", "1e-9"), "m": ("1", "2")}, True),
+        ("pulleys/swinging_atwood", {"M": ("3", "3.1"), "r": ("1", "1.1")}, True),
+        ("rolling/rolling_disk", {"m": ("2", "2.1")}, False),
+    ],
+)
+def test_members_of_shipped_scenes_are_single_runs(scene, values, alone):
+    path = SYSTEMS / f"{scene}.yaml"
+    found = Recipe(str(path), path.read_bytes())
+    first, own = (
+        Own.of({name: both[k] for name, both in values.items()}, found.scene()) for k in (0, 1)
+    )
+    model = found.model(first)
+    assert differ_in_numbers(found, first, model) is alone
+    how = {"until": model.defaults.start + 1.0, "accuracy": 1e-6, "samples": 11, "method": None}
+    plan = Plan("key", found, tuple(values), first, model, alone, 11, how)
+    block = run_block(Task(plan, 0, (tuple(both[1] for both in values.values()),)))
+    member = found.model(own)
+    single = simulate_past_charts(member, lambda: found.model(own, "multiplier"), **how)
+    assert block.words["status"] == [single.status] == ["ok"]
+    for name, column in single.columns.items():
+        assert np.array_equal(block.columns[name][0], column, equal_nan=True)
 
 
 def test_what_rests_on_a_parameter_changes_with_it():
