@@ -24,7 +24,7 @@ from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.pilot import Pilot, pilot
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.reference import Reference, no_time, reference
-from lagrange_cli.simulate.request import AUTO, method_of, require_fit, resolve
+from lagrange_cli.simulate.request import AUTO, Request, method_of, require_fit, resolve
 from lagrange_cli.simulate.right_hand_side import RightHandSide, right_hand_side
 from lagrange_cli.simulate.simulation import problem_of
 from lagrange_cli.simulate.starting import require_a_start
@@ -143,12 +143,8 @@ def trade(
     """
     request = resolve(model, until, None, "DOP853", 1e-6, None, None, None, budget)
     chosen, left_out = _fitting(model, methods)
-    if functions is None:
-        functions = right_hand_side(model, cache)
-    problem = problem_of(model, request, functions)
-    if functions.drive is not None:
-        functions.drive.require(problem.start, problem.until)
-    require_a_start(model, problem)
+    functions = functions or right_hand_side(model, cache)
+    problem = _problem(model, request, functions)
     stages = _Stages(progress)
     with np.errstate(all="ignore"):
         found = _pilot(problem, budget)
@@ -171,6 +167,15 @@ def trade(
         repeat=repeat,
         budget=budget,
     )
+
+
+def _problem(model: Model, request: Request, functions: RightHandSide) -> InitialValueProblem:
+    """What is to be integrated, if it can be."""
+    problem = problem_of(model, request, functions)
+    if functions.drive is not None:
+        functions.drive.require(problem.start, problem.until)
+    require_a_start(model, problem)
+    return problem
 
 
 def _fitting(model: Model, methods: Sequence[str] | None) -> tuple[list[str], dict[str, str]]:
