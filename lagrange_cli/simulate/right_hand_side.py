@@ -238,9 +238,11 @@ class _Libraries:
         )
 
     def holding(self, kernel: str) -> ctypes.CDLL | None:
-        """The library that holds a kernel, None where it cannot be compiled."""
+        """The library that holds a kernel, None where it cannot be compiled or is for doubles."""
         if kernel in kernels.GROUPS["stepping"]:
             return self.stepper
+        if self._real is not DOUBLE:
+            return None
         if self._further is None:
             self._further = []
             with suppress(CompileError):

@@ -217,7 +217,7 @@ def test_summary_has_exactly_the_contracts_keys(trajectory):
         "events",
         "seconds",
     ]
-    assert list(summary["accuracy"]) == ["requested", "estimated", "scales"]
+    assert list(summary["accuracy"]) == ["requested", "estimated", "scales", "exempt"]
     assert list(summary["seconds"]) == ["derive", "compile", "integrate", "estimate"]
     assert summary["accuracy"]["scales"] == dict(trajectory.scales)
     assert summary["holds_until"] == summary["t"] == 5.0

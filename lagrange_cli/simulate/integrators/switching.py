@@ -41,6 +41,9 @@ TOUCHING = 1e-12
 #: Bounces are ended where all that are left take less than this part of the span.
 ACCUMULATED = 1e-10
 
+#: Errors of steps beside the tolerance where a gap opens slowly: many may add up.
+ADDED_UP = 100.0
+
 #: Bounces of a height below this part of what the gap is the difference of are ended, too.
 LOW = 1e-12
 
@@ -293,7 +296,8 @@ class Switching(Integrator):
             for k, (closed, touches) in enumerate(zip(self._closed, gaps.touching, strict=True))
         ]
         opening = gaps.opening(self.y[n:])
-        noise = np.where(opening, 0.0, gaps.noise(self._control.atol[:n]))
+        tolerances = self._control.atol[:n] + self._control.rtol[:n] * np.abs(self.y[:n])
+        noise = np.where(opening, 0.0, gaps.noise(ADDED_UP * tolerances))
         signs = tuple(RISES if rising else 1.0 for rising in rises)
         first_step = min(self._control.first_step, self.t_end - self.t)
         # The tolerances stay those of the control, which may change between steps.
