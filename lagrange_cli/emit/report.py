@@ -164,13 +164,8 @@ def _matrix(rows: Sequence[Sequence[Expr]], say: _Speaker) -> list[list[str]] | 
     """All entries, or (row, column, entry) of those that are not 0, counted from 0."""
     if len(rows) <= LARGEST_DENSE:
         return [[say(entry) for entry in row] for row in rows]
-    entries = [
-        [i, j, say(entry)]
-        for i, row in enumerate(rows)
-        for j, entry in enumerate(row)
-        if entry != 0
-    ]
-    return {"shape": [len(rows), len(rows)], "entries": entries}
+    held = [[i, j, say(entry)] for i, row in enumerate(rows) for j, entry in entries(row).items()]
+    return {"shape": [len(rows), len(rows)], "entries": held}
 
 
 def _predicted(equations: Equations) -> dict[str, int] | None:
