@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,7 @@ from lagrange_cli.cli.session import INTERRUPTED, Session
 from lagrange_cli.files import check_writable
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from lagrange_cli.scene.model import Formulation
     from lagrange_cli.simulate import Trajectory
@@ -109,9 +110,11 @@ def _promise(trajectory: Trajectory) -> str:
     return f"{trajectory.requested:g} requested, {estimated} estimated, holds until t = {until}"
 
 
-def _text(trajectory: Trajectory, conserved: str, shown: Sequence[str]) -> str:
-    """The result for a person; ``conserved`` names the quantity whose drift is reported,
-    ``shown`` what is told of events."""
+def _text(trajectory: Trajectory, model: Model) -> str:
+    """The result for a person."""
+    # Where no energy is conserved the Jacobi integral may be: its drift is another thing.
+    conserved = "Jacobi" if "jacobi" in model.conserved else "Energy"
+    shown = (*model.coordinates, *model.outputs)
     drift, off = trajectory.energy_drift, trajectory.constraint_drift
     lines = [
         f"{trajectory.name} at t = {trajectory.t[-1]:.9g}",
@@ -247,56 +250,46 @@ def simulate(
         scene_and_options = (source, parameters, initial, times, formulation)
         members = ensemble.Asked(many, *scene_and_options, columns, output, as_json, how)
         ctx.exit(ensemble.simulate_ensemble(session, members))
-    model = model_of_scene(
+    model_in = partial(
+        model_of_scene,
         session,
         source,
         parameters=parameters,
         initial=initial,
         times=times,
         forces="forces" in columns,
-        formulation=formulation,
     )
+    model = model_in(formulation=formulation)
     derive_seconds = perf_counter() - started
     from lagrange_cli.simulate.charts import simulate_past_charts
     from lagrange_cli.simulate.trajectory import require_forces
 
-    def other() -> Model:
-        """The same scene with multipliers."""
-        return model_of_scene(
-            session,
-            source,
-            parameters=parameters,
-            initial=initial,
-            times=times,
-            forces="forces" in columns,
-            formulation="multiplier",
-        )
-
     free = (formulation or model.defaults.formulation or "auto") == "auto"
-
+    other = partial(model_in, formulation="multiplier")
     if "forces" in columns:
         require_forces(model.name, [*model.multipliers, *model.forces])
     with session.progress("integrating") as move:
-        how = {**how, "progress": move, "cache": session.cache}
-        trajectory = simulate_past_charts(model, other if free else None, **how)
+        run = {**how, "progress": move, "cache": session.cache}
+        trajectory = simulate_past_charts(model, other if free else None, **run)
     session.explain_code()
     session.detail(f"method: {trajectory.choice}")
     if output is not None:
         trajectory.write(output, columns)
-    # Where no energy is conserved the Jacobi integral may be: its drift is another thing.
-    conserved = "Jacobi" if "jacobi" in model.conserved else "Energy"
-    text = _text(trajectory, conserved, (*model.coordinates, *model.outputs))
-    print_text(_json(trajectory, derive_seconds) if as_json else text)
+    print_text(_json(trajectory, derive_seconds) if as_json else _text(trajectory, model))
     if plot is not None:
         trajectory.plot(plot)
+    for remark in _remarks(trajectory, model):
+        session.remark(remark)
+    interrupted = trajectory.status == "stopped" and how["budget"] is None
+    ctx.exit(INTERRUPTED if interrupted else trajectory.exit_code)
+
+
+def _remarks(trajectory: Trajectory, model: Model) -> Iterator[str]:
+    """What is said beside the result."""
     asked = model.defaults.accuracy
     if trajectory.requested is None and asked is not None:
-        session.remark(
+        yield (
             f"the scene's accuracy {asked:g} is not promised: the options choose the method"
             " and its steps; without them it is"
         )
-    for remark in (*trajectory.remarks, trajectory.reason):
-        if remark:
-            session.remark(remark)
-    interrupted = trajectory.status == "stopped" and how["budget"] is None
-    ctx.exit(INTERRUPTED if interrupted else trajectory.exit_code)
+    yield from filter(None, (*trajectory.remarks, trajectory.reason))
