@@ -102,7 +102,8 @@ class Search:
             values = self._run(self._tape, q)
             misses = self.misses(q)
             if max(misses) <= tolerance:
-                _keep(kept, self._turned_back(q), self._run(self._everything, q), self._plain)
+                place = self._run(self._everything, q)
+                _keep(kept, self._turned_back(q), place, self._plain, self._length)
             elif not found.misses or max(misses) < max(found.misses):
                 found.nearest, found.values, found.misses = q, values, misses
         found.regular = self._regular
@@ -217,11 +218,17 @@ def _keep(
     q: list[mpf],
     place: list[mpf],
     plain: Callable[[Sequence[mpf]], tuple[int, mpf]],
+    length: mpf,
 ) -> None:
-    """Add a configuration, or the plainer coordinates of one that is there already."""
-    size = max((abs(x) for x in place), default=mpf(1)) or mpf(1)
+    """Add a configuration, or the plainer coordinates of one that is there already.
+
+    At the origin a place has no size of its own: what is left of a converged search is
+    small beside the scene's ``length``.
+    """
+    size = max((abs(x) for x in place), default=_ZERO)
+    reach = max(mpf(10) ** -12 * size, mpf(10) ** (-mpmath.mp.dps // 2) * length)
     for k, (other, there) in enumerate(kept):
-        if all(abs(x - y) <= mpf(10) ** -12 * size for x, y in zip(place, there, strict=True)):
+        if all(abs(x - y) <= reach for x, y in zip(place, there, strict=True)):
             if plain(q) < plain(other):
                 kept[k] = (q, place)
             return

@@ -353,3 +353,19 @@ def test_small_numbers_that_are_solved_for_stay(size: str) -> None:
     )
     assert initial.positions == pytest.approx((float(size), float(size)), rel=1e-15)
     assert initial.velocities == pytest.approx((3.0, 3.0), rel=1e-15)
+
+
+@pytest.mark.parametrize("size", ["1", "1e-9", "1e9"])
+def test_a_place_at_the_origin_is_one_configuration(size: str) -> None:
+    """What a converged search leaves of zero does not tell configurations apart."""
+    incline = (
+        f"parameters: {{al: pi/6, l: {size}}}\nparticles: {{p: {{mass: 1, position: [x, 0, z]}}}}\n"
+        "coordinates: [s]\ndefinitions: {x: l*s*cos(al), z: -l*s*sin(al)}\n"
+    )
+    (position,) = start(incline + "initial: {x: 0}").positions
+    assert abs(position) < 1e-30
+
+
+def test_close_configurations_at_the_origin_of_a_name_stay_apart() -> None:
+    ring = ROD.replace("l: 2", "l: 1e-14") + "initial: {z: 0}"
+    assert refusal(ring).rule == "initial-ambiguous"
