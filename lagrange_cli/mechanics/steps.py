@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+import mpmath
 import numpy as np
 from mpmath import mpf
 from numpy.typing import NDArray
@@ -103,7 +104,9 @@ def smallest(rows: Sequence[Row], target: Sequence[mpf], scale: Sequence[mpf]) -
     """
     found, system = [_ZERO] * len(scale), LeastSquares(rows, scale)
     missing, before = list(target), mpf("inf")
-    while (size := max(map(abs, missing), default=_ZERO)) and 2 * size < before:
+    # Numbers of mpmath never underflow: a remainder can shrink without an end.
+    rounding = max(map(abs, target), default=_ZERO) * mpf(10) ** -mpmath.mp.dps
+    while (size := max(map(abs, missing), default=_ZERO)) > rounding and 2 * size < before:
         step = system.step(missing)
         found = [x + unit * y for x, unit, y in zip(found, scale, step, strict=True)]
         before = size

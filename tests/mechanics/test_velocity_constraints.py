@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Iterator
 
@@ -342,3 +343,21 @@ def test_closed_forms_are_integrated(whole: sp.Expr) -> None:
 @pytest.mark.parametrize("open_form", [CONTACT, form(Y, -X, 0, 0, 0)])
 def test_forms_that_are_not_closed_have_no_integral(open_form: Form) -> None:
     assert integral(open_form, POINTS) is None
+
+
+def test_rates_that_vanish_but_for_rounding_are_no_endless_search() -> None:
+    """A car with two wheels: one residual is exactly zero, the other shrinks with every step."""
+    car = derived(
+        "parameters: {a: 0.7}\nparticles: {b: {mass: 1, position: [x, y, 0]}}\n"
+        "coordinates: [x, y, th, ps]\n"
+        "kinetic: {s: dot(th)^2/4 + (dot(th) + dot(ps))^2/20}\n"
+        "constraints:\n  rear: dot(x)*sin(th) - dot(y)*cos(th) = 0\n"
+        "  front: (dot(x) - a*sin(th)*dot(th))*sin(th+ps)"
+        " - (dot(y) + a*cos(th)*dot(th))*cos(th+ps) = 0\n"
+        "forces: {steer: {on: ps, force: -0.3*ps}}\n"
+        "initial: {x: 0, y: 0, th: 0, ps: 0.5, dot(x): 1, dot(ps): 0}\n"
+    )
+    assert car.initial is not None
+    x, y, turn, steering = car.initial.velocities
+    assert (x, y, steering) == (1, 0, 0)
+    assert turn == pytest.approx(math.tan(0.5) / 0.7, rel=1e-14)
