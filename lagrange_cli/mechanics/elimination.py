@@ -94,6 +94,8 @@ class Elimination:
     #: Shapes of equations, and steps that are known to be of no use for a shape.
     _shapes: dict[int, Hashable] = field(default_factory=dict)
     _useless: set[tuple[str, Hashable]] = field(default_factory=set)
+    #: Whether factors over parameters are zero at their values.
+    _zeros: dict[sp.Expr, bool] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._order = {symbol: k for k, symbol in enumerate(self.unknowns)}
@@ -275,8 +277,27 @@ class Elimination:
         return unknown, self._branch(number, unknown, branches)
 
     def _everywhere(self, pivot: sp.Expr, rest: sp.Expr) -> bool:
-        """Whether −rest/pivot may be divided out; declared coordinates say that it may."""
+        """Whether −rest/pivot may be divided out; declared coordinates say that it may.
+
+        They do not where a factor is zero at the values of the parameters.
+        """
+        factors = [f for f in sp.Mul.make_args(pivot) if f.free_symbols <= self.constants]
+        if any(self._is_zero(f) for f in factors):
+            return False
         return self.declared or solves_everywhere(pivot, rest, self.constants)
+
+    def _is_zero(self, factor: sp.Expr) -> bool:
+        """Whether a factor over parameters vanishes within small parts of their values."""
+        if factor not in self._zeros:
+            self._zeros[factor] = self._vanishes(factor)
+        return self._zeros[factor]
+
+    def _vanishes(self, factor: sp.Expr) -> bool:
+        symbols = list(factor.free_symbols)
+        value, *changes = self._at_reference([factor, *(s * factor.diff(s) for s in symbols)])
+        if not symbols or value is None:
+            return False
+        return bool(abs(value) <= _VANISHES * sum(abs(x) for x in changes if x is not None))
 
     def _loses(self, number: int, unknown: sp.Symbol, branches: Sequence[sp.Expr]) -> bool:
         """Whether the given configuration satisfies an equation, but none of its solutions.

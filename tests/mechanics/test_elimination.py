@@ -278,3 +278,26 @@ def test_high_powers_of_sums_are_not_multiplied_out() -> None:
         "constraints: {c: 'sum(q[i], i=1..n)^100 = 14'}\n"
     )
     assert problem.rule == "too-many-coordinates"
+
+
+def test_a_coefficient_that_is_zero_at_the_parameters_is_not_divided_by() -> None:
+    """A vertical incline: z·cos(π/2) = x·sin(π/2) says x = 0."""
+    text = FLAT + "parameters: {al: pi/2}\nconstraints: {incline: z*cos(al) = x*sin(al)}"
+    assert [c.name for c in derived(text).coordinates] == ["z"]
+    assert abs(place(text, "x").coeff(sp.Symbol("z", real=True))) < 1e-12
+
+
+@pytest.mark.parametrize(
+    "constraints",
+    ["c1: x = a + b, c2: x*z = 0", "c1: x + y = a + b, c2: x - y = a + b, c3: x*z = 0"],
+)
+def test_an_equation_that_vanishes_at_the_parameters_restricts_nothing(constraints: str) -> None:
+    text = FREE + f"parameters: {{a: 1, b: -1}}\nconstraints: {{plane: y = 0, {constraints}}}"
+    e = derived(text)
+    assert [c.name for c in e.coordinates] == ["z"]
+    assert e.account.dof == 1
+
+
+def test_a_small_coefficient_is_divided_by() -> None:
+    e = derived(FLAT + "parameters: {a: 1e-12}\nconstraints: {slope: a*z = x^2}")
+    assert [c.name for c in e.coordinates] == ["x"]
