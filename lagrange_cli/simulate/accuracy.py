@@ -86,7 +86,8 @@ class Measured:
     says why the method was taken; ``disproved`` what shows that the rest is wrong;
     ``wider`` whether the run was made in wider arithmetic than doubles. ``switches`` are
     what happened to contacts until the last sample, and the end of bounces that stands
-    behind it, ``began`` the contacts that were closed at first; velocities at the times
+    behind it, ``began`` the contacts that were closed at first, ``unclear`` when the runs
+    began to differ in what happens to contacts; velocities at the times
     ``exempt`` are as close to a jump as the error of its time. ``obstacle`` is what keeps
     runs that reach the end from the accuracy. ``steps`` and ``evaluations`` are those of the
     run, ``all_evaluations`` of everything.
@@ -108,6 +109,7 @@ class Measured:
     wider: bool = False
     switches: tuple[Switch, ...] = ()
     began: Flags = ()
+    unclear: float | None = None
     exempt: Array = field(default_factory=lambda: np.empty(0))
     obstacle: Obstacle | None = None
 
@@ -250,6 +252,7 @@ def _measured(
         wider=best.wider,
         switches=until(best.run.switches, problem, judged.samples),
         began=best.run.began,
+        unclear=None if events is None or np.isinf(events.broken) else events.broken,
         exempt=times[events.exempt(times)] if events is not None else times[:0],
         obstacle=_obstacle(attempts, eps) if judged.samples < len(problem.times) else None,
     )

@@ -44,7 +44,11 @@ class Agreement:
 
 
 def agreement(
-    runs: Sequence[Sequence[Switch]], reached: Sequence[float], weights: Sequence[float]
+    runs: Sequence[Sequence[Switch]],
+    reached: Sequence[float],
+    weights: Sequence[float],
+    end: float = np.inf,
+    near: float = 0.0,
 ) -> Agreement:
     """Compare the events of a run, the first, with those of others, contact by contact.
 
@@ -56,6 +60,8 @@ def agreement(
         How far each run has come.
     weights
         What the distances of each run's times from the first one's count.
+    end, near
+        Where the runs end: an event no further before it may lie behind it for others.
     """
     matched: list[tuple[float, float, bool]] = []
     broken = np.inf
@@ -65,6 +71,9 @@ def agreement(
         for k in range(max(map(len, own))):
             same = [run[k] for run in own if len(run) > k]
             first = min(s.t for s in same)
+            if len(same) < len(runs) and first >= end - near:
+                matched.append((first, end - first, True))
+                break
             if len(same) < len(runs) or len({s.kind for s in same}) > 1:
                 broken = min(broken, first if first <= until else np.inf)
                 break

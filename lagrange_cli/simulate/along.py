@@ -106,7 +106,8 @@ def _by_mode(history: _History, table: Callable[[Flags], Table], columns: int) -
     def found(t: Array, y: Array) -> Array:
         out = np.zeros((len(t), columns))
         for closed, rows in history.rows(t):
-            out[rows] = table(closed)(t[rows], y[rows])
+            # Of open contacts the solution may be -0.
+            out[rows] = table(closed)(t[rows], y[rows]) + 0.0
         return out
 
     return found

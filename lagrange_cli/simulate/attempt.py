@@ -62,6 +62,10 @@ BLOCK = 16
 #: Part of the noise of a step that its error estimate feels.
 NOISE_PART = 1 / 16
 
+#: How close to the end an event may be that only some runs see, as a part of the error that
+#: its time may have.
+CLOSE = 0.01
+
 #: Runs that end within this part of the span of each other end for the same reason.
 SAME_END = 1e-3
 
@@ -263,7 +267,10 @@ class Attempt:
         switches = [run.switches for run in self._runs]
         if not any(switches):
             return None
-        return agreement(switches, [run.t for run in self._runs], self._weights)
+        problem = self._problem
+        near = CLOSE * self._eps * problem.span
+        reached = [run.t for run in self._runs]
+        return agreement(switches, reached, self._weights, problem.until, near)
 
     def _hopeless(self, first: int) -> bool:
         """Whether the newest errors are far beyond eps on any scale to be expected."""

@@ -69,7 +69,8 @@ def _allowance(energy: Energy, t: float, y: Array, moves: Array) -> float:
 
 
 def energy_drift(energy: Array, kinetic: Array) -> float | None:
-    """Largest change over the largest kinetic part, which no choice of zero shifts."""
+    """Largest change over the largest of the kinetic parts and of what impacts took, which no
+    choice of zero shifts."""
     change, size = np.abs(energy - energy[0]).max(), np.abs(kinetic).max()
     drift = float(change / size) if size > 0 else float(change)
     return drift if math.isfinite(drift) else None

@@ -54,6 +54,11 @@ def reason(model: Model, problem: InitialValueProblem, measured: Measured, reque
         return _failed(problem, measured.failure.time, measured.failure.reason)
     holds = f"accuracy {request.accuracy:g} holds until t = {last:.9g} of {problem.until:.9g}"
     ends = [s for s in measured.switches if s.kind == "zeno" and s.t > last]
+    if not ends and measured.unclear is not None:
+        return (
+            f"{holds}: at t = {measured.unclear:.9g} contacts are met in an order, or so"
+            " slightly, that the rounding of the start decides what follows"
+        )
     if not ends:
         return holds + _obstacle(model, measured.obstacle)
     return (

@@ -47,6 +47,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     functions: RightHandSide | None = None,
     cache: Cache | None = None,
+    every: int = 1,
 ) -> Trajectory:
     """Integrate the equations of motion from their initial state.
 
@@ -79,6 +80,8 @@ def simulate(
         compiler, else interpreted.
     cache
         Keeps what is compiled; by default the user's.
+    every
+        Parts of the time between samples; the result has a sample after each.
 
     Raises
     ------
@@ -89,6 +92,7 @@ def simulate(
     """
     model = system if isinstance(system, Model) else _modelled(system)
     request = resolve(model, until, accuracy, method, rtol, atol, step, samples, budget)
+    request = request.refined(every)
     return _simulated(model, request, Watch(progress, request.budget), functions, cache)
 
 
@@ -169,7 +173,7 @@ def _trajectory(
         estimated=measured.estimate if promised else None,
         scales=dict(zip(names, measured.scales.tolist(), strict=True)),
         holds_until=float(t[-1]) if promised else None,
-        energy_drift=energy_drift(energy - seen.lost[: len(t)], kinetic)
+        energy_drift=energy_drift(energy - seen.lost[: len(t)], np.append(kinetic, seen.lost))
         if energy_is_conserved(model)
         else None,
         constraint_drift=seen.drift(t, measured.states, measured.scales),

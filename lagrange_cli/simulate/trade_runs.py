@@ -9,6 +9,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
 from lagrange_cli.simulate.along import along
@@ -183,7 +185,7 @@ class Bench:
         times = self.problem.times
         seen = along(self.model, self.functions, times, measured)
         energy, kinetic = energies(seen, times, measured.states)
-        return energy_drift(energy - seen.lost, kinetic)
+        return energy_drift(energy - seen.lost, np.append(kinetic, seen.lost))
 
     def seconds(self, setting: Setting) -> float:
         """How long a run takes that is known to end."""

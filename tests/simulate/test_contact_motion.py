@@ -319,3 +319,49 @@ def test_methods_with_an_interpolant_find_contacts(method: str):
 def test_other_methods_are_refused(options: dict[str, float | str]):
     with pytest.raises(InputError, match="where a contact closes"):
         run(BALL, **options)
+
+
+@pytest.mark.parametrize(("start", "speed", "until"), [(0.3, -0.1, 3), (1.0, -0.1, 10)])
+def test_an_impact_at_the_very_end_does_not_end_the_promise(
+    start: float, speed: float, until: float
+):
+    text = f"""
+name: end
+parameters: {{m: 1}}
+particles: {{p: {{mass: m, position: [x, 0, 0]}}}}
+constraints: {{a: {{unilateral: x >= 0, restitution: 1}}}}
+initial: {{x: {start!r}, dot(x): {speed!r}}}
+simulate: {{until: {until}}}
+"""
+    found = run(text, accuracy=1e-9, samples=4)
+    assert found.status == "ok", found.reason
+    assert abs(found.state["x"]) <= 1e-9 * start
+
+
+def test_balls_that_touch_are_struck_at_once():
+    """Moreau's law for three touching balls: the last two go on together, and stay in touch."""
+    text = """
+name: cradle
+parameters: {m: 1}
+particles:
+  a: {mass: m, position: [x1, 0, 0]}
+  b: {mass: m, position: [x2, 0, 0]}
+  c: {mass: m, position: [x3, 0, 0]}
+constraints:
+  ab: {unilateral: x2 - x1 >= 1, restitution: 1}
+  bc: {unilateral: x3 - x2 >= 1, restitution: 1}
+initial: {x1: 0, x2: 1, x3: 2, dot(x1): 1, dot(x2): 0, dot(x3): 0}
+simulate: {until: 2}
+"""
+    found = run(text, accuracy=1e-9)
+    assert found.status == "ok", found.reason
+    assert len(found.events) == 1
+    speeds = [found.state[f"dot(x{k})"] for k in (1, 2, 3)]
+    assert speeds == pytest.approx([-1 / 3, 2 / 3, 2 / 3], rel=1e-12)
+
+
+def test_energy_drift_counts_beside_what_impacts_took():
+    """All samples but the first are at rest: the energy that was lost is the size."""
+    found = run(BALL.replace("e: 0.8", "e: 0.3"), method="DOP853", rtol=1e-9, until=4, samples=3)
+    assert found.energy_drift is not None
+    assert found.energy_drift < 1e-9

@@ -184,6 +184,9 @@ static void crossings(const along *g, const double *t, const double *v, int64_t 
         }
         last = k + 1;
     }
+    if (*sign == LAGRANGE_RISES) {
+        return;
+    }
     for (; k <= PARTS + 1; ++k) {
         const double now = sign_of(v[k]);
         if (now == 0.0 || isnan(v[k])) {
