@@ -10,18 +10,21 @@ the result is cut off before the place.
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate.following import Followed, Samples, follow
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.model import FormerChart, Model, SingularPlace
-from lagrange_cli.simulate.request import DEFAULT_SAMPLES
+from lagrange_cli.simulate.outcome import Status
+from lagrange_cli.simulate.request import resolve
 from lagrange_cli.simulate.right_hand_side import functions_of
 from lagrange_cli.simulate.simulation import simulate
 from lagrange_cli.simulate.trajectory import Trajectory
@@ -37,8 +40,18 @@ ARRIVED = 3.0
 #: A factor this small beside its largest value is near the place as well.
 NEAR = 1e-3
 
-#: Samples in which coordinates are followed, at least.
-FOLLOWED = 4000
+#: Parts of the time in which places and coordinates are watched at least, in which
+#: coordinates are followed close to such places, and the most.
+WATCHED, FOLLOWED, FINEST = 500, 4000, 2**17
+
+#: Part of the samples between which angles turn by a radian at most.
+USUALLY = 0.9
+
+#: An angle that usually turns by more from sample to sample is not known.
+UNCERTAIN = 2.0
+
+#: Part of a budget for a run of which the coordinates are followed afterwards.
+RUNNING = 0.8
 
 
 def simulate_past_charts(
@@ -67,17 +80,18 @@ def simulate_past_charts(
         return simulate(model, **how)
     started = time.perf_counter()
     try:
-        first = simulate(model, **how)
+        every = _grid(model, how).every(WATCHED)
+        first = simulate(model, every=every, **how)
     except InputError as refusal:
         return _from_start(model, other, how, refusal)
     met = _met(model, first)
     if met is None:
-        return first
+        return _thinned(first, every)
     rest = _rest(how, time.perf_counter() - started)
     second = None if other is None or rest is None else _in_other(other, met.place, rest)
-    if second is not None and (second.status == "ok" or len(second.t) > len(first.t)):
-        return second
-    return _cut(first, met)
+    if second is not None and (second.status == "ok" or second.t[-1] > first.t[-1]):
+        return _with_costs(second, [first])
+    return _thinned(_cut(first, met), every)
 
 
 def _rest(how: Mapping[str, Any], seconds: float) -> dict[str, Any] | None:
@@ -190,22 +204,10 @@ def _cut(run: Trajectory, met: _Meeting) -> Trajectory:
     )
     if not met.passed:
         return replace(run, reason=f"{run.reason}; {said}")
-    kept = slice(met.samples)
-    promised = run.requested is not None
-    return replace(
-        run,
-        status="accuracy_not_reached",
-        reason=said,
-        t=run.t[kept],
-        columns=_sliced(run.columns, kept),
-        energy=run.energy[kept],
-        multipliers=_sliced(run.multipliers, kept),
-        forces=_sliced(run.forces, kept),
-        holds_until=last if promised else None,
-    )
+    return _until(run, met.samples, said, "accuracy_not_reached")
 
 
-def _sliced(columns: Mapping[str, Array], kept: slice) -> dict[str, Array]:
+def _sliced(columns: Mapping[str, Array], kept: NDArray[np.intp]) -> dict[str, Array]:
     return {name: values[kept] for name, values in columns.items()}
 
 
@@ -230,30 +232,123 @@ def _in_other(
 
 def _with_chart(model: Model, chart: FormerChart, how: Mapping[str, Any]) -> Trajectory:
     """A simulation whose results hold the coordinates that have been replaced as well."""
-    run = simulate(model, **how)
-    gone = [name for name in chart.coordinates if name not in run.columns]
+    there = {*model.coordinates, *model.cartesian, *model.outputs}
+    gone = [name for name in chart.coordinates if name not in there]
     if not gone:
-        return run
-    found, every = _follow(model, chart, run), 1
-    finer = _finer(model, how)
-    if found.lost and finer is not None and run.status == "ok":
-        # The motion between samples has to be known better, close to singular places.
-        run = simulate(model, **{**how, "samples": finer.samples})
-        found, every = _follow(model, chart, run), finer.every
+        return simulate(model, **how)
+    run, found, every = _run_and_followed(model, chart, how)
     own = _own_columns(chart, gone, found, run)
-    remarks = run.remarks
-    if found.lost:
-        remarks = (*remarks, _choice(gone, found.lost[0][0]))
-    kept = slice(None, None, every)
+    run = _thinned(replace(run, columns=own | dict(run.columns)), every)
+    if not found.lost:
+        return run
+    return replace(run, remarks=(*run.remarks, _choice(gone, found.lost[0][0])))
+
+
+def _run_and_followed(
+    model: Model, chart: FormerChart, how: Mapping[str, Any]
+) -> tuple[Trajectory, Followed, int]:
+    """A run as fine as its former coordinates need it, these, and every which sample counts."""
+    started, spent, grid = time.perf_counter(), 0.0, _grid(model, how)
+    every, before, options = grid.every(WATCHED), [], _without_following(how)
+    deadline = started + (how.get("budget") or np.inf)
+    while True:
+        run = simulate(model, every=every, **options)
+        begun = time.perf_counter()
+        found = _follow(model, chart, run, deadline)
+        spent += time.perf_counter() - begun
+        finer = grid.every(_wanted(chart, found, run, grid.intervals * every))
+        rest = _rest(options, time.perf_counter() - started)
+        if run.status == "stopped" or finer <= every or rest is None:
+            break
+        before.append(run)
+        every, options = finer, {**options, "budget": rest["budget"], "progress": None}
+    run = _with_costs(_as_far_as(chart, found, run, deadline), before)
+    m = len(run.t)
+    known = Followed(found.q[:m], found.v[:m], found.amplification[:m], found.lost)
+    return replace(run, seconds={**run.seconds, "follow": spent}), known, every
+
+
+def _without_following(how: Mapping[str, Any]) -> dict[str, Any]:
+    """Options of a run that leaves a part of the budget for following its coordinates."""
+    budget = how.get("budget")
+    return dict(how) if budget is None else {**how, "budget": RUNNING * budget}
+
+
+def _moves(chart: FormerChart, found: Followed, run: Trajectory) -> Array:
+    """How far angles turn from sample to sample, by the fastest of their rates."""
+    turning = [j for j, kind in enumerate(chart.kinds) if kind == "angle"]
+    step = float(run.t[-1] - run.t[0]) / max(len(run.t) - 1, 1)
+    moves = np.nan_to_num(np.abs(found.v[:, turning]) * step)
+    return np.asarray(moves.max(axis=1, initial=0.0))
+
+
+def _wanted(chart: FormerChart, found: Followed, run: Trajectory, intervals: int) -> int:
+    """Intervals in which coordinates can be followed, where they have been tried in some."""
+    wanted = FOLLOWED if found.lost and run.status == "ok" else WATCHED
+    most = float(np.quantile(_moves(chart, found, run), USUALLY))
+    if len(found.v) < len(run.t):
+        most = max(most, 2.0)
+    if most <= 1:
+        return wanted
+    doublings = math.ceil(math.log2(min(most, FINEST)))
+    return max(wanted, intervals << doublings)
+
+
+def _as_far_as(chart: FormerChart, found: Followed, run: Trajectory, deadline: float) -> Trajectory:
+    """The samples at which former coordinates have been found."""
+    moves, m = _moves(chart, found, run), len(found.q)
+    if np.quantile(moves, USUALLY) > UNCERTAIN:
+        m = max(1, int(np.argmax(moves > UNCERTAIN)))
+    if m == len(run.t):
+        return run
+    late = run.status == "stopped" or time.perf_counter() > deadline
+    last, names = f"t = {run.t[m - 1]:.9g}", ", ".join(chart.coordinates)
+    if late:
+        return _until(run, m, f"stopped; what is kept ends at {last}", "stopped")
+    said = f"{names} cannot be followed past {last}: the motion is too fast for {FINEST} samples"
+    return _until(run, m, said, "accuracy_not_reached")
+
+
+def _with_costs(run: Trajectory, before: Sequence[Trajectory]) -> Trajectory:
+    """With the costs of runs that it replaces."""
     return replace(
         run,
-        t=run.t[kept],
-        columns=_sliced(own | dict(run.columns), kept),
+        all_evaluations=run.all_evaluations + sum(other.all_evaluations for other in before),
+        seconds={
+            name: value + sum(other.seconds.get(name, 0.0) for other in before)
+            for name, value in run.seconds.items()
+        },
+    )
+
+
+def _until(run: Trajectory, samples: int, reason: str, status: Status) -> Trajectory:
+    """The first samples of a run, with the reason why there are no more."""
+    cut = _sampled(run, np.arange(samples))
+    return replace(cut, status=status, reason=reason)
+
+
+def _sampled(run: Trajectory, kept: NDArray[np.intp]) -> Trajectory:
+    """Some samples of a run."""
+    t = run.t[kept]
+    return replace(
+        run,
+        t=t,
+        columns=_sliced(run.columns, kept),
         energy=run.energy[kept],
         multipliers=_sliced(run.multipliers, kept),
         forces=_sliced(run.forces, kept),
-        remarks=remarks,
+        holds_until=None if run.holds_until is None else float(t[-1]),
+        exempt=tuple(x for x in run.exempt if x in t),
     )
+
+
+def _thinned(run: Trajectory, every: int) -> Trajectory:
+    """The samples that were asked for; scales and estimates stay those of all samples."""
+    kept = _sampled(run, np.arange(0, len(run.t), every))
+    if kept.t[-1] == run.t[-1]:
+        return kept
+    last, reached = f"t = {kept.t[-1]:.9g}", f"t = {run.t[-1]:.9g}"
+    return replace(kept, reason=run.reason.replace(reached, last))
 
 
 def _choice(names: list[str], t: float) -> str:
@@ -264,26 +359,33 @@ def _choice(names: list[str], t: float) -> str:
     )
 
 
-class _Finer(NamedTuple):
-    """More samples, of which every so many are those that are asked for."""
+class _Grid(NamedTuple):
+    """Times between samples that are asked for, and steps of fixed size in each (0: adaptive)."""
 
-    samples: int
-    every: int
+    intervals: int
+    steps: int
 
-
-def _finer(model: Model, how: Mapping[str, Any]) -> _Finer | None:
-    """Samples close enough to follow coordinates; None where steps are given, or they are."""
-    number, step = how.get("samples"), how.get("step")
-    if number is None and step is None:
-        number, step = model.defaults.samples, model.defaults.step
-    if step is not None:
-        return None
-    intervals = (DEFAULT_SAMPLES if number is None else number) - 1
-    every = -(-FOLLOWED // intervals)
-    return _Finer(intervals * every + 1, every) if every > 1 else None
+    def every(self, wanted: int) -> int:
+        """Parts of each interval that make so many in all, or as many as can be."""
+        parts = max(1, -(-min(wanted, FINEST) // self.intervals))
+        if not self.steps:
+            return parts
+        most = min(parts, self.steps)
+        possible = (k for k in range(most, self.steps + 1) if self.steps % k == 0)
+        return next(possible)
 
 
-def _follow(model: Model, chart: FormerChart, run: Trajectory) -> Followed:
+def _grid(model: Model, how: Mapping[str, Any]) -> _Grid:
+    """The times that are asked for."""
+    names = ("until", "accuracy", "method", "rtol", "atol", "step", "samples", "budget")
+    request = resolve(model, *(how.get(name) for name in names))
+    steps = (
+        0 if request.step is None else round((request.times[1] - request.times[0]) / request.step)
+    )
+    return _Grid(len(request.times) - 1, steps)
+
+
+def _follow(model: Model, chart: FormerChart, run: Trajectory, deadline: float) -> Followed:
     """Former coordinates along a run."""
     functions, given = functions_of(chart.python), _parameters(model)
     names = model.coordinates
@@ -300,6 +402,7 @@ def _follow(model: Model, chart: FormerChart, run: Trajectory) -> Followed:
         len(chart.coordinates),
         lambda t, y: functions["positions"](t, y, given),
         lambda t, y: functions["velocities"](t, y, given),
+        deadline,
     )
 
 

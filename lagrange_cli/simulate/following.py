@@ -9,6 +9,7 @@ halving ends: coordinates go on as smoothly as they came, which is one choice of
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
@@ -38,8 +39,9 @@ ALIKE = 0.25
 #: Values of all coordinates from which they are looked for where no start is given.
 GUESSES = (0.5, -0.5, 1.0, 2.0)
 
-#: Halvings of the time between two samples.
-HALVINGS = 60
+#: Halvings of the time between two samples, and positions that are looked at, for each
+#: sample and besides, before coordinates are given up.
+HALVINGS, EACH, BESIDES = 60, 16, 4000
 
 #: A direction that moves the positions by less than this part of what others do moves nothing.
 NOTHING = 1e-9
@@ -59,7 +61,7 @@ class Samples(NamedTuple):
 
 @dataclass(frozen=True)
 class Followed:
-    """Coordinates and rates (m, n) at the samples; sensitivities; where it was lost.
+    """Coordinates and rates (m, n) at the samples that were reached; sensitivities; losses.
 
     ``amplification`` (m, n): largest change of each coordinate for a change of the
     positions by their errors. ``lost``: times between which coordinates are a choice.
@@ -71,10 +73,19 @@ class Followed:
     lost: tuple[tuple[float, float], ...]
 
 
+class _GivenUpError(Exception):
+    """The motion between samples takes too long to follow."""
+
+
 def follow(
-    samples: Samples, start: Array | None, number: int, positions: Function, velocities: Function
+    samples: Samples,
+    start: Array | None,
+    number: int,
+    positions: Function,
+    velocities: Function,
+    deadline: float = np.inf,
 ) -> Followed:
-    """Find coordinates and rates of a chart at all samples.
+    """Find coordinates and rates of a chart at all samples, or as many as can be followed.
 
     Parameters
     ----------
@@ -86,9 +97,11 @@ def follow(
         How many coordinates there are.
     positions, velocities
         What the chart gives for t and [q, v]; velocities are linear in v.
+    deadline
+        What :func:`time.perf_counter` tells when no further sample is followed.
     """
     with np.errstate(all="ignore"):
-        return _Follower(samples, positions, velocities).run(start, number)
+        return _Follower(samples, positions, velocities, deadline).run(start, number)
 
 
 @dataclass
@@ -108,6 +121,8 @@ class _Follower:
     samples: Samples
     positions: Function
     velocities: Function
+    deadline: float
+    looks: int = 0
     lost: list[tuple[float, float]] = field(default_factory=list)
 
     def run(self, start: Array | None, n: int) -> Followed:
@@ -118,10 +133,12 @@ class _Follower:
             here = self._arrive(float(t[0]), start[:n], r[0], w[0])
             # Coordinates that are given stay, also where they are one choice of several.
             found = [replace(here, q=start[:n], v=start[n:], amplification=np.zeros(n))]
-        here = found[-1]
-        for k in range(len(found), len(t)):
-            here = self._advance(here, float(t[k]), r[k], w[k], (k - 1, k), HALVINGS)
-            found.append(here)
+        try:
+            for k in range(len(found), len(t)):
+                between = (k - 1, k)
+                found.append(self._advance(found[-1], float(t[k]), r[k], w[k], between, HALVINGS))
+        except _GivenUpError:
+            pass
         return Followed(
             np.array([p.q for p in found]),
             np.array([p.v for p in found]),
@@ -146,6 +163,7 @@ class _Follower:
     def _advance(
         self, here: _Point, t: float, r: Array, w: Array, between: tuple[int, int], halvings: int
     ) -> _Point:
+        self._look()
         step = t - here.t
         moved = here.v * step
         there = self._arrive(t, here.q + np.clip(moved, -MOST, MOST), r, w)
@@ -158,6 +176,12 @@ class _Follower:
         at, rate = self._between(middle, between)
         halfway = self._advance(here, middle, at, rate, between, halvings - 1)
         return self._advance(halfway, t, r, w, between, halvings - 1)
+
+    def _look(self) -> None:
+        self.looks += 1
+        most = EACH * len(self.samples.t) + BESIDES
+        if self.looks > most or time.perf_counter() > self.deadline:
+            raise _GivenUpError
 
     @staticmethod
     def _is_accounted_for(here: _Point, there: _Point, step: float) -> bool:

@@ -82,8 +82,10 @@ class Trajectory:
 
     ``implementation`` says what evaluated the equations and made the steps.
     ``steps`` and ``rhs_evaluations`` are those of the run itself,
-    ``all_evaluations`` includes the estimate of its error; ``seconds`` has
-    ``compile``, ``integrate`` and ``estimate``.
+    ``all_evaluations`` includes the estimate of its error and runs given up; ``seconds`` has
+    ``compile``, ``integrate`` and ``estimate``, and ``follow`` where coordinates were read off
+    positions. Where they are, or may become singular, a run has at least 501 samples, of which
+    those asked for are given; scales, drifts and the estimate are those of all.
     """
 
     name: str

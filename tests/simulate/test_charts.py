@@ -293,6 +293,72 @@ def test_an_angle_without_a_start():
     assert np.abs(found.q[:, 0] - angle).max() < 1e-12
 
 
+# Few samples.
+
+
+@pytest.mark.parametrize(
+    ("text", "form"),
+    [
+        (ELBOW.replace("ROOT", ROD), "auto"),
+        (spherical(dphi=1e-6), "auto"),
+        (spherical(dphi=1.0), "multiplier"),
+    ],
+)
+def test_few_samples_are_those_of_many(text, form):
+    few, many = (ran(text, form, accuracy=1e-9, samples=n) for n in (6, 501))
+    assert (few.status, few.formulation) == ("ok", many.formulation)
+    assert np.allclose(few.t, many.t[::100], 1e-15, 0)
+    assert few.remarks == many.remarks
+    for name, values in few.columns.items():
+        size = max(1.0, float(np.nanmax(np.abs(many.columns[name]))))
+        assert np.allclose(values, many.columns[name][::100], 0, 1e-8 * size, equal_nan=True), name
+
+
+def test_few_samples_before_the_elbow():
+    run = ran(ELBOW.replace("ROOT", ROD), "minimal", samples=6)
+    assert run.status != "ok"
+    assert len(run.t) == len(run.energy) == len(run.columns["x"]) == 1
+    assert run.t[-1] == run.holds_until == 0.0
+
+
+SPIN = """
+name: spin
+parameters: {m: 1, l: 1}
+plane: xz
+particles: {a: {mass: m, position: [x, y, z]}}
+coordinates: [p]
+definitions: {x: l*sin(p), z: -l*cos(p)}
+initial: {p: 0, dot(p): RATE}
+simulate: {until: 5, accuracy: 1e-8, samples: 2}
+"""
+
+
+@pytest.mark.parametrize("rate", [40.0, 150.0])
+def test_many_turns_between_two_samples(rate):
+    run = ran(SPIN.replace("RATE", str(rate)), "multiplier")
+    assert run.status == "ok"
+    assert run.t.tolist() == [0.0, 5.0]
+    assert abs(run.columns["p"][-1] - 5 * rate) < 1e-7 * 5 * rate
+    assert run.all_evaluations < 10_000 * rate
+    assert run.seconds["follow"] > 0
+
+
+def test_turns_that_are_too_many_are_refused(monkeypatch):
+    for name in ("WATCHED", "FINEST"):
+        monkeypatch.setattr(f"lagrange_cli.simulate.charts.{name}", 20)
+    run = ran(SPIN.replace("RATE", "80"), "multiplier", until=1.0)
+    assert run.status == "accuracy_not_reached"
+    assert "p cannot be followed past t = 0" in run.reason
+    assert run.t.tolist() == [0.0]
+
+
+def test_following_ends_in_time():
+    t = np.linspace(0, 10, 201)
+    known = samples(40 * t, np.full_like(t, 40.0), t)
+    found = follow(known, np.array([0.0, 40.0]), 1, circle, circling, deadline=0.0)
+    assert len(found.q) == len(found.v) == 1
+
+
 # Models.
 
 
