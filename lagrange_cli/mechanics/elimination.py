@@ -289,15 +289,12 @@ class Elimination:
     def _is_zero(self, factor: sp.Expr) -> bool:
         """Whether a factor over parameters vanishes within small parts of their values."""
         if factor not in self._zeros:
-            self._zeros[factor] = self._vanishes(factor)
+            symbols = sorted(factor.free_symbols, key=str)
+            value, *changes = self._at_reference([factor, *(s * factor.diff(s) for s in symbols)])
+            size = sum(abs(x) for x in changes if x is not None)
+            unknown = value is None or not symbols
+            self._zeros[factor] = not unknown and bool(abs(value or 0) <= _VANISHES * size)
         return self._zeros[factor]
-
-    def _vanishes(self, factor: sp.Expr) -> bool:
-        symbols = list(factor.free_symbols)
-        value, *changes = self._at_reference([factor, *(s * factor.diff(s) for s in symbols)])
-        if not symbols or value is None:
-            return False
-        return bool(abs(value) <= _VANISHES * sum(abs(x) for x in changes if x is not None))
 
     def _loses(self, number: int, unknown: sp.Symbol, branches: Sequence[sp.Expr]) -> bool:
         """Whether the given configuration satisfies an equation, but none of its solutions.

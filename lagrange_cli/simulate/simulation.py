@@ -92,8 +92,7 @@ def simulate(
     """
     model = system if isinstance(system, Model) else _modelled(system)
     request = resolve(model, until, accuracy, method, rtol, atol, step, samples, budget)
-    request = request.refined(every)
-    return _simulated(model, request, Watch(progress, request.budget), functions, cache)
+    return _simulated(model, request.refined(every), Watch(progress, budget), functions, cache)
 
 
 def _simulated(
