@@ -4,7 +4,8 @@ n point masses on massless rods, absolute angles, every mass and length a
 symbol of its own. Everything runs in one process with imports warm; SymPy's
 cache is cleared and garbage collected before each timing, the methods take
 turns, and medians are reported. What each method yields is compared with the
-closed form of M and f at a random state.
+closed form of M and f at a random state. Garbage is looked for as often as in a process of
+``lagrange``, for every method alike.
 
     python benchmarks/derivation.py --json derivation.json
 
@@ -31,6 +32,7 @@ from reporting import verdict
 from sympy.core.cache import clear_cache
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
+from lagrange_cli.cli.main import COLLECTION
 from lagrange_cli.mechanics import derive, derive_uncertified, reduce
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.scene import read_text
@@ -288,6 +290,18 @@ def table(rows: list[dict[str, Any]], names: list[str]) -> str:
     return "\n".join(lines)
 
 
+def growth(rows: list[dict[str, Any]], names: list[str]) -> str:
+    """How many times longer our ways take at twice the size, repetition by repetition."""
+    of = {(r["n"], r["method"]): r["all_seconds"] for r in rows}
+    lines = []
+    for name in names[:2]:
+        for n, small in sorted((n, times) for (n, other), times in of.items() if other == name):
+            if large := of.get((2 * n, name)):
+                ratio = statistics.median(b / a for a, b in zip(small, large, strict=True))
+                lines.append(f"{name}: n = {2 * n} takes {ratio:.2f} times as long as n = {n}")
+    return "\n".join(lines)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sizes", type=int, nargs="+", default=[2, 4, 8, 16, 32, 64])
@@ -295,6 +309,7 @@ def main() -> int:
     parser.add_argument("--repetitions", type=int, default=3)
     parser.add_argument("--json", metavar="FILE")
     options = parser.parse_args()
+    gc.set_threshold(*COLLECTION)
     candidates = methods(options.largest_sympy)
     for method in candidates:  # imports and first-call costs
         timed(method, 2)
@@ -302,7 +317,8 @@ def main() -> int:
     for n in options.sizes:
         rows += measure(n, candidates, options.repetitions)
         print(f"n = {n} done", file=sys.stderr)
-    print(table(rows, [m.name for m in candidates]))
+    names = [m.name for m in candidates]
+    print(table(rows, names), growth(rows, names), sep="\n\n")
     about = {"python": platform.python_version(), "sympy": sympy.__version__}
     return verdict(rows, about, "the closed form", options.json)
 
