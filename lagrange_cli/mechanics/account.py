@@ -22,10 +22,19 @@ from lagrange_cli.mechanics.equations import Account, ConstraintLine
 from lagrange_cli.mechanics.geometry import Geometry, examine
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.ranks import Matrix, Point, dependent_columns, dependent_gradients
+from lagrange_cli.mechanics.rates import Redundant
 from lagrange_cli.mechanics.velocity import Independent, Level
+from lagrange_cli.mechanics.wording import quoted
 from lagrange_cli.scene.expression import Equation, names_in
 
-__all__ = ["balance", "level_remarks", "level_warnings", "with_levels"]
+__all__ = [
+    "balance",
+    "level_remarks",
+    "level_warnings",
+    "rate_warnings",
+    "with_levels",
+    "without_rates",
+]
 
 
 def balance(
@@ -77,6 +86,32 @@ def with_levels(account: Account, levels: Sequence[Level], found: Independent) -
         lines=tuple(map(line, account.lines)),
         nonholonomic=len(found.kept) - found.integrable,
     )
+
+
+def without_rates(
+    account: Account, dropped: Sequence[Redundant], open_ones: Sequence[tuple[str, Equation]]
+) -> Account:
+    """The account with constraints on velocities that others imply; ``open_ones`` stay."""
+    by: dict[str, tuple[str, ...]] = {}
+    for one in dropped:
+        by[one.constraint] = (*by.get(one.constraint, ()), *one.implied_by)
+    gone = by.keys() - {name for name, _ in open_ones}
+
+    def line(line: ConstraintLine) -> ConstraintLine:
+        if line.name not in gone or line.status != "independent":
+            return line
+        others = dict.fromkeys(n for n in by[line.name] if n != line.name)
+        return replace(line, status="redundant", implied_by=tuple(others))
+
+    return replace(account, lines=tuple(map(line, account.lines)))
+
+
+def rate_warnings(dropped: Sequence[Redundant]) -> list[Problem]:
+    """Warnings for constraints on velocities that others, or their rates, imply."""
+    return [
+        _redundant(one.constraint, one.equation, one.implied_by, one.by_definitions)
+        for one in dropped
+    ]
 
 
 def level_warnings(levels: Sequence[Level], found: Independent) -> list[Problem]:
@@ -288,9 +323,11 @@ def _warnings(geometry: Geometry, dependent: Mapping[int, tuple[int, ...]]) -> l
     ]
 
 
-def _redundant(name: str, equation: Equation, by: Sequence[str]) -> Problem:
-    implied = ", ".join(f"'{n}'" for n in dict.fromkeys(by))
-    reason = f"implied by {implied}" if implied else "it restricts nothing"
+def _redundant(
+    name: str, equation: Equation, by: Sequence[str], by_definitions: bool = False
+) -> Problem:
+    nothing = "implied by the definitions" if by_definitions else "it restricts nothing"
+    reason = f"implied by {quoted(by)}" if by else nothing
     return Problem(
         f"constraint '{name}' is redundant: {reason}",
         equation.mark(),

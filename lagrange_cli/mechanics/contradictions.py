@@ -22,7 +22,7 @@ from lagrange_cli.mechanics.ranks import TOLERANCE
 from lagrange_cli.mechanics.refusals import no_configuration
 from lagrange_cli.mechanics.sampling import Sampler
 from lagrange_cli.mechanics.tape import DomainError, values
-from lagrange_cli.mechanics.wording import quoted
+from lagrange_cli.mechanics.wording import leave_out, quoted, written
 
 __all__ = ["contradiction", "explained", "nowhere", "smallest"]
 
@@ -34,8 +34,6 @@ _MOST_SINGLE = 200
 _MOST_SEARCHES = 12
 #: Names that a message lists.
 _NAMED = 4
-#: Equations that a hint lists.
-_LISTED = 8
 
 Sides = tuple[sp.Expr, sp.Expr]
 
@@ -107,10 +105,10 @@ def contradiction(
     listed = quoted([s.constraint for s in stated])
     return InputError(
         Problem(
-            f"with what else is given {listed} comes to {_written(reduced)} = 0,"
+            f"with what else is given {listed} comes to {written(reduced)} = 0,"
             " which does not hold",
             found.stated[number].equation.mark(),
-            hint=_hint(stated),
+            hint=leave_out([s.constraint for s in stated]),
             rule="inconsistent",
         )
     )
@@ -218,7 +216,12 @@ def _refusal(names: Names, stated: Sequence[Stated], proof: _Proof) -> InputErro
     else:
         message = f"constraint {listed} cannot hold: {_no_real(names, proof)} satisfies it"
     return InputError(
-        Problem(message, stated[-1].equation.mark(), hint=_hint(stated), rule="inconsistent")
+        Problem(
+            message,
+            stated[-1].equation.mark(),
+            hint=leave_out([s.constraint for s in stated]),
+            rule="inconsistent",
+        )
     )
 
 
@@ -227,7 +230,7 @@ def _outcome(names: Names, proof: _Proof) -> str:
     if len(proof.equations) > 1:
         return f"{_no_real(names, proof)} satisfies them together"
     ((left, right),) = proof.equations
-    come = f"together they give {_written(left)} = {_written(right)}"
+    come = f"together they give {written(left)} = {written(right)}"
     return come if proof.numbers else f"{come}, which {_no_real(names, proof)} satisfies"
 
 
@@ -237,15 +240,3 @@ def _no_real(names: Names, proof: _Proof) -> str:
     if len(moving) > _NAMED:
         return "no configuration"
     return f"no real {', '.join(moving)}" if moving else "no number"
-
-
-def _written(expr: sp.Expr) -> str:
-    return str(expr).replace("**", "^")
-
-
-def _hint(stated: Sequence[Stated]) -> str:
-    """What to do: without any of a smallest set the rest of it does not contradict itself."""
-    equations = [f"{s.constraint}: {s.equation.text}" for s in stated[:_LISTED]]
-    if len(stated) == 1:
-        return f"leave it out, or change it:\n{equations[0]}"
-    return "\n".join(["leave one of them out, or change it:", *equations])

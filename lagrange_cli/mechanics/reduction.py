@@ -7,7 +7,7 @@ have no closed form in one chart (:mod:`selection`), looks at what came of the o
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -15,15 +15,17 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import Problem
+from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.account import (
     balance,
     level_remarks,
     level_warnings,
+    rate_warnings,
     with_levels,
+    without_rates,
 )
-from lagrange_cli.mechanics.angles import periodic_symbols
 from lagrange_cli.mechanics.contradictions import explained, nowhere
+from lagrange_cli.mechanics.coordinates import Chart, generalized, manifold_of, sampler_of, scales
 from lagrange_cli.mechanics.elimination import Elimination, ImpossibleError, Stated, eliminate
 from lagrange_cli.mechanics.equations import Account, Coordinate
 from lagrange_cli.mechanics.geometry import Geometry, Restriction, related
@@ -32,8 +34,9 @@ from lagrange_cli.mechanics.manifold import Manifold
 from lagrange_cli.mechanics.masses import mass_of
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.parameters import Values
+from lagrange_cli.mechanics.rates import Redundant, redundant_rates
 from lagrange_cli.mechanics.refusals import require_enough
-from lagrange_cli.mechanics.sampling import Drawn, Sampler, typical_length, working_digits
+from lagrange_cli.mechanics.sampling import Drawn, Sampler, working_digits
 from lagrange_cli.mechanics.selection import independent_closures, require_determined
 from lagrange_cli.mechanics.terms import tidy
 from lagrange_cli.mechanics.velocity import Level, independent_levels, integrals
@@ -50,15 +53,6 @@ POINTS = 3
 
 #: The same on closures of many coordinates: what is constant is told from what is not.
 FEWEST_POINTS = 2
-
-
-@dataclass(frozen=True)
-class Chart:
-    """Coordinates of a geometry, with what points are drawn from."""
-
-    values: Values
-    geometry: Geometry
-    coordinates: tuple[Coordinate, ...]
 
 
 @dataclass(frozen=True)
@@ -101,7 +95,7 @@ class Reduced:
     @property
     def scales(self) -> Mapping[sp.Symbol, mpf]:
         """Size of the motion of each coordinate."""
-        return _scales(self.chart)
+        return scales(self.chart)
 
     @property
     def gaps(self) -> tuple[Restriction, ...]:
@@ -118,15 +112,15 @@ class Reduced:
 
     def sampler(self, domain: list[sp.Expr]) -> Sampler:
         """Random feasible configurations at which ``domain`` is real as well."""
-        return _sampler(self.chart, domain, self.manifold())
+        return sampler_of(self.chart, domain, self.manifold())
 
     def manifold(self, gaps: Sequence[Restriction] = ()) -> Manifold:
         """The states that the closures leave, and ``gaps`` that are closed."""
-        return _manifold(self.chart, [*self.closures, *gaps]) if gaps else self._manifold
+        return manifold_of(self.chart, [*self.closures, *gaps]) if gaps else self._manifold
 
     @cached_property
     def _manifold(self) -> Manifold:
-        return _manifold(self.chart, self.closures)
+        return manifold_of(self.chart, self.closures)
 
 
 def _rate(reduced: Reduced, expr: sp.Expr) -> sp.Expr:
@@ -152,13 +146,19 @@ def reduce(scene: Scene) -> Reduced:
     """
     with mpmath.workdps(working_digits(_DIGITS)):
         problem = _problem(scene)
-        reduced, equations, remarks = _integrated(problem)
+        integrated = _integrated(problem)
+        reduced, equations = integrated.reduced, integrated.open_ones
         geometry = reduced.chart.geometry
         require_enough(scene, geometry.found)
         if reduced.closures:
             draw = partial(_drawn, geometry, reduced.sampler([]), ())
             require_determined(geometry, reduced.manifold(), draw)
-        reduced = replace(reduced, remarks=(*reduced.remarks, *remarks))
+        reduced = replace(
+            reduced,
+            account=without_rates(reduced.account, integrated.redundant, equations),
+            remarks=(*reduced.remarks, *integrated.remarks),
+            warnings=(*reduced.warnings, *rate_warnings(integrated.redundant)),
+        )
         return _with_levels(reduced, _levels(reduced, equations)) if equations else reduced
 
 
@@ -173,7 +173,7 @@ def in_coordinates(
     """The same scene over other coordinates with closures beside them; its account stays."""
     found = reduced.chart.geometry.found
     geometry = Geometry(names, found, resolved, coordinates, reference)
-    chart = Chart(reduced.values, geometry, tuple(_coordinates(geometry, closures)))
+    chart = Chart(reduced.values, geometry, tuple(generalized(geometry, closures)))
     return replace(
         reduced,
         names=names,
@@ -204,29 +204,69 @@ def _problem(scene: Scene) -> _Problem:
     return _Problem(scene, names, values, masses, _reference(names, values, scene))
 
 
+#: What a constant of integration can be the reason of.
+_OF_A_CONSTANT = ("inconsistent", "singular")
+
 #: A constraint's name and one of its equations.
 _Written = tuple[str, Equation]
 
 
-def _integrated(problem: _Problem) -> tuple[Reduced, list[_Written], list[str]]:
-    """The scene with all velocity constraints integrated that can be; the others; remarks."""
+@dataclass(frozen=True)
+class _Integrated:
+    """A scene with all velocity constraints integrated that can be.
+
+    Attributes
+    ----------
+    open_ones
+        The others.
+    redundant
+        Those that others imply.
+    """
+
+    reduced: Reduced
+    open_ones: Sequence[_Written] = ()
+    redundant: Sequence[Redundant] = ()
+    remarks: Sequence[str] = ()
+
+
+def _integrated(problem: _Problem) -> _Integrated:
+    """The scene with its velocity constraints integrated, one after another."""
     names = problem.names
     written = [(c.name, e) for c in problem.scene.constraints for e in c.equations]
     open_ones = [x for x in written if _holds_rate(names, x)]
     stated = [_stated(names, x) for x in written if not _holds_rate(names, x)]
-    remarks: list[str] = []
-    while True:
-        reduced = _reduced(problem, stated, strict=not open_ones)
-        if not open_ones:
-            return reduced, [], remarks
+    found = _Integrated(_reduced(problem, stated, strict=not open_ones))
+    if not open_ones:
+        return found
+    points = _drawn(found.reduced.chart.geometry, found.reduced.sampler([]), ())
+    implied = _implied(found.reduced, open_ones, points)
+    open_ones = [x for k, x in enumerate(open_ones) if k not in implied]
+    found = replace(found, open_ones=open_ones, redundant=tuple(implied.values()))
+    while found.open_ones:
+        reduced = found.reduced
+        levels = _levels(reduced, found.open_ones)
         points = _drawn(reduced.chart.geometry, reduced.sampler([]), ())
-        levels = _levels(reduced, open_ones)
-        found, new = integrals(names, levels, reduced.coordinates, points, problem.reference)
-        if not found:
-            return reduced, open_ones, remarks
-        stated += found.values()
-        remarks += new
-        open_ones = [x for k, x in enumerate(open_ones) if k not in found]
+        whole, new = integrals(names, levels, reduced.coordinates, points, problem.reference)
+        if not whole:
+            break
+        stated += whole.values()
+        open_ones = [x for k, x in enumerate(found.open_ones) if k not in whole]
+        try:
+            reduced = _reduced(problem, stated, strict=not open_ones)
+        except InputError as refusal:
+            if problem.scene.initial or refusal.problems[0].rule not in _OF_A_CONSTANT:
+                raise
+            break  # with other constants of integration than zero they may hold
+        remarks = [*found.remarks, *new]
+        found = replace(found, reduced=reduced, open_ones=open_ones, remarks=remarks)
+    return found
+
+
+def _implied(
+    reduced: Reduced, open_ones: Sequence[_Written], points: Sequence[Drawn]
+) -> dict[int, Redundant]:
+    found, reference = reduced.chart.geometry.found, reduced.reference
+    return redundant_rates(reduced.names, found, open_ones, reduced.resolved, points, reference)
 
 
 def _holds_rate(names: Names, written: _Written) -> bool:
@@ -253,7 +293,7 @@ def _reduced(problem: _Problem, stated: list[Stated], strict: bool) -> Reduced:
     symbols = _coordinate_symbols(names, found)
     resolved = {s: _placed(found, s) for s in names.cartesian.values()}
     geometry = Geometry(names, found, resolved, symbols, reference)
-    chart = Chart(problem.values, geometry, tuple(_coordinates(geometry, ())))
+    chart = Chart(problem.values, geometry, tuple(generalized(geometry, ())))
     chart, points, kept = _restricted(chart)
     account, warnings = balance(geometry, points, kept)
     return Reduced(
@@ -276,7 +316,7 @@ def _with_levels(reduced: Reduced, levels: Sequence[Level]) -> Reduced:
     """The scene with constraints on velocities beside those on positions."""
     coordinates, t = reduced.coordinates, reduced.names.t
     everything = [*reduced.closures, *(x.restriction() for x in levels)]
-    manifold = _manifold(reduced.chart, everything)
+    manifold = manifold_of(reduced.chart, everything)
     points = _drawn(reduced.chart.geometry, reduced.sampler([]), ())
     found = independent_levels(levels, coordinates, reduced.closures, t, manifold, points)
     kept = tuple(levels[k].restriction() for k in found.kept)
@@ -292,14 +332,14 @@ def _with_levels(reduced: Reduced, levels: Sequence[Level]) -> Reduced:
 def _restricted(chart: Chart) -> tuple[Chart, list[Drawn], tuple[int, ...]]:
     """The chart, feasible points of it, and the numbers of the equations that it keeps."""
     geometry = chart.geometry
-    points = _drawn(geometry, _sampler(chart, [], _manifold(chart, ())), ())
+    points = _drawn(geometry, sampler_of(chart, [], manifold_of(chart, ())), ())
     numbers = related(geometry, points)
     if not numbers:
         return chart, points, ()
     restrictions = [geometry.restriction(k) for k in numbers]
-    chart = replace(chart, coordinates=tuple(_coordinates(geometry, restrictions)))
-    manifold = _manifold(chart, restrictions)
-    sampler = _sampler(chart, [], manifold)
+    chart = replace(chart, coordinates=tuple(generalized(geometry, restrictions)))
+    manifold = manifold_of(chart, restrictions)
+    sampler = sampler_of(chart, [], manifold)
     points = _drawn(geometry, sampler, numbers, 1 if sampler.many else POINTS)
     kept = independent_closures(geometry, numbers, manifold, sampler, points)
     if len(kept) < len(numbers) and sampler.many:  # one point proves independence only
@@ -375,68 +415,3 @@ def _coordinate_symbols(names: Names, found: Elimination) -> list[sp.Symbol]:
     """Declared coordinates and the names that the constraints leave, in reading order."""
     opened = [s for s in names.cartesian.values() if s in found.unknowns]
     return [*names.coordinates.values(), *opened]
-
-
-def _coordinates(geometry: Geometry, restrictions: Sequence[Restriction]) -> Iterator[Coordinate]:
-    scene = geometry.names.scene
-    declared = {c.name: c for c in scene.coordinates or ()}
-    expressions = [geometry.resolved[s] for s in geometry.positions]
-    expressions += [side for r in (*restrictions, *geometry.gaps) for side in (r.left, r.right)]
-    periodic = periodic_symbols(expressions)
-    for q in geometry.coordinates:
-        written = declared.get(q.name)
-        unit = written.unit if written else None
-        yield Coordinate(
-            name=q.name,
-            q=q,
-            v=sp.Symbol(f"dot({q.name})", real=True),
-            a=sp.Symbol(f"ddot({q.name})", real=True),
-            is_angle=unit == "rad" or q in periodic,
-            unit=unit,
-            description=written.description if written else None,
-            latex=written.latex if written else None,
-            mark=written.mark if written else scene.coordinates_mark,
-        )
-
-
-def _scales(chart: Chart) -> dict[sp.Symbol, mpf]:
-    """Size of the motion of each coordinate."""
-    names, reference = chart.geometry.names, chart.geometry.reference
-    angles = {c.q for c in chart.coordinates if c.is_angle}
-    no_lengths = {*names.parameters.values(), *angles, names.t}
-    length = typical_length([x for s, x in reference.items() if s not in no_lengths])
-    center = {c.q: reference.get(c.q, mpf(0)) for c in chart.coordinates}
-    return {q: mpf(1) if q in angles else max(length, abs(x)) for q, x in center.items()}
-
-
-def _sampler(chart: Chart, domain: list[sp.Expr], manifold: Manifold) -> Sampler:
-    names, reference = chart.geometry.names, chart.geometry.reference
-    exact = chart.values.exact
-    return Sampler(
-        names.t,
-        [c.q for c in chart.coordinates],
-        {names.parameters[n]: reference[names.parameters[n]] for n in exact},
-        [*(s for n, s in names.parameters.items() if n not in exact), *names.inputs.values()],
-        {c.q: reference.get(c.q, mpf(0)) for c in chart.coordinates},
-        _scales(chart),
-        [*chart.geometry.resolved.values(), *_differences(chart.geometry.gaps), *domain],
-        seed=names.scene.digest,
-        place=manifold.placed if manifold.all else None,
-    )
-
-
-def _differences(restrictions: Sequence[Restriction]) -> list[sp.Expr]:
-    return [r.left - r.right for r in restrictions]
-
-
-def _manifold(chart: Chart, restrictions: Sequence[Restriction]) -> Manifold:
-    names = chart.geometry.names
-    return Manifold(
-        [(r.left, r.right) for r in restrictions if r.kind == "position"],
-        [r.left - r.right for r in restrictions if r.kind == "velocity"],
-        names.t,
-        [c.q for c in chart.coordinates],
-        [c.v for c in chart.coordinates],
-        list(names.parameters.values()),
-        _scales(chart),
-    )

@@ -10,7 +10,7 @@ from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.elimination import Elimination, Stated
 from lagrange_cli.mechanics.pasting import fewer_coordinates
 from lagrange_cli.mechanics.sampling import PLACED_STARTS, STARTS
-from lagrange_cli.mechanics.wording import quoted
+from lagrange_cli.mechanics.wording import leave_out, quoted, written
 from lagrange_cli.scene.model import Scene
 
 __all__ = [
@@ -23,10 +23,6 @@ __all__ = [
     "too_few",
     "too_many",
 ]
-
-
-#: Equations that a hint lists.
-_LISTED = 8
 
 
 def require_enough(scene: Scene, found: Elimination) -> None:
@@ -159,13 +155,13 @@ def singular(found: Elimination, numbers: Sequence[int]) -> InputError:
     if len(named) > 1:
         what = "constraints"
         why = "are singular: wherever they hold, their gradients depend on each other"
-    do = "write it so that it crosses zero where it holds:"
+    hint = "write it so that it crosses zero where it holds"
     if len(named) > 1:
-        do = "leave one of them out, or change it:"
-    hint = "\n".join([do, *(f"{s.constraint}: {s.equation.text}" for s in stated[:_LISTED])])
-    if len(stated) == 1 and all(map(_is_square, sp.Add.make_args(stated[0].phi))):
+        hint = leave_out(named)
+    squares = [s for s in stated if all(map(_is_square, sp.Add.make_args(s.phi)))]
+    if len(squares) == 1:
         hint = "write equations that cross zero: x = 0 in place of x^2 = 0"
-        hint = f"{hint}\n{named[0]}: {_crossing(stated[0].phi)}"
+        hint = f"{hint}\n{squares[0].constraint}: {_crossing(squares[0].phi)}"
     return InputError(
         Problem(
             f"{what} {quoted(named)} {why}",
@@ -188,7 +184,7 @@ def _crossing(squares: sp.Expr) -> str:
         )
         for term in sp.Add.make_args(squares)
     ]
-    equations = [f"{str(root).replace('**', '^')} = 0" for root in roots]
+    equations = [f"{written(root)} = 0" for root in roots]
     return equations[0] if len(equations) == 1 else f"[{', '.join(equations)}]"
 
 

@@ -24,6 +24,7 @@ from lagrange_cli.mechanics.pasting import initial_line
 from lagrange_cli.mechanics.ranks import TOLERANCE, Doubles, Point, dependent_rows
 from lagrange_cli.mechanics.sampling import Drawn, double
 from lagrange_cli.mechanics.tape import DomainError, values
+from lagrange_cli.mechanics.wording import leave_out, quoted
 from lagrange_cli.scene.expression import Equation
 
 __all__ = ["Independent", "Level", "independent_levels", "integrals"]
@@ -289,10 +290,11 @@ def _require_consistent(
 
 def _inconsistent(taking_part: Sequence[Restriction]) -> InputError:
     named = list(dict.fromkeys(r.name for r in taking_part))
-    listed = ", ".join(f"'{name}'" for name in named)
-    what = f"constraint {listed} contradicts itself: no velocities satisfy its equations"
+    what = f"constraint {quoted(named)} contradicts itself: no velocities satisfy its equations"
     if len(named) > 1:
-        what = f"constraints {listed} contradict each other: no velocities satisfy them together"
-    equations = [f"{r.name}: {r.text}" for r in taking_part]
-    hint = "\n".join(["leave one of them out, or change it:", *equations])
-    return InputError(Problem(what, taking_part[-1].mark, hint=hint, rule="inconsistent"))
+        what = (
+            f"constraints {quoted(named)} contradict each other:"
+            " no velocities satisfy them together"
+        )
+    mark, hint = taking_part[-1].mark, leave_out(named)
+    return InputError(Problem(what, mark, hint=hint, rule="inconsistent"))

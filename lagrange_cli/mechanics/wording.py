@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-__all__ = ["quoted"]
+import sympy as sp
+
+__all__ = ["leave_out", "quoted", "written"]
 
 #: Names that are listed; of more the first and the last ones.
 _MOST, _ENDS = 12, 4
@@ -17,3 +19,19 @@ def quoted(names: Sequence[object]) -> str:
         return ", ".join(different)
     shown = [*different[:_ENDS], "...", *different[-_ENDS:]]
     return f"{', '.join(shown)} ({len(different)} in all)"
+
+
+def leave_out(names: Sequence[object]) -> str:
+    """The hint at a smallest set of which no member is consistent with all the others."""
+    different = list(dict.fromkeys(names))
+    if len(different) == 1:
+        return f"leave out {quoted(different)}"
+    if len(different) > _MOST:
+        return "leave out any one of them"
+    *first, last = (f"'{name}'" for name in different)
+    return f"leave out {', '.join(first)} or {last}"
+
+
+def written(expr: sp.Expr) -> str:
+    """An expression as a scene writes it."""
+    return str(expr).replace("**", "^")
