@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from lagrange_cli.cli import options as shared
 from lagrange_cli.cli.models import model_of_scene
 from lagrange_cli.cli.output import print_text
 from lagrange_cli.cli.remembered import Answer, Source, remembered
@@ -49,13 +50,7 @@ _OPTIONS = (
         help="Simulate a member for each value of linspace(a,b,n), logspace(a,b,n), "
         "geomspace(a,b,n) or [x,y,...]; repeated, for each combination.  [default: none]",
     ),
-    click.option(
-        "-j",
-        "--jobs",
-        type=click.IntRange(1, 4096),
-        metavar="N",
-        help="Members that are simulated at a time.  [default: the number of cores]",
-    ),
+    shared.jobs("Members that are simulated"),
     click.option(
         "--resume",
         is_flag=True,
@@ -168,7 +163,7 @@ def simulate_ensemble(session: Session, asked: Asked) -> int:
     store = open_store(asked.output, plan.key, sizes, resume=asked.many.resume)
     begun = perf_counter()
     with session.progress("integrating") as move:
-        jobs = asked.many.jobs or _cores()
+        jobs = asked.many.jobs or shared.cores()
         budget = asked.how["budget"]
         complete = run_members(tasks, store, jobs=jobs, budget=budget, progress=move)
     if complete and asked.output is not None:
@@ -183,13 +178,6 @@ def simulate_ensemble(session: Session, asked: Asked) -> int:
     if not complete:
         return INTERRUPTED if budget is None else 1
     return 0 if set(report["counts"]) == {"ok"} else 1
-
-
-def _cores() -> int:
-    import os
-
-    of_process = getattr(os, "sched_getaffinity", None)
-    return len(of_process(0)) if of_process else os.cpu_count() or 1
 
 
 # What all members share.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import importlib.util
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
@@ -15,15 +16,20 @@ from lagrange_cli.files import check_writable
 
 __all__ = [
     "common",
+    "cores",
     "formulation",
     "initial",
+    "jobs",
     "json_flag",
+    "listed",
     "not_empty",
     "output_path",
     "parameters",
-    "plottable",
+    "plot",
+    "report_path",
     "scene",
     "traceback",
+    "until",
 ]
 
 #: Names of formulations.
@@ -97,7 +103,7 @@ def not_empty(ctx: click.Context, option: click.Parameter, value: str | None) ->
     return value
 
 
-def plottable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
+def _plottable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
     """Name the missing extra or folder before the work."""
     if value is not None and importlib.util.find_spec("matplotlib") is None:
         raise InputError(
@@ -107,6 +113,77 @@ def plottable(ctx: click.Context, option: click.Parameter, value: str | None) ->
     if path is not None:
         check_writable(path)
     return path
+
+
+def plot(said: str) -> Callable[[Command], Command]:
+    """``--plot FILE``."""
+    return click.option(
+        "--plot",
+        type=click.Path(),
+        callback=_plottable,
+        metavar="FILE",
+        help=f"{said}; needs matplotlib.  [default: none]",
+    )
+
+
+def until(function: Command) -> Command:
+    """``--until T``."""
+    return click.option(
+        "--until", metavar="T", help="End time, a number or expression.  [default: the scene's]"
+    )(function)
+
+
+def jobs(what: str) -> Callable[[Command], Command]:
+    """``-j N``."""
+    return click.option(
+        "-j",
+        "--jobs",
+        type=click.IntRange(1, 4096),
+        metavar="N",
+        help=f"{what} at a time.  [default: the number of cores]",
+    )
+
+
+def cores() -> int:
+    """How many cores this process may use."""
+    import os
+
+    of_process = getattr(os, "sched_getaffinity", None)
+    return len(of_process(0)) if of_process else os.cpu_count() or 1
+
+
+def listed(
+    ctx: click.Context, option: click.Parameter, value: str | None
+) -> tuple[str, ...] | None:
+    """Names as they are given, with commas between them."""
+    if value is None:
+        return None
+    names = tuple(name.strip() for name in value.split(","))
+    if not all(names):
+        raise click.BadParameter(f"'{value}' is not names with commas between them", ctx, option)
+    return names
+
+
+def _report(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
+    """Refuse a file that is no JSON, or in no place to write, before the work."""
+    if value is None:
+        return None
+    if Path(value).suffix.lower() != ".json":
+        raise click.BadParameter(f"'{value}' does not end in .json", ctx, option)
+    check_writable(value)
+    return value
+
+
+def report_path(function: Command) -> Command:
+    """``-o FILE.json``."""
+    return click.option(
+        "-o",
+        "--output",
+        type=click.Path(),
+        callback=_report,
+        metavar="FILE",
+        help="Write the report, as .json.  [default: none]",
+    )(function)
 
 
 def output_path(help: str) -> Callable[[Command], Command]:

@@ -147,9 +147,7 @@ def _json(trajectory: Trajectory, derive_seconds: float) -> str:
 
 @click.command(short_help="A trajectory to the accuracy that you state.")
 @options.scene
-@click.option(
-    "--until", metavar="T", help="End time, a number or expression.  [default: the scene's]"
-)
+@options.until
 @click.option(
     "--from", "start", metavar="T", help="Start time, likewise.  [default: the scene's, or 0]"
 )
@@ -211,13 +209,7 @@ def _json(trajectory: Trajectory, derive_seconds: float) -> str:
     metavar="FILE",
     help="Write the samples, as .csv or .npz.  [default: none]",
 )
-@click.option(
-    "--plot",
-    type=click.Path(),
-    callback=options.plottable,
-    metavar="FILE",
-    help="Draw coordinates, velocities and energy over time; needs matplotlib.  [default: none]",
-)
+@options.plot("Draw coordinates, velocities and energy over time")
 @ensemble.options
 @options.json_flag("Report as JSON.")
 @options.common

@@ -13,7 +13,7 @@ from lagrange_cli.cli.models import model_of_scene
 from lagrange_cli.cli.output import print_text
 from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.session import Session
-from lagrange_cli.files import check_writable, write_file
+from lagrange_cli.files import write_file
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import Formulation
@@ -32,28 +32,6 @@ class _Methods(click.Option):
         return super().get_help_record(ctx)
 
 
-def _names(
-    ctx: click.Context, option: click.Parameter, value: str | None
-) -> tuple[str, ...] | None:
-    """Names as they are given, with commas between them."""
-    if value is None:
-        return None
-    names = tuple(name.strip() for name in value.split(","))
-    if not all(names):
-        raise click.BadParameter(f"'{value}' is not names with commas between them", ctx, option)
-    return names
-
-
-def _writable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
-    """Refuse a file that is no JSON, or in no place to write, before the work."""
-    if value is None:
-        return None
-    if Path(value).suffix.lower() != ".json":
-        raise click.BadParameter(f"'{value}' does not end in .json", ctx, option)
-    check_writable(value)
-    return value
-
-
 def _json(found: dict[str, Any]) -> str:
     return json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
@@ -63,7 +41,7 @@ def _json(found: dict[str, Any]) -> str:
 @click.option(
     "--methods",
     cls=_Methods,
-    callback=_names,
+    callback=options.listed,
     metavar="LIST",
 )
 @click.option(
@@ -74,9 +52,7 @@ def _json(found: dict[str, Any]) -> str:
     metavar="N",
     help="How often each run is timed.",
 )
-@click.option(
-    "--until", metavar="T", help="End time, a number or expression.  [default: the scene's]"
-)
+@options.until
 @click.option(
     "--budget",
     type=float,
@@ -88,21 +64,8 @@ def _json(found: dict[str, Any]) -> str:
 @options.formulation(None, "the scene's, or auto")
 @options.parameters
 @options.initial
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(),
-    callback=_writable,
-    metavar="FILE",
-    help="Write the report, as .json.  [default: none]",
-)
-@click.option(
-    "--plot",
-    type=click.Path(),
-    callback=options.plottable,
-    metavar="FILE",
-    help="Draw seconds and right-hand sides over the error; needs matplotlib.  [default: none]",
-)
+@options.report_path
+@options.plot("Draw seconds and right-hand sides over the error")
 @options.json_flag("Report as JSON.")
 @options.common
 @click.pass_context

@@ -1,0 +1,97 @@
+"""``lagrange stress``: a scene at its extremes."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import click
+
+from lagrange_cli.cli import options
+from lagrange_cli.cli.output import print_text
+from lagrange_cli.cli.remembered import read_source
+from lagrange_cli.cli.session import Session
+from lagrange_cli.files import write_file
+
+if TYPE_CHECKING:
+    from lagrange_cli.scene.model import Formulation
+
+__all__ = ["stress"]
+
+
+class _Axes(click.Option):
+    """An option whose help names the registry of axes, imported only for that."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        from lagrange_cli.simulate.stress_points import STRESS_AXES
+
+        names = ", ".join(STRESS_AXES)
+        self.help = f"With commas between them: {names}.  [default: all]"
+        return super().get_help_record(ctx)
+
+
+@click.command(short_help="Where results hold, degrade or are refused at extremes.")
+@options.scene
+@click.option("--axes", cls=_Axes, callback=options.listed, metavar="LIST")
+@options.until
+@click.option(
+    "--accuracy",
+    type=float,
+    metavar="EPS",
+    help="What each point is asked for, as by simulate.  [default: the scene's, or 1e-6]",
+)
+@click.option(
+    "--budget",
+    type=float,
+    default=5.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="Stop the run of a point after this time; those of its reference have twice as much.",
+)
+@options.formulation(None, "the scene's, or auto")
+@options.jobs("Points")
+@options.parameters
+@options.initial
+@options.report_path
+@options.json_flag("Report as JSON.")
+@options.common
+@click.pass_context
+def stress(
+    ctx: click.Context,
+    /,
+    scene: str,
+    axes: tuple[str, ...] | None,
+    until: str | None,
+    accuracy: float | None,
+    budget: float,
+    formulation: Formulation | None,
+    jobs: int | None,
+    parameters: dict[str, str],
+    initial: dict[str, str],
+    output: str | None,
+    as_json: bool,
+) -> None:
+    """Push the parameters and the start of SCENE, a YAML file or - for standard input, to
+    extremes, and compare every result with a reference."""
+    session = ctx.ensure_object(Session)
+    source = read_source(scene)
+    from lagrange_cli.simulate.members import Recipe
+    from lagrange_cli.simulate.stress import stress as run
+    from lagrange_cli.simulate.stress_report import summary, text
+
+    times = {} if until is None else {"until": until}
+    recipe = Recipe(source.file, source.data, parameters, initial, times, False, formulation)
+    with session.progress("stressing") as move:
+        found = run(
+            recipe,
+            axes=axes,
+            accuracy=accuracy,
+            budget=budget,
+            jobs=jobs or options.cores(),
+            progress=move,
+        )
+    report = json.dumps(summary(found), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    if output is not None:
+        write_file(output, report)
+    print_text(report if as_json else text(found))
+    ctx.exit(1 if found.counts["wrong"] else 0)
