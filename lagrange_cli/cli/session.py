@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lagrange_cli.cli.progress import Progress
 from lagrange_cli.errors import InputError, Problem, escape_controls, render
 
 if TYPE_CHECKING:
@@ -105,11 +106,20 @@ class Session:
             click.echo(escape_controls(text), err=True)
 
     @contextmanager
-    def progress(self, label: str) -> Iterator[Callable[[float], None]]:
+    def progress(self, label: str) -> Iterator[Progress]:
         """Yield what takes the fraction done and moves a progress bar on stderr.
 
-        The bar is hidden where stderr is no terminal, and with ``-q``.
+        The bar is hidden where stderr is no terminal, and with ``-q``; with ``-v`` lines take
+        its place.
         """
-        hidden = self.verbosity < 0 or sys.stderr is None or not sys.stderr.isatty()
-        with click.progressbar(length=1000, label=label, file=sys.stderr, hidden=hidden) as bar:
-            yield lambda fraction: bar.update(round(1000 * fraction) - bar.pos)
+        terminal = sys.stderr is not None and sys.stderr.isatty()
+        hidden = self.verbosity < 0 or not terminal
+        line = self.detail if self.verbosity > 0 and not terminal else None
+        with click.progressbar(
+            length=1000,
+            label=label,
+            file=sys.stderr,
+            hidden=hidden,
+            item_show_func=lambda item: item,
+        ) as bar:
+            yield Progress(bar, line)

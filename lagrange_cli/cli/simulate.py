@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lagrange_cli.cli import ensemble, options
+from lagrange_cli.cli.interrupts import interrupts
 from lagrange_cli.cli.models import model_of_scene
 from lagrange_cli.cli.output import print_text
 from lagrange_cli.cli.remembered import read_source
-from lagrange_cli.cli.session import INTERRUPTED, Session
+from lagrange_cli.cli.session import Session
 from lagrange_cli.files import check_writable
 
 if TYPE_CHECKING:
@@ -260,8 +261,9 @@ def simulate(
     other = partial(model_in, formulation="multiplier")
     if "forces" in columns:
         require_forces(model.name, [*model.multipliers, *model.forces])
-    with session.progress("integrating") as move:
-        run = {**how, "progress": move, "cache": session.cache}
+    with session.progress("integrating") as progress, interrupts() as interrupt:
+        told = {"progress": progress, "reached": progress.reached, "stop": lambda: interrupt.asked}
+        run = {**how, **told, "cache": session.cache}
         trajectory = simulate_past_charts(model, other if free else None, **run)
     session.explain_code()
     session.detail(f"method: {trajectory.choice}")
@@ -272,8 +274,8 @@ def simulate(
         trajectory.plot(plot)
     for remark in _remarks(trajectory, model):
         session.remark(remark)
-    interrupted = trajectory.status == "stopped" and how["budget"] is None
-    ctx.exit(INTERRUPTED if interrupted else trajectory.exit_code)
+    interrupted = trajectory.status == "stopped" and interrupt.asked
+    ctx.exit(interrupt.exit_code if interrupted else trajectory.exit_code)
 
 
 def _remarks(trajectory: Trajectory, model: Model) -> Iterator[str]:

@@ -45,6 +45,8 @@ def simulate(
     samples: int | None = None,
     budget: float | None = None,
     progress: Callable[[float], None] | None = None,
+    reached: Callable[[float], None] | None = None,
+    stop: Callable[[], bool] | None = None,
     functions: RightHandSide | None = None,
     cache: Cache | None = None,
     every: int = 1,
@@ -75,6 +77,10 @@ def simulate(
         is given up after half of them.
     progress
         Called with a fraction from 0 to 1 that never falls.
+    reached
+        Called with the simulated time, which begins anew with each pass over the samples.
+    stop
+        Asked often; once it is true the run stops and keeps what it has.
     functions
         What evaluates the model; by default compiled where there is a C
         compiler, else interpreted.
@@ -92,7 +98,9 @@ def simulate(
     """
     model = system if isinstance(system, Model) else _modelled(system)
     request = resolve(model, until, accuracy, method, rtol, atol, step, samples, budget)
-    return _simulated(model, request.refined(every), Watch(progress, budget), functions, cache)
+    span = float(request.times[0]), float(request.times[-1])
+    watch = Watch(progress, budget, reached=reached, span=span, stop=stop)
+    return _simulated(model, request.refined(every), watch, functions, cache)
 
 
 def _simulated(

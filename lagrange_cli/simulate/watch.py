@@ -13,20 +13,29 @@ PASS = 0.9
 
 
 class StoppedError(Exception):
-    """The budget of seconds is spent."""
+    """The budget of seconds is spent, or the user has asked for an end."""
 
 
 class Watch:
     """Called with the fraction done of the present pass, tells the user and minds the budget.
 
     ``progress`` gets a fraction from 0 to 1 that never falls; ``budget`` is in
-    seconds of wall clock (None: without limit).
+    seconds of wall clock (None: without limit). ``reached`` gets the time that the pass has
+    reached, of ``span``, which is from where to where; ``stop`` says whether the user has asked
+    for an end.
     """
 
     def __init__(
-        self, progress: Callable[[float], None] | None = None, budget: float | None = None
+        self,
+        progress: Callable[[float], None] | None = None,
+        budget: float | None = None,
+        *,
+        reached: Callable[[float], None] | None = None,
+        span: tuple[float, float] = (0.0, 1.0),
+        stop: Callable[[], bool] | None = None,
     ) -> None:
-        self._progress = progress
+        self._progress, self._reached, self._stop = progress, reached, stop
+        self._start, self._until = span
         self._deadline = None if budget is None else time.perf_counter() + budget
         self._base, self._share, self._shown = 0.0, 0.1, 0.0
 
@@ -38,7 +47,11 @@ class Watch:
     def __call__(self, fraction: float) -> None:
         if self._deadline is not None and time.perf_counter() > self._deadline:
             raise StoppedError
+        if self._stop is not None and self._stop():
+            raise StoppedError
         self._tell(self._base + self._share * fraction)
+        if self._reached is not None:
+            self._reached(self._start + fraction * (self._until - self._start))
 
     def done(self) -> None:
         self._tell(1.0)

@@ -288,16 +288,13 @@ class TestInterruption:
             process.kill()
         process.wait()
 
-    def test_termination_leaves_nothing(self, running, tmp_path):
-        running.send_signal(signal.SIGTERM)
+    @pytest.mark.parametrize(
+        ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["int", "term"]
+    )
+    def test_what_is_done_is_kept_and_said(self, running, tmp_path, number, code):
+        running.send_signal(number)
         _, stderr = running.communicate(timeout=30)
-        assert (running.returncode, stderr) == (143, b"terminated\n")
-        assert os.listdir(tmp_path / "out") == []
-
-    def test_interruption_keeps_what_is_done_and_says_so(self, running, tmp_path):
-        running.send_signal(signal.SIGINT)
-        _, stderr = running.communicate(timeout=30)
-        assert running.returncode == 130
+        assert running.returncode == code
         assert b"Traceback" not in stderr
         if os.listdir(tmp_path / "out"):
             assert b"what is kept ends at t = " in stderr

@@ -1,0 +1,49 @@
+"""Ctrl-C and SIGTERM during work that keeps what is done."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import FrameType
+
+__all__ = ["Interrupts", "interrupts"]
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+@dataclass
+class Interrupts:
+    """The signal that asks for an end, None where there was none."""
+
+    number: int | None = None
+
+    @property
+    def asked(self) -> bool:
+        return self.number is not None
+
+    @property
+    def exit_code(self) -> int:
+        """As shells report what a signal ended."""
+        return 128 + (self.number or 0)
+
+
+@contextmanager
+def interrupts() -> Iterator[Interrupts]:
+    """Note the first signal, which the work then looks for; a second one acts at once."""
+    found = Interrupts()
+    before = {number: signal.getsignal(number) for number in SIGNALS}
+
+    def note(number: int, frame: FrameType | None) -> None:
+        found.number = number
+        for known, handler in before.items():
+            signal.signal(known, handler)
+
+    try:
+        for number in SIGNALS:
+            signal.signal(number, note)
+        yield found
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,52 @@
+"""How far a long work has come, for a person who waits."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+__all__ = ["Progress"]
+
+#: Seconds between two looks at the simulated time on a terminal, and between two lines elsewhere.
+GLANCE, LINE = 0.2, 10.0
+
+
+class Progress:
+    """Called with the fraction done, moves a bar; told the simulated time, shows it and its rate.
+
+    Parameters
+    ----------
+    bar
+        Click's progress bar, of length 1000.
+    line
+        Writes a line now and then, where there is no terminal and lines are wanted.
+    """
+
+    def __init__(self, bar: Any, line: Callable[[str], None] | None = None) -> None:
+        self._bar, self._line = bar, line
+        self._done = 0.0
+        self._shown = self._begun = time.monotonic()
+        self._first: float | None = None
+        self._last = 0.0
+
+    def __call__(self, fraction: float) -> None:
+        self._done = fraction
+        self._bar.update(round(1000 * fraction) - self._bar.pos)
+
+    def reached(self, t: float) -> None:
+        """Take the simulated time; one that falls is that of another pass."""
+        now = time.monotonic()
+        if self._first is None or t < self._last:
+            self._first, self._begun = t, now
+        self._last = t
+        if now - self._shown < (GLANCE if self._line is None else LINE):
+            return
+        self._shown = now
+        rate = (t - self._first) / max(now - self._begun, 1e-9)
+        text = f"t = {t:.6g}" + (f", {rate:.3g} a second" if rate > 0 else "")
+        if self._line is not None:
+            self._line(f"{text}, {100 * self._done:.0f} % done")
+        else:
+            self._bar.current_item = text
+            self._bar.render_progress()
