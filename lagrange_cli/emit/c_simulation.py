@@ -15,25 +15,28 @@ from lagrange_cli.emit.c_lanes import LANES_HEADER, lanes_text
 from lagrange_cli.emit.c_names import CNames, Real, real_type
 from lagrange_cli.emit.c_project import project_text, residual_text
 from lagrange_cli.emit.c_reset import reset_text
-from lagrange_cli.emit.c_solvers import helper_text, solver_text
+from lagrange_cli.emit.c_solvers import fill, helper_text, solver_text
 from lagrange_cli.emit.printing import Dialect
 from lagrange_cli.emit.program import Program
 
-__all__ = ["lanes_source", "library_source"]
+__all__ = ["DOUBLE", "lanes_source", "library_source"]
+
+#: The numbers that simulations compute with first.
+DOUBLE = real_type("double")
 
 #: Evaluates a function at many states; what does not exist becomes NaN.
 _TABLE = """\
-typedef int (*function)(double, const double *, const double *, const system_params *, double *,
-                        double *);
+typedef int (*function)(@REAL@, const @REAL@ *, const @REAL@ *, const system_params *, @REAL@ *,
+                        @REAL@ *);
 
 /* out[i*columns ..]: a function at t[i] and y[i*width ..], for i below rows. */
-void system_table(function f, long rows, const double *t, const double *y, long width,
-                  const double *u, const system_params *p, double *work, double *out,
+void system_table(function f, long rows, const @REAL@ *t, const @REAL@ *y, long width,
+                  const @REAL@ *u, const system_params *p, @REAL@ *work, @REAL@ *out,
                   long columns)
 {
     long i, k;
     for (i = 0; i < rows; ++i) {
-        double *row = out + i*columns;
+        @REAL@ *row = out + i*columns;
         if (f(t[i], y + i*width, u, p, work, row) != 0) {
             for (k = 0; k < columns; ++k) {
                 row[k] = NAN;
@@ -44,21 +47,21 @@ void system_table(function f, long rows, const double *t, const double *y, long 
 """
 
 
-def library_source(programs: Mapping[str, Program]) -> str:
+def library_source(programs: Mapping[str, Program], real: Real = DOUBLE) -> str:
     """A text of C with a function ``system_NAME`` for each program, and ``system_table``.
 
     With those of :func:`lagrange_cli.emit.constraints.constraint_programs` there
     is ``system_project`` too, with those of ``contact_programs`` beside it
     ``system_contact_project``, ``system_events`` and ``system_reset``;
     :func:`lagrange_cli.emit.c_project.workspace` is the size of ``work`` that serves all of
-    them. The programs read parameters from an array of doubles at ``p``.
+    them. The programs read parameters from an array at ``p``, of numbers of the type ``real``.
     """
-    names, real, dialect = _language(programs)
+    names, dialect = _language(programs, real)
     parameters = _parameters(programs)
     used = set().union(*(functions_used(program) for program in programs.values()))
     parts = [
         "#include <math.h>\n",
-        f"typedef struct {{ double p[{max(parameters, 1)}]; }} system_params;\n",
+        f"typedef struct {{ {real.name} p[{max(parameters, 1)}]; }} system_params;\n",
         helper_text(used, names, real),
         solver_text(blocks_of(programs), names, real),
         kernel_helpers(programs, names, real),
@@ -66,7 +69,7 @@ def library_source(programs: Mapping[str, Program]) -> str:
         residual_text(programs, names, real),
         *(project_text(programs, names, real, of) for of in ("", "contact_")),
         reset_text(programs, names, real),
-        _TABLE,
+        fill(_TABLE, names, real),
     ]
     return "\n".join(filter(None, parts))
 
@@ -74,16 +77,15 @@ def library_source(programs: Mapping[str, Program]) -> str:
 def lanes_source(programs: Mapping[str, Program]) -> str:
     """What follows that text: right-hand sides at eight states at once, where they have that
     form, as functions ``system_NAME_lanes``."""
-    names, real, dialect = _language(programs)
+    names, dialect = _language(programs, DOUBLE)
     sides = {f: p for f, p in programs.items() if p.blocks}
-    texts = [lanes_text(f, p, names, real, dialect) for f, p in sides.items()]
+    texts = [lanes_text(f, p, names, DOUBLE, dialect) for f, p in sides.items()]
     return "\n".join([f'#include "{LANES_HEADER}"\n', *texts]) if any(texts) else ""
 
 
-def _language(programs: Mapping[str, Program]) -> tuple[CNames, Real, Dialect]:
-    real = real_type("double")
+def _language(programs: Mapping[str, Program], real: Real) -> tuple[CNames, Dialect]:
     names = _dummy_names(programs["rhs"].coordinates, _parameters(programs), programs["rhs"].driven)
-    return names, real, Dialect(real.literal, function_names(names, real), names.inputs)
+    return names, Dialect(real.literal, function_names(names, real), names.inputs)
 
 
 def _parameters(programs: Mapping[str, Program]) -> int:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from lagrange_cli.emit.program import Program
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["model_of"]
+__all__ = ["model_of", "programs_of"]
 
 #: Evaluators of a simulation, beside the disturbed right-hand side.
 FUNCTIONS = ("rhs", "energy", "positions", "velocities")
@@ -135,13 +135,27 @@ def _polynomial(numbers: Sequence[Input], t: Symbol) -> Expr:
     return value
 
 
-def _code(equations: Equations) -> Code:
-    forces = _forces(equations)
-    equations = driven(flagged(equations) if equations.contacts else equations)
+def programs_of(equations: Equations) -> dict[str, Program]:
+    """The functions of a simulation by name, without those that show what rounding does."""
+    return _programs(_evaluated(equations))
+
+
+def _evaluated(equations: Equations) -> Equations:
+    """The equations as they are evaluated: with flags of contacts and functions of time."""
+    return driven(flagged(equations) if equations.contacts else equations)
+
+
+def _programs(equations: Equations) -> dict[str, Program]:
     programs = {name: program_of(equations, name) for name in FUNCTIONS}
     if equations.outputs:
         programs["outputs"] = program_of(equations, "outputs")
-    programs |= constraint_programs(equations) | contact_programs(equations)
+    return programs | constraint_programs(equations) | contact_programs(equations)
+
+
+def _code(equations: Equations) -> Code:
+    forces = _forces(equations)
+    equations = _evaluated(equations)
+    programs = _programs(equations)
     disturbed = {
         name.replace("rhs", "disturbed"): disturb(programs[name])
         for name in ("rhs", "contact_rhs")
