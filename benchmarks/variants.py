@@ -1,0 +1,36 @@
+"""Random systems near a given one: other parameters, another initial state."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import projection
+from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.right_hand_side import right_hand_side
+
+__all__ = ["variant"]
+
+#: By how much numbers change at most, as a part of them, and those of the state besides, as a
+#: part of the largest position or velocity.
+PART, BESIDES = 0.1, 0.03
+
+
+def variant(model: Model, seed: int) -> Model:
+    """A model with other numbers, which a seed decides; its initial state obeys the constraints."""
+    chance = np.random.default_rng(seed)
+    parameters = tuple(
+        replace(p, value=None if p.value is None else p.value * (1 + PART * chance.uniform(-1, 1)))
+        for p in model.parameters
+    )
+    state = np.array(model.initial, dtype=float)
+    n = len(state) // 2
+    largest = np.repeat([np.abs(half).max(initial=0.0) for half in (state[:n], state[n:])], n)
+    state = state * (1 + PART * chance.uniform(-1, 1, 2 * n))
+    state += BESIDES * largest * chance.uniform(-1, 1, 2 * n)
+    other = replace(model, parameters=parameters)
+    project = projection(right_hand_side(other).rhs)
+    if project is not None:
+        state = project(model.defaults.start, state)
+    return replace(other, initial=tuple(state.tolist()))
