@@ -76,8 +76,8 @@ int @NAME@_events(@MODE@);
  * push, all that is closed taking part (bounce 1: with the restitution of each
  * contact; 0: without, to end a sequence of ever shorter bounces). y, of which
  * v may change, and mode are then those to go on with. Returns 1 in a singular
- * configuration, 2 if a result is not finite, 4 if there is no such impact or a
- * restitution is not between 0 and 1; y and mode are then meaningless.
+ * configuration, 2 if a result is not finite, 4 if the contacts leave no motion (walls
+ * that close in) or a restitution is not between 0 and 1; y and mode are then meaningless.
  */
 int @NAME@_reset(@RESET@);
 """

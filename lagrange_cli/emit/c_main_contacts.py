@@ -133,7 +133,7 @@ REASON = (
     'status == 1 ? "singular configuration"\n'
     '                        : status == 2 ? "result is not finite"\n'
     '                        : status == 3 ? "too far from the closures"\n'
-    '                        : status == 4 ? "no impact is possible with these restitutions"\n'
+    '                        : status == 4 ? "the contacts leave no motion"\n'
     '                        : "contacts open and close without end"'
 )
 

@@ -92,7 +92,10 @@ static void @NAME@_giving_way(int n, int k, @NAME@_closing *c)
     }
 }
 
-/* Raises push k until w[k] is zero; active pushes that are used up end. 1: it has no effect. */
+/*
+ * Raises push k until w[k] is zero; active pushes that are used up end. Returns 1 if it
+ * has no effect; active are then those that take all of it.
+ */
 static int @NAME@_raise(int n, int k, @NAME@_closing *c)
 {
     int j;
@@ -112,6 +115,9 @@ static int @NAME@_raise(int n, int k, @NAME@_closing *c)
         }
         full = rise > @TOLERANCE@ ? -c->w[k]/rise : INFINITY;
         if (first < 0 && !(full < INFINITY)) {
+            for (j = 0; j < n; ++j) {
+                c->active[j] = j == k || r[j] < -@TOLERANCE@ ? @ONE@ : @ZERO@;
+            }
             return 1;
         }
         if (first < 0 || full <= least) {
@@ -137,7 +143,8 @@ static int @NAME@_raise(int n, int k, @NAME@_closing *c)
  * Pushes x >= 0 with w + d x >= 0, one of both zero for each contact that is
  * closed, by the dual method of Goldfarb and Idnani (Math. Programming 27
  * (1983) 1). w and size become w + d x and its magnitudes; w is zero where it is
- * rounding. Returns 1 if there are no such pushes.
+ * rounding. Returns 1 if there are no such pushes; active are then contacts that
+ * cannot all be met, none where that is not known.
  */
 static int @NAME@_push(int n, @NAME@_closing *c)
 {
@@ -169,7 +176,20 @@ static int @NAME@_push(int n, @NAME@_closing *c)
             return 1;
         }
     }
+    for (k = 0; k < n; ++k) {
+        c->active[k] = @ZERO@;
+    }
     return 1;
+}
+
+/* contact: those that leave no motion behind an event, which is the error 4. */
+static int @NAME@_deadlock(@REAL@ *contact, const @NAME@_closing *c)
+{
+    int k;
+    for (k = 0; k < @U@; ++k) {
+        contact[k] = c != 0 ? c->active[k] : @ZERO@;
+    }
+    return 4;
 }
 """
 
@@ -239,14 +259,15 @@ static int @NAME@_hit(@MUTABLE_STATE@, @REAL@ bounce, @REAL@ *work, @NAME@_closi
 {
 @CHANGING@    int i, k, round, status;
     for (k = 0; k < @U@; ++k) {
-        if (!(c->restitution[k] >= @ZERO@ && c->restitution[k] <= @ONE@ + @TOLERANCE@)) {
-            return 4;
+        const @REAL@ e = c->restitution[k];
+        if (c->closed[k] > @ZERO@ && !(e >= @ZERO@ && e <= @ONE@ + @TOLERANCE@)) {
+            return @NAME@_deadlock(contact, 0);
         }
         c->speed[k] = c->held[k] > @ZERO@ ? @ZERO@ : c->speed[k];
-        c->w[k] = c->speed[k] + bounce*c->restitution[k]*@MIN@(c->speed[k], @ZERO@);
+        c->w[k] = c->speed[k] + bounce*e*@MIN@(c->speed[k], @ZERO@);
     }
     if (@NAME@_push(@U@, c) != 0) {
-        return 4;
+        return @NAME@_deadlock(contact, c);
     }
     for (k = 0; k < @U@; ++k) {
         contact[k] = c->active[k];
@@ -275,7 +296,7 @@ static int @NAME@_hit(@MUTABLE_STATE@, @REAL@ bounce, @REAL@ *work, @NAME@_closi
         c->size[k] += size;
         if (c->closed[k] > @ZERO@
             && !((active ? @FABS@(off) : -off) <= @LOOSER@*@TOLERANCE@*c->size[k])) {
-            return 4;
+            return @NAME@_deadlock(contact, 0);
         }
         c->speed[k] = active ? c->speed[k] : speed;
     }
@@ -302,7 +323,7 @@ static int @NAME@_settle(@MUTABLE@, @REAL@ *work, @NAME@_closing *c)
         }
     }
     if (@NAME@_push(@U@, c) != 0) {
-        return 4;
+        return @NAME@_deadlock(contact, c);
     }
     for (k = 0; k < @U@; ++k) {
         contact[k] = c->active[k];

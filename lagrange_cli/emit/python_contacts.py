@@ -72,8 +72,8 @@ def reset(t, y, @P@, mode=FLIGHT, event=-1, bounce=1.0):
     without restitution, to end a sequence of ever shorter bounces). None where there is no such
     impact, or a restitution is not between 0 and 1.
     """
-    found = _contact_reset(t, y, @GIVEN@, _flags(mode), event, bounce)
-    return None if found is None else (found[0], tuple(int(flag) for flag in found[1]))
+    state, flags = _contact_reset(t, y, @GIVEN@, _flags(mode), event, bounce)
+    return None if state is None else (state, tuple(int(flag) for flag in flags))
 '''
 
 _SCRIPT = '''\

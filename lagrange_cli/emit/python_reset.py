@@ -13,6 +13,13 @@ from lagrange_cli.emit.program import Program
 __all__ = ["reset_source"]
 
 _PUSHES = '''\
+class _Deadlock(ArithmeticError):
+    """There is no motion behind an event; ``flags`` are 1.0 for contacts that leave none."""
+
+    def __init__(self, flags):
+        self.flags = np.asarray(flags, dtype=float)
+
+
 def _raise(k, d, w, x, active):
     """Raises push k until w[k] is zero; active pushes that are used up end."""
     while True:
@@ -23,7 +30,9 @@ def _raise(k, d, w, x, active):
         ends = [(x[j] / ratio, j) for j, ratio in zip(held, r) if ratio > 0.0]
         least, first = min(ends, default=(np.inf, -1))
         if min(full, least) == np.inf:
-            raise ArithmeticError("a push without effect")
+            flags = np.arange(len(w)) == k
+            flags[held] = r < -@TOLERANCE@
+            raise _Deadlock(flags)
         x[held] = np.maximum(x[held] - min(full, least) * r, 0.0)
         x[k] += min(full, least)
         if full <= least:
@@ -47,7 +56,7 @@ def _pushes(d, w, size, closed):
         if not violated.size:
             return active
         _raise(violated[0], d, w, x, active)
-    raise ArithmeticError("no such pushes")
+    raise _Deadlock(np.zeros(len(w)))
 
 
 def _known(values):
@@ -92,7 +101,7 @@ _HIT = '''\
 def _hit(t, y, @P@, bounce, d, table, speed, size, closed, held):
     """The state after an impact of what is closed, the rates of the gaps and their magnitudes."""
     gradient, rate, _, restitution = table
-    if not ((restitution >= 0.0) & (restitution <= 1.0 + @TOLERANCE@)).all():
+    if not ((restitution >= 0.0) & (restitution <= 1.0 + @TOLERANCE@))[closed].all():
         raise ArithmeticError("a restitution is not between 0 and 1")
     speed = np.where(held, 0.0, speed)
     # The least rate after the impact, and that of active contacts.
@@ -151,13 +160,16 @@ def @RESET@(t, y, @P@, event, bounce):
     """The state after an event, and which contacts are then closed (1.0, else 0.0).
 
     ``event``: the number of the contact whose event it is (-1: a start); ``bounce``: 1.0, or 0.0
-    for an impact without restitution. None where there is no such state.
+    for an impact without restitution. Where there is no such state it is None, and the contacts
+    are those that leave no motion, if that is the reason.
     """
     try:
         with np.errstate(all="ignore"):
             return _after(t, np.array(y, dtype=float), @P@, event, bounce)
+    except _Deadlock as found:
+        return None, found.flags
     except (ArithmeticError, np.linalg.LinAlgError):
-        return None
+        return None, np.zeros(@U@)
 '''
 
 

@@ -24,6 +24,7 @@ from typing import Literal
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.simulate.agreement import Unclear
 from lagrange_cli.simulate.attempt import FLOOR_ULPS, NOISE_PART, Attempt
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.switching import Flags, Switch
@@ -60,11 +61,12 @@ FIRST_WIDER_TOLERANCE, WORTHWHILE = 1e-15, 1.05
 
 @dataclass(frozen=True)
 class Disproof:
-    """When what shows that a result is wrong: a conserved energy that changes, a negative gap,
-    or an impact that adds energy."""
+    """When what shows that a result is wrong: a conserved energy that changes, gaps of
+    ``contacts`` that are negative, or an impact on them that adds energy."""
 
     time: float
     by: Literal["energy", "gap", "impact"]
+    contacts: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -86,8 +88,8 @@ class Measured:
     says why the method was taken; ``disproved`` what shows that the rest is wrong;
     ``wider`` whether the run was made in wider arithmetic than doubles. ``switches`` are
     what happened to contacts until the last sample, and the end of bounces that stands
-    behind it, ``began`` the contacts that were closed at first, ``unclear`` when the runs
-    began to differ in what happens to contacts; velocities at the times
+    behind it, ``began`` the contacts that were closed at first, ``unclear`` at which
+    contacts the promise ends; velocities at the times
     ``exempt`` are as close to a jump as the error of its time. ``obstacle`` is what keeps
     runs that reach the end from the accuracy. ``steps`` and ``evaluations`` are those of the
     run, ``all_evaluations`` of everything.
@@ -109,7 +111,7 @@ class Measured:
     wider: bool = False
     switches: tuple[Switch, ...] = ()
     began: Flags = ()
-    unclear: float | None = None
+    unclear: Unclear | None = None
     exempt: Array = field(default_factory=lambda: np.empty(0))
     obstacle: Obstacle | None = None
 
@@ -252,10 +254,18 @@ def _measured(
         wider=best.wider,
         switches=until(best.run.switches, problem, judged.samples),
         began=best.run.began,
-        unclear=None if events is None or np.isinf(events.broken) else events.broken,
+        unclear=_unclear(best, judged.samples, problem.times),
         exempt=times[events.exempt(times)] if events is not None else times[:0],
         obstacle=_obstacle(attempts, eps) if judged.samples < len(problem.times) else None,
     )
+
+
+def _unclear(best: Attempt, samples: int, times: Array) -> Unclear | None:
+    """The contacts at which the promise ends, None where it does not, or elsewhere."""
+    if best.events is None or samples == len(times):
+        return None
+    kept, lost = times[samples - 1 : samples + 1].tolist()
+    return best.events.unclear(kept, lost, best.run.switches)
 
 
 def _obstacle(attempts: list[Attempt], eps: float) -> Obstacle | None:

@@ -11,7 +11,17 @@ from numpy.typing import NDArray
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.switching import Switch
 
-__all__ = ["Agreement", "agreement", "end_of_bounces"]
+__all__ = ["Agreement", "Unclear", "agreement", "end_of_bounces"]
+
+
+@dataclass(frozen=True)
+class Unclear:
+    """When and at which contacts a promise ends: whether runs ``differ`` in what happens, or in
+    its consequences alone."""
+
+    time: float
+    contacts: tuple[int, ...]
+    differ: bool
 
 
 @dataclass(frozen=True)
@@ -19,13 +29,25 @@ class Agreement:
     """Events that all runs have, with the estimated errors of their times.
 
     ``times``, ``errors`` and ``jumps`` (whether velocities change) have one entry an
-    event; from ``broken`` on the runs differ in what happens.
+    event; from ``broken`` on the runs differ in what happens to the contacts ``differing``.
     """
 
     times: Array
     errors: Array
     jumps: NDArray[np.bool_]
     broken: float
+    differing: tuple[int, ...] = ()
+
+    def unclear(self, kept: float, lost: float, switches: Sequence[Switch]) -> Unclear | None:
+        """What happens to contacts where a promise ends: between two samples, of which the first
+        is kept and the other is not. ``switches`` are those of the first run."""
+        if self.differing:
+            return Unclear(self.broken, self.differing, differ=True)
+        between = [s for s in switches if kept < s.t <= lost]
+        if not between:
+            return None
+        contacts = {s.contact for s in between}
+        return Unclear(between[0].t, tuple(sorted(contacts)), differ=False)
 
     def ratios(self, t: Array, span: float) -> Array:
         """The largest error of an event up to each time, as a part of the span."""
@@ -64,7 +86,7 @@ def agreement(
         Where the runs end: an event no further before it may lie behind it for others.
     """
     matched: list[tuple[float, float, bool]] = []
-    broken = np.inf
+    broken: dict[int, float] = {}
     until = min(reached)
     for contact in sorted({s.contact for run in runs for s in run}):
         own = [[s for s in run if s.contact == contact] for run in runs]
@@ -75,13 +97,21 @@ def agreement(
                 matched.append((first, end - first, True))
                 break
             if len(same) < len(runs) or len({s.kind for s in same}) > 1:
-                broken = min(broken, first if first <= until else np.inf)
+                if first <= until:
+                    broken[contact] = first
                 break
             t = same[0].t
             error = sum(w * abs(s.t - t) for w, s in zip(weights, same, strict=True))
             matched.append((t, error, any(s.jumps for s in same)))
     times, errors, jumps = zip(*matched, strict=True) if matched else ((), (), ())
-    return Agreement(np.array(times), np.array(errors), np.array(jumps, dtype=bool), broken)
+    begins = min(broken.values(), default=np.inf)
+    return Agreement(
+        np.array(times),
+        np.array(errors),
+        np.array(jumps, dtype=bool),
+        begins,
+        tuple(contact for contact, first in broken.items() if first == begins),
+    )
 
 
 def end_of_bounces(switches: Sequence[Switch]) -> float:

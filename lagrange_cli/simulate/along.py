@@ -28,14 +28,14 @@ class Along:
 
     ``functions`` evaluate accelerations, multipliers and constraints with the contacts that are
     closed at their time, ``contact`` with any set of them. ``lost`` is the energy after impacts
-    less that before, in all, at each sample; ``gained`` the first time of an impact that adds
-    energy. ``drift`` is that of :func:`.constraints.constraint_drift`.
+    less that before, in all, at each sample; ``gained`` the time and contacts of the first impact
+    that adds energy. ``drift`` is that of :func:`.constraints.constraint_drift`.
     """
 
     functions: RightHandSide
     contact: ContactRhs | None
     lost: Array
-    gained: float
+    gained: tuple[float, tuple[int, ...]] | None
     drift: Callable[[Array, Array, Array], float | None]
 
 
@@ -54,7 +54,7 @@ def along(model: Model, functions: RightHandSide, t: Array, measured: Measured) 
             functions,
             None,
             nothing,
-            np.inf,
+            None,
             lambda t, y, scales: constraint_drift(functions.constraints, t, y, scales),
         )
     history = _History(measured.switches, measured.began or rhs.free)
@@ -76,10 +76,10 @@ def along(model: Model, functions: RightHandSide, t: Array, measured: Measured) 
 
     steps = _energy_steps(functions.energy, rhs, measured.switches)
     # The first sample is the start as it was given, before any impact.
-    passed = [[change for at, change, _ in steps if at <= time] for time in t[1:].tolist()]
+    passed = [[s.change for s in steps if s.t <= time] for time in t[1:].tolist()]
     lost = np.array([0.0, *map(sum, passed)])
-    gained = min((at for at, change, size in steps if change > TOUCHING * size), default=np.inf)
-    return Along(moving, rhs, lost, gained, drift)
+    gains = ((s.t, s.contacts) for s in steps if s.change > TOUCHING * s.size)
+    return Along(moving, rhs, lost, min(gains, default=None), drift)
 
 
 class _History:
@@ -113,25 +113,41 @@ def _by_mode(history: _History, table: Callable[[Flags], Table], columns: int) -
     return found
 
 
-def _energy_steps(
-    energy: Table, rhs: ContactRhs, switches: Sequence[Switch]
-) -> list[tuple[float, float, float]]:
-    """Time of each impact, how it changes the energy, and the size of what that is to be beside;
-    infinity where contacts move, which may add energy."""
-    impacts = {id(s.before): s for s in switches if s.jumps}.values()
+@dataclass(frozen=True)
+class _EnergyStep:
+    """How an impact changes the energy, and the size of what that is to be beside; infinity
+    where contacts move, which may add energy."""
+
+    t: float
+    contacts: tuple[int, ...]
+    change: float
+    size: float
+
+
+def _energy_steps(energy: Table, rhs: ContactRhs, switches: Sequence[Switch]) -> list[_EnergyStep]:
+    """What each impact does to the energy."""
+    impacts: dict[int, list[Switch]] = {}
+    for s in switches:
+        if s.jumps:
+            impacts.setdefault(id(s.before), []).append(s)
     found = []
-    for s in impacts:
+    for s, *others in impacts.values():
         states = np.array([s.before, s.after])
         before, after = energy(np.full(2, s.t), states)[:, 0].tolist()
-        moves = rhs.gaps(s.t, s.before).rates.any()
-        found.append((s.t, after - before, np.inf if moves else abs(before) + abs(after)))
+        gaps = rhs.gaps(s.t, s.before)
+        size = np.inf if gaps.rates.any() else abs(before) + abs(after)
+        # A contact that its impact does not close is struck, too, where it touches.
+        struck = {k for k, touches in enumerate(gaps.touching) if touches}
+        struck |= {of.contact for of in (s, *others)}
+        found.append(_EnergyStep(s.t, tuple(sorted(struck)), after - before, size))
     return found
 
 
 def first_penetration(
     rhs: ContactRhs, t: Array, states: Array, accuracy: float, scales: Array
-) -> int | None:
-    """Number of the first sample at which a gap is negative by more than the accuracy explains.
+) -> tuple[int, tuple[int, ...]] | None:
+    """Number of the first sample at which gaps are negative by more than the accuracy explains,
+    and of these.
 
     Parameters
     ----------
@@ -145,6 +161,7 @@ def first_penetration(
     for k in np.flatnonzero((values < 0).any(axis=1)).tolist():
         gaps = rhs.gaps(float(t[k]), states[k])
         allowed = MARGIN * gaps.noise(accuracy * scales[:n])
-        if (gaps.values < -allowed).any():
-            return int(k)
+        violated = np.flatnonzero(gaps.values < -allowed)
+        if len(violated):
+            return int(k), tuple(violated.tolist())
     return None

@@ -40,6 +40,10 @@ _RESET = ctypes.CFUNCTYPE(
 )
 
 
+#: What ``system_reset`` returns where there is no motion behind an event.
+DEADLOCK = 4
+
+
 class ContactParts(Protocol):
     """Functions of a system with contacts for given ``parameters``, flags among them."""
 
@@ -56,8 +60,9 @@ class ContactParts(Protocol):
 
     def reset(
         self, t: float, y: Array, parameters: Array, event: int, bounce: float
-    ) -> tuple[Array, Array] | None:
-        """State and flags behind an event; None where they cannot be found."""
+    ) -> tuple[Array | None, Array]:
+        """State and flags behind an event; where there is none (None), flags of the contacts
+        that leave no motion, if that is why."""
 
 
 class NativeParts:
@@ -105,15 +110,17 @@ class NativeParts:
 
     def reset(
         self, t: float, y: Array, parameters: Array, event: int, bounce: float
-    ) -> tuple[Array, Array] | None:
+    ) -> tuple[Array | None, Array]:
         state, given = np.array(y, dtype=float), np.array(parameters, dtype=float)
         call = _RESET(("system_reset", self._system))
         driving = self._driving
         inputs = None if driving is None else driving.address(driving.pieces.at(t))
         addresses = state.ctypes.data, inputs, given.ctypes.data
-        if call(t, *addresses, event, bounce, self._work.ctypes.data):
-            return None
-        return state, given[_flags(self._model)]
+        status = call(t, *addresses, event, bounce, self._work.ctypes.data)
+        flags = given[_flags(self._model)]
+        if status:
+            return None, flags if status == DEADLOCK else np.zeros_like(flags)
+        return state, flags
 
 
 class InterpretedParts:
@@ -142,14 +149,14 @@ class InterpretedParts:
 
     def reset(
         self, t: float, y: Array, parameters: Array, event: int, bounce: float
-    ) -> tuple[Array, Array] | None:
+    ) -> tuple[Array | None, Array]:
         pieces, inputs = self._pieces, []
         if pieces is not None:
             row = pieces.rows[pieces.at(t)].tolist()
             inputs = [lambda *_: row]
         given = parameters.tolist()
-        found = self._functions["reset"](t, y, given, *inputs, event, bounce)
-        return None if found is None else (np.array(found[0]), np.array(found[1]))
+        state, flags = self._functions["reset"](t, y, given, *inputs, event, bounce)
+        return None if state is None else np.array(state), np.array(flags)
 
 
 def _flags(model: Model) -> slice:

@@ -79,11 +79,11 @@ class ContactRhs(SwitchedRhs):
 
     def reset(
         self, t: float, y: Array, closed: Flags, event: int, bounce: float
-    ) -> tuple[Array, Flags] | None:
-        found = self._parts.reset(t, y, self._with(closed), event, bounce)
-        if found is None or not np.isfinite(found[0]).all():
-            return None
-        return found[0], tuple((found[1] != 0).tolist())
+    ) -> tuple[Array | None, Flags]:
+        state, flags = self._parts.reset(t, y, self._with(closed), event, bounce)
+        if state is not None and not np.isfinite(state).all():
+            return None, self.free
+        return state, tuple((flags != 0).tolist())
 
 
 def _row(table: Table, t: float, y: Array) -> Array:

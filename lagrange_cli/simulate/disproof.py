@@ -41,12 +41,12 @@ def _disproofs(
             yield first, Disproof(float(t[first]), "energy")
     if seen.contact is not None:
         kept = accuracy or BELIEVED
-        first = first_penetration(seen.contact, t, measured.states, kept, measured.scales)
-        if first is not None:
-            yield first, Disproof(float(t[first]), "gap")
-    first = int(np.searchsorted(t, seen.gained))
-    if first < len(t):
-        yield max(first, 1), Disproof(seen.gained, "impact")
+        met = first_penetration(seen.contact, t, measured.states, kept, measured.scales)
+        if met is not None:
+            yield met[0], Disproof(float(t[met[0]]), "gap", met[1])
+    if seen.gained is not None and seen.gained[0] <= t[-1]:
+        time, contacts = seen.gained
+        yield max(int(np.searchsorted(t, time)), 1), Disproof(time, "impact", contacts)
 
 
 def _contradicted(seen: Along, t: Array, measured: Measured, accuracy: float) -> int | None:

@@ -22,10 +22,11 @@ GLANCE = 0.02
 
 @dataclass(frozen=True)
 class Failure:
-    """Where and why a run could not go on."""
+    """Where and why a run could not go on, with the contacts that are in the way."""
 
     time: float
     reason: str
+    contacts: tuple[int, ...] = ()
 
 
 class Run:
@@ -92,6 +93,11 @@ class Run:
         return self._integrator.began if isinstance(self._integrator, Switching) else ()
 
     @property
+    def _in_the_way(self) -> tuple[int, ...]:
+        stuck = self._integrator.stuck if isinstance(self._integrator, Switching) else None
+        return () if stuck is None else stuck.contacts
+
+    @property
     def ended(self) -> bool:
         """Whether the run is complete or has failed."""
         return self.failure is not None or self.filled == len(self._times)
@@ -121,5 +127,5 @@ class Run:
         )
         self.filled += done.filled
         if done.failure is not None:
-            self.failure = Failure(self.t, done.failure)
+            self.failure = Failure(self.t, done.failure, self._in_the_way)
         return not self.ended

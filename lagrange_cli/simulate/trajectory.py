@@ -147,6 +147,7 @@ class Trajectory:
             "formulation": self.formulation,
             "steps": self.steps,
             "rhs_evaluations": self.rhs_evaluations,
+            "reason": self.reason or None,
             "remarks": list(self.remarks),
             "events": [_reported(event) for event in self.events],
             "seconds": {"derive": derive_seconds, **self.seconds},

@@ -192,7 +192,14 @@ class Interpreted:
         return self("contact_project", t, y, p, flags)
 
     def reset(self, t, y, p, flags, event, bounce=1.0):
-        return self.module.reset(t, y, self._parameters(p, flags, None), event, bounce)
+        found = self.module.reset(t, y, self._parameters(p, flags, None), event, bounce)
+        return None if found[0] is None else found
+
+    def leaving_none(self, t, y, p, flags, event):
+        """Which contacts leave no motion."""
+        state, found = self.module.reset(t, y, self._parameters(p, flags, None), event, 1.0)
+        assert state is None
+        return list(found)
 
 
 class Machine:
@@ -235,6 +242,12 @@ class Machine:
     def project(self, t, y, p, flags):
         arrays = self._given(y, p, flags, None)
         return None if self._call("contact_project", t, arrays) else arrays[0]
+
+    def leaving_none(self, t, y, p, flags, event):
+        """Which contacts leave no motion."""
+        arrays = self._given(y, p, flags, None)
+        assert self._call("reset", t, arrays, ctypes.c_long(event), ctypes.c_double(1.0)) == 4
+        return list(arrays[1][len(p) : len(p) + self.contacts])
 
     def reset(self, t, y, p, flags, event, bounce=1.0):
         arrays = self._given(y, p, flags, None)

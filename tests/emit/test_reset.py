@@ -222,7 +222,16 @@ def test_three_feet_in_a_line(code_of):
 
 def test_no_impact_can_be_found_between_walls_that_close(code_of):
     squeezed = contacts.corner(lambda x, z, t: x - t, lambda x, z, t: -x - t / 2)
-    assert code_of(squeezed).reset(0.0, [0, 1, 0, 0], [2, 9.81, 0.5], [0, 0], 0) is None
+    code, p = code_of(squeezed), [2, 9.81, 0.5]
+    assert code.reset(0.0, [0, 1, 0, 0], p, [0, 0], 0) is None
+    assert code.leaving_none(0.0, [0, 1, 0, 0], p, [0, 0], 0) == [1, 1]
+
+
+def test_what_has_no_part_in_a_deadlock_is_not_named(code_of):
+    """Between a floor and a ceiling that comes down, at a wall that is struck, too."""
+    code = code_of(contacts.corner(lambda x, z, t: x, lambda x, z, t: z, lambda x, z, t: -z - t))
+    given = 0.0, [0, 0, -1, 0], [2, 9.81, 0.5], [0, 0, 0]
+    assert code.leaving_none(*given, 2) == [0, 1, 1]
 
 
 def test_a_pendulum_hits_a_wall(code_of):

@@ -51,7 +51,7 @@ class OneContact(SwitchedRhs):
 
     def reset(
         self, t: float, y: Array, closed: Flags, event: int, bounce: float
-    ) -> tuple[Array, Flags] | None:
+    ) -> tuple[Array | None, Flags]:
         y, normal = np.array(y), self.normal(y)
         if event == 0 and closed[0]:
             return y, (False,)

@@ -213,6 +213,7 @@ def test_summary_has_exactly_the_contracts_keys(trajectory):
         "formulation",
         "steps",
         "rhs_evaluations",
+        "reason",
         "remarks",
         "events",
         "seconds",

@@ -13,7 +13,13 @@ from switched_systems import G, OneContact, ball, on_sphere
 from lagrange_cli.simulate.agreement import agreement, end_of_bounces
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
 from lagrange_cli.simulate.integrators.falling import RISES, Falling, Search
-from lagrange_cli.simulate.integrators.switching import ENDLESS, Switch, Switching
+from lagrange_cli.simulate.integrators.switching import (
+    ENDLESS,
+    UNDETERMINED,
+    Stuck,
+    Switch,
+    Switching,
+)
 
 
 def control(rtol: float = 1e-12) -> Control:
@@ -82,14 +88,15 @@ def test_limits_are_kept():
 def test_what_cannot_be_determined_ends_the_run():
     class Undecided(OneContact):
         def reset(self, t, y, closed, event, bounce):
-            return (np.array(y), closed) if event < 0 else None
+            return (np.array(y) if event < 0 else None), closed
 
     sphere = on_sphere()
     rhs = Undecided(sphere.gap, sphere.normal, sphere.push, sphere.held)
     run = switching(rhs, [0.0, 2.0, 0, 0], 2)
     states = np.empty((2, 4))
     done = run.advance(np.array([0.0, 2.0]), states, most_steps=10**6, most_evaluations=math.inf)
-    assert done.failure == "what the contacts do next cannot be determined"
+    assert done.failure == UNDETERMINED
+    assert run.stuck == Stuck(UNDETERMINED, (0,))
     assert done.filled == 1
     assert run.t == pytest.approx(math.sqrt(2 / G))
 

@@ -10,7 +10,7 @@ of Mechanical Systems with Unilateral Constraints*, 2008, section 2.6).
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, TypeAlias
 
@@ -23,10 +23,23 @@ from lagrange_cli.simulate.integrators.base import (
     Integrator,
     Rhs,
     StepError,
+    projection,
 )
 from lagrange_cli.simulate.integrators.falling import RISES, Falling
 
-__all__ = ["FAILURES", "TOUCHING", "Flags", "Gaps", "Switch", "SwitchedRhs", "Switching"]
+__all__ = [
+    "ENDLESS",
+    "IMPOSSIBLE",
+    "TOO_MANY",
+    "TOUCHING",
+    "UNDETERMINED",
+    "Flags",
+    "Gaps",
+    "Stuck",
+    "Switch",
+    "SwitchedRhs",
+    "Switching",
+]
 
 #: Which contacts are closed.
 Flags: TypeAlias = tuple[bool, ...]
@@ -53,10 +66,14 @@ SEQUENCE = 4
 #: Events one upon the other, and the units in the last place of time within which they are.
 CHATTER, TOGETHER = 40, 16
 
+#: Events that are followed, and kept.
+MOST_SWITCHES = 250_000
+
 #: Why a motion cannot be continued.
 ENDLESS = "contacts close and open without end"
-UNDETERMINED = "what the contacts do next cannot be determined"
-FAILURES = (ENDLESS, UNDETERMINED)
+IMPOSSIBLE = "contacts leave no motion"
+TOO_MANY = "contacts close and open more often than can be followed"
+UNDETERMINED = "what contacts do next cannot be determined"
 
 #: The event of a reset at the start of a motion.
 START = -1
@@ -77,6 +94,14 @@ class Switch:
     def jumps(self) -> bool:
         """Whether velocities changed."""
         return not np.array_equal(self.before, self.after)
+
+
+@dataclass(frozen=True)
+class Stuck:
+    """Why a motion cannot be continued, and the contacts that are in the way."""
+
+    reason: str
+    contacts: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -139,10 +164,12 @@ class SwitchedRhs(ABC):
     @abstractmethod
     def reset(
         self, t: float, y: Array, closed: Flags, event: int, bounce: float
-    ) -> tuple[Array, Flags] | None:
-        """State and closed contacts after the event of a contact; None where there are none.
+    ) -> tuple[Array | None, Flags]:
+        """State and closed contacts after the event of a contact.
 
-        ``bounce`` multiplies the coefficients of restitution.
+        Where there is no such state it is None, and the contacts are those that together leave
+        no motion; none where that is not why. ``bounce`` multiplies the coefficients of
+        restitution.
         """
 
 
@@ -173,7 +200,7 @@ class Switching(Integrator):
         self._past = 0, 0
         self._closed = rhs.free
         self._bounces: dict[int, list[float]] = {}
-        self._stuck: str | None = None
+        self.stuck: Stuck | None = None
         self._run: Integrator | None = None
         self.switches: list[Switch] = []
         self._reset(START, "contact")
@@ -215,7 +242,7 @@ class Switching(Integrator):
                 or spent >= most_evaluations
             ):
                 break
-        return Advance(filled, self._stuck)
+        return Advance(filled, None if self.stuck is None else self.stuck.reason)
 
     def _read(self, run: Integrator) -> None:
         self.t, self.y = run.t, run.y
@@ -226,11 +253,19 @@ class Switching(Integrator):
         self._past = self.steps, self.evaluations
         if self._closed[event]:
             self._reset(event, "release")
+        elif self._accumulates(event):
+            self.y = self._fallen(event)
+            self._reset(event, "zeno")
         else:
-            self._reset(event, "zeno" if self._accumulates(event) else "contact")
+            self._reset(event, "contact")
         last = self.switches[-CHATTER:]
         if len(last) == CHATTER and self.t - last[0].t <= self._together:
-            self._run, self._stuck = None, ENDLESS
+            self._end(ENDLESS, {s.contact for s in last})
+        elif len(self.switches) >= MOST_SWITCHES:
+            self._end(TOO_MANY, {s.contact for s in last})
+
+    def _end(self, reason: str, contacts: Iterable[int]) -> None:
+        self._run, self.stuck = None, Stuck(reason, tuple(sorted(contacts)))
 
     @property
     def _together(self) -> float:
@@ -243,27 +278,56 @@ class Switching(Integrator):
         times.append(self.t)
         del times[: -SEQUENCE - 1]
         between = np.diff(times)
-        if len(between) < SEQUENCE or not (np.diff(between) < 0).all():
+        ends = len(between) > 0 and self._is_last(contact, between)
+        if ends:
+            times.clear()
+        return ends
+
+    def _is_last(self, contact: int, between: Array) -> bool:
+        """Whether nothing is left behind bounces with these intervals."""
+        n = len(self.y) // 2
+        gaps, tolerances = self._rhs.gaps(self.t, self.y), self._tolerances
+        speed = float(gaps.speeds(self.y[n:])[0][contact])
+        height = abs(speed) * between[-1]
+        hidden = height <= gaps.noise(tolerances[:n])[contact]
+        if hidden and speed >= 0 and self.t_end - self.t > self._together:
+            # The step took the bounce for none, since its tolerance is larger.
+            return True
+        if len(between) < SEQUENCE:
+            return False
+        if hidden and abs(speed) <= np.abs(gaps.gradients[contact]) @ tolerances[n:]:
+            return True
+        if not (np.diff(between) < 0).all():
             return False
         ratio = between[-1] / between[-2]
         rest = between[-1] * ratio / (1 - ratio)
+        few = rest <= max(self._shortest, self._together)
+        return bool(few or height <= LOW * gaps.sizes[contact])
+
+    def _fallen(self, contact: int) -> Array:
+        """The state with a contact closed that still rises where its bounces end."""
         gaps = self._rhs.gaps(self.t, self.y)
-        speed = abs(gaps.speeds(self.y[len(self.y) // 2 :])[0][contact])
-        ends = rest <= max(self._shortest, self._together)
-        ends = ends or speed * between[-1] <= LOW * gaps.sizes[contact]
-        if ends:
-            times.clear()
-        return bool(ends)
+        if gaps.speeds(self.y[len(self.y) // 2 :])[0][contact] <= 0:
+            return self.y
+        closed = tuple(of or k == contact for k, of in enumerate(self._closed))
+        project = projection(self._rhs.side(closed))
+        moved = self.y if project is None else project(self.t, self.y)
+        return moved if np.isfinite(moved).all() else self.y
+
+    @property
+    def _tolerances(self) -> Array:
+        """What steps may be off in each component here."""
+        return np.asarray(self._control.atol + self._control.rtol * np.abs(self.y))
 
     def _reset(self, event: int, kind: Kind) -> None:
         """Find what holds behind an event, tell what changed, and begin the next piece."""
         before, was = self.y, self._closed
         bounce = 0.0 if kind == "zeno" else 1.0
-        found = self._rhs.reset(self.t, before, was, event, bounce)
-        if found is None:
-            self._run, self._stuck = None, UNDETERMINED
+        after, closed = self._rhs.reset(self.t, before, was, event, bounce)
+        if after is None:
+            self._end(*self._deadlock(event, closed))
             return
-        self.y, self._closed = found
+        self.y, self._closed = after, closed
         changes: dict[int, Kind] = {} if event == START else {event: kind}
         changes |= {k: "contact" for k in self._struck(before) if k not in changes}
         for k, (old, now) in enumerate(zip(was, self._closed, strict=True)):
@@ -273,6 +337,14 @@ class Switching(Integrator):
             Switch(self.t, k, of, before, self.y, self._closed) for k, of in changes.items()
         ]
         self._stand()
+
+    def _deadlock(self, event: int, leave_none: Flags) -> tuple[str, set[int]]:
+        """Why there is no motion behind an event, and the contacts that are in the way."""
+        if any(leave_none):
+            return IMPOSSIBLE, {k for k, flag in enumerate(leave_none) if flag}
+        touching = self._rhs.gaps(self.t, self.y).touching
+        met = {k for k, of in enumerate(zip(touching, self._closed, strict=True)) if any(of)}
+        return UNDETERMINED, met if event == START else met | {event}
 
     def _struck(self, before: Array) -> list[int]:
         """Contacts that take an impact here, though the event may be of another one."""
@@ -296,8 +368,7 @@ class Switching(Integrator):
             for k, (closed, touches) in enumerate(zip(self._closed, gaps.touching, strict=True))
         ]
         opening = gaps.opening(self.y[n:])
-        tolerances = self._control.atol[:n] + self._control.rtol[:n] * np.abs(self.y[:n])
-        noise = np.where(opening, 0.0, gaps.noise(ADDED_UP * tolerances))
+        noise = np.where(opening, 0.0, gaps.noise(ADDED_UP * self._tolerances[:n]))
         signs = tuple(RISES if rising else 1.0 for rising in rises)
         first_step = min(self._control.first_step, self.t_end - self.t)
         # The tolerances stay those of the control, which may change between steps.
