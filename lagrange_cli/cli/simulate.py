@@ -255,6 +255,7 @@ def simulate(
     model = model_in(formulation=formulation)
     derive_seconds = perf_counter() - started
     from lagrange_cli.simulate.charts import simulate_past_charts
+    from lagrange_cli.simulate.stream import Stream
     from lagrange_cli.simulate.trajectory import require_forces
 
     free = (formulation or model.defaults.formulation or "auto") == "auto"
@@ -263,11 +264,12 @@ def simulate(
         require_forces(model.name, [*model.multipliers, *model.forces])
     with session.progress("integrating") as progress, interrupts() as interrupt:
         told = {"progress": progress, "reached": progress.reached, "stop": lambda: interrupt.asked}
-        run = {**how, **told, "cache": session.cache}
+        stream = Stream(output, columns, drawn=plot is not None)
+        run = {**how, **told, "cache": session.cache, "stream": stream}
         trajectory = simulate_past_charts(model, other if free else None, **run)
     session.explain_code()
     session.detail(f"method: {trajectory.choice}")
-    if output is not None:
+    if output is not None and trajectory.written is None:
         trajectory.write(output, columns)
     print_text(_json(trajectory, derive_seconds) if as_json else _text(trajectory, model))
     if plot is not None:

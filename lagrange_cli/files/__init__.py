@@ -12,6 +12,7 @@ from lagrange_cli.files.writing import (
     cannot_write,
     check_writable,
     new_file,
+    whole_file,
     write_file,
     write_files,
 )
@@ -28,6 +29,7 @@ __all__ = [
     "read_bytes",
     "read_recording",
     "too_large",
+    "whole_file",
     "write_file",
     "write_files",
 ]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from typing import BinaryIO
 
 from lagrange_cli.errors import InputError, Problem
 
-__all__ = ["cannot_write", "check_writable", "new_file", "write_file", "write_files"]
+__all__ = ["cannot_write", "check_writable", "new_file", "whole_file", "write_file", "write_files"]
 
 
 def cannot_write(name: str, error: OSError) -> InputError:
@@ -59,6 +60,37 @@ def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
         The file cannot be written; what was there before is untouched.
     """
     _write({os.fspath(path): content})
+
+
+@contextmanager
+def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """Open a file to be written in parts; it takes its place when all is written without error.
+
+    Raises
+    ------
+    InputError
+        It cannot be written; what was there before is untouched.
+    """
+    target = os.path.realpath(path)
+    try:
+        _admit(target)
+        if os.path.exists(target) and not os.path.isfile(target):
+            with open(target, "wb") as stream:
+                yield stream
+            return
+        handle, temporary = new_file(os.path.dirname(target))
+        try:
+            with os.fdopen(handle, "w+b") as stream:
+                yield stream
+                stream.flush()
+                os.fsync(stream.fileno())
+            os.chmod(temporary, _mode(target))
+            os.replace(temporary, target)
+        finally:
+            with suppress(FileNotFoundError):
+                os.unlink(temporary)
+    except OSError as error:
+        raise cannot_write(f"'{path}'", error) from error
 
 
 def write_files(folder: str | os.PathLike[str], files: Mapping[str, str]) -> list[str]:

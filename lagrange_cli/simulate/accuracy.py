@@ -30,6 +30,7 @@ from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.switching import Flags, Switch
 from lagrange_cli.simulate.pilot import Pilot, pilot
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
+from lagrange_cli.simulate.rows import Rows
 from lagrange_cli.simulate.run import Failure
 from lagrange_cli.simulate.watch import StoppedError, Watch
 
@@ -95,7 +96,7 @@ class Measured:
     run, ``all_evaluations`` of everything.
     """
 
-    states: Array
+    states: Rows
     scales: Array
     estimate: float
     failure: Failure | None
@@ -260,7 +261,7 @@ def _measured(
     )
 
 
-def _unclear(best: Attempt, samples: int, times: Array) -> Unclear | None:
+def _unclear(best: Attempt, samples: int, times: Rows) -> Unclear | None:
     """The contacts at which the promise ends, None where it does not, or elsewhere."""
     if best.events is None or samples == len(times):
         return None

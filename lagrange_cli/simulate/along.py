@@ -14,6 +14,7 @@ from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.switching import TOUCHING, Flags, Switch
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.right_hand_side import RightHandSide
+from lagrange_cli.simulate.rows import Ranges, Rows, first_from, windows
 from lagrange_cli.simulate.tables import Table
 
 __all__ = ["Along", "along", "first_penetration"]
@@ -28,32 +29,25 @@ class Along:
 
     ``functions`` evaluate accelerations, multipliers and constraints with the contacts that are
     closed at their time, ``contact`` with any set of them. ``lost`` is the energy after impacts
-    less that before, in all, at each sample; ``gained`` the time and contacts of the first impact
-    that adds energy. ``drift`` is that of :func:`.constraints.constraint_drift`.
+    less that before, in all, until given times (m,); ``gained`` the time and contacts of the
+    first impact that adds energy. ``drift`` is that of :func:`.constraints.constraint_drift`.
     """
 
     functions: RightHandSide
     contact: ContactRhs | None
-    lost: Array
+    lost: Callable[[Array], Array]
     gained: tuple[float, tuple[int, ...]] | None
-    drift: Callable[[Array, Array, Array], float | None]
+    drift: Callable[[Rows, Rows, Array], float | None]
 
 
-def along(model: Model, functions: RightHandSide, t: Array, measured: Measured) -> Along:
-    """The functions of a model along the samples of a motion.
-
-    Parameters
-    ----------
-    t
-        Times of the samples, shape (m,).
-    """
+def along(model: Model, functions: RightHandSide, start: float, measured: Measured) -> Along:
+    """The functions of a model along a motion that begins at the time ``start``."""
     rhs = functions.rhs
     if not isinstance(rhs, ContactRhs):
-        nothing = np.zeros(len(t))
         return Along(
             functions,
             None,
-            nothing,
+            lambda t: np.zeros(len(t)),
             None,
             lambda t, y, scales: constraint_drift(functions.constraints, t, y, scales),
         )
@@ -66,20 +60,30 @@ def along(model: Model, functions: RightHandSide, t: Array, measured: Measured) 
     )
     columns = model.residuals + 2 * len(rhs.free)
 
-    def drift(times: Array, states: Array, scales: Array) -> float | None:
+    def drift(times: Rows, states: Rows, scales: Array) -> float | None:
         found = []
-        for closed, rows in history.rows(times):
+        for closed, ranges in history.ranges(times, len(states)):
             table = rhs.table("contact_constraints", columns, closed)
             if any(closed) or model.multipliers:
-                found.append(constraint_drift(table, times[rows], states[rows], scales))
+                of = Ranges(times, ranges), Ranges(states, ranges)
+                found.append(constraint_drift(table, *of, scales))
         return max((x for x in found if x is not None), default=None)
 
     steps = _energy_steps(functions.energy, rhs, measured.switches)
-    # The first sample is the start as it was given, before any impact.
-    passed = [[s.change for s in steps if s.t <= time] for time in t[1:].tolist()]
-    lost = np.array([0.0, *map(sum, passed)])
     gains = ((s.t, s.contacts) for s in steps if s.change > TOUCHING * s.size)
-    return Along(moving, rhs, lost, min(gains, default=None), drift)
+    return Along(moving, rhs, _sums(steps, start), min(gains, default=None), drift)
+
+
+def _sums(steps: Sequence[_EnergyStep], start: float) -> Callable[[Array], Array]:
+    """The sum of the changes until each of some times."""
+    at = np.array([s.t for s in steps])
+    sums = np.cumsum([0.0, *(s.change for s in steps)])
+
+    def lost(t: Array) -> Array:
+        # The first sample is the start as it was given, before any impact.
+        return np.where(t == start, 0.0, sums[np.searchsorted(at, t, side="right")])
+
+    return lost
 
 
 class _History:
@@ -92,12 +96,14 @@ class _History:
     def at(self, t: float) -> Flags:
         return self._closed[int(np.searchsorted(self._times, t, side="right"))]
 
-    def rows(self, t: Array) -> list[tuple[Flags, list[int]]]:
-        """The numbers of the times at which each set of contacts is closed."""
-        closed = [self.at(time) for time in t.tolist()]
-        return [
-            (of, [k for k, own in enumerate(closed) if own == of]) for of in dict.fromkeys(closed)
-        ]
+    def ranges(self, t: Rows, count: int) -> list[tuple[Flags, list[tuple[int, int]]]]:
+        """Of the first ``count`` times, the ranges in which each set of contacts is closed."""
+        ends = [min(first_from(t, time), count) for time in self._times]
+        found: dict[Flags, list[tuple[int, int]]] = {}
+        for closed, first, last in zip(self._closed, [0, *ends], [*ends, count], strict=True):
+            if first < last:
+                found.setdefault(closed, []).append((first, last))
+        return list(found.items())
 
 
 def _by_mode(history: _History, table: Callable[[Flags], Table], columns: int) -> Table:
@@ -105,9 +111,10 @@ def _by_mode(history: _History, table: Callable[[Flags], Table], columns: int) -
 
     def found(t: Array, y: Array) -> Array:
         out = np.zeros((len(t), columns))
-        for closed, rows in history.rows(t):
-            # Of open contacts the solution may be -0.
-            out[rows] = table(closed)(t[rows], y[rows]) + 0.0
+        for closed, ranges in history.ranges(t, len(t)):
+            for first, last in ranges:
+                # Of open contacts the solution may be -0.
+                out[first:last] = table(closed)(t[first:last], y[first:last]) + 0.0
         return out
 
     return found
@@ -144,7 +151,7 @@ def _energy_steps(energy: Table, rhs: ContactRhs, switches: Sequence[Switch]) ->
 
 
 def first_penetration(
-    rhs: ContactRhs, t: Array, states: Array, accuracy: float, scales: Array
+    rhs: ContactRhs, t: Rows, states: Rows, accuracy: float, scales: Array
 ) -> tuple[int, tuple[int, ...]] | None:
     """Number of the first sample at which gaps are negative by more than the accuracy explains,
     and of these.
@@ -156,12 +163,24 @@ def first_penetration(
     accuracy, scales
         Each component of a state is known to ``accuracy·scales``, shape (2n,).
     """
-    count, n = len(rhs.free), states.shape[1] // 2
+    first = 0
+    for times, part in windows(t, states):
+        found = _penetration(rhs, times, part, accuracy * scales[: part.shape[1] // 2])
+        if found is not None:
+            return first + found[0], found[1]
+        first += len(part)
+    return None
+
+
+def _penetration(
+    rhs: ContactRhs, t: Array, states: Array, errors: Array
+) -> tuple[int, tuple[int, ...]] | None:
+    """The same of a few samples, whose coordinates are known to ``errors``."""
+    count = len(rhs.free)
     values = rhs.table("gaps", 2 * count, rhs.free)(t, states)[:, :count]
     for k in np.flatnonzero((values < 0).any(axis=1)).tolist():
         gaps = rhs.gaps(float(t[k]), states[k])
-        allowed = MARGIN * gaps.noise(accuracy * scales[:n])
-        violated = np.flatnonzero(gaps.values < -allowed)
+        violated = np.flatnonzero(gaps.values < -MARGIN * gaps.noise(errors))
         if len(violated):
             return int(k), tuple(violated.tolist())
     return None

@@ -16,6 +16,7 @@ from lagrange_cli.simulate.integrators.base import Array, projection
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.pilot import COARSE, LEAST, Pilot
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
+from lagrange_cli.simulate.rows import first_from
 from lagrange_cli.simulate.run import Failure, Run
 from lagrange_cli.simulate.watch import Watch
 
@@ -323,8 +324,8 @@ class Attempt:
     def settled(self) -> bool:
         """Whether a smaller tolerance has nothing to add."""
         reached = self.judge().samples
-        possible = self._problem.times < end_of_bounces(self.run.switches)
-        if reached == np.count_nonzero(possible) or self.lost:
+        possible = first_from(self._problem.times, end_of_bounces(self.run.switches))
+        if reached == possible or self.lost:
             return True
         return self.failure is not None and reached == min(run.filled for run in self._runs)
 

@@ -74,10 +74,12 @@ def simulate_past_charts(
     InputError
         As :func:`.simulation.simulate`.
     """
+    if model.chart is None and not model.singular:
+        return simulate(model, **how)
+    # Places and coordinates are looked for along all samples at once.
+    how = {**how, "stream": None}
     if model.chart is not None:
         return _with_chart(model, model.chart, how)
-    if not model.singular:
-        return simulate(model, **how)
     started = time.perf_counter()
     try:
         every = _grid(model, how).every(WATCHED)

@@ -11,9 +11,11 @@ from lagrange_cli.simulate.accuracy import Measured, only_the_start, until, why
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.pilot import FIRST_STEP, Pilot, pilot
-from lagrange_cli.simulate.problem import InitialValueProblem, running_scales
+from lagrange_cli.simulate.problem import InitialValueProblem, last_scales
 from lagrange_cli.simulate.request import Request
+from lagrange_cli.simulate.rows import thinned
 from lagrange_cli.simulate.run import Run
+from lagrange_cli.simulate.spool import Samples
 from lagrange_cli.simulate.watch import StoppedError, Watch
 
 __all__ = ["control_of", "integrate_with_method", "measured_run"]
@@ -21,9 +23,14 @@ __all__ = ["control_of", "integrate_with_method", "measured_run"]
 #: Absolute part of the tolerance beside the relative one, in scales of the motion.
 ABSOLUTE_PART = 0.01
 
+#: Samples of the coarse run.
+PILOT_SAMPLES = 2**16
 
-def integrate_with_method(problem: InitialValueProblem, request: Request, watch: Watch) -> Measured:
-    """Integrate once; all samples that the run reached are kept."""
+
+def integrate_with_method(
+    problem: InitialValueProblem, request: Request, watch: Watch, samples: Samples | None = None
+) -> Measured:
+    """Integrate once; all samples that the run reached are kept, in ``samples`` if given."""
     started = time.perf_counter()
     with np.errstate(all="ignore"):
         try:
@@ -33,7 +40,7 @@ def integrate_with_method(problem: InitialValueProblem, request: Request, watch:
         method = request.method or (found.method if found else INTEGRATORS["DOP853"])
         watch.next_pass()
         run_started = time.perf_counter()
-        run = Run(method, problem, control_of(problem, request, found))
+        run = Run(method, problem, control_of(problem, request, found), samples=samples)
         stopped = _go(run, problem, watch)
     return replace(
         measured_run(run, problem),
@@ -47,10 +54,9 @@ def integrate_with_method(problem: InitialValueProblem, request: Request, watch:
 
 def measured_run(run: Run, problem: InitialValueProblem) -> Measured:
     """What a single run came to: nothing is estimated."""
-    states = run.states.copy()
     return Measured(
-        states=states,
-        scales=running_scales(problem, states)[-1],
+        states=run.rows,
+        scales=last_scales(problem, run.rows),
         estimate=0.0,
         failure=run.failure,
         stopped=False,
@@ -81,7 +87,8 @@ def _pilot_if_needed(problem: InitialValueProblem, request: Request, watch: Watc
     known = request.atol is not None or request.rtol is None
     if request.method is not None and known:
         return None
-    return pilot(problem, request.rtol or 1e-6, watch)
+    coarse = replace(problem, times=thinned(problem.times, PILOT_SAMPLES))
+    return pilot(coarse, request.rtol or 1e-6, watch)
 
 
 def control_of(problem: InitialValueProblem, request: Request, found: Pilot | None) -> Control:

@@ -7,13 +7,15 @@ over, a barrier narrower than a step, they do not see; the energy function may.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.rows import Rows, windows
 
-__all__ = ["energy_drift", "first_contradiction"]
+__all__ = ["EnergyDrift", "first_contradiction"]
 
 #: How far beyond the accuracy's first-order effect a change must be to disprove it.
 MARGIN = 8.0
@@ -29,7 +31,7 @@ Energy = Callable[[Array, Array], Array]
 
 
 def first_contradiction(
-    energy: Energy, t: Array, states: Array, accuracy: float, scales: Array, kinetic: Array
+    energy: Energy, t: Rows, states: Rows, accuracy: float, scales: Array, kinetic: float
 ) -> int | None:
     """Number of the first sample whose energy the accuracy cannot explain.
 
@@ -42,22 +44,44 @@ def first_contradiction(
     accuracy, scales
         Each component of a state is promised to ``accuracy·scales``, shape (2n,).
     kinetic
-        The part of the energy that depends on velocities at each sample, shape (m,).
+        The largest of the part of the energy that depends on velocities.
     """
-    values = energy(t, states)[:, 0]
-    size = max(float(np.abs(values).max()), float(np.abs(kinetic).max()))
-    change = np.abs(values - values[0]) - ROUNDING * size
+    first = float(energy(t[:1], states[:1])[0, 0])
+    largest = [np.abs(energy(*part)).max() for part in windows(t, states)]
+    size = max(float(np.max(largest)), kinetic)
     moves = accuracy * scales
     start = _allowance(energy, t[0], states[0], moves)
 
-    def contradicts(k: int) -> bool:
-        allowed = MARGIN * (start + _allowance(energy, t[k], states[k], moves))
-        return bool(change[k] > allowed)
+    def suspects() -> Iterator[tuple[int, Array, Callable[[int], bool]]]:
+        """By windows: the number of its first sample, changes, and what contradicts."""
+        begin = 0
+        for times, part in windows(t, states):
+            change = np.abs(energy(times, part)[:, 0] - first) - ROUNDING * size
+            yield begin, change, partial(_contradicts, energy, times, part, change, moves, start)
+            begin += len(part)
 
-    suspects = np.argsort(change)[::-1][:SUSPECTS]
-    if not any(change[k] > 0 and contradicts(int(k)) for k in suspects):
+    if not any(
+        change[k] > 0 and contradicts(k)
+        for _, change, contradicts in suspects()
+        for k in np.argsort(change)[::-1][:SUSPECTS].tolist()
+    ):
         return None
-    return next((k for k in range(len(t)) if change[k] > 0 and contradicts(k)), None)
+    return next(
+        (
+            begin + k
+            for begin, change, contradicts in suspects()
+            for k in np.flatnonzero(change > 0).tolist()
+            if contradicts(k)
+        ),
+        None,
+    )
+
+
+def _contradicts(
+    energy: Energy, t: Array, states: Array, change: Array, moves: Array, start: float, k: int
+) -> bool:
+    """Whether the change of the energy at a sample is more than its error explains."""
+    return bool(change[k] > MARGIN * (start + _allowance(energy, t[k], states[k], moves)))
 
 
 def _allowance(energy: Energy, t: float, y: Array, moves: Array) -> float:
@@ -68,9 +92,25 @@ def _allowance(energy: Energy, t: float, y: Array, moves: Array) -> float:
     return float(changes.max(axis=0).sum())
 
 
-def energy_drift(energy: Array, kinetic: Array) -> float | None:
-    """Largest change over the largest of the kinetic parts and of what impacts took, which no
-    choice of zero shifts."""
-    change, size = np.abs(energy - energy[0]).max(), np.abs(kinetic).max()
-    drift = float(change / size) if size > 0 else float(change)
-    return drift if math.isfinite(drift) else None
+class EnergyDrift:
+    """The drift of a conserved energy, of samples that are added in parts, in order."""
+
+    def __init__(self) -> None:
+        self._first: float | None = None
+        self._change = self._size = 0.0
+
+    def add(self, energy: Array, kinetic: Array, lost: Array) -> None:
+        """Take the energy of samples, its kinetic part, and what impacts took until then."""
+        kept = energy - lost
+        if self._first is None:
+            self._first = kept[0]
+        self._change = np.maximum(self._change, np.abs(kept - self._first).max())
+        self._size = np.max([self._size, np.abs(kinetic).max(), np.abs(lost).max()])
+
+    @property
+    def drift(self) -> float | None:
+        """Largest change over the largest of the kinetic parts and of what impacts took, which
+        no choice of zero shifts."""
+        with np.errstate(all="ignore"):
+            drift = float(self._change / self._size) if self._size > 0 else float(self._change)
+        return drift if math.isfinite(drift) else None

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.rows import Rows, windows
 
 __all__ = ["constraint_drift"]
 
@@ -23,7 +24,7 @@ Constraints = Callable[[Array, Array], Array]
 
 
 def constraint_drift(
-    constraints: Constraints, t: Array, states: Array, scales: Array
+    constraints: Constraints, t: Rows, states: Rows, scales: Array
 ) -> float | None:
     """The largest residual at any sample, as a part of its own scale.
 
@@ -45,7 +46,8 @@ def constraint_drift(
     -------
     None where there are no constraints, or a residual does not exist.
     """
-    residuals = np.abs(constraints(t, states)).max(axis=0)
+    parts = [np.abs(constraints(*part)).max(axis=0) for part in windows(t, states)]
+    residuals = np.array(parts).max(axis=0)
     if len(residuals) == 0:
         return None
     with np.errstate(all="ignore"):
@@ -54,10 +56,10 @@ def constraint_drift(
     return drift if math.isfinite(drift) else None
 
 
-def _residual_scales(constraints: Constraints, t: Array, states: Array, scales: Array) -> Array:
+def _residual_scales(constraints: Constraints, t: Rows, states: Rows, scales: Array) -> Array:
     """Σ |∂c/∂y_i|·scale_i of each residual c, the largest at a few samples."""
-    picked = np.unique(np.linspace(0, len(t) - 1, SAMPLES).round().astype(int))
-    times, at = t[picked], states[picked]
+    picked = np.unique(np.linspace(0, len(states) - 1, SAMPLES).round().astype(int)).tolist()
+    times, at = np.array([t[k] for k in picked]), np.array([states[k] for k in picked])
     total = np.zeros_like(constraints(times, at))
     for i, scale in enumerate(scales):
         above, below = at.copy(), at.copy()

@@ -9,30 +9,37 @@ import numpy as np
 
 from lagrange_cli.simulate.accuracy import Disproof, Measured
 from lagrange_cli.simulate.along import Along, first_penetration
-from lagrange_cli.simulate.conservation import first_contradiction
+from lagrange_cli.simulate.conservation import EnergyDrift, first_contradiction
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.rows import Rows, first_from, first_rows, windows
 
-__all__ = ["energies", "energy_is_conserved", "undisproved"]
+__all__ = ["energies", "energy_drift", "energy_is_conserved", "undisproved"]
 
 #: What a run with a method and tolerances is believed to keep of its scales.
 BELIEVED = 1e-3
 
 
 def undisproved(
-    model: Model, seen: Along, t: Array, measured: Measured, accuracy: float | None
+    model: Model, seen: Along, t: Rows, measured: Measured, accuracy: float | None
 ) -> Measured:
     """What is not disproved: by the energy, where it is conserved and an accuracy promised, by
-    a gap that is negative, by an impact that adds energy."""
+    a gap that is negative, by an impact that adds energy.
+
+    Parameters
+    ----------
+    t
+        Times of all samples that were asked for.
+    """
     found = list(_disproofs(model, seen, t, measured, accuracy))
     if not found:
         return measured
     first, disproof = min(found, key=lambda of: of[0])
-    return replace(measured, states=measured.states[:first], disproved=disproof)
+    return replace(measured, states=first_rows(measured.states, first), disproved=disproof)
 
 
 def _disproofs(
-    model: Model, seen: Along, t: Array, measured: Measured, accuracy: float | None
+    model: Model, seen: Along, t: Rows, measured: Measured, accuracy: float | None
 ) -> Iterator[tuple[int, Disproof]]:
     """Number of the first sample that does not hold, and why, for each reason there is."""
     if accuracy is not None and energy_is_conserved(model):
@@ -44,17 +51,19 @@ def _disproofs(
         met = first_penetration(seen.contact, t, measured.states, kept, measured.scales)
         if met is not None:
             yield met[0], Disproof(float(t[met[0]]), "gap", met[1])
-    if seen.gained is not None and seen.gained[0] <= t[-1]:
+    if seen.gained is not None:
         time, contacts = seen.gained
-        yield max(int(np.searchsorted(t, time)), 1), Disproof(time, "impact", contacts)
+        first = max(first_from(t, time), 1)
+        if first < len(measured.states):
+            yield first, Disproof(time, "impact", contacts)
 
 
-def _contradicted(seen: Along, t: Array, measured: Measured, accuracy: float) -> int | None:
-    _, kinetic = energies(seen, t, measured.states)
+def _contradicted(seen: Along, t: Rows, measured: Measured, accuracy: float) -> int | None:
+    parts = windows(t, measured.states)
+    kinetic = max(float(np.abs(energies(seen, *part)[1]).max()) for part in parts)
     return first_contradiction(
         lambda times, states: (
-            seen.functions.energy(times, states)
-            - seen.lost[np.searchsorted(t, times, side="right") - 1][:, None]
+            seen.functions.energy(times, states) - seen.lost(np.asarray(times))[:, None]
         ),
         t,
         measured.states,
@@ -74,3 +83,14 @@ def energies(seen: Along, t: Array, states: Array) -> tuple[Array, Array]:
     still[:, states.shape[1] // 2 :] = 0.0
     total = seen.functions.energy(t, states)[:, 0]
     return total, total - seen.functions.energy(t, still)[:, 0]
+
+
+def energy_drift(model: Model, seen: Along, t: Rows, states: Rows) -> float | None:
+    """How much the energy changes over the samples beside what it is made of, None where it is
+    not conserved; see :class:`.conservation.EnergyDrift`."""
+    if not energy_is_conserved(model):
+        return None
+    found = EnergyDrift()
+    for times, part in windows(t, states):
+        found.add(*energies(seen, times, part), seen.lost(times))
+    return found.drift

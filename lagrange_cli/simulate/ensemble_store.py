@@ -9,13 +9,11 @@ from __future__ import annotations
 
 import io
 import json
-import os
 import re
 import shutil
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -23,7 +21,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import cannot_write, new_file, write_file
+from lagrange_cli.files import cannot_write, whole_file, write_file
 from lagrange_cli.simulate.ensemble import FIGURES, WORDS, Block
 from lagrange_cli.simulate.integrators.base import Array
 
@@ -102,21 +100,8 @@ class Store:
             It cannot be written.
         """
         assert self.folder is not None
-        target = os.path.realpath(output)
-        try:
-            handle, temporary = new_file(os.path.dirname(target))
-            try:
-                with os.fdopen(handle, "w+b") as stream:
-                    self._write(stream, t)
-                    stream.flush()
-                    os.fsync(stream.fileno())
-                os.chmod(temporary, 0o666 & ~_umask())
-                os.replace(temporary, target)
-            finally:
-                with suppress(FileNotFoundError):
-                    os.unlink(temporary)
-        except OSError as error:
-            raise cannot_write(f"'{output}'", error) from error
+        with whole_file(output) as stream:
+            self._write(stream, t)
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def _write(self, stream: BinaryIO, t: Array) -> None:
@@ -149,12 +134,6 @@ class Store:
             if f"c/{name}" in arrays:
                 return np.asarray(arrays[f"c/{name}"], dtype=np.float64)
         return np.full((len(self.finished[number].words["status"]), samples), np.nan)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def _put(

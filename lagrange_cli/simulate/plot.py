@@ -35,7 +35,8 @@ def draw(trajectory: Trajectory, ending: str) -> bytes:
     dots = [f"dot({name})" for name in trajectory.coordinates]
     _lines(top, trajectory, list(trajectory.coordinates), "coordinates")
     _lines(middle, trajectory, dots, "velocities")
-    bottom.plot(trajectory.t, trajectory.energy, color="black")
+    shown = trajectory.outline or trajectory
+    bottom.plot(shown.t, shown.energy, color="black")
     bottom.set_ylabel("energy")
     bottom.set_xlabel("t")
     # Text of a scene is text, not mathematics to be parsed.
@@ -87,8 +88,9 @@ def picture(figure: Figure, ending: str) -> bytes:
 
 
 def _lines(axes: Axes, trajectory: Trajectory, names: list[str], label: str) -> None:
+    shown = trajectory.outline or trajectory
     for name in names:
-        axes.plot(trajectory.t, trajectory.columns[name], label=name)
+        axes.plot(shown.t, shown.columns[name], label=name)
     axes.set_ylabel(label)
     if len(names) <= LONGEST_LEGEND:
         for text in axes.legend(loc="best").get_texts():

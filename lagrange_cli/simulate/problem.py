@@ -9,8 +9,9 @@ from functools import cache, cached_property
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.rows import Rows, windows
 
-__all__ = ["InitialValueProblem", "running_scales", "spacing"]
+__all__ = ["InitialValueProblem", "last_scales", "running_scales", "spacing"]
 
 #: A coordinate that moves less than this part of the largest of its kind is
 #: measured by the larger one.
@@ -35,7 +36,7 @@ class InitialValueProblem:
 
     rhs: Rhs
     y0: Array
-    times: Array
+    times: Rows
     kinds: tuple[str, ...]
     disturbed: tuple[Rhs, Rhs] | None = None
     autonomous: bool = True
@@ -94,9 +95,26 @@ def running_scales(problem: InitialValueProblem, states: Array) -> Array:
     """
     n = len(problem.kinds)
     largest = np.maximum.accumulate(np.abs(states[:, :n] - states[0, :n]), axis=0)
-    largest[:, problem.angles] = 1.0
     speed = np.maximum.accumulate(np.abs(states[:, n:]), axis=0)
-    scales = np.empty_like(states)
+    return _scales(problem, largest, speed)
+
+
+def last_scales(problem: InitialValueProblem, states: Rows) -> Array:
+    """The last row of :func:`running_scales`, of states that may not all be in memory."""
+    n = len(problem.kinds)
+    start = states[0][:n]
+    largest, speed = np.zeros((1, n)), np.zeros((1, n))
+    for _, part in windows(problem.times, states):
+        largest = np.maximum(largest, np.abs(part[:, :n] - start).max(axis=0))
+        speed = np.maximum(speed, np.abs(part[:, n:]).max(axis=0))
+    return np.asarray(_scales(problem, largest, speed)[0])
+
+
+def _scales(problem: InitialValueProblem, largest: Array, speed: Array) -> Array:
+    """Scales from the largest motion of each coordinate and its largest speed, both (m, n)."""
+    n = len(problem.kinds)
+    largest = np.where(problem.angles, 1.0, largest)
+    scales = np.empty((len(largest), 2 * n))
     for own in _alike(problem.kinds):
         of_kind = largest[:, own].max(axis=1, keepdims=True)
         scale = np.maximum(largest[:, own], SMALL_BESIDE_OTHERS * of_kind)

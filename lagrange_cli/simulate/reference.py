@@ -272,7 +272,7 @@ def _require_agreement(problem: InitialValueProblem, ratios: Array, most: float)
 def _before(problem: InitialValueProblem, end: float) -> Array:
     """Nothing clearly before an end, infinity from there on."""
     clear = problem.start + CLEAR * (end - problem.start)
-    return np.where(problem.times < clear, 0.0, np.inf)
+    return np.where(problem.times[:] < clear, 0.0, np.inf)
 
 
 def _until(problem: InitialValueProblem, ratios: Array) -> str:

@@ -12,6 +12,7 @@ from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.rows import Grid, Rows
 
 __all__ = ["AUTO", "Request", "method_of", "require_fit", "resolve"]
 
@@ -20,7 +21,9 @@ AUTO = "auto"
 
 DEFAULT_ACCURACY = 1e-6
 DEFAULT_SAMPLES = 501
-MOST_SAMPLES = 1_000_000
+
+#: Samples whose states are all in memory, and samples of any run.
+MOST_SAMPLES, MOST_STREAMED = 1_000_000, 10_000_000_000
 
 #: Steps of a fixed size between two samples.
 MOST_STEPS = 1e9
@@ -37,7 +40,7 @@ class Request:
     between samples.
     """
 
-    times: Array
+    times: Rows
     initial: Array
     accuracy: float | None
     method: type[Integrator] | None
@@ -50,9 +53,10 @@ class Request:
         """With the time between samples in so many equal parts; the times there are stay."""
         if every == 1:
             return self
-        steps = np.diff(self.times)[:, None] * (np.arange(every) / every)
-        between = (self.times[:-1, None] + steps).ravel()
-        return replace(self, times=np.append(between, self.times[-1]))
+        times = self.times[:]
+        steps = np.diff(times)[:, None] * (np.arange(every) / every)
+        between = (times[:-1, None] + steps).ravel()
+        return replace(self, times=np.append(between, times[-1]))
 
 
 def resolve(
@@ -65,11 +69,14 @@ def resolve(
     step: float | None,
     samples: int | None,
     budget: float | None,
+    in_memory: int | None = None,
 ) -> Request:
     """Fill in the scene's defaults and refuse what cannot be served.
 
     A way to control the error that is given as an option (accuracy, or method
-    and tolerances) replaces the scene's; both ways at once are refused.
+    and tolerances) replaces the scene's; both ways at once are refused. Where the states of
+    all samples are more than ``in_memory`` numbers, their times are a :class:`.rows.Grid`; by
+    default they are refused.
     """
     defaults = model.defaults
     _require_motion(model)
@@ -90,16 +97,18 @@ def resolve(
     if samples is None and step is None:
         samples, step = defaults.samples, defaults.step
     until = _until(model, until)
-    _check_numbers(accuracy, rtol, atol, step, samples, budget)
-    times = _times(model, until, of, step, samples)
+    _check_numbers(accuracy, rtol, atol, step, budget)
     if accuracy is None and chosen == (None, None, None):
         accuracy = DEFAULT_ACCURACY
+    grid = _grid(model, until, of, step, samples)
+    fixed = of is not None and not of.adaptive
+    in_memory = in_memory if accuracy is None else None
+    times = _times(model, grid, step, fixed=fixed, in_memory=in_memory)
     if accuracy is None and (of is None or of.adaptive) and rtol is None:
         raise _refused("a method needs its tolerance", "--rtol 1e-9")
     if of is not None:
         require_fit(model, of)
         _check_control(of, step, rtol, atol)
-    fixed = of is not None and not of.adaptive
     inner = _dividing(float(times[1] - times[0]), step) if fixed and step is not None else None
     return Request(times, initial, accuracy, of, rtol, atol, inner, budget)
 
@@ -182,7 +191,6 @@ def _check_numbers(
     rtol: float | None,
     atol: float | None,
     step: float | None,
-    samples: int | None,
     budget: float | None,
 ) -> None:
     for name, value, fix in (("accuracy", accuracy, "1e-9"), ("rtol", rtol, "1e-9")):
@@ -195,19 +203,15 @@ def _check_numbers(
     ):
         if value is not None and not (math.isfinite(value) and value > 0):
             raise _refused(f"{name} must be a positive number, not {value:g}", f"--{name} {fix}")
-    if samples is not None and not 2 <= samples <= MOST_SAMPLES:
-        raise _refused(
-            f"samples must be from 2 to {MOST_SAMPLES:,}, not {samples}", "--samples 501"
-        )
 
 
-def _times(
+def _grid(
     model: Model,
     until: float,
     method: type[Integrator] | None,
     step: float | None,
     samples: int | None,
-) -> Array:
+) -> Grid:
     """The sample times; the last is ``until`` exactly."""
     start = model.defaults.start
     fixed = method is not None and not method.adaptive
@@ -215,22 +219,38 @@ def _times(
         raise _refused("samples and step both set the sample times", "--samples 501")
     if samples is None and step is not None:
         intervals = (until - start) / step * (1 - 1e-12)
-        if intervals > MOST_SAMPLES - 1:
-            raise _refused(
-                f"step {step:g} makes {intervals:.3g} samples, more than {MOST_SAMPLES:,}",
-                "--samples 501" if fixed else f"--step {(until - start) / 500:g}",
-            )
-        samples = math.ceil(intervals) + 1
-        times = start + step * np.arange(samples)
-        times[-1] = until
-    else:
-        samples = DEFAULT_SAMPLES if samples is None else samples
-        times = np.linspace(start, until, samples)
-    if samples * 2 * len(model.coordinates) > MOST_NUMBERS:
-        raise _refused(f"{samples:,} samples of this system are too many", "--samples 501")
-    if not (np.diff(times) > 0).all():
+        # Beyond the largest number of samples it only matters that there are too many.
+        return Grid(start, until, step, math.ceil(min(intervals, 10.0 * MOST_STREAMED)) + 1)
+    samples = DEFAULT_SAMPLES if samples is None else samples
+    if samples < 2:
+        raise _not_so_many(samples, MOST_SAMPLES)
+    return Grid(start, until, (until - start) / (samples - 1), samples)
+
+
+def _times(
+    model: Model, grid: Grid, step: float | None, *, fixed: bool, in_memory: int | None
+) -> Rows:
+    """The sample times, as an array where the states of all are to be in memory."""
+    width = 2 * len(model.coordinates)
+    many = in_memory is not None and len(grid) * width > in_memory
+    most = MOST_STREAMED if many else MOST_SAMPLES
+    if len(grid) > most and grid.step != step:
+        raise _not_so_many(len(grid), most)
+    if len(grid) > most:
+        raise _refused(
+            f"step {step:g} makes {len(grid):.3g} samples, more than {most:,}",
+            "--samples 501" if fixed else f"--step {(grid.until - grid.start) / 500:g}",
+        )
+    if not many and len(grid) * width > MOST_NUMBERS:
+        raise _refused(f"{len(grid):,} samples of this system are too many", "--samples 501")
+    between = min(grid.step, grid.until - grid[len(grid) - 2])
+    if not between > np.spacing(max(abs(grid.start), abs(grid.until))):
         raise _refused("the sample times are too close for double precision", "--samples 501")
-    return np.asarray(times, dtype=np.float64)
+    return grid if many else grid[:]
+
+
+def _not_so_many(samples: int, most: int) -> InputError:
+    return _refused(f"samples must be from 2 to {most:,}, not {samples}", "--samples 501")
 
 
 def require_fit(model: Model, method: type[Integrator]) -> None:

@@ -7,12 +7,12 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from lagrange_cli.simulate.integrators import Control, Integrator, Rhs, start
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.switching import Flags, Switch, Switching
 from lagrange_cli.simulate.problem import InitialValueProblem
+from lagrange_cli.simulate.rows import Rows
+from lagrange_cli.simulate.spool import InMemory, Samples
 
 __all__ = ["Failure", "Run"]
 
@@ -32,8 +32,9 @@ class Failure:
 class Run:
     """A method on its way through the sample times of a problem.
 
-    ``states[:filled]`` are the samples reached, shape (filled, 2n); ``steps``
-    and ``evaluations`` count the work; ``failure`` says why it cannot go on.
+    ``samples`` receives the states at them, by default in memory. ``rows`` are those that are
+    reached, ``filled`` of them, and ``states`` the same as an array, shape (filled, 2n);
+    ``steps`` and ``evaluations`` count the work; ``failure`` says why it cannot go on.
     """
 
     def __init__(
@@ -44,13 +45,14 @@ class Run:
         *,
         rhs: Rhs | None = None,
         y0: Array | None = None,
+        samples: Samples | None = None,
     ) -> None:
         self.method = method
         self.failure: Failure | None = None
         self._times = problem.times
         first = problem.y0 if y0 is None else y0
-        self._states = np.empty((len(problem.times), len(first)))
-        self._states[0] = first
+        self._samples = samples or InMemory(len(problem.times), len(first))
+        self._samples.room(0, 1)[0] = first
         self.filled = 1
         self._pace = 1
         self._integrator = start(
@@ -63,8 +65,12 @@ class Run:
         )
 
     @property
+    def rows(self) -> Rows:
+        return self._samples.rows(self.filled)
+
+    @property
     def states(self) -> Array:
-        return self._states[: self.filled]
+        return self.rows[:]
 
     @property
     def t(self) -> float:
@@ -118,10 +124,10 @@ class Run:
         """Step until ``samples`` are filled or a limit is reached; False once the run has ended."""
         if self.ended:
             return False
-        part = slice(self.filled, max(samples, self.filled))
+        room = self._samples.room(self.filled, max(samples, self.filled))
         done = self._integrator.advance(
-            self._times[part],
-            self._states[part],
+            self._times[self.filled : self.filled + len(room)],
+            room,
             most_steps=most_steps,
             most_evaluations=most_evaluations,
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,17 +13,18 @@ import numpy as np
 from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
 from lagrange_cli.simulate.along import Along, along
 from lagrange_cli.simulate.chosen import integrate_with_method
-from lagrange_cli.simulate.conservation import energy_drift
-from lagrange_cli.simulate.disproof import energies, energy_is_conserved, undisproved
-from lagrange_cli.simulate.forces import constraint_forces
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.columns import sampled, state_columns
+from lagrange_cli.simulate.disproof import energy_drift, undisproved
 from lagrange_cli.simulate.integrators.compiled import COMPILED
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.outcome import reason, status
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.request import Request, resolve
 from lagrange_cli.simulate.right_hand_side import RightHandSide, right_hand_side
+from lagrange_cli.simulate.rows import Grid
+from lagrange_cli.simulate.spool import Samples
 from lagrange_cli.simulate.starting import require_a_start
+from lagrange_cli.simulate.stream import Stream, picked, spooled, streamed
 from lagrange_cli.simulate.trajectory import Event, Trajectory
 from lagrange_cli.simulate.watch import Watch
 
@@ -50,6 +52,7 @@ def simulate(
     functions: RightHandSide | None = None,
     cache: Cache | None = None,
     every: int = 1,
+    stream: Stream | None = None,
 ) -> Trajectory:
     """Integrate the equations of motion from their initial state.
 
@@ -88,6 +91,9 @@ def simulate(
         Keeps what is compiled; by default the user's.
     every
         Parts of the time between samples; the result has a sample after each.
+    stream
+        What becomes of samples that are more than memory should hold; by default they are
+        refused.
 
     Raises
     ------
@@ -97,10 +103,14 @@ def simulate(
         no accelerations at the start, or it is not on the constraints.
     """
     model = system if isinstance(system, Model) else _modelled(system)
-    request = resolve(model, until, accuracy, method, rtol, atol, step, samples, budget)
+    many = None if stream is None else stream.in_memory
+    request = resolve(model, until, accuracy, method, rtol, atol, step, samples, budget, many)
     span = float(request.times[0]), float(request.times[-1])
     watch = Watch(progress, budget, reached=reached, span=span, stop=stop)
-    return _simulated(model, request.refined(every), watch, functions, cache)
+    if stream is None or not isinstance(request.times, Grid):
+        return _simulated(model, request.refined(every), watch, functions, cache)
+    with spooled(stream, model, len(request.times)) as room:
+        return _simulated(model, request, watch, functions, cache, stream, room)
 
 
 def _simulated(
@@ -109,6 +119,8 @@ def _simulated(
     watch: Watch,
     functions: RightHandSide | None,
     cache: Cache | None,
+    stream: Stream | None = None,
+    samples: Samples | None = None,
 ) -> Trajectory:
     started = time.perf_counter()
     if functions is None:
@@ -121,13 +133,15 @@ def _simulated(
     if request.accuracy is not None:
         measured = integrate_to_accuracy(problem, request.accuracy, watch)
     else:
-        measured = integrate_with_method(problem, request, watch)
-    t = problem.times[: len(measured.states)]
-    seen = along(model, functions, t, measured)
-    measured = undisproved(model, seen, t, measured, request.accuracy)
+        measured = integrate_with_method(problem, request, watch, samples)
+    seen = along(model, functions, problem.start, measured)
+    measured = undisproved(model, seen, problem.times, measured, request.accuracy)
     if not measured.stopped:
         watch.done()
-    return _trajectory(model, request, seen, problem, measured, compile_seconds)
+    found = _trajectory(model, request, seen, problem, measured, compile_seconds)
+    if stream is None:
+        return found
+    return streamed(stream, found, problem.times, measured.states, partial(sampled, model, seen))
 
 
 def _modelled(equations: Equations) -> Model:
@@ -164,35 +178,28 @@ def _trajectory(
     measured: Measured,
     compile_seconds: float,
 ) -> Trajectory:
-    t, functions = problem.times[: len(measured.states)], seen.functions
+    times, states, functions = problem.times, measured.states, seen.functions
     names = [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
-    energy, kinetic = energies(seen, t, measured.states)
     promised = request.accuracy is not None
+    held = float(times[len(states) - 1])
+    part = sampled(model, seen, *picked(times, states))
     return Trajectory(
         name=model.name,
         status=status(problem, measured),
         reason=reason(model, problem, measured, request),
-        t=t,
-        columns=_columns(model, functions, t, measured.states),
-        energy=energy,
+        t=part.t,
+        columns=part.columns,
+        energy=part.energy,
         coordinates=model.coordinates,
         requested=request.accuracy,
         estimated=measured.estimate if promised else None,
         scales=dict(zip(names, measured.scales.tolist(), strict=True)),
-        holds_until=float(t[-1]) if promised else None,
-        energy_drift=energy_drift(energy - seen.lost[: len(t)], np.append(kinetic, seen.lost))
-        if energy_is_conserved(model)
-        else None,
-        constraint_drift=seen.drift(t, measured.states, measured.scales),
-        multipliers=dict(
-            zip(
-                (*model.multipliers, *model.contacts),
-                functions.multipliers(t, measured.states).T,
-                strict=True,
-            )
-        ),
+        holds_until=held if promised else None,
+        energy_drift=energy_drift(model, seen, times, states),
+        constraint_drift=seen.drift(times, states, measured.scales),
+        multipliers=part.multipliers,
         symbols=dict(zip((*model.multipliers, *model.contacts), model.symbols, strict=True)),
-        forces=constraint_forces(model, functions, t, measured.states),
+        forces=part.forces,
         events=_events(model, functions, measured),
         exempt=tuple(measured.exempt.tolist()),
         method=measured.method,
@@ -226,7 +233,8 @@ def _events(model: Model, functions: RightHandSide, measured: Measured) -> tuple
     times = np.array([s.t for s in switches])
     sides = [np.array([getattr(s, side) for s in switches]) for side in ("before", "after")]
     before, after = (
-        _columns(model, functions, times, states.reshape(len(switches), -1)) for states in sides
+        state_columns(model, functions, times, states.reshape(len(switches), -1))
+        for states in sides
     )
     return tuple(
         Event(
@@ -237,15 +245,3 @@ def _events(model: Model, functions: RightHandSide, measured: Measured) -> tuple
         )
         for k, s in enumerate(switches)
     )
-
-
-def _columns(model: Model, functions: RightHandSide, t: Array, states: Array) -> dict[str, Array]:
-    """Coordinates, their ``dot``, Cartesian names, their ``dot``, outputs; each name once."""
-    n = len(model.coordinates)
-    columns = {name: states[:, i].copy() for i, name in enumerate(model.coordinates)}
-    columns |= {f"dot({c})": states[:, n + i].copy() for i, c in enumerate(model.coordinates)}
-    for table, form in ((functions.positions, "{}"), (functions.velocities, "dot({})")):
-        values = table(t, states)
-        for i, name in enumerate(model.cartesian):
-            columns.setdefault(form.format(name), values[:, i].copy())
-    return columns | dict(zip(model.outputs, functions.outputs(t, states).T.copy(), strict=True))

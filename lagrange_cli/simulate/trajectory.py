@@ -7,13 +7,15 @@ import os
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, Literal
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import write_file
+from lagrange_cli.simulate.formats import Format, as_csv, as_npz, format_of
 from lagrange_cli.simulate.integrators.base import Array
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.columns import Sampled
 
 __all__ = ["EXTRA", "Event", "Trajectory", "require_forces"]
 
@@ -86,6 +88,10 @@ class Trajectory:
     ``compile``, ``integrate`` and ``estimate``, and ``follow`` where coordinates were read off
     positions. Where they are, or may become singular, a run has at least 501 samples, of which
     those asked for are given; scales, drifts and the estimate are those of all.
+
+    Where memory was not to hold all samples, ``t`` and what goes with it has some of them, both
+    ends included; ``written`` names the file that has all, and ``outline`` the least and the
+    largest values in parts of the time, for a picture.
     """
 
     name: str
@@ -115,6 +121,8 @@ class Trajectory:
     events: tuple[Event, ...] = field(default_factory=tuple)
     remarks: tuple[str, ...] = ()
     exempt: tuple[float, ...] = ()
+    written: str | None = None
+    outline: Sampled | None = None
 
     @property
     def exit_code(self) -> int:
@@ -180,25 +188,16 @@ class Trajectory:
 
     def csv(self, extra: Collection[str] = ()) -> str:
         """The samples as CSV: a header of names, then numbers with 17 significant digits."""
-        import csv
-
-        table = self.table(extra)
-        text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerow(table)
-        for row in np.column_stack(list(table.values())).tolist():
-            text.write(",".join(f"{value:.17g}" for value in row) + "\n")
-        return text.getvalue()
+        return self._bytes(as_csv, extra).decode()
 
     def npz(self, extra: Collection[str] = ()) -> bytes:
         """The samples as an NPZ archive, one array a name, the same bytes every time."""
-        import zipfile
+        return self._bytes(as_npz, extra)
 
+    def _bytes(self, form: Format, extra: Collection[str]) -> bytes:
         file = io.BytesIO()
-        with zipfile.ZipFile(file, "w") as archive:
-            for name, values in self.table(extra).items():
-                array = io.BytesIO()
-                np.lib.format.write_array(array, values, allow_pickle=False)
-                archive.writestr(zipfile.ZipInfo(f"{name}.npy"), array.getvalue())
+        with form(file, len(self.t), None) as add:
+            add(self.table(extra))
         return file.getvalue()
 
     def write(self, path: str | os.PathLike[str], extra: Collection[str] = ()) -> None:
@@ -209,17 +208,7 @@ class Trajectory:
         InputError
             The ending is another one, or the file cannot be written.
         """
-        ending = Path(path).suffix.lower()
-        if ending not in (".csv", ".npz"):
-            raise InputError(
-                Problem(
-                    f"a trajectory is written as .csv or .npz, not '{ending}'",
-                    hint="-o traj.csv",
-                    rule="output",
-                )
-            )
-        content = self.csv(extra).encode() if ending == ".csv" else self.npz(extra)
-        write_file(path, content)
+        write_file(path, self._bytes(format_of(path), extra))
 
     def plot(self, path: str | os.PathLike[str]) -> None:
         """Draw coordinates, velocities and energy over time into a picture file.

@@ -1,0 +1,117 @@
+"""Tables of samples as files, written in parts: CSV and NPZ."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import IO, BinaryIO, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.simulate.integrators.base import Array
+
+__all__ = ["Format", "as_csv", "as_npz", "format_of"]
+
+#: Takes the next rows of a table, column name → values; every part has the same columns.
+Add: TypeAlias = Callable[[Mapping[str, Array]], None]
+
+#: Opens a table that a file is to hold, of ``count`` rows in all: (file, count, folder); what
+#: memory should not hold waits in ``folder``. It is complete at the end of the context.
+Format: TypeAlias = Callable[[BinaryIO, int, str | None], AbstractContextManager[Add]]
+
+#: Bytes of a number, of a column that are copied at a time, and of all that wait in memory.
+NUMBER, PART, IN_MEMORY = 8, 2**22, 2**26
+
+#: Bytes of a column from which on the archive needs the format of 64 bits.
+LARGE = 2**31
+
+
+@contextmanager
+def as_csv(file: BinaryIO, count: int, folder: str | None = None) -> Iterator[Add]:
+    """A header of names, then numbers with 17 significant digits."""
+    headed = False
+
+    def add(table: Mapping[str, Array]) -> None:
+        nonlocal headed
+        text = io.StringIO()
+        if not headed:
+            csv.writer(text, lineterminator="\n").writerow(table)
+            headed = True
+        for row in np.column_stack(list(table.values())).tolist():
+            text.write(",".join(f"{value:.17g}" for value in row) + "\n")
+        file.write(text.getvalue().encode())
+
+    yield add
+
+
+@contextmanager
+def as_npz(file: BinaryIO, count: int, folder: str | None = None) -> Iterator[Add]:
+    """An NPZ archive, one array a name, the same bytes every time.
+
+    An archive has one array after the other, so that many columns wait in a file of their own.
+    """
+    names: list[str] = []
+    added = 0
+    with tempfile.SpooledTemporaryFile(IN_MEMORY, dir=folder) as waiting:
+
+        def add(table: Mapping[str, Array]) -> None:
+            nonlocal added
+            names[:] = table
+            for k, values in enumerate(table.values()):
+                waiting.seek(NUMBER * (k * count + added))
+                waiting.write(np.ascontiguousarray(values, dtype=float).tobytes())
+            added += len(next(iter(table.values())))
+
+        yield add
+        waiting.seek(0)
+        with zipfile.ZipFile(file, "w") as archive:
+            for name in names:
+                _put(archive, name, count, _parts(waiting, NUMBER * count))
+
+
+def _parts(file: IO[bytes], size: int) -> Iterator[bytes]:
+    while size:
+        part = file.read(min(PART, size))
+        size -= len(part)
+        yield part
+
+
+def _put(archive: zipfile.ZipFile, name: str, count: int, parts: Iterable[bytes]) -> None:
+    """Write an array of doubles, shape (count,), from its bytes."""
+    entry, large = zipfile.ZipInfo(f"{name}.npy"), NUMBER * count > LARGE
+    with archive.open(entry, "w", force_zip64=large) as file:
+        header = np.lib.format.header_data_from_array_1_0(np.empty(0))
+        np.lib.format.write_array_header_1_0(file, {**header, "shape": (count,)})
+        for part in parts:
+            file.write(part)
+
+
+#: Format by the ending of a file's name.
+_FORMATS: dict[str, Format] = {".csv": as_csv, ".npz": as_npz}
+
+
+def format_of(path: str | os.PathLike[str]) -> Format:
+    """The format of a file by its ending.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    ending = Path(path).suffix.lower()
+    if ending not in _FORMATS:
+        raise InputError(
+            Problem(
+                f"a trajectory is written as .csv or .npz, not '{ending}'",
+                hint="-o traj.csv",
+                rule="output",
+            )
+        )
+    return _FORMATS[ending]

@@ -1,0 +1,151 @@
+"""Sample times and states that are read in parts, whether they are in memory or not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import Any, Protocol, overload
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import Array
+
+__all__ = [
+    "WINDOW",
+    "Grid",
+    "Ranges",
+    "Rows",
+    "first_from",
+    "first_rows",
+    "thinned",
+    "window_rows",
+    "windows",
+]
+
+#: Numbers of the states that are looked at at a time.
+WINDOW = 2**17
+
+
+class Rows(Protocol):
+    """A sequence of numbers or of states, of which any part can be had as an array."""
+
+    def __len__(self) -> int: ...
+
+    @overload
+    def __getitem__(self, key: int, /) -> Any: ...
+
+    @overload
+    def __getitem__(self, key: slice, /) -> Array: ...
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Times ``start + k·step`` for k below ``count``, of which the last is ``until`` exactly.
+
+    The same numbers as those of numpy.linspace where ``step`` is (until − start)/(count − 1).
+    """
+
+    start: float
+    until: float
+    step: float
+    count: int
+
+    def __len__(self) -> int:
+        return self.count
+
+    @overload
+    def __getitem__(self, key: int, /) -> float: ...
+
+    @overload
+    def __getitem__(self, key: slice, /) -> Array: ...
+
+    def __getitem__(self, key: int | slice, /) -> float | Array:
+        if isinstance(key, slice):
+            return self._at(range(self.count)[key])
+        number = range(self.count)[key]
+        return float(self._at(range(number, number + 1))[0])
+
+    def _at(self, numbers: range) -> Array:
+        times = np.arange(numbers.start, numbers.stop, numbers.step, dtype=float)
+        times = times * self.step + self.start
+        if len(numbers) and numbers[-1] == self.count - 1:
+            times[-1] = self.until
+        return times
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """The rows of some ranges of others, one range after the other."""
+
+    rows: Rows
+    ranges: Sequence[tuple[int, int]]
+
+    def __len__(self) -> int:
+        return sum(last - first for first, last in self.ranges)
+
+    @overload
+    def __getitem__(self, key: int, /) -> Any: ...
+
+    @overload
+    def __getitem__(self, key: slice, /) -> Array: ...
+
+    def __getitem__(self, key: int | slice, /) -> Any:
+        if isinstance(key, slice):
+            numbers = range(len(self))[key]
+            return self._between(numbers.start, numbers.stop)
+        number = range(len(self))[key]
+        return self._between(number, number + 1)[0]
+
+    def _between(self, start: int, stop: int) -> Array:
+        ends = accumulate(last - first for first, last in self.ranges)
+        parts = []
+        for (first, last), end in zip(self.ranges, ends, strict=True):
+            # What number of all the row has that would be the first of this range.
+            offset = first - (end - (last - first))
+            a, b = max(first, start + offset), min(last, stop + offset)
+            if a < b:
+                parts.append(self.rows[a:b])
+        return np.concatenate([self.rows[:0], *parts])
+
+
+def first_rows(rows: Rows, count: int) -> Rows:
+    """The first ``count`` of some rows."""
+    return rows[:count] if isinstance(rows, np.ndarray) else Ranges(rows, [(0, count)])
+
+
+def thinned(rows: Rows, most: int) -> Rows:
+    """Some of very many rows, equally far apart, both ends included; about ``most`` of them."""
+    if len(rows) <= most:
+        return rows
+    last = len(rows) - 1
+    return np.append(rows[0 : last : -(-last // most)], rows[last])
+
+
+def window_rows(width: int) -> int:
+    """How many states of so many numbers are looked at at a time."""
+    return max(1, WINDOW // max(width, 1))
+
+
+def windows(times: Rows, states: Rows, size: int | None = None) -> Iterator[tuple[Array, Array]]:
+    """Times and states in parts; all at once where they are in memory."""
+    count = len(states)
+    if isinstance(states, np.ndarray):
+        size = count
+    elif size is None:
+        size = window_rows(len(states[0]))
+    for first in range(0, count, max(size, 1)):
+        last = min(first + size, count)
+        yield times[first:last], states[first:last]
+
+
+def first_from(times: Rows, t: float) -> int:
+    """The number of the first time that is not before t."""
+    low, high = 0, len(times)
+    while low < high:
+        middle = (low + high) // 2
+        if times[middle] < t:
+            low = middle + 1
+        else:
+            high = middle
+    return low

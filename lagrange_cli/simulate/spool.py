@@ -1,0 +1,161 @@
+"""The samples of a run while it is made: in memory, or in a file of which a part is in memory."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from dataclasses import dataclass
+from typing import IO, Any, Protocol, overload
+
+import numpy as np
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files import cannot_write
+from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.rows import Rows, window_rows
+
+__all__ = ["InMemory", "Samples", "Spool", "folder_of", "require_room", "spool_file"]
+
+#: Bytes of a number.
+NUMBER = 8
+
+
+class Samples(Protocol):
+    """Where a run puts its samples."""
+
+    def room(self, first: int, last: int) -> Array:
+        """Rows that are to be filled, from the number ``first`` to ``last`` at most."""
+        ...
+
+    def rows(self, count: int) -> Rows:
+        """So many that have been filled."""
+        ...
+
+
+class InMemory:
+    """All samples in one array, shape (count, width)."""
+
+    def __init__(self, count: int, width: int) -> None:
+        self._array = np.empty((count, width))
+
+    def room(self, first: int, last: int) -> Array:
+        return self._array[first:last]
+
+    def rows(self, count: int) -> Array:
+        return self._array[:count]
+
+
+class Spool:
+    """Samples in a file; those of the window that is being filled are in memory.
+
+    Parameters
+    ----------
+    file
+        Open for reading and writing; rows of ``width`` doubles, as the machine has them.
+    size
+        Rows of a window.
+    """
+
+    def __init__(self, file: IO[bytes], width: int, size: int | None = None) -> None:
+        self._file, self._width = file, width
+        self._buffer = np.empty((size or window_rows(width), width))
+        self._base = 0
+
+    def room(self, first: int, last: int) -> Array:
+        if first - self._base == len(self._buffer):
+            self._put(len(self._buffer))
+            self._base = first
+        return self._buffer[first - self._base : last - self._base]
+
+    def rows(self, count: int) -> Rows:
+        return _Spooled(self, count)
+
+    def read(self, first: int, last: int) -> Array:
+        """Some of the rows that have been filled."""
+        kept = self._buffer[max(first - self._base, 0) : max(last - self._base, 0)]
+        if first >= self._base:
+            return kept.copy()
+        size = NUMBER * self._width
+        self._file.seek(first * size)
+        data = self._file.read((min(last, self._base) - first) * size)
+        return np.concatenate([np.frombuffer(data).reshape(-1, self._width), kept])
+
+    def _put(self, rows: int) -> None:
+        """Write the first rows of the window into the file."""
+        try:
+            self._file.seek(NUMBER * self._width * self._base)
+            self._file.write(self._buffer[:rows].tobytes())
+            self._file.flush()
+        except OSError as error:
+            raise cannot_write("the samples of a long run", error) from error
+
+
+@dataclass(frozen=True)
+class _Spooled:
+    """The first ``count`` rows of a spool."""
+
+    spool: Spool
+    count: int
+
+    def __len__(self) -> int:
+        return self.count
+
+    @overload
+    def __getitem__(self, key: int, /) -> Any: ...
+
+    @overload
+    def __getitem__(self, key: slice, /) -> Array: ...
+
+    def __getitem__(self, key: int | slice, /) -> Any:
+        if isinstance(key, slice):
+            numbers = range(self.count)[key]
+            return self.spool.read(numbers.start, numbers.stop)
+        number = range(self.count)[key]
+        return self.spool.read(number, number + 1)[0]
+
+
+def spool_file(folder: str) -> IO[bytes]:
+    """A file without a name, that is gone with the process.
+
+    Raises
+    ------
+    InputError
+        It cannot be made.
+    """
+    try:
+        return tempfile.TemporaryFile(dir=folder)
+    except OSError as error:
+        raise cannot_write(f"into '{folder}'", error) from error
+
+
+def folder_of(beside: str | os.PathLike[str] | None) -> str:
+    """Where samples are spooled: the folder of a result, or that of temporary files."""
+    if beside is None:
+        return tempfile.gettempdir()
+    return os.path.dirname(os.path.realpath(beside))
+
+
+def require_room(folder: str, count: int, numbers: int) -> None:
+    """Refuse samples for which a disk has no room.
+
+    Parameters
+    ----------
+    numbers
+        Those of a sample, in all files.
+
+    Raises
+    ------
+    InputError
+        With what they take and what there is.
+    """
+    wanted, free = NUMBER * numbers * count, shutil.disk_usage(folder).free
+    if wanted > free:
+        raise InputError(
+            Problem(
+                f"{count:,} samples take {wanted / 1e9:.3g} GB, and '{folder}' has"
+                f" {free / 1e9:.3g} GB left",
+                hint="--samples 1000000, or -o FILE on another disk (TMPDIR where there is no -o)",
+                rule="limit",
+            )
+        )

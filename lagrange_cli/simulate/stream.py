@@ -1,0 +1,108 @@
+"""Runs of more samples than memory should hold: they pass through files, window by window."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lagrange_cli.files import whole_file
+from lagrange_cli.simulate.columns import Sampled
+from lagrange_cli.simulate.formats import format_of
+from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.outline import Outline
+from lagrange_cli.simulate.rows import Rows, windows
+from lagrange_cli.simulate.spool import Samples, Spool, folder_of, require_room, spool_file
+from lagrange_cli.simulate.trajectory import Trajectory
+
+__all__ = ["IN_MEMORY", "Stream", "picked", "spooled", "streamed"]
+
+#: Numbers of the states of a run that memory is to hold.
+IN_MEMORY = 2**19
+
+#: Samples that a trajectory has of those that are in a file.
+FEW = 1001
+
+
+@dataclass(frozen=True)
+class Stream:
+    """What becomes of samples that are more than memory should hold.
+
+    ``output``: the file that all are written to, with the columns ``extra`` beside those of
+    the state; ``drawn``: whether there is to be a picture. More than ``in_memory`` numbers of
+    states are not kept in memory.
+    """
+
+    output: str | None = None
+    extra: tuple[str, ...] = ()
+    drawn: bool = False
+    in_memory: int = IN_MEMORY
+
+
+@contextmanager
+def spooled(stream: Stream, model: Model, count: int) -> Iterator[Samples]:
+    """Room for the states of ``count`` samples on the disk of the result, for a while.
+
+    Raises
+    ------
+    InputError
+        The disk has not that much room.
+    """
+    folder, width = folder_of(stream.output), 2 * len(model.coordinates)
+    columns = 0 if stream.output is None else 1 + width + 2 * len(model.cartesian)
+    require_room(folder, count, width + columns)
+    with spool_file(folder) as file:
+        yield Spool(file, width)
+
+
+def picked(times: Rows, states: Rows) -> tuple[Array, Array]:
+    """The samples that a trajectory has: all in memory, or some of those in a file."""
+    if isinstance(states, np.ndarray):
+        return times[: len(states)], states
+    numbers = np.unique(np.linspace(0, len(states) - 1, FEW).round()).astype(int).tolist()
+    return np.array([times[k] for k in numbers]), np.array([states[k] for k in numbers])
+
+
+def streamed(
+    stream: Stream,
+    found: Trajectory,
+    times: Rows,
+    states: Rows,
+    sampled: Callable[[Array, Array], Sampled],
+) -> Trajectory:
+    """The trajectory, with all samples written to where they are asked for.
+
+    Parameters
+    ----------
+    times, states
+        Of all samples.
+    sampled
+        Gives the columns of some of them.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written, or the columns are not there.
+    """
+    if stream.output is None and not stream.drawn:
+        return found
+    outline = Outline(float(times[0]), float(times[len(times) - 1]), _curves(found))
+    with ExitStack() as files:
+        add = None
+        if stream.output is not None:
+            form, folder = format_of(stream.output), folder_of(stream.output)
+            file = files.enter_context(whole_file(stream.output))
+            add = files.enter_context(form(file, len(states), folder))
+        for part in windows(times, states):
+            columns = sampled(*part)
+            outline.add(columns)
+            if add is not None:
+                add(replace(found, **vars(columns)).table(stream.extra))
+    return replace(found, written=stream.output, outline=outline.curves())
+
+
+def _curves(found: Trajectory) -> tuple[str, ...]:
+    return (*found.coordinates, *(f"dot({name})" for name in found.coordinates))
