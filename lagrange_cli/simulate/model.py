@@ -108,7 +108,8 @@ class Model:
     :mod:`.driving` has them, as ``u``. ``contacts`` names the one-sided constraints, whose
     functions the code has (:mod:`lagrange_cli.emit.contacts`). ``singular``: places that the
     coordinates do not cover; the Python text ``Code.singular`` has a function ``outputs`` whose
-    numbers vanish there. ``chart``: coordinates that these have replaced.
+    numbers vanish there. ``chart``: coordinates that these have replaced. ``massless``: those
+    whose inertia vanishes everywhere with the parameters that are 0.
     """
 
     name: str
@@ -132,6 +133,7 @@ class Model:
     contacts: tuple[str, ...] = ()
     singular: tuple[SingularPlace, ...] = ()
     chart: FormerChart | None = None
+    massless: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The model as values that JSON holds; doubles keep all their digits."""
@@ -142,7 +144,7 @@ class Model:
         """The model that :meth:`to_json` gave."""
         found = dict(value)
         lists = ("coordinates", "kinds", "cartesian", "conserved")
-        for name in (*lists, "multipliers", "symbols", "outputs", "forces", "contacts"):
+        for name in (*lists, "multipliers", "symbols", "outputs", "forces", "contacts", "massless"):
             found[name] = tuple(found[name])
         found["parameters"] = tuple(ModelParameter(**p) for p in found["parameters"])
         found["suggested"] = tuple((name, value) for name, value in found["suggested"])

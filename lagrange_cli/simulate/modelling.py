@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
-from sympy import I, Symbol, nan, oo, zoo
+from sympy import I, Integer, Symbol, nan, oo, zoo
 
 from lagrange_cli.emit.c_project import workspace
 from lagrange_cli.emit.c_simulation import lanes_source, library_source
@@ -68,6 +68,18 @@ def model_of(equations: Equations) -> Model:
         recordings=tuple(u.recording for u in equations.inputs if u.recording is not None),
         singular=singular_places(equations),
         chart=former_chart(equations),
+        massless=_massless(equations),
+    )
+
+
+def _massless(equations: Equations) -> tuple[str, ...]:
+    """Coordinates whose inertia vanishes everywhere where a parameter is 0 that has to be."""
+    vanished = {p.symbol: Integer(0) for p in equations.parameters if p.value == 0}
+    own = (row[k] for k, row in enumerate(equations.mass_matrix)) if vanished else ()
+    return tuple(
+        c.name
+        for c, inertia in zip(equations.coordinates, own, strict=False)
+        if not vanished.keys().isdisjoint(inertia.free_symbols) and inertia.xreplace(vanished) == 0
     )
 
 

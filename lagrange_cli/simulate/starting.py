@@ -25,6 +25,8 @@ def require_a_start(model: Model, problem: InitialValueProblem) -> None:
         It cannot be integrated from.
     """
     if not np.isfinite(problem.rhs(problem.start, problem.y0)).all():
+        if model.massless:
+            raise _massless(model)
         singular = "constraints or mass matrix are" if model.multipliers else "the mass matrix is"
         raise _refused(
             f"the equations of motion give no accelerations at the start, {_state(model, problem)}:"
@@ -37,6 +39,16 @@ def require_a_start(model: Model, problem: InitialValueProblem) -> None:
             f"the start is not on the constraints, {_state(model, problem)}",
             "lagrange derive shows the constraints that are kept",
         )
+
+
+def _massless(model: Model) -> InputError:
+    """The refusal that names coordinates without inertia, and the parameters that may be why."""
+    zeros = ", ".join(f"{p.name} = 0" for p in model.parameters if p.value == 0)
+    named = ", ".join(f"'{name}'" for name in model.massless)
+    return _refused(
+        f"the inertia of {named} vanishes with {zeros}: no acceleration follows",
+        "without it, leave the coordinate to a constraint, or give it a mass",
+    )
 
 
 def _near(projected: Array, y: Array) -> bool:
