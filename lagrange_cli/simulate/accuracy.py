@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -26,9 +26,10 @@ import numpy as np
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.agreement import Unclear
 from lagrange_cli.simulate.attempt import FLOOR_ULPS, NOISE_PART, Attempt
+from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.switching import Flags, Switch
-from lagrange_cli.simulate.pilot import Pilot, pilot
+from lagrange_cli.simulate.pilot import Pilot, explicit_method, pilot
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
 from lagrange_cli.simulate.rows import Rows
 from lagrange_cli.simulate.run import Failure
@@ -196,8 +197,9 @@ def _attempt_wider(
         return
     wider = problem.wider()
     if wider is not None:
-        finer = found.finer(wider.epsilon / problem.epsilon)
         first = min(attempts[-1].tolerance, FIRST_WIDER_TOLERANCE)
+        method = explicit_method(wider, first)
+        finer = replace(found.finer(wider.epsilon / problem.epsilon), method=method)
         _attempt(wider, eps, finer, first, attempts, watch)
 
 
@@ -296,6 +298,8 @@ def why(found: Pilot) -> str:
     """Why the pilot's method is taken, in words."""
     if found.stiff:
         return "a coarse trial found the system stiff: an implicit method needs fewer evaluations"
+    if found.method is INTEGRATORS["Gauss16"]:
+        return "no stiffness was found: collocation, whose eight stages are evaluated side by side"
     return "no stiffness was found: an explicit method of high order"
 
 

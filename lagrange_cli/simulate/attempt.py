@@ -14,7 +14,7 @@ from lagrange_cli.simulate.disturbance import off_by_one_ulp
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Array, projection
 from lagrange_cli.simulate.integrators.native import NativeRhs
-from lagrange_cli.simulate.pilot import COARSE, LEAST, Pilot
+from lagrange_cli.simulate.pilot import COARSE, LEAST, Pilot, suits_gauss
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
 from lagrange_cli.simulate.rows import first_from
 from lagrange_cli.simulate.run import Failure, Run
@@ -40,13 +40,13 @@ SHORTER = 3.0
 #: tolerance of the run below which it is not.
 OTHER_TOLERANCE, OTHER_FROM = 0.01, 1e-12
 
-#: The tolerance of any other disturbed run beside the run's. Its steps fall on other
+#: The tolerance of a disturbed run by the run's own method. Its steps fall on other
 #: times, so that what lies between the steps of one is met by the other.
 OTHER_STEPS = 0.5
 
 #: Cost of the other method beside the run's, and evaluations to start with, beyond
 #: which it is given up.
-OTHER_COST, OTHER_START = 1.2, 300.0
+OTHER_COST, OTHER_START = 4.0, 300.0
 
 #: Chance may bring the looser run close to the run; this makes that rarer.
 LOOSER_WEIGHT = 2.0
@@ -58,7 +58,7 @@ ROUNDING_WEIGHT = 3.0
 FLOOR_ULPS = 4.0
 
 #: Samples between two looks at the errors.
-BLOCK = 16
+BLOCK = 64
 
 #: Part of the noise of a step that its error estimate feels.
 NOISE_PART = 1 / 16
@@ -108,7 +108,9 @@ class Attempt:
         self.run = self._start(method, tolerance)
         self._looser = self._start(method, tolerance * LOOSER, longer=longer, off=1)
         self._disturbed = self._disturb(self._other_method())
-        growth = max(1.0, COARSE / tolerance) ** (1 / method.order)
+        # The coarse run was one of DOP853 where its method was not implicit.
+        order = min(method.order, INTEGRATORS["DOP853"].order)
+        growth = max(1.0, COARSE / tolerance) ** (1 / order)
         self._most: float = LOST * growth * found.evaluations
         self._given_up = 0
         self.run_seconds = 0.0
@@ -141,13 +143,16 @@ class Attempt:
         """A method to compare with, the run's own where no other is as good and as fast."""
         rhs, stiff = self._problem.rhs, self._found.stiff
         if isinstance(rhs, NativeRhs) and not stiff:
-            return self.run.method if rhs.lanes_address is None else INTEGRATORS["Gauss16"]
+            by_gauss = self.run.method is INTEGRATORS["Gauss16"]
+            return INTEGRATORS["Gauss16" if suits_gauss(rhs) and not by_gauss else "DOP853"]
         other = INTEGRATORS["LSODA"]
         possible = self.tolerance >= OTHER_FROM and (other.projects or not projection(rhs))
         return other if possible else self.run.method
 
     def _disturb(self, method: type[Integrator]) -> Run:
-        factor = OTHER_TOLERANCE if method is INTEGRATORS["LSODA"] else OTHER_STEPS
+        factor = OTHER_STEPS if method is self.run.method else 1.0
+        if method is INTEGRATORS["LSODA"]:
+            factor = OTHER_TOLERANCE
         return self._start(method, self.tolerance * factor, off=2)
 
     @property
