@@ -39,7 +39,9 @@ _Array = NDArray[np.float64]
 
 
 def contradicting(
-    equations: Sequence[sp.Expr], constants: Mapping[sp.Symbol, mpf]
+    equations: Sequence[sp.Expr],
+    constants: Mapping[sp.Symbol, mpf],
+    products: Sequence[bool] = (False, True),
 ) -> list[int] | None:
     """Numbers of expressions that are not all zero for any real symbols, if that is proven.
 
@@ -47,10 +49,12 @@ def contradicting(
     ----------
     constants
         Values of the symbols that have one; others may have any.
+    products
+        Without, then with products of equations and symbols (of few of them).
     """
-    for products in (False, True):
+    for multiplied in products:
         try:
-            combinations = _forms(equations, constants, products)
+            combinations = _forms(equations, constants, multiplied)
         except TooLargeError:
             return None
         owners = _number(combinations) or _squares(combinations)

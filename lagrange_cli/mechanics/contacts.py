@@ -15,6 +15,7 @@ from mpmath import mpf
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.equations import Closure, Contact
 from lagrange_cli.mechanics.geometry import Restriction, gap_over_names
+from lagrange_cli.mechanics.no_room import require_room
 from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.sampling import Drawn, working_digits
 from lagrange_cli.mechanics.tape import DomainError, values
@@ -41,7 +42,7 @@ def contacts(reduced: Reduced, gaps: Sequence[Closure]) -> tuple[Contact, ...]:
     ------
     InputError
         Located: a gap that no motion changes, that cannot be violated or is violated
-        everywhere; a restitution outside [0, 1].
+        everywhere, gaps that leave no room; a restitution outside [0, 1].
     """
     if not gaps:
         return ()
@@ -50,6 +51,7 @@ def contacts(reduced: Reduced, gaps: Sequence[Closure]) -> tuple[Contact, ...]:
         for gap, closure in zip(reduced.gaps, gaps, strict=True):
             _require_change(reduced, gap, closure, states)
             _require_sign_open(reduced, gap, closure)
+        require_room(reduced)
     coefficients = [_restitution(reduced, one_sided) for one_sided in reduced.scene.unilateral]
     return tuple(map(Contact, gaps, coefficients))
 

@@ -24,7 +24,7 @@ from lagrange_cli.mechanics.sampling import Sampler
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.mechanics.wording import leave_out, quoted, written
 
-__all__ = ["contradiction", "explained", "nowhere", "smallest"]
+__all__ = ["contradiction", "explained", "is_contradictory", "nowhere", "smallest"]
 
 #: Equations among which a smallest set is sought: each costs an elimination.
 _MOST = 40
@@ -165,17 +165,37 @@ def _rest(found: Elimination, numbers: Sequence[int]) -> list[int]:
     return sorted(set(numbers).union(*(found.touched[k] for k in numbers)))
 
 
+def is_contradictory(
+    names: Names,
+    stated: Sequence[Stated],
+    constants: Mapping[sp.Symbol, mpf],
+    products: Sequence[bool] = (False, True),
+) -> bool:
+    """Whether it is proven that equations, and inequalities, do not hold together.
+
+    ``products``: as :func:`.certificates.contradicting` tries them.
+    """
+    return _proof(names, stated, constants, products) is not None
+
+
 def _proof(
-    names: Names, stated: Sequence[Stated], constants: Mapping[sp.Symbol, mpf]
+    names: Names,
+    stated: Sequence[Stated],
+    constants: Mapping[sp.Symbol, mpf],
+    products: Sequence[bool] = (False, True),
 ) -> _Proof | None:
     declared = set(names.coordinates.values())
     unknowns = [s for s in names.cartesian.values() if s not in names.given and s not in declared]
     parameters = frozenset(names.parameters.values())
-    pending = list(substitute(stated, names.given, unknowns, parameters).pending.values())
+    equations = [s for s in stated if not s.one_sided]
+    state = substitute(equations, names.given, unknowns, parameters)
+    pending = list(state.pending.values())
     for sides in pending:
         if _is_false(sides, parameters | {names.t}, constants):
             return _Proof((sides,), numbers=True)
-    found = contradicting([left - right for left, right in pending], constants)
+    # What is not negative is a square.
+    pending += [(state.reduce(s.phi), sp.Dummy(real=True) ** 2) for s in stated if s.one_sided]
+    found = contradicting([left - right for left, right in pending], constants, products)
     if found is None:
         return None
     return _Proof(tuple(pending[k] for k in found), numbers=False)

@@ -40,7 +40,7 @@ _ELSEWHERE = mpmath.mpf(10) ** -6
 class Stated:
     """One equation of a constraint over raw symbols; φ = left − right.
 
-    ``integral``: the scene states its rate.
+    ``integral``: the scene states its rate. ``one_sided``: φ ≥ 0.
     """
 
     constraint: str
@@ -48,6 +48,7 @@ class Stated:
     left: sp.Expr
     right: sp.Expr
     integral: bool = False
+    one_sided: bool = False
 
     @property
     def phi(self) -> sp.Expr:

@@ -40,6 +40,9 @@ _LARGE, _NEAR, _WANDER = 64, 1e-7, 10
 #: Largest relative violation of an equation that a step may leave (it may depend on others).
 _TOLERANCE = mpf(10) ** -9
 
+#: A step that leads nowhere.
+_FAR = mpf(10) ** 30
+
 #: A gradient below this part of another has vanished.
 _FLAT = mpf(10) ** -8
 
@@ -114,6 +117,46 @@ class Manifold:
         except (ArithmeticError, np.linalg.LinAlgError):
             return None
         return moved if moved and self._holds(point, moved, chosen) else None
+
+    def within(self, point: Point, gaps: int, inset: mpf = _ZERO) -> dict[sp.Symbol, mpf] | None:
+        """The point moved so that every φ is zero, and the last ``gaps`` of them not negative.
+
+        Newton's method with those of the gaps that are violated at each step; None where it
+        ends elsewhere. ``inset``: how far inside of a gap it goes, in units of the coordinates.
+        """
+        moved, first = dict(point), len(self.all) - gaps
+        lengths = list[mpf]()
+        try:
+            for _ in range(_STEPS if self.q else 0):
+                run = self._at(moved)
+                gradients = [_partials(run, k, 0, len(self.q)) for k in self.all]
+                levels = [
+                    x if k < first else min(x - inset * self._reach(gradients[k]), _ZERO)
+                    for k, x in enumerate(run.values)
+                ]
+                rows = [k for k in self.all if k < first or levels[k]]
+                system = LeastSquares([gradients[k] for k in rows], self.scale)
+                lengths.append(self._move(moved, system, levels, rows))
+                stays = len(lengths) > _WANDER and lengths[-1] > lengths[-_WANDER] / 2
+                if lengths[-1] > _FAR:
+                    return None
+                if lengths[-1] <= _smallest() or stays:
+                    break
+            return moved if self._allows(moved, first) else None
+        except (ArithmeticError, np.linalg.LinAlgError):
+            return None
+
+    def _reach(self, row: Row) -> mpf:
+        """What φ changes by along the way of every coordinate."""
+        return sum((abs(x) * self.scale[j] for j, x in row.items()), _ZERO)
+
+    def _allows(self, point: Point, first: int) -> bool:
+        """Whether equations hold, and from the ``first`` on inequalities."""
+        levels = self._at(point).values
+        return all(
+            miss <= _TOLERANCE or (k >= first and levels[k] > 0)
+            for k, miss in enumerate(self.violations(point))
+        )
 
     def _reached(self, point: Point, rows: Sequence[int]) -> dict[sp.Symbol, mpf] | None:
         """Where Newton's method comes to rest."""
@@ -221,8 +264,7 @@ class Manifold:
         pending = iter(tape.run(self._still(point), 0).values)
         for k, (value, count) in enumerate(zip(run.values, lengths, strict=True)):
             terms = sum((abs(next(pending)) for _ in range(count)), _ZERO)
-            slopes = _partials(run, k, 0, len(self.q))
-            change = sum((abs(x) * self.scale[j] for j, x in slopes.items()), _ZERO)
+            change = self._reach(_partials(run, k, 0, len(self.q)))
             found.append(abs(value) / (max(terms, change) or mpf(1)))
         return found
 

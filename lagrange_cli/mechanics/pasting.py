@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
-from lagrange_cli.scene.expression import Expression, Name, names_in
-from lagrange_cli.scene.model import Scene
+import sympy as sp
 
-__all__ = ["fewer_coordinates", "initial_line", "near_line", "section_line"]
+from lagrange_cli.scene.expression import Expression, Name, names_in
+from lagrange_cli.scene.model import Scene, Unilateral
+
+__all__ = ["fewer_coordinates", "initial_line", "near_line", "one_sided_line", "section_line"]
 
 #: Text that needs no quotes within braces.
 _PLAIN = re.compile(r"[\w.+\-*/^() ]+", re.ASCII)
@@ -44,6 +46,31 @@ def fewer_coordinates(scene: Scene, rest: Sequence[str], dropped: str, value: st
         given = {d.name: d.expression.text for d in scene.definitions}
         lines.append(section_line("definitions", {dropped: value, **given}))
     return "\n".join(lines)
+
+
+def one_sided_line(one_sided: Unilateral, more: sp.Rational, bound: sp.Expr | None) -> str:
+    """A one-sided constraint with ``more`` room; empty where the scene has no line for it alone.
+
+    Parameters
+    ----------
+    bound
+        The value of its right side; None where that is no number.
+    """
+    written = one_sided.inequality
+    mark = one_sided.mark
+    line = mark.text[mark.column - 1 :].lstrip("'\"")
+    if not re.match(rf"{re.escape(one_sided.name)}['\"]?\s*:", line):
+        return ""
+    sign = 1 if written.relation == "<=" else -1
+    left, right = (side.strip() for side in written.text.split(written.relation))
+    right = f"{right} {'+' if sign > 0 else '-'} {float(more):.6g}"
+    if bound is not None and bound.is_Rational:
+        right = f"{float(bound + sign * more):.6g}"
+    text = f"{left} {written.relation} {right}"
+    if one_sided.restitution is None:
+        return f"{one_sided.name}: {_quoted(text)}"
+    kept = one_sided.restitution.text
+    return f'{one_sided.name}: {{unilateral: "{text}", restitution: {_quoted(kept)}}}'
 
 
 def _positions(scene: Scene) -> Iterator[Expression]:

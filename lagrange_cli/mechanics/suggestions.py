@@ -22,6 +22,8 @@ __all__ = ["configuration", "elsewhere", "possible_start", "with_suggestion"]
 _MOST, _PLACES = 16, 8
 #: Digits of values that can be chosen, and of those that follow from them.
 _CHOSEN, _EXACT = 2, 12
+#: How far inside of gaps values are taken, beside the size of the motion.
+_INSIDE = mpf("0.05")
 #: Errors after which the given values stay as they are, and after which they do not.
 _MISSING, _WRONG = "initial-missing", ("initial-inconsistent", "not-real", "singular")
 
@@ -31,7 +33,7 @@ _Point = dict[sp.Symbol, mpf]
 def configuration(
     reduced: Reduced, known: Mapping[sp.Symbol, mpf], around: Mapping[sp.Symbol, mpf] | None = None
 ) -> dict[str, str] | None:
-    """Values of all coordinates with which the closures hold, as short as may be; by name.
+    """Values of all coordinates with which closures and gaps hold, as short as may be; by name.
 
     Parameters
     ----------
@@ -71,12 +73,13 @@ def _places(reduced: Reduced, around: Mapping[sp.Symbol, mpf] | None) -> Iterato
 
 
 def _placed(reduced: Reduced, point: _Point, free: Sequence[sp.Symbol]) -> _Point | None:
-    """The point with some coordinates moved so that the closures hold."""
+    """The point with some coordinates moved so that closures and gaps hold; None if not found."""
     names, scale = reduced.names, reduced.manifold().scale
     sizes = dict(zip((c.q for c in reduced.coordinates), scale, strict=True))
     fixed = [c.q for c in reduced.coordinates if c.q not in free]
+    closures = [c for c in reduced.closures if c.kind == "position"]
     manifold = Manifold(
-        [(c.left, c.right) for c in reduced.closures if c.kind == "position"],
+        [(c.left, c.right) for c in (*closures, *reduced.gaps)],
         [],
         names.t,
         free,
@@ -84,6 +87,8 @@ def _placed(reduced: Reduced, point: _Point, free: Sequence[sp.Symbol]) -> _Poin
         [*names.parameters.values(), *fixed],
         sizes,
     )
+    if gaps := len(reduced.gaps):
+        return manifold.within(point, gaps, _INSIDE) or manifold.within(point, gaps)
     moved = manifold.placed(point) if free else dict(point)
     if moved is None or any(x > TOLERANCE for x in manifold.violations(moved)):
         return None
@@ -142,7 +147,9 @@ def with_suggestion(
         orders = (0,)
     elif problem.rule in _WRONG:
         values = configuration(reduced, {}, None if singular else given)
-    if not (values or orders):
+        # Velocities are free where only gaps hold the positions.
+        orders = () if reduced.closures else (1,)
+    if not values and orders in ((), (1,)):
         return error
     line = initial_line(reduced.scene, values or {}, orders)
     return InputError(replace(problem, hint=f"{problem.hint}\n{line}" if problem.hint else line))

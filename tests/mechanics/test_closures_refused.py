@@ -124,7 +124,10 @@ def test_what_was_put_into_an_equation_is_named() -> None:
     [
         (PENDULUM.replace("x^2 + z^2 = l^2", "(x - sin(z))^2 = 0"), "x = 0 in place of x^2 = 0"),
         (PENDULUM.replace("= l^2", "= 0"), "x = 0 in place of x^2 = 0"),
-        (PENDULUM.replace("x^2 + z^2 = l^2", "cosh(x - sin(z)) = 1"), "crosses zero where it holds"),
+        (
+            PENDULUM.replace("x^2 + z^2 = l^2", "cosh(x - sin(z)) = 1"),
+            "crosses zero where it holds",
+        ),
         (TRIANGLE % "2", "leave out 'one', 'two' or 'three'"),
     ],
 )
