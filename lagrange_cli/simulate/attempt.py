@@ -142,9 +142,10 @@ class Attempt:
     def _other_method(self) -> type[Integrator]:
         """A method to compare with, the run's own where no other is as good and as fast."""
         rhs, stiff = self._problem.rhs, self._found.stiff
-        if isinstance(rhs, NativeRhs) and not stiff:
+        if isinstance(rhs, NativeRhs):
             by_gauss = self.run.method is INTEGRATORS["Gauss16"]
-            return INTEGRATORS["Gauss16" if suits_gauss(rhs) and not by_gauss else "DOP853"]
+            explicit = INTEGRATORS["Gauss16" if suits_gauss(rhs) and not by_gauss else "DOP853"]
+            return self.run.method if stiff else explicit
         other = INTEGRATORS["LSODA"]
         possible = self.tolerance >= OTHER_FROM and (other.projects or not projection(rhs))
         return other if possible else self.run.method

@@ -199,11 +199,10 @@ class _Libraries:
             system = {"system.c": code.c + code.lanes, **kernels.headers()}
         sources = [Source(system, OPTIONS), Source(stepping, options)]
         self.system, self.stepper = load(find_compiler(), sources, cache, deadline)
-        further = Source(kernels.files("fixed"), options)
-        self._compile: Callable[[], list[ctypes.CDLL]] = lambda: load(
-            find_compiler(), [further], cache, deadline
+        self._compile: Callable[[str], list[ctypes.CDLL]] = lambda group: load(
+            find_compiler(), [Source(kernels.files(group), options)], cache, deadline
         )
-        self._further: list[ctypes.CDLL] | None = None
+        self._further: dict[str, ctypes.CDLL | None] = {}
         self.model, self._real, self.drive = model, real, drive
         self._functions = sources[0].functions
 
@@ -243,11 +242,12 @@ class _Libraries:
             return self.stepper
         if self._real is not DOUBLE:
             return None
-        if self._further is None:
-            self._further = []
+        group = next(name for name, held in kernels.GROUPS.items() if kernel in held)
+        if group not in self._further:
+            self._further[group] = None
             with suppress(CompileError):
-                self._further = self._compile()
-        return self._further[0] if self._further else None
+                self._further[group] = self._compile(group)[0]
+        return self._further[group]
 
     @property
     def _projection(self) -> Any:

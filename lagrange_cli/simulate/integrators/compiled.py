@@ -17,6 +17,7 @@ from lagrange_cli.simulate.integrators.base import UNMET, Advance, Array, Contro
 from lagrange_cli.simulate.integrators.events import Event, EventBuffer, NativeEvents
 from lagrange_cli.simulate.integrators.falling import Falling
 from lagrange_cli.simulate.integrators.gauss import Gauss16
+from lagrange_cli.simulate.integrators.implicit import Radau
 from lagrange_cli.simulate.integrators.native import NativeReal, NativeRhs
 from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4
 from lagrange_cli.simulate.integrators.symplectic import DIVERGES, Gauss4, Gauss6, Verlet
@@ -86,7 +87,8 @@ class _Compiled:
         self._events: EventBuffer | None = None
         self.ended = False
         self.fallen: int | None = None
-        n, rows = len(y0), self._function("rows", _ROWS)()
+        n = len(y0)
+        rows = self._rows(n)
         memory = _aligned(n * (rows + 3) + len(rhs.work), rhs.real)
         self._memory = memory[: n * rows].reshape(rows, n)
         self._tolerances = memory[n * rows : n * (rows + 2)].reshape(2, n)
@@ -115,6 +117,10 @@ class _Compiled:
         run.pieces, run.width = driving.rows.shape
         run.piece = driving.pieces.first(t0)
         run.u = driving.address(run.piece)
+
+    def _rows(self, n: int) -> int:
+        """Rows of memory, each of n numbers."""
+        return int(self._function("rows", _ROWS)())
 
     def _first_step(self, span: float) -> float:
         return min(self._control.first_step, span)
@@ -235,6 +241,16 @@ class CompiledGauss16(_Interpolating, Gauss16):
     kernel = "gauss"
 
 
+class CompiledRadau(_Interpolating, Radau):
+    """:class:`Radau` in C, with an interpolant of the method's own order."""
+
+    kernel = "radau"
+
+    def _rows(self, n: int) -> int:
+        # The Jacobian, and factors of a real and a complex matrix.
+        return super()._rows(n) + 4 * n
+
+
 class _FixedStep(_Compiled):
     """A kernel that makes steps of ``control.step``."""
 
@@ -276,6 +292,7 @@ COMPILED = {
     for method in (
         CompiledDOP853,
         CompiledGauss16,
+        CompiledRadau,
         CompiledRK4,
         CompiledVerlet,
         CompiledGauss4,

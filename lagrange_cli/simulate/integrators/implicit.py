@@ -85,19 +85,51 @@ class _ScipyImplicit(Integrator):
 class Radau(_ScipyImplicit):
     """Hairer and Wanner, *Solving Ordinary Differential Equations II*, IV.8, Radau IIA.
 
-    SciPy's interpolant is of order 3 only, so steps end on the sample times.
+    SciPy's interpolant is of order 3 only: states between the ends of a step are those of a
+    shorter step to there, with the same Jacobian.
     """
 
     name = "Radau"
     title = "Radau IIA, implicit, for stiff systems"
     order = 5
     solver = "Radau"
-    interpolates = False
+
+    def step(self, limit: float) -> None:
+        start = self.t, self._solver.y
+        super().step(limit)
+        self._start = start
 
     def _move(self, change: Array) -> None:
         solver = self._solver
         solver.y = solver.y + change
         solver.f = solver.fun(solver.t, solver.y)
+
+    def interpolate(self, times: Array) -> Array:
+        return np.array([self._origin + self._at(t) for t in times.tolist()])
+
+    def _at(self, end: float) -> Array:
+        """The solver's state after a shorter step."""
+        solver, (t, z) = self._solver, self._start
+        if end == t:
+            return np.asarray(z)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                part = type(solver)(
+                    solver.fun,
+                    t,
+                    z,
+                    end,
+                    first_step=end - t,
+                    rtol=solver.rtol,
+                    atol=solver.atol,
+                    jac=solver.J,
+                )
+                while part.status == "running":
+                    part.step()
+        except (ValueError, ArithmeticError, np.linalg.LinAlgError):
+            return np.full_like(z, np.nan)
+        return np.asarray(part.y) if part.status == "finished" else np.full_like(z, np.nan)
 
 
 class BDF(_ScipyImplicit):

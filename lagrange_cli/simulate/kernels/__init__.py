@@ -13,17 +13,19 @@ LARGEST_DIMENSION = 64
 
 _FOLDER = Path(__file__).parent
 
-#: Kernels that one library holds, by what their functions are called after: the one that nearly
-#: every run needs, and one that is compiled when it is first asked for.
+#: Kernels that one library holds, by what their functions are called after: those that nearly
+#: every run needs, and others that are compiled when they are first asked for.
 GROUPS = {
     "stepping": frozenset({"dop853", "gauss"}),
     "fixed": frozenset({"rk4", "verlet", "gauss4", "gauss6"}),
+    "stiff": frozenset({"radau"}),
 }
 
 #: Files of C of the kernels of each library, beside those that all share.
 _KERNELS = {
     "stepping": ("dop853.c", "gauss.c"),
     "fixed": ("rk4.c", "verlet.c", "collocation.c"),
+    "stiff": ("radau.c", "radau_systems.c", "radau.h", "linear.h"),
 }
 
 #: What the text of a system includes.
