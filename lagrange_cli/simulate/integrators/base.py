@@ -43,14 +43,19 @@ choices and tests derive from there. An implementer promises:
 13. **Events.** Behind :meth:`~Integrator.stop_at` the run ends where the first of some
    functions falls through zero: ``t`` and ``y`` are there, projected, ``fallen`` is the
    function's number, and no later sample is filled. Methods without interpolant cannot.
+14. **Going on.** :meth:`~Integrator.state` gives all that later steps depend on as plain values,
+   and :meth:`~Integrator.restore`, called where a run of the same start and control has made no
+   step, makes that run go on bit by bit as the other one. ``kept`` lists the attributes that
+   are the state beside those of every integrator; where more is to be done a method extends
+   both. One whose state is out of reach has ``resumes`` false.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,12 +72,16 @@ __all__ = [
     "Integrator",
     "Projection",
     "Rhs",
+    "State",
     "StepError",
     "projection",
 ]
 
 Array: TypeAlias = NDArray[np.float64]
 Rhs: TypeAlias = Callable[[float, Array], Array]
+
+#: The state of a run: numbers, texts, arrays, None, and sequences and mappings of these by names.
+State: TypeAlias = Mapping[str, Any]
 
 #: (t, y) → the state moved onto the constraints, a fresh array; NaN where that fails.
 Projection: TypeAlias = Callable[[float, Array], Array]
@@ -138,7 +147,8 @@ class Integrator(ABC):
     or of fixed step; ``implicit`` (A-stable or stiffly stable, so that stiff
     systems do not force small steps); ``symplectic``; ``needs``, the structure
     facts it relies on (names of :class:`~lagrange_cli.mechanics.equations.Facts`);
-    ``interpolates``, see the fourth promise; ``projects``, see the eleventh.
+    ``interpolates``, see the fourth promise; ``projects``, see the eleventh; ``kept`` and
+    ``resumes``, see the last.
     """
 
     name: ClassVar[str]
@@ -151,6 +161,8 @@ class Integrator(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     interpolates: ClassVar[bool] = True
     projects: ClassVar[bool] = True
+    kept: ClassVar[tuple[str, ...]] = ()
+    resumes: ClassVar[bool] = True
 
     t: float
     y: Array
@@ -180,6 +192,20 @@ class Integrator(ABC):
         if not self.interpolates:
             raise ValueError(f"steps of {self.name} have no interpolant to find events on")
         self._search = Search(falling)
+
+    def state(self) -> State:
+        """All that later steps depend on."""
+        names = ("t", "y", "steps", "evaluations", "fallen", *self.kept)
+        found = {name: getattr(self, name) for name in names if hasattr(self, name)}
+        return found if self._search is None else {**found, "signs": self._search.signs}
+
+    def restore(self, state: State) -> None:
+        """Go on where a run of this method with the same start and control stood."""
+        for name in ("t", "y", "steps", "evaluations", "fallen", *self.kept):
+            if name in state:
+                setattr(self, name, state[name])
+        if self._search is not None:
+            self._search.signs = list(state["signs"])
 
     def advance(
         self, times: Array, states: Array, *, most_steps: int, most_evaluations: float

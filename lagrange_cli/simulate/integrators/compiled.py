@@ -13,7 +13,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import UNMET, Advance, Array, Control, Rhs, StepError
+from lagrange_cli.simulate.integrators.base import (
+    UNMET,
+    Advance,
+    Array,
+    Control,
+    Rhs,
+    State,
+    StepError,
+)
 from lagrange_cli.simulate.integrators.events import Event, EventBuffer, NativeEvents
 from lagrange_cli.simulate.integrators.falling import Falling
 from lagrange_cli.simulate.integrators.gauss import Gauss16
@@ -90,6 +98,7 @@ class _Compiled:
         n = len(y0)
         rows = self._rows(n)
         memory = _aligned(n * (rows + 3) + len(rhs.work), rhs.real)
+        self._every = memory
         self._memory = memory[: n * rows].reshape(rows, n)
         self._tolerances = memory[n * rows : n * (rows + 2)].reshape(2, n)
         self._scratch = memory[n * (rows + 2) : n * (rows + 3)].reshape(1, n)
@@ -150,6 +159,29 @@ class _Compiled:
     def stop_at(self, falling: Falling) -> None:
         assert falling.native is not None
         self.watch(falling.native)
+
+    def state(self) -> State:
+        found = {
+            "run": np.frombuffer(bytes(self._run), np.uint8),
+            "memory": self._every.copy(),
+            "fallen": self.fallen,
+        }
+        return found if self._events is None else {**found, "signs": self._events.signs.copy()}
+
+    def restore(self, state: State) -> None:
+        run = self._run
+        pointers = {name: getattr(run, name) for name, kind in run._fields_ if kind is _POINTER}
+        ctypes.memmove(ctypes.byref(run), state["run"].tobytes(), ctypes.sizeof(run))
+        for name, address in pointers.items():
+            setattr(run, name, address)
+        if self._native.driving is not None:
+            run.u = self._native.driving.address(run.piece)
+        self._every[:] = state["memory"]
+        if self._events is not None:
+            self._events.signs[:] = state["signs"]
+            self._events.read_inputs(run.u)
+        self._read()
+        self.fallen = state["fallen"]
 
     @property
     def events(self) -> list[Event]:

@@ -73,7 +73,10 @@ class _Events(ctypes.Structure):
 
 
 class EventBuffer:
-    """Room for what one call of a kernel finds, and the list of all that was ``found``."""
+    """Room for what one call of a kernel finds, and the list of all that was ``found``.
+
+    ``signs`` are those that the functions had last.
+    """
 
     def __init__(
         self, events: NativeEvents, dimension: int, real: NativeReal, inputs: int | None = None
@@ -97,6 +100,7 @@ class EventBuffer:
             "indices": self._indices,
             "states": self._states,
         }
+        self.signs = arrays["sign"]
         self._kept_alive = events, arrays
         self._c = _Events(count=count, capacity=capacity, u=inputs)
         self._c.function = ctypes.cast(events.function, _POINTER)

@@ -36,11 +36,11 @@ class Falling:
 
 
 class Search:
-    """The signs of the functions on the way."""
+    """``signs`` are those of the functions on the way."""
 
     def __init__(self, falling: Falling) -> None:
         self._values, self._noise = falling.values, falling.noise
-        self._signs = list(falling.signs)
+        self.signs = list(falling.signs)
 
     def first(
         self, state: Callable[[float], Array], start: float, end: float
@@ -60,7 +60,7 @@ class Search:
 
         found = []
         for k, noise in enumerate(self._noise):
-            t, self._signs[k] = _falls(along(k), times, values[:, k], self._signs[k], noise)
+            t, self.signs[k] = _falls(along(k), times, values[:, k], self.signs[k], noise)
             if t is not None:
                 found.append((t, k))
         return min(found, default=None)

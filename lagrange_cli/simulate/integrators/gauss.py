@@ -86,6 +86,10 @@ class Gauss16(Integrator):
     name = "Gauss16"
     title = "Gauss–Legendre collocation with eight stages, by iteration"
     order = 16
+    kept = (
+        *("_start", "_low", "_base", "_rest", "_t_old", "_next", "_shape"),
+        *("_rate", "_first"),
+    )
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         self._rhs, self._control = self._counted(rhs), control

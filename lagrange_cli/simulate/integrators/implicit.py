@@ -11,7 +11,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
+from lagrange_cli.simulate.integrators.base import (
+    Array,
+    Control,
+    Integrator,
+    Rhs,
+    State,
+    StepError,
+)
+from lagrange_cli.simulate.integrators.solvers import restore_solver, solver_state
 
 __all__ = ["BDF", "LSODA", "Radau"]
 
@@ -73,6 +81,13 @@ class _ScipyImplicit(Integrator):
         if projected is not y:
             self._move(projected - y)
         self.t, self.y = t, projected
+
+    def state(self) -> State:
+        return {**super().state(), "solver": solver_state(self._solver)}
+
+    def restore(self, state: State) -> None:
+        super().restore(state)
+        restore_solver(self._solver, state["solver"])
 
     def _move(self, change: Array) -> None:
         """Let the next step start from a state moved by ``change``."""
@@ -151,7 +166,7 @@ class BDF(_ScipyImplicit):
 class LSODA(_ScipyImplicit):
     """Petzold, *SIAM J. Sci. Stat. Comput.* 4 (1983) 136: Adams to order 12, BDF where stiff.
 
-    Its past states are out of reach, so that they cannot be moved onto constraints.
+    Its past states are out of reach, so that they cannot be moved onto constraints, nor written.
     """
 
     name = "LSODA"
@@ -160,3 +175,4 @@ class LSODA(_ScipyImplicit):
     variable_order = True
     solver = "LSODA"
     projects = False
+    resumes = False

@@ -21,6 +21,7 @@ from lagrange_cli.simulate.integrators.base import (
     Integrator,
     Projection,
     Rhs,
+    State,
     projection,
 )
 
@@ -117,13 +118,24 @@ class _Piecewise(Integrator):
         self._begin(self._pieces.first(t0), t0, y0, control.first_step)
 
     def _begin(self, piece: int, t: float, y: Array, first_step: float) -> None:
-        self._piece, self._taken = piece, (first_step, 0.0)
+        self._piece, self._taken, self._from = piece, (first_step, 0.0), (t, y)
         end = min(self._pieces.end(piece), self.t_end)
         # The tolerances stay those of the control, which may change between steps.
         control = replace(self._control, first_step=first_step)
         self._run = self._method(self._rhs.in_piece(piece), t, y, end, control)
         self.t, self.y = self._run.t, self._run.y
         self.evaluations = self._before + self._run.evaluations
+
+    def state(self) -> State:
+        own = {"piece": self._piece, "taken": self._taken, "from": self._from}
+        return {**super().state(), **own, "before": self._before, "run": self._run.state()}
+
+    def restore(self, state: State) -> None:
+        t, y = state["from"]
+        self._begin(state["piece"], t, y, state["taken"][0])
+        self._run.restore(state["run"])
+        self._taken, self._before = state["taken"], state["before"]
+        super().restore(state)
 
     def step(self, limit: float) -> None:
         if self.t >= self._run.t_end and self.t < self.t_end:

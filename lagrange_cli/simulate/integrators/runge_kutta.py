@@ -14,7 +14,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
+from lagrange_cli.simulate.integrators.base import (
+    Array,
+    Control,
+    Integrator,
+    Rhs,
+    State,
+    StepError,
+)
+from lagrange_cli.simulate.integrators.solvers import restore_solver, solver_state
 
 __all__ = ["DOP853", "RK4", "RK45"]
 
@@ -30,6 +38,7 @@ class _ScipyPair(Integrator):
     """An embedded pair of SciPy, stepped one step at a time."""
 
     pair: ClassVar[str]
+    kept = ("_base",)
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         from scipy import integrate
@@ -69,6 +78,13 @@ class _ScipyPair(Integrator):
             solver.f = solver.fun(t, solver.y)
         self.t, self.y = t, projected
 
+    def state(self) -> State:
+        return {**super().state(), "solver": solver_state(self._solver)}
+
+    def restore(self, state: State) -> None:
+        super().restore(state)
+        restore_solver(self._solver, state["solver"])
+
     def interpolate(self, times: Array) -> Array:
         return np.asarray(self._base[:, None] + self._solver.dense_output()(times)).T
 
@@ -99,6 +115,7 @@ class RK4(Integrator):
     order = 4
     adaptive = False
     interpolates = False
+    kept = ("_low",)
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         if control.step is None:

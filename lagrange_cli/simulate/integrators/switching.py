@@ -12,7 +12,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal, TypeAlias
+from typing import Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from lagrange_cli.simulate.integrators.base import (
     Control,
     Integrator,
     Rhs,
+    State,
     StepError,
     projection,
 )
@@ -202,6 +203,7 @@ class Switching(Integrator):
         self._bounces: dict[int, list[float]] = {}
         self.stuck: Stuck | None = None
         self._run: Integrator | None = None
+        self._piece: dict[str, Any] = {}
         self.switches: list[Switch] = []
         self._reset(START, "contact")
         self.began = self._closed
@@ -370,9 +372,38 @@ class Switching(Integrator):
         opening = gaps.opening(self.y[n:])
         noise = np.where(opening, 0.0, gaps.noise(ADDED_UP * self._tolerances[:n]))
         signs = tuple(RISES if rising else 1.0 for rising in rises)
+        self._begin_piece(signs, tuple(noise.tolist()))
+
+    def _begin_piece(self, signs: tuple[float, ...], noise: tuple[float, ...]) -> Integrator:
+        """Begin a piece here, with the signs of its event functions and their noise."""
+        self._piece = {"from": (self.t, self.y), "signs": signs, "noise": noise}
         first_step = min(self._control.first_step, self.t_end - self.t)
         # The tolerances stay those of the control, which may change between steps.
         control = replace(self._control, first_step=first_step)
         side = self._rhs.side(self._closed)
-        self._run = self._begin(side, self.t, self.y, self.t_end, control)
-        self._run.stop_at(self._rhs.falling(self._closed, signs, tuple(noise.tolist())))
+        self._run = run = self._begin(side, self.t, self.y, self.t_end, control)
+        run.stop_at(self._rhs.falling(self._closed, signs, noise))
+        return run
+
+    def state(self) -> State:
+        switches = [(s.t, s.contact, s.kind, s.before, s.after, s.flags) for s in self.switches]
+        own = {
+            "closed": self._closed,
+            "began": self.began,
+            "past": self._past,
+            "bounces": [(contact, tuple(times)) for contact, times in self._bounces.items()],
+            "switches": tuple(switches),
+            "stuck": None if self.stuck is None else (self.stuck.reason, self.stuck.contacts),
+            "run": None if self._run is None else self._run.state(),
+        }
+        return {**super().state(), **own, **self._piece}
+
+    def restore(self, state: State) -> None:
+        self.switches = [Switch(*fields) for fields in state["switches"]]
+        self._bounces = {contact: list(times) for contact, times in state["bounces"]}
+        self._closed, self.began, self._past = state["closed"], state["began"], state["past"]
+        self._run, self.stuck = None, None if state["stuck"] is None else Stuck(*state["stuck"])
+        if state["run"] is not None:
+            self.t, self.y = state["from"]
+            self._begin_piece(state["signs"], state["noise"]).restore(state["run"])
+        super().restore(state)

@@ -36,6 +36,7 @@ class _FixedStep(Integrator):
     adaptive = False
     interpolates = False
     symplectic = True
+    kept: ClassVar[tuple[str, ...]] = ("_low",)
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         if control.step is None:
@@ -76,6 +77,7 @@ class Verlet(_FixedStep):
     order = 2
     needs = ("separable",)
     projects = False
+    kept = ("_low", "_slope")
 
     _slope: Array | None = None
 
@@ -126,6 +128,7 @@ class _Collocation(_FixedStep):
     """
 
     implicit = False
+    kept = ("_low", "_slopes", "_last")
     tableau: ClassVar[_Tableau]
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
