@@ -25,10 +25,11 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.agreement import Unclear
-from lagrange_cli.simulate.attempt import FLOOR_ULPS, NOISE_PART, Attempt
+from lagrange_cli.simulate.attempt import FLOOR_ULPS, Attempt
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.switching import Flags, Switch
+from lagrange_cli.simulate.noise import NOISE_PART
 from lagrange_cli.simulate.pilot import Pilot, explicit_method, pilot
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
 from lagrange_cli.simulate.rows import Rows

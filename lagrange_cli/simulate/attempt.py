@@ -14,6 +14,7 @@ from lagrange_cli.simulate.disturbance import off_by_one_ulp
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Array, projection
 from lagrange_cli.simulate.integrators.native import NativeRhs
+from lagrange_cli.simulate.noise import NOISE_PART
 from lagrange_cli.simulate.pilot import COARSE, LEAST, Pilot, suits_gauss
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
 from lagrange_cli.simulate.rows import first_from
@@ -59,9 +60,6 @@ FLOOR_ULPS = 4.0
 
 #: Samples between two looks at the errors.
 BLOCK = 64
-
-#: Part of the noise of a step that its error estimate feels.
-NOISE_PART = 1 / 16
 
 #: How close to the end an event may be that only some runs see, as a part of the error that
 #: its time may have.

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lagrange_cli.simulate.disturbance import off_by_one_ulp
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Array, Rhs
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.pieces import pieces
 from lagrange_cli.simulate.integrators.switching import SwitchedRhs
+from lagrange_cli.simulate.noise import NOISE_PART, noise_of_step
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales
 from lagrange_cli.simulate.run import Run
 from lagrange_cli.simulate.stiffness import probe
@@ -92,7 +92,8 @@ def pilot(problem: InitialValueProblem, tolerance: float, watch: Watch) -> Pilot
     switches = isinstance(problem.rhs, SwitchedRhs)
     # Implicit methods cannot stop at contacts: they have no interpolant.
     if not tracker.go(run, None if switches else PROBE_AFTER):
-        probed = probe(problem, run.t, run.y, tolerance, tracker.seen(), watch)
+        least = NOISE_PART * noise_of_step(problem, run.t, run.y, run.mean_step)
+        probed = probe(problem, run.t, run.y, tolerance, tracker.seen(), least, watch)
         spent = probed.evaluations
         if probed.stiff:
             method, spent = INTEGRATORS["Radau"], spent + run.evaluations
@@ -115,17 +116,13 @@ def explicit_method(problem: InitialValueProblem, tolerance: float) -> type[Inte
 
 
 def _noise(problem: InitialValueProblem, run: Run) -> Array:
-    """How far the disturbed right-hand side moves a step of mean size, so far."""
-    if problem.disturbed is None or run.steps == 0:
+    """How far rounding moves a step of mean size, so far."""
+    if run.steps == 0:
         return np.zeros((1, len(problem.y0)))
-    off, h = problem.disturbed[0], (run.t - problem.start) / run.steps
+    h = run.mean_step
     picked = np.linspace(0, run.filled - 1, NOISE_SAMPLES).round().astype(int)
-    moved = [
-        np.abs(off(t, off_by_one_ulp(y, 1)) - problem.rhs(t, y))
-        for t, y in ((float(problem.times[k]), run.states[k]) for k in picked)
-    ]
-    noise = h * np.array(moved)
-    return np.maximum.accumulate(np.where(np.isfinite(noise), noise, 0.0), axis=0)
+    each = [noise_of_step(problem, float(problem.times[k]), run.states[k], h) for k in picked]
+    return np.maximum.accumulate(np.array(each), axis=0)
 
 
 class _Tracker:

@@ -89,6 +89,11 @@ class Run:
         return self._integrator.evaluations
 
     @property
+    def mean_step(self) -> float:
+        """The mean length of the steps so far, 0 where there are none."""
+        return (self.t - float(self._times[0])) / max(self.steps, 1)
+
+    @property
     def switches(self) -> Sequence[Switch]:
         """What happened to contacts so far."""
         return self._integrator.switches if isinstance(self._integrator, Switching) else ()

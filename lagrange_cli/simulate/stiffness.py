@@ -36,9 +36,18 @@ class Probe:
 
 
 def probe(
-    problem: InitialValueProblem, t: float, y: Array, tolerance: float, scales: Array, watch: Watch
+    problem: InitialValueProblem,
+    t: float,
+    y: Array,
+    tolerance: float,
+    scales: Array,
+    least: Array,
+    watch: Watch,
 ) -> Probe:
-    """Let both methods start from (t, y), past any initial layer, at the tolerance to come."""
+    """Let both methods start from (t, y), past any initial layer, at the tolerance to come.
+
+    ``least``: the smallest absolute tolerance, below which steps only chase rounding.
+    """
     rest = replace(problem, y0=y, times=np.array([t, problem.until]))
     tolerance = max(tolerance, FINEST)
     n = len(problem.kinds)
@@ -46,7 +55,7 @@ def probe(
     for name in ("DOP853", "Radau"):
         control = Control(
             rtol=np.repeat([0.0, tolerance], n),
-            atol=tolerance * scales,
+            atol=np.maximum(tolerance * scales, least),
             first_step=problem.span * FIRST_STEP,
             max_step=problem.longest_step,
         )

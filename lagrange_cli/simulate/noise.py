@@ -1,0 +1,41 @@
+"""What rounding does to a step: the least that its error can be told from."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lagrange_cli.simulate.disturbance import off_by_one_ulp
+from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.problem import InitialValueProblem
+
+__all__ = ["NOISE_PART", "noise_of_step"]
+
+#: Part of the noise of a step that its error estimate feels.
+NOISE_PART = 1 / 16
+
+#: Patterns in which the last places of a state are moved: numbers that are close to each other,
+#: and whose difference matters, may move alike in one of them.
+PATTERNS = (1, 2, 3)
+
+
+def noise_of_step(problem: InitialValueProblem, t: float, y: Array, h: float) -> Array:
+    """How far a step of length h from (t, y) moves where its right-hand side is rounded.
+
+    The largest change that the disturbed right-hand sides make, or the last places of the
+    state, each by itself: together they may cancel, as in k*(r - l) where both move alike.
+    What velocities are off by moves positions within the step.
+
+    Returns
+    -------
+    Shape (2n,), 0 where the right-hand side does not exist.
+    """
+    if problem.disturbed is None:
+        return np.zeros(len(y))
+    exact = problem.rhs(t, y)
+    moved = [off(t, y) for off in problem.disturbed]
+    moved += [problem.rhs(t, off_by_one_ulp(y, pattern)) for pattern in PATTERNS]
+    noise = h * np.abs(np.array(moved) - exact).max(axis=0)
+    noise = np.where(np.isfinite(noise), noise, 0.0)
+    n = len(y) // 2
+    noise[:n] += h * noise[n:]
+    return noise
