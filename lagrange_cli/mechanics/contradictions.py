@@ -188,7 +188,7 @@ def _proof(
     unknowns = [s for s in names.cartesian.values() if s not in names.given and s not in declared]
     parameters = frozenset(names.parameters.values())
     equations = [s for s in stated if not s.one_sided]
-    state = substitute(equations, names.given, unknowns, parameters)
+    state = substitute(equations, names.given, unknowns, parameters, constants)
     pending = list(state.pending.values())
     for sides in pending:
         if _is_false(sides, parameters | {names.t}, constants):

@@ -439,12 +439,13 @@ def substitute(
     given: Mapping[sp.Symbol, sp.Expr],
     unknowns: Sequence[sp.Symbol],
     constants: frozenset[sp.Symbol],
+    reference: Mapping[sp.Symbol, mpmath.mpf] | None = None,
 ) -> Elimination:
     """Put into each other what can be without a choice, and without dividing by what may vanish.
 
-    The parameters are those of :func:`eliminate`.
+    The parameters are those of :func:`eliminate`; of the reference, values of the constants.
     """
-    state = Elimination(stated, {}, constants, unknowns=dict.fromkeys(unknowns))
+    state = Elimination(stated, reference or {}, constants, unknowns=dict.fromkeys(unknowns))
     state.define(given)
     state.begin()
     state.run(2)

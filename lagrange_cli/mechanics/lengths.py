@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import heapq
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, permutations
 
 import mpmath
@@ -51,6 +51,12 @@ def overlong_rod(
     """
     rods = [rod for s in stated if (rod := _rod(names, s, reference)) is not None]
     rods += _fixed(names, {end for rod in rods for end in rod.ends}, reference)
+    found = _overlong(rods)
+    return None if found is None else _refusal(names, *found, rods)
+
+
+def _overlong(rods: Sequence[_Rod]) -> tuple[_Rod, list[_Rod]] | None:
+    """The longest rod that is longer than a path of others, and this path."""
     beside: dict[int, list[_Rod]] = {}
     for rod in rods:
         for end in rod.ends:
@@ -58,7 +64,7 @@ def overlong_rod(
     for rod in sorted(rods, key=lambda r: -r.length):
         path = _shortest_path(beside, rod)
         if path and sum(r.length for r in path) < rod.length * (1 - TOLERANCE):
-            return _refusal(names, rod, path)
+            return rod, path
     return None
 
 
@@ -79,7 +85,7 @@ def _fixed(
 
 
 def _rod(names: Names, stated: Stated, reference: Mapping[sp.Symbol, mpf]) -> _Rod | None:
-    ends = _ends(names, stated.left)
+    ends = None if stated.one_sided else _ends(names, stated.left)
     if ends is None:
         return None
     try:
@@ -127,7 +133,7 @@ def _shortest_path(beside: Mapping[int, Sequence[_Rod]], around: _Rod) -> list[_
     return []
 
 
-def _refusal(names: Names, rod: _Rod, path: Sequence[_Rod]) -> InputError:
+def _refusal(names: Names, rod: _Rod, path: Sequence[_Rod], rods: Sequence[_Rod]) -> InputError:
     stated = [r.stated for r in (*path, rod) if r.stated is not None]
     named = quoted([s.constraint for s in stated])
     ends = " and ".join(f"'{names.bodies[k].name}'" for k in rod.ends)
@@ -138,10 +144,7 @@ def _refusal(names: Names, rod: _Rod, path: Sequence[_Rod]) -> InputError:
     others = f"{', '.join(first)} and {last}" if first else last
     if len(first) > _LISTED:
         others = f"the {len(path)} others"
-    are, hint = "are", f"bring {ends} closer together than {reach}, or lengthen the others"
-    if rod.stated is not None:
-        are = "are to be"
-        hint = f"make '{rod.stated.constraint}' shorter than {reach}, or lengthen the others"
+    are = "are" if rod.stated is None else "are to be"
     contradict = "contradict" if len(stated) > 1 else "contradicts"
     plural = "s" if len(stated) > 1 else ""
     other = "each other" if len(stated) > 1 else "the points"
@@ -150,10 +153,37 @@ def _refusal(names: Names, rod: _Rod, path: Sequence[_Rod]) -> InputError:
             f"constraint{plural} {named} {contradict} {other}: {ends} {are} {length} apart,"
             f" where {others} {verb} {reach} at most",
             stated[-1].equation.mark(),
-            hint=hint,
+            hint=_hint(names, rod, path, rods),
             rule="inconsistent",
         )
     )
+
+
+def _hint(names: Names, rod: _Rod, path: Sequence[_Rod], rods: Sequence[_Rod]) -> str:
+    """The lengths that a rod can have beside the others, one of them in a line to be pasted."""
+    changed, most = rod, sum((r.length for r in path), mpf(0))
+    longest = max(path, key=lambda r: r.length)
+    least = max(2 * longest.length - most, mpf(0))
+    if rod.stated is None:
+        changed = max(path, key=_preference)
+        others = most - changed.length
+        least, most = rod.length - others, rod.length + others
+    assert changed.stated is not None
+    name = changed.stated.constraint
+    hint = f"'{name}' can be {float(least):.6g} to {float(most):.6g} long"
+    chosen = f"{float(most - (most - least) / 10):.2g}"
+    tried = [replace(r, length=mpf(chosen)) if r is changed else r for r in rods]
+    if not name.isidentifier() or not least < mpf(chosen) < most or _overlong(tried):
+        return hint
+    a, b = (names.bodies[k].name for k in changed.ends)
+    return f"{hint}:\n{name}: {{distance: [{a}, {b}], equals: {chosen}}}"
+
+
+def _preference(rod: _Rod) -> tuple[bool, bool, mpf]:
+    """Rods that are stated before others, and those with a line of their own."""
+    stated = rod.stated is not None
+    own = rod.stated is not None and rod.stated.constraint.isidentifier()
+    return stated, own, rod.length
 
 
 def _called(names: Names, rod: _Rod) -> str:

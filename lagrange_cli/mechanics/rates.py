@@ -8,6 +8,7 @@ other at random feasible configurations say the same, or contradict each other.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -144,8 +145,10 @@ def redundant_rates(
             continue
         circuit = [*seen[0].dependent[k], k]
         combination = _Combination(rates, found, [rows[j] for j in circuit])
-        if any(s.contradicts(k) for s in seen):
-            raise combination.refusal(reference)
+        wrong = next((s for s in seen if s.contradicts(k)), None)
+        if wrong is not None:
+            mending = [j for j in circuit if not wrong.without(j).is_contradictory()]
+            raise combination.refusal(reference, [rows[j].constraint for j in mending])
         by = tuple(dict.fromkeys([*(rows[j].constraint for j in circuit[:-1]), *combination.put]))
         constraint, equation = rows[k].constraint, rows[k].equation
         defined = not by and rates.holds_definitions(equation)
@@ -180,7 +183,21 @@ class _Seen:
         for row in rows:
             self._slopes.append({place[s]: next(pending) for s in row.slopes})
             self._rest.append(next(pending))
+        self._compare()
+
+    def _compare(self) -> None:
         self.dependent = dependent_rows([scaled_doubles(row) for row in self._slopes])
+
+    def without(self, number: int) -> _Seen:
+        """The other rows."""
+        found = copy(self)
+        found._slopes = [row for k, row in enumerate(self._slopes) if k != number]
+        found._rest = [x for k, x in enumerate(self._rest) if k != number]
+        found._compare()
+        return found
+
+    def is_contradictory(self) -> bool:
+        return any(map(self.contradicts, self.dependent))
 
     def contradicts(self, number: int) -> bool:
         """Whether a dependent row asks for something else than those it depends on."""
@@ -234,8 +251,8 @@ class _Combination:
             return []
         return [self._found.stated[k].constraint for k in sorted(self._found.sources_of(self.rest))]
 
-    def refusal(self, reference: Mapping[sp.Symbol, mpf]) -> InputError:
-        """The error of rows that no rates satisfy."""
+    def refusal(self, reference: Mapping[sp.Symbol, mpf], mending: Sequence[str]) -> InputError:
+        """The error of rows that no rates satisfy; ``mending``: those that do without one."""
         names, last = self._rates.names, self._rows[-1]
         outcome = self.rest
         settled = {names.t, *names.parameters.values()}
@@ -243,17 +260,20 @@ class _Combination:
             value = self._found.reduce(outcome)
             if value.free_symbols <= settled and value != 0:
                 used = [self._found.stated[k] for k in sorted(self._found.sources_of(outcome))]
-                return self._contradiction(value, [s for s in used if s not in self._positions])
+                beside = [s for s in used if s not in self._positions]
+                return self._contradiction(value, beside, mending)
             stated = [*self._found.stated, Stated(last.constraint, last.equation, outcome, _ZERO)]
             proven = explained(names, stated, range(len(stated)), reference)
             return proven or self._elsewhere(outcome)
-        return self._contradiction(outcome, [])
+        return self._contradiction(outcome, [], mending)
 
     @property
     def _positions(self) -> list[Stated]:
         return [row.position for row in self._rows if row.position is not None]
 
-    def _contradiction(self, outcome: sp.Expr | None, beside: Sequence[Stated]) -> InputError:
+    def _contradiction(
+        self, outcome: sp.Expr | None, beside: Sequence[Stated], mending: Sequence[str]
+    ) -> InputError:
         last = self._rows[-1]
         named = [*(row.constraint for row in self._rows), *(s.constraint for s in beside)]
         rates = [
@@ -273,7 +293,7 @@ class _Combination:
             Problem(
                 f"{what}: {because}{come}",
                 last.equation.mark(),
-                hint=leave_out(named),
+                hint=leave_out(mending or named),
                 rule="inconsistent",
             )
         )

@@ -11,6 +11,9 @@ __all__ = ["leave_out", "quoted", "written"]
 #: Names that are listed; of more the first and the last ones.
 _MOST, _ENDS = 12, 4
 
+#: Denominators beyond which a number is written as a decimal.
+_LONGEST = 10**6
+
 
 def quoted(names: Sequence[object]) -> str:
     """``'a', 'b', 'c'``, each once; of many ``'a', 'b', …, 'z' (40 in all)``."""
@@ -33,5 +36,6 @@ def leave_out(names: Sequence[object]) -> str:
 
 
 def written(expr: sp.Expr) -> str:
-    """An expression as a scene writes it."""
-    return str(expr).replace("**", "^")
+    """An expression as a scene writes it; long fractions as the decimals that they are."""
+    long = {r: sp.Symbol(repr(float(r))) for r in expr.atoms(sp.Rational) if r.q > _LONGEST}
+    return str(expr.xreplace(long)).replace("**", "^")

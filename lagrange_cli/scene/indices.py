@@ -266,7 +266,12 @@ def _ends(node: Node, values: Values) -> tuple[str, range]:
     start = whole_number(first, values, "the end of a range")
     stop = whole_number(last, values, "the end of a range")
     if stop - start >= MAX_FAMILY:
-        raise ExpressionError(f"a range of more than {MAX_FAMILY} values", node.span, rule="limit")
+        raise ExpressionError(
+            f"a range of more than {MAX_FAMILY} values",
+            node.span,
+            f"{index.name} goes from {start} to {stop}",
+            rule="limit",
+        )
     return index.name, range(start, stop + 1)
 
 

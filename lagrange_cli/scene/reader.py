@@ -124,7 +124,11 @@ def read_text(
         if name in nodes:
             before = len(reading.problems.errors)
             reading.values[name] = section.read(nodes[name], reading)
-            certain &= not (section.declares and len(reading.problems.errors) > before)
+            new = reading.problems.errors[before:]
+            certain &= not (section.declares and new)
+            if section.declares and any(p.rule == "limit" for p in new):
+                # Without what is too large the rest would only look wrong.
+                reading.problems.raise_if_any()
     scene = _scene(reading, nodes, file, digest)
     if certain:
         # Names are looked up only where every declaration was understood.
