@@ -269,16 +269,22 @@ class _Writer:
             "t": "t" not in arrays,
             "y": not arrays & {"q", "v"},
             "u": "u" not in arrays,
-            "p": "p" not in arrays,
+            **self._unread(arrays),
             "work": not uses_work,
             self.result: not self.program.results,
         }
         lines = [f"    (void){name};" for name, is_so in unused.items() if is_so]
         if self.copies:
             lines.append(f"    {self.real} *const c = work + {self.program.work};")
-            fields = range(self.program.parameters)
+            fields = range(self.names.contact_from or self.program.parameters)
             lines += [f"    c[{k}] = {self.dialect.names[f'p{k}']};" for k in fields]
         return lines
+
+    def _unread(self, arrays: set[str]) -> dict[str, bool]:
+        """Whether the arguments that hold parameters are not used."""
+        if self.names.contact_from is None:
+            return {"p": arrays.isdisjoint({"p", "s"})}
+        return {"p": "p" not in arrays, "contact": "s" not in arrays}
 
     def write(self, part: Part) -> None:
         if isinstance(part, Kernel):
@@ -338,7 +344,8 @@ class _Writer:
             return "t"
         if column.array == "p" and column.is_fixed:
             return self.dialect.names[f"p{first}"]
-        start = first + (self.program.coordinates if column.array == "v" else 0)
+        before = {"v": self.program.coordinates, "s": -(self.names.contact_from or 0)}
+        start = first + before.get(column.array, 0)
         array = self._array(column.array)
         if not loop or step == 0:
             return f"{array}[{start}]"
@@ -349,9 +356,9 @@ class _Writer:
 
     def _array(self, array: str) -> str:
         parameters = self.names.parameter_array or "c"
-        return {"q": "y", "v": "y", "w": "work", "p": parameters, "out": self.result}.get(
-            array, array
-        )
+        flags = parameters if self.names.contact_from is None else "contact"
+        named = {"q": "y", "v": "y", "w": "work", "p": parameters, "s": flags, "out": self.result}
+        return named.get(array, array)
 
 
 def _local(name: str) -> str:

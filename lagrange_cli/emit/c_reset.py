@@ -16,8 +16,9 @@ from collections.abc import Mapping
 
 from lagrange_cli.emit.c_body import work_size
 from lagrange_cli.emit.c_names import CNames, Real
+from lagrange_cli.emit.c_pushes import push_replacements, push_templates
 from lagrange_cli.emit.c_solvers import fill
-from lagrange_cli.emit.program import Program
+from lagrange_cli.emit.program import Program, results_of
 
 __all__ = ["LEAST_TOLERANCE", "LOOSER", "reset_text", "reset_workspace"]
 
@@ -59,138 +60,6 @@ typedef struct {
     @REAL@ *gap, *gradient, *rate, *bias, *restitution;
     @REAL@ *held, *closed, *speed, *w, *size, *x, *active, *d, *change, *more;
 } @NAME@_closing;
-"""
-
-_PUSH = """\
-/* more[0..n-1]: how active pushes give way to a unit of push k (elimination). */
-static void @NAME@_giving_way(int n, int k, @NAME@_closing *c)
-{
-    @REAL@ *const r = c->more, *const a = r + n;
-    int i, j, l;
-    for (i = 0; i < n; ++i) {
-        const int active = c->active[i] > @ZERO@;
-        r[i] = active ? c->d[i*n + k] : @ZERO@;
-        for (j = 0; j < n; ++j) {
-            const int both = active && c->active[j] > @ZERO@;
-            a[i*n + j] = both ? c->d[i*n + j] : (i == j ? @ONE@ : @ZERO@);
-        }
-    }
-    for (j = 0; j < n; ++j) {
-        for (i = j + 1; i < n; ++i) {
-            const @REAL@ ratio = a[i*n + j]/a[j*n + j];
-            for (l = j; l < n; ++l) {
-                a[i*n + l] -= ratio*a[j*n + l];
-            }
-            r[i] -= ratio*r[j];
-        }
-    }
-    for (i = n - 1; i >= 0; --i) {
-        for (j = i + 1; j < n; ++j) {
-            r[i] -= a[i*n + j]*r[j];
-        }
-        r[i] /= a[i*n + i];
-    }
-}
-
-/*
- * Raises push k until w[k] is zero; active pushes that are used up end. Returns 1 if it
- * has no effect; active are then those that take all of it.
- */
-static int @NAME@_raise(int n, int k, @NAME@_closing *c)
-{
-    int j;
-    for (;;) {
-        const @REAL@ *const r = c->more;
-        @REAL@ rise = c->d[k*n + k], least = @ZERO@, full;
-        int first = -1;
-        @NAME@_giving_way(n, k, c);
-        for (j = 0; j < n; ++j) {
-            if (c->active[j] > @ZERO@) {
-                rise -= c->d[k*n + j]*r[j];
-                if (r[j] > @ZERO@ && (first < 0 || c->x[j]/r[j] < least)) {
-                    first = j;
-                    least = c->x[j]/r[j];
-                }
-            }
-        }
-        full = rise > @TOLERANCE@ ? -c->w[k]/rise : INFINITY;
-        if (first < 0 && !(full < INFINITY)) {
-            for (j = 0; j < n; ++j) {
-                c->active[j] = j == k || r[j] < -@TOLERANCE@ ? @ONE@ : @ZERO@;
-            }
-            return 1;
-        }
-        if (first < 0 || full <= least) {
-            least = full;
-            first = -1;
-        }
-        for (j = 0; j < n; ++j) {
-            if (c->active[j] > @ZERO@) {
-                c->x[j] = @MAX@(c->x[j] - least*r[j], @ZERO@);
-            }
-        }
-        c->x[k] += least;
-        if (first < 0) {
-            c->active[k] = @ONE@;
-            return 0;
-        }
-        c->w[k] = @MIN@(c->w[k] + least*rise, @ZERO@);
-        c->active[first] = c->x[first] = @ZERO@;
-    }
-}
-
-/*
- * Pushes x >= 0 with w + d x >= 0, one of both zero for each contact that is
- * closed, by the dual method of Goldfarb and Idnani (Math. Programming 27
- * (1983) 1). w and size become w + d x and its magnitudes; w is zero where it is
- * rounding. Returns 1 if there are no such pushes; active are then contacts that
- * cannot all be met, none where that is not known.
- */
-static int @NAME@_push(int n, @NAME@_closing *c)
-{
-    @REAL@ *const w = c->more + n + n*n, *const size = w + n;
-    int j, k, step;
-    for (k = 0; k < n; ++k) {
-        c->x[k] = c->active[k] = @ZERO@;
-        w[k] = @FABS@(c->w[k]) > @TOLERANCE@*c->size[k] ? c->w[k] : @ZERO@;
-        size[k] = c->size[k];
-    }
-    for (step = 0; step < @STEPS@*(n + 1); ++step) {
-        int violated = -1;
-        for (k = n - 1; k >= 0; --k) {
-            c->w[k] = w[k];
-            c->size[k] = size[k];
-            for (j = 0; j < n; ++j) {
-                c->w[k] += c->d[k*n + j]*c->x[j];
-                c->size[k] += @FABS@(c->d[k*n + j]*c->x[j]);
-            }
-            if (c->active[k] > @ZERO@ || @FABS@(c->w[k]) <= @TOLERANCE@*c->size[k]) {
-                c->w[k] = @ZERO@;
-            }
-            violated = c->closed[k] > @ZERO@ && c->w[k] < @ZERO@ ? k : violated;
-        }
-        if (violated < 0) {
-            return 0;
-        }
-        if (@NAME@_raise(n, violated, c) != 0) {
-            return 1;
-        }
-    }
-    for (k = 0; k < n; ++k) {
-        c->active[k] = @ZERO@;
-    }
-    return 1;
-}
-
-/* contact: those that leave no motion behind an event, which is the error 4. */
-static int @NAME@_deadlock(@REAL@ *contact, const @NAME@_closing *c)
-{
-    int k;
-    for (k = 0; k < @U@; ++k) {
-        contact[k] = c != 0 ? c->active[k] : @ZERO@;
-    }
-    return 4;
-}
 """
 
 _IMPACT = """\
@@ -382,9 +251,6 @@ _RESET = """\
 }
 """
 
-#: Steps of the search for pushes, times one more than there are contacts.
-STEPS = 64
-
 
 def reset_text(programs: Mapping[str, Program], names: CNames, real: Real) -> str:
     """``events`` and ``reset`` with what they need, empty where there are no contacts."""
@@ -399,14 +265,14 @@ def reset_text(programs: Mapping[str, Program], names: CNames, real: Real) -> st
         "@N@": str(programs["gaps"].coordinates),
         "@START@": str(_inner(programs)),
         "@RESULTS@": str(_results(programs)),
-        "@STEPS@": str(STEPS),
+        **push_replacements(_contacts(programs), real),
         "@MIN@": f"fmin{real.suffix}",
         "@MAX@": f"fmax{real.suffix}",
         "@TOLERANCE@": real.value(max(LEAST_TOLERANCE, 64 * float(real.epsilon))),
         "@LOOSER@": real.value(LOOSER),
         "@ULPS@": real.value(128 * float(real.epsilon)),
     }
-    parts = [_EVENTS, _STRUCTURE, _PUSH, _IMPACT, _RESET]
+    parts = [_EVENTS, _STRUCTURE, *push_templates(_contacts(programs)), _IMPACT, _RESET]
     return "\n".join(fill(fill(part, names, real, given), names, real) for part in parts)
 
 
@@ -448,7 +314,8 @@ def _inner(programs: Mapping[str, Program]) -> int:
 
 
 def _contacts(programs: Mapping[str, Program]) -> int:
-    return len(programs["gaps"].output("gaps"))
+    """Their number: each has a gap, and its magnitude."""
+    return results_of(programs["gaps"]) // 2
 
 
 def _multipliers(programs: Mapping[str, Program]) -> int:

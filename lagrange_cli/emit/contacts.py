@@ -12,7 +12,7 @@ about. ``gaps``, their rates and accelerations tell which flags are to change
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import sympy
@@ -27,7 +27,13 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Closure, Equations
 
-__all__ = ["CONTACT_OUTPUTS", "CONTACT_SYSTEMS", "flagged"]
+__all__ = [
+    "CONTACT_OUTPUTS",
+    "CONTACT_SYSTEMS",
+    "Among",
+    "among_closures",
+    "flagged",
+]
 
 
 def flagged(equations: Equations) -> Equations:
@@ -104,8 +110,56 @@ def _velocity_change(e: Equations) -> System:
 
 
 def _impulse(e: Equations) -> System:
-    targets = [-p.symbol for p in e.parameters[-len(e.contacts) :]]
-    return _system(_weighted(e), _rest(e), [*(sympy.S.Zero for _ in e.closures), *targets])
+    changes = [*(sympy.S.Zero for _ in e.closures), *_targets(e)]
+    return _system(_weighted(e), _rest(e), changes)
+
+
+def _targets(e: Equations) -> list[Expr]:
+    """What is zero of an impulse beside gradient·x: of contacts that are open, too."""
+    return [-p.symbol for p in e.parameters[-len(e.contacts) :]]
+
+
+@dataclass(frozen=True)
+class Among:
+    """Outputs of equations in which contacts stand among the closures, weighted by their flags.
+
+    ``compliance``: what is on the diagonal of each closure (see :class:`.solve.System`);
+    ``flags``: how many of the last parameters are flags and targets.
+    """
+
+    equations: Equations
+    outputs: tuple[str, ...]
+    compliance: tuple[Expr, ...] = ()
+    flags: int = 0
+
+
+def among_closures(e: Equations, outputs: Sequence[str]) -> Among:
+    """Outputs as those of closures, with the equations that they are then of."""
+    contacts = [contact.closure for contact in e.contacts]
+    if outputs[0] == "gaps":
+        names = (name.replace("gap", "closure", 1) for name in outputs)
+        return Among(replace(e, closures=tuple(contacts)), tuple(names))
+    if outputs[0] == "impulse":
+        changes = [*(sympy.S.Zero for _ in e.closures), *_targets(e)]
+    elif outputs[0].startswith("contact_"):
+        changes = [closure.bias for closure, _ in _weighted(e)]
+    else:
+        return Among(e, tuple(outputs))
+    weighted = [
+        replace(
+            closure,
+            # Term by term, since magnitudes of terms are added up.
+            expression=sympy.Add(*(weight * x for x in sympy.Add.make_args(closure.expression))),
+            gradient=_times(weight, closure.gradient),
+            rate=weight * closure.rate,
+            bias=weight * change,
+        )
+        for (closure, weight), change in zip(_weighted(e), changes, strict=True)
+    ]
+    names = (name.removeprefix("contact_") for name in outputs)
+    compliance = tuple(1 - weight for _, weight in _weighted(e))
+    flags = 2 * len(contacts)
+    return Among(replace(e, closures=tuple(weighted)), tuple(names), compliance, flags)
 
 
 #: What is found by solving a system with the mass matrix, of flagged equations.

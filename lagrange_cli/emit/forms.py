@@ -29,7 +29,8 @@ COSTLY = 10
 
 
 class Place(NamedTuple):
-    """A number in an array: ``p``, ``t``, ``u``, ``q``, ``v``, ``w`` (workspace) or ``out``."""
+    """A number in an array: ``p``, ``t``, ``u``, ``q``, ``v``, ``w`` (workspace) or ``out``;
+    ``s`` are those parameters that are flags of contacts and targets of impulses."""
 
     array: str
     number: int

@@ -45,7 +45,7 @@ __all__ = [
 MOST_EVEN, PERIODS = 6, (1, 2, 3)
 
 #: The rank of what the workspace holds (see :class:`lagrange_cli.emit.values.Values`).
-_RANKS = {"p": 1, "t": 2, "u": 2, "q": 3, "v": 4, "w": 5}
+_RANKS = {"p": 1, "s": 1, "t": 2, "u": 2, "q": 3, "v": 4, "w": 5}
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.angles import expand_angle_sums
 from lagrange_cli.emit.closures import CLOSURE_OUTPUTS, CLOSURE_SYSTEMS
-from lagrange_cli.emit.contacts import CONTACT_OUTPUTS, CONTACT_SYSTEMS
+from lagrange_cli.emit.contacts import CONTACT_OUTPUTS, CONTACT_SYSTEMS, among_closures
 from lagrange_cli.emit.families import Assignment
 from lagrange_cli.emit.kernels import Elimination, Kernel, Part
 from lagrange_cli.emit.operands import (
@@ -57,6 +57,7 @@ __all__ = [
     "input_names",
     "operands_of",
     "operations",
+    "results_of",
 ]
 
 
@@ -90,6 +91,11 @@ class Program:
     def output(self, name: str) -> tuple[Operand, ...]:
         """The operands of one output."""
         return dict(self.outputs)[name]
+
+
+def results_of(program: Program) -> int:
+    """How many numbers the outputs are."""
+    return program.results or sum(len(operands) for _, operands in program.outputs)
 
 
 def _momenta(e: Equations) -> Iterable[Expr]:
@@ -145,7 +151,8 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
         An expression holds something without counterpart in emitted code.
     """
     if is_wide(equations):
-        found = wide(equations, outputs, lambda name: tuple(OUTPUTS[name](equations)))
+        of = among_closures(equations, outputs)
+        found = wide(of, lambda name: tuple(OUTPUTS[name](of.equations)))
         if found is not None:
             return _of_parts(equations, found)
     values = Values(_inputs(equations))

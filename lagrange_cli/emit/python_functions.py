@@ -213,7 +213,9 @@ def function_source(
     }
     dialect = Dialect(double_literal, PYTHON_FUNCTIONS, {**names, **found})
     if program.parts:
-        return _defined(name, parameter, _of_parts(program, name), _failure(program, name))
+        apart = dict(given).get("p") if parameter.endswith("contact") else None
+        body = _of_parts(program, name, apart)
+        return _defined(name, parameter, body, _failure(program, name))
     given = given or (("p", program.parameters),)
     body = _load_inputs(program, dialect, given, velocities=_is_right_hand_side(program, name))
     late = dict(following(program, found))
@@ -232,9 +234,9 @@ def _failure(program: Program, name: str) -> str:
     return "nan" if name == "energy" else f"np.full({_shape(program, name)}, nan)"
 
 
-def _of_parts(program: Program, name: str) -> list[str]:
+def _of_parts(program: Program, name: str, apart: int | None) -> list[str]:
     """The lines of the function of a large system."""
-    lines = parts_source(program)
+    lines = parts_source(program, apart)
     if program.blocks:
         return [*lines, f"return out if np.isfinite(out).all() else {_failure(program, name)}"]
     n = program.coordinates

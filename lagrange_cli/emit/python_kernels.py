@@ -87,13 +87,19 @@ def tables_source(programs: Iterable[Program]) -> str:
     return "\n".join([*lines, ""]) if lines else ""
 
 
-def parts_source(program: Program) -> list[str]:
-    """The lines of a function that gives an array of the results."""
-    writer = _Writer(program)
+def parts_source(program: Program, apart: int | None = None) -> list[str]:
+    """The lines of a function that gives an array of the results.
+
+    Parameters
+    ----------
+    apart
+        Where flags and targets of contacts begin, if they stand in ``contact`` and not in ``p``.
+    """
+    writer = _Writer(program, apart)
     arrays = {column.array for column in _columns(program)}
     lines = ["y = np.asarray(y, dtype=float)"] if arrays & {"q", "v"} else []
-    if any(column.array == "p" and not column.is_fixed for column in _columns(program)):
-        lines.append("p = np.asarray(p, dtype=float)")
+    indexed = {writer.array(c) for c in _columns(program) if c.array in "ps" and not c.is_fixed}
+    lines += [f"{array} = np.asarray({array}, dtype=float)" for array in sorted(indexed)]
     if "u" in arrays:
         lines.append("u = np.asarray(u(t, y, p), dtype=float)")
     if program.work:
@@ -112,8 +118,9 @@ def _columns(program: Program) -> list[Column]:
 class _Writer:
     """Writes parts of a program."""
 
-    def __init__(self, program: Program) -> None:
-        self.coordinates = program.coordinates
+    def __init__(self, program: Program, apart: int | None) -> None:
+        self.before = {"v": program.coordinates, "s": -(apart or 0)}
+        self.arrays = {"q": "y", "v": "y", "s": "p" if apart is None else "contact"}
 
     def lines(self, part: Part) -> list[str]:
         if isinstance(part, Kernel):
@@ -138,9 +145,12 @@ class _Writer:
         """Where a name of a kernel stands: a number, or an array with one for each member."""
         if column.array == "t":
             return "t"
-        start = column.indices[0] + (self.coordinates if column.array == "v" else 0)
-        array = {"q": "y", "v": "y"}.get(column.array, column.array)
-        return f"{array}[{_indices(column, start, members)}]"
+        start = column.indices[0] + self.before.get(column.array, 0)
+        return f"{self.array(column)}[{_indices(column, start, members)}]"
+
+    def array(self, column: Column) -> str:
+        """The name of the array that a column is of."""
+        return self.arrays.get(column.array, column.array)
 
 
 def _indices(column: Column, start: int, members: int) -> str:

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lagrange_cli.emit.c_reset import LEAST_TOLERANCE, LOOSER, STEPS
-from lagrange_cli.emit.program import Program
+from lagrange_cli.emit.c_pushes import STEPS
+from lagrange_cli.emit.c_reset import LEAST_TOLERANCE, LOOSER
+from lagrange_cli.emit.program import Program, results_of
 
 __all__ = ["reset_source"]
 
@@ -184,7 +185,7 @@ def reset_source(programs: Mapping[str, Program], parameter: str) -> list[str]:
     """
     if "gaps" not in programs:
         return []
-    u = len(programs["gaps"].output("gaps"))
+    u = results_of(programs["gaps"]) // 2
     own = programs["gaps"].parameters - 2 * u
     apart = parameter.endswith("contact")
     replacements = {

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import count
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from lagrange_cli.emit.banded import FEWEST_UNKNOWNS
@@ -23,6 +24,7 @@ from lagrange_cli.mechanics.sparse import entries
 if TYPE_CHECKING:
     from sympy import Expr
 
+    from lagrange_cli.emit.contacts import Among
     from lagrange_cli.mechanics.equations import Closure, Coordinate, Equations
 
 __all__ = ["Wide", "is_wide", "wide"]
@@ -52,51 +54,62 @@ class Wide(NamedTuple):
 
 def is_wide(equations: Equations) -> bool:
     """Whether the programs of a system are made of kernels."""
-    n, m = len(equations.coordinates), len(equations.closures)
+    n, m = len(equations.coordinates), len(equations.closures) + len(equations.contacts)
     large = n + m >= FEWEST_UNKNOWNS if m else n >= FEWEST_FREE
-    if not large or equations.contacts or not equations.facts.positive_definite_mass_matrix:
+    if not large or not equations.facts.positive_definite_mass_matrix:
         return False
     rows = enumerate(equations.mass_matrix)
     return equations.facts.diagonal_mass_matrix or all(entries(r).keys() == {i} for i, r in rows)
 
 
-def wide(
-    equations: Equations,
-    outputs: Sequence[str],
-    plain: Callable[[str], Sequence[Expr]],
-) -> Wide | None:
+def wide(asked: Among, plain: Callable[[str], Sequence[Expr]]) -> Wide | None:
     """The program of what is asked for, None where loops would not shorten it.
 
     Parameters
     ----------
-    outputs
-        Names as :func:`lagrange_cli.emit.program.build_program` takes them.
+    asked
+        Names as :func:`lagrange_cli.emit.program.build_program` takes them, and what they are of.
     plain
         Gives the expressions of outputs that closures have no part in.
     """
+    equations, outputs = asked.equations, asked.outputs
     if outputs[0] in _SYSTEMS:
-        return _System(equations, _SYSTEMS[outputs[0]]).program()
-    kernels = Kernels(Forms(_inputs(equations)))
+        return _System(asked, _SYSTEMS[outputs[0]]).program()
+    kernels = Kernels(Forms(_inputs(asked)))
     formulas: list[Formula] = []
     for name in outputs:
         if name == "mass_matrix":
             formulas += _mass_matrix(kernels, equations)
+        elif name == "gap_gradients":
+            formulas += _gradients(kernels, equations)
         elif name in _OF_CLOSURES:
             formulas += _of_closures(equations, *_OF_CLOSURES[name])
         else:
             formulas += [Formula("value", (e,), _Values((e,))) for e in plain(name)]
-    targets = (Place("out", k) for k in range(len(formulas)))
+    # Matrices are by rows, and stand first.
+    first = len(equations.coordinates) * _rows(equations, outputs[0])
+    targets = (Place("out", k) for k in count(first))
     kernels.evaluate([f if f.targets else f.to(next(targets)) for f in formulas])
     if len(kernels.parts) > MOST_PARTS:
         return None
-    results = len(equations.coordinates) ** 2 if outputs[0] == "mass_matrix" else len(formulas)
-    return Wide(tuple(kernels.parts), kernels.size, results)
+    return Wide(tuple(kernels.parts), kernels.size, next(targets).number)
 
 
-def _inputs(equations: Equations) -> dict[Expr, Place]:
-    """Where every input stands."""
+def _rows(equations: Equations, output: str) -> int:
+    """How many rows an output has that is a matrix, 0 for others."""
+    rows = {"mass_matrix": equations.coordinates, "gap_gradients": equations.contacts}
+    return len(rows.get(output, ()))
+
+
+def _inputs(asked: Among) -> dict[Expr, Place]:
+    """Where every input stands. Flags of contacts and targets of impulses, behind the
+    parameters, are told from these: emitted code has them in an array of their own."""
+    equations = asked.equations
     places: dict[Expr, Place] = {equations.t: Place("t", 0)}
-    places |= {p.symbol: Place("p", i) for i, p in enumerate(equations.parameters)}
+    own = len(equations.parameters) - asked.flags
+    places |= {
+        p.symbol: Place("p" if i < own else "s", i) for i, p in enumerate(equations.parameters)
+    }
     places |= {given.symbol: Place("u", i) for i, given in enumerate(equations.inputs)}
     places |= {c.q: Place("q", i) for i, c in enumerate(equations.coordinates)}
     return places | {c.v: Place("v", i) for i, c in enumerate(equations.coordinates)}
@@ -120,6 +133,17 @@ def _mass_matrix(kernels: Kernels, equations: Equations) -> list[Formula]:
     return [
         Formula("value", (e,), _Values((e,)), (Place("out", i * n + i),))
         for i, e in enumerate(diagonal)
+    ]
+
+
+def _gradients(kernels: Kernels, equations: Equations) -> list[Formula]:
+    """Those of the gaps by rows."""
+    n = len(equations.coordinates)
+    kernels.parts.append(Zeros("out", 0, n * len(equations.contacts)))
+    return [
+        Formula("value", (e,), _Values((e,)), (Place("out", k * n + j),))
+        for k, contact in enumerate(equations.contacts)
+        for j, e in entries(contact.closure.gradient).items()
     ]
 
 
@@ -231,6 +255,7 @@ _SYSTEMS = {
     "multipliers": _Asked(_bias, forced=True, multipliers=True),
     "position_change": _Asked(_expression, kind="position"),
     "velocity_change": _Asked(_rate),
+    "impulse": _Asked(_bias),
 }
 
 
@@ -270,12 +295,14 @@ class _Free:
 class _System:
     """Accelerations, multipliers or changes: one system with the mass matrix."""
 
-    def __init__(self, equations: Equations, asked: _Asked) -> None:
-        self.equations = equations
+    def __init__(self, of: Among, asked: _Asked) -> None:
+        self.equations = of.equations
         self.asked = asked
-        self.kernels = Kernels(Forms(_inputs(equations)))
-        closures = enumerate(equations.closures)
+        self.kernels = Kernels(Forms(_inputs(of)))
+        closures = enumerate(of.equations.closures)
         self.closures = [k for k, c in closures if asked.kind in c.kind]
+        self.compliance = {k: c for k, c in enumerate(of.compliance) if c != 0}
+        self.compliant: dict[int, Found] = {}
         self.free: dict[int, Found] = {}
         self.rows: list[_Row] = []
         self.residuals: list[Found] = []
@@ -317,12 +344,18 @@ class _System:
         formulas += [
             Formula("free", (e.forcing[j], mass[j]), _Free(e.forcing[j], mass[j])) for j in forced
         ]
+        compliant = [k for k in self.closures if k in self.compliance]
+        for c in (self.compliance[k] for k in compliant):
+            formulas.append(Formula("value", (c,), _Values((c,))))
         found = self.kernels.evaluate(formulas)
+        self.compliant = {
+            k: f for k, (f,) in zip(compliant, found[len(found) - len(compliant) :], strict=True)
+        }
         for k, of in zip(self.closures, found, strict=False):
             held = e.closures[k].held
             self.rows.append({j: (of[i], of[len(held) + i]) for i, j in enumerate(held)})
             self.residuals.append(of[-1])
-        self.free = {j: f for j, (f,) in zip(forced, found[len(self.closures) :], strict=True)}
+        self.free = {j: f for j, (f,) in zip(forced, found[len(self.closures) :], strict=False)}
 
     def _multipliers(self) -> list[Place]:
         """S λ = r and its solution: where the multiplier of each closure stands."""
@@ -358,6 +391,10 @@ class _System:
                     found.setdefault(pair, []).append(
                         _product(self.rows[other][j][0], self.rows[k][j][1])
                     )
+        for number, closure in enumerate(self.closures):
+            if closure in self.compliant:
+                diagonal = position[number], position[number]
+                found[diagonal].append(_product(self.compliant[closure]))
         return found
 
     def _drive(self, k: int) -> list[tuple[Fraction, tuple[Place, ...]]]:

@@ -64,7 +64,8 @@ LOW = 1e-12
 #: Shrinking intervals between bounces that make a sequence.
 SEQUENCE = 4
 
-#: Events one upon the other, and the units in the last place of time within which they are.
+#: Events of each contact one upon the other, and the units in the last place of time within
+#: which they are.
 CHATTER, TOGETHER = 40, 16
 
 #: Events that are followed, and kept.
@@ -260,8 +261,9 @@ class Switching(Integrator):
             self._reset(event, "zeno")
         else:
             self._reset(event, "contact")
-        last = self.switches[-CHATTER:]
-        if len(last) == CHATTER and self.t - last[0].t <= self._together:
+        most = CHATTER * len(self._rhs.free)
+        last = self.switches[-most:]
+        if len(last) == most and self.t - last[0].t <= self._together:
             self._end(ENDLESS, {s.contact for s in last})
         elif len(self.switches) >= MOST_SWITCHES:
             self._end(TOO_MANY, {s.contact for s in last})
