@@ -14,6 +14,7 @@ import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Rhs
 from lagrange_cli.simulate.integrators.events import NativeEvents
+from lagrange_cli.simulate.integrators.expressions import Tracing
 from lagrange_cli.simulate.integrators.native import (
     DOUBLE,
     RHS,
@@ -24,6 +25,7 @@ from lagrange_cli.simulate.integrators.native import (
 from lagrange_cli.simulate.integrators.pieces import Pieces, with_projection
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.tables import Table, bound, interpreted_table, native_table
+from lagrange_cli.simulate.tracing import tracing
 
 __all__ = ["ContactParts", "InterpretedParts", "NativeParts"]
 
@@ -79,7 +81,13 @@ class NativeParts:
         self._driving = None if pieces is None else Driving(pieces, DOUBLE)
         self._work = np.empty(model.code.work)
 
-    def _function(self, name: str, parameters: Array, projection: Any = None) -> NativeRhs:
+    def _function(
+        self,
+        name: str,
+        parameters: Array,
+        projection: Any = None,
+        trace: Tracing | None = None,
+    ) -> NativeRhs:
         entry = RHS((f"system_{name}", self._system))
         work = np.empty_like(self._work)
         return NativeRhs(
@@ -89,11 +97,12 @@ class NativeParts:
             self._kernels,
             projection=projection,
             driving=self._driving,
+            trace=trace,
         )
 
     def side(self, name: str, parameters: Array) -> Rhs:
         project = projection_type(DOUBLE)(("system_contact_project", self._system))
-        return self._function(name, parameters, project)
+        return self._function(name, parameters, project, tracing(self._model.code.python, name))
 
     def table(self, name: str, columns: int, parameters: Array) -> Table:
         width = 2 * len(self._model.coordinates)
@@ -137,7 +146,8 @@ class InterpretedParts:
     def side(self, name: str, parameters: Array) -> Rhs:
         given = parameters.tolist()
         project = bound(self._functions["contact_project"], given, None)
-        return with_projection(self._bound(name, parameters), project)
+        trace = tracing(self._model.code.python, name)
+        return with_projection(bound(self._functions[name], given, self._pieces, trace), project)
 
     def table(self, name: str, columns: int, parameters: Array) -> Table:
         return interpreted_table(self._bound(name, parameters), columns)

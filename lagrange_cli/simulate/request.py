@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
 import shlex
 from dataclasses import dataclass, replace
@@ -261,6 +262,7 @@ def require_fit(model: Model, method: type[Integrator]) -> None:
     InputError
         With the reason.
     """
+    _require_package(method)
     unmet = [need for need in method.needs if not model.facts[need]]
     if unmet:
         raise _refused(
@@ -278,6 +280,18 @@ def require_fit(model: Model, method: type[Integrator]) -> None:
             f"{method.name} cannot end its steps where a contact closes or opens, here"
             f" {_and(list(model.contacts))}",
             "--method DOP853 --rtol 1e-9",
+        )
+
+
+def _require_package(method: type[Integrator]) -> None:
+    """Refuse a method whose optional package is not there."""
+    if method.package is None:
+        return
+    name, extra = method.package
+    if importlib.util.find_spec(name) is None:
+        raise _refused(
+            f"{method.name} needs the package {name}, which is not installed",
+            f"pip install 'lagrange-cli[{extra}]'",
         )
 
 

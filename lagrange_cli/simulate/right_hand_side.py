@@ -42,6 +42,7 @@ from lagrange_cli.simulate.tables import (
     native_table,
     no_columns,
 )
+from lagrange_cli.simulate.tracing import functions_of, tracing
 from lagrange_cli.simulate.watch import StoppedError
 
 __all__ = [
@@ -234,6 +235,7 @@ class _Libraries:
             self._real,
             projection,
             None if pieces is None else Driving(pieces, self._real),
+            tracing(self.model.code.python, name),
         )
 
     def holding(self, kernel: str) -> ctypes.CDLL | None:
@@ -365,17 +367,6 @@ def _wider(model: Model, drive: Drive | None, cache: Cache, deadline: float) -> 
 # Interpreted.
 
 
-def functions_of(code: str) -> dict[str, Any]:
-    """The functions of a model's code in Python, by name.
-
-    What is executed is made of names and numbers that the program chose: no
-    text of a scene is in it.
-    """
-    functions: dict[str, Any] = {}
-    exec(compile(code, "<model>", "exec"), functions)
-    return functions
-
-
 def interpreted(model: Model, reason: str) -> RightHandSide:
     """The functions of a model run by Python; ``reason`` says why they are not compiled.
 
@@ -389,7 +380,8 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
 
     def given_to(name: str, pattern: int = 0) -> Rhs:
         parameters = _off(model, pattern) if pattern else _given(model)
-        return bound(functions[name], parameters.tolist(), _pieces(drive, pattern))
+        trace = tracing(model.code.python, name)
+        return bound(functions[name], parameters.tolist(), _pieces(drive, pattern), trace)
 
     def table(name: str, columns: int) -> Table:
         return interpreted_table(given_to(name), columns) if columns else no_columns

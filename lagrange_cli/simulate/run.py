@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
+from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.integrators import Control, Integrator, Rhs, start
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.base import Array, UnfitError
 from lagrange_cli.simulate.integrators.switching import Flags, Switch, Switching
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.rows import Rows
@@ -27,6 +29,23 @@ class Failure:
     time: float
     reason: str
     contacts: tuple[int, ...] = ()
+
+
+@contextmanager
+def _fitting(method: type[Integrator]) -> Iterator[None]:
+    """Refuse a method that finds that a right-hand side is not for it.
+
+    Raises
+    ------
+    InputError
+        With the reason.
+    """
+    try:
+        yield
+    except UnfitError as error:
+        message = f"{method.name} cannot integrate this system: {error.reason}"
+        hint = "--method DOP853 --rtol 1e-9"
+        raise InputError(Problem(message, hint=hint, rule="simulate")) from error
 
 
 class Run:
@@ -55,14 +74,15 @@ class Run:
         self._samples.room(0, 1)[0] = first
         self.filled = 1
         self._pace = 1
-        self._integrator = start(
-            method,
-            problem.rhs if rhs is None else rhs,
-            problem.start,
-            first,
-            problem.until,
-            control,
-        )
+        with _fitting(method):
+            self._integrator = start(
+                method,
+                problem.rhs if rhs is None else rhs,
+                problem.start,
+                first,
+                problem.until,
+                control,
+            )
 
     @property
     def rows(self) -> Rows:
@@ -130,12 +150,13 @@ class Run:
         if self.ended:
             return False
         room = self._samples.room(self.filled, max(samples, self.filled))
-        done = self._integrator.advance(
-            self._times[self.filled : self.filled + len(room)],
-            room,
-            most_steps=most_steps,
-            most_evaluations=most_evaluations,
-        )
+        with _fitting(self.method):
+            done = self._integrator.advance(
+                self._times[self.filled : self.filled + len(room)],
+                room,
+                most_steps=most_steps,
+                most_evaluations=most_evaluations,
+            )
         self.filled += done.filled
         if done.failure is not None:
             self.failure = Failure(self.t, done.failure, self._in_the_way)

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.pieces import Pieces, PiecewiseRhs
 
@@ -101,13 +104,44 @@ def interpreted_table(function: Callable[[float, Array], Any], columns: int) -> 
     return table
 
 
-def bound(function: Callable[..., Any], given: list[float], pieces: Pieces | None) -> Rhs:
-    """A function run by Python, of t and y, with its parameters and inputs."""
+@dataclass(frozen=True)
+class _Bound:
+    """A function run by Python, called as one of t and y."""
+
+    function: Callable[..., Any]
+    given: list[float]
+    inputs: Array | None
+    trace: Tracing | None
+
+    @cached_property
+    def _arguments(self) -> list[Any]:
+        if self.inputs is None:
+            return [self.given]
+        values = self.inputs.tolist()
+        return [self.given, lambda *_: values]
+
+    def __call__(self, t: float, y: Array) -> Any:
+        return self.function(t, y, *self._arguments)
+
+    @property
+    def expressions(self) -> Expressions | None:
+        """What it is made of (:mod:`.integrators.expressions`)."""
+        if self.trace is None:
+            return None
+        inputs = np.empty(0) if self.inputs is None else self.inputs
+        return Expressions(self.trace, np.array(self.given), inputs)
+
+
+def bound(
+    function: Callable[..., Any],
+    given: list[float],
+    pieces: Pieces | None,
+    trace: Tracing | None = None,
+) -> Rhs:
+    """A function run by Python, of t and y, with its parameters and inputs.
+
+    ``trace``: the same function over objects.
+    """
     if pieces is None:
-        return lambda t, y: function(t, y, given)
-
-    def within(row: Array) -> Rhs:
-        values = row.tolist()
-        return lambda t, y: function(t, y, given, lambda *_: values)
-
-    return PiecewiseRhs(pieces, within)
+        return _Bound(function, given, None, trace)
+    return PiecewiseRhs(pieces, lambda row: _Bound(function, given, row, trace))

@@ -128,7 +128,11 @@ class Bench:
         """Run once, within the budget, and look at the error."""
         if setting.accuracy is not None:
             return self._explore_auto(setting, setting.accuracy)
-        run = self.run(setting)  # which may import its method first
+        try:
+            run = self.run(setting)  # which may import its method first
+        except InputError as refusal:
+            reason = refusal.problems[0].message
+            return Point(setting, "failed", reason, None, False, 0, 0, None)
         deadline = time.perf_counter() + self.budget
         while run.go(len(self.problem.times)):
             if time.perf_counter() > deadline:

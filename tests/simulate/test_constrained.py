@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from available import BY_VALUES
 from constrained_systems import constrained, interpreted, rods
 from native_systems import native_events
 from scipy.integrate import solve_ivp
@@ -18,7 +19,7 @@ from lagrange_cli.simulate.integrators.native import DOUBLE, EXTENDED
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.run import Run
 
-PROJECTING = [method for method in INTEGRATORS.values() if method.projects]
+PROJECTING = [method for method in BY_VALUES if method.projects]
 #: Those whose twin in Python is written like them.
 TWINS = [m for m in PROJECTING if m.name in COMPILED and not m.implicit]
 FIXED_ORDER = [m for m in PROJECTING if not m.variable_order and m.order <= 8]

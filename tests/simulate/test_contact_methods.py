@@ -7,11 +7,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from available import INSTALLED
 
 from lagrange_cli import loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
+from lagrange_cli.simulate.integrators import Integrator
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.modelling import model_of
 from lagrange_cli.simulate.trajectory import Trajectory
@@ -52,8 +53,8 @@ simulate: {until: 1.6}
 """
 
 #: Methods that a system with contacts accepts, and the others.
-FOLLOWING = [m for m in INTEGRATORS.values() if m.interpolates and m.projects]
-REFUSED = [m for m in INTEGRATORS.values() if m not in FOLLOWING]
+FOLLOWING = [m for m in INSTALLED.values() if m.interpolates and m.projects]
+REFUSED = [m for m in INSTALLED.values() if m not in FOLLOWING]
 
 following = pytest.mark.parametrize("method", FOLLOWING, ids=lambda m: m.name)
 tolerances = pytest.mark.parametrize("rtol", [1e-4, 1e-8, 1e-11])

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from available import BY_VALUES
 from constrained_systems import constrained
 from native_systems import native
 from switched_systems import ball
@@ -18,7 +19,7 @@ from lagrange_cli.simulate.integrators.pieces import Pieces, PiecewiseRhs
 from lagrange_cli.simulate.packing import DamagedError, pack, unpack
 
 TIMES = np.linspace(0.0, 6.0, 151)
-METHODS = [method for method in INTEGRATORS.values() if method.resumes]
+METHODS = [method for method in BY_VALUES if method.resumes]
 
 
 def pendulum(t, y):

@@ -8,6 +8,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
+from available import INSTALLED
 from compiling import compiled_or_skip
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -154,14 +155,14 @@ def test_interpreted_code_gives_the_same(tmp_path, kind):
     assert_exact(found, kind, 1e-9)
 
 
-@pytest.mark.parametrize("method", [name for name, m in INTEGRATORS.items() if m.adaptive])
+@pytest.mark.parametrize("method", [name for name, m in INSTALLED.items() if m.adaptive])
 def test_every_method_ends_its_steps_at_the_rows(tmp_path, method):
     found = simulate(equations(tmp_path, "previous"), method=method, rtol=1e-9)
     assert_exact(found, "previous", 1e-4 if method == "BDF" else 1e-6)
 
 
 #: Methods of fixed step that take a system with damping.
-FIXED = [name for name, m in INTEGRATORS.items() if not m.adaptive and "separable" not in m.needs]
+FIXED = [name for name, m in INSTALLED.items() if not m.adaptive and "separable" not in m.needs]
 
 
 @pytest.mark.parametrize("kind", ["previous", "linear", "cubic"])

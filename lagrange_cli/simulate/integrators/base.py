@@ -74,6 +74,7 @@ __all__ = [
     "Rhs",
     "State",
     "StepError",
+    "UnfitError",
     "projection",
 ]
 
@@ -97,6 +98,11 @@ class ConstrainedRhs:
     rhs: Rhs
     project: Projection
 
+    @property
+    def expressions(self) -> object:
+        """Those of the right-hand side (:mod:`.expressions`)."""
+        return getattr(self.rhs, "expressions", None)
+
     def __call__(self, t: float, y: Array) -> Array:
         return self.rhs(t, y)
 
@@ -109,6 +115,14 @@ def projection(rhs: Rhs) -> Projection | None:
 
 class StepError(Exception):
     """A step could not be made; ``reason`` is a phrase for a person."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+
+class UnfitError(Exception):
+    """A method cannot take this right-hand side; ``reason`` is a phrase for a person."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)
@@ -148,7 +162,9 @@ class Integrator(ABC):
     systems do not force small steps); ``symplectic``; ``needs``, the structure
     facts it relies on (names of :class:`~lagrange_cli.mechanics.equations.Facts`);
     ``interpolates``, see the fourth promise; ``projects``, see the eleventh; ``kept`` and
-    ``resumes``, see the last.
+    ``resumes``, see the last. ``package``: an optional package by its name in Python, and the
+    extra that installs it. ``traces``: it needs :mod:`.expressions` of the right-hand side, and
+    raises :class:`UnfitError` where they are not to be had.
     """
 
     name: ClassVar[str]
@@ -163,6 +179,8 @@ class Integrator(ABC):
     projects: ClassVar[bool] = True
     kept: ClassVar[tuple[str, ...]] = ()
     resumes: ClassVar[bool] = True
+    package: ClassVar[tuple[str, str] | None] = None
+    traces: ClassVar[bool] = False
 
     t: float
     y: Array

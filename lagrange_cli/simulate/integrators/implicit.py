@@ -108,6 +108,7 @@ class Radau(_ScipyImplicit):
     title = "Radau IIA, implicit, for stiff systems"
     order = 5
     solver = "Radau"
+    kept = ("_start",)
 
     def step(self, limit: float) -> None:
         start = self.t, self._solver.y

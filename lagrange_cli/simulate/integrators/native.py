@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Projection
+from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing
 from lagrange_cli.simulate.integrators.pieces import Pieces
 
 __all__ = [
@@ -113,6 +114,8 @@ class NativeRhs:
         ``real`` with the same parameters, that moves a state onto them.
     driving
         What the C function reads at ``u``, by the time, where it has inputs.
+    trace
+        The same function over objects, where its text is at hand.
     """
 
     def __init__(
@@ -125,8 +128,10 @@ class NativeRhs:
         real: NativeReal = DOUBLE,
         projection: Any = None,
         driving: Driving | None = None,
+        trace: Tracing | None = None,
     ) -> None:
         self.function = function
+        self._trace = trace
         self.driving = driving
         self._fixed: int | None = None
         self.real = real
@@ -165,6 +170,14 @@ class NativeRhs:
         other = copy.copy(self)
         other._fixed = piece
         return other
+
+    @property
+    def expressions(self) -> Expressions | None:
+        """What it is made of (:mod:`.expressions`), in its only piece or the one it is that of."""
+        if self._trace is None:
+            return None
+        rows = np.empty((1, 0)) if self.driving is None else self.driving.pieces.rows
+        return Expressions(self._trace, self.parameters.astype(float), rows[self._fixed or 0])
 
     def _inputs(self, t: float) -> int | None:
         """The address of the inputs."""

@@ -1,0 +1,211 @@
+"""Expressions of heyoka that behave like the numbers of a right-hand side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import UnfitError
+
+__all__ = ["Algebra", "Traced"]
+
+#: Operations of a right-hand side after which it is given up: elimination makes many of few.
+MOST_OPERATIONS = 20_000
+
+#: Functions by their names in :mod:`math`, where heyoka calls them the same.
+_SAME = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh",
+         "atanh", "exp", "log", "sqrt", "atan2")  # fmt: skip
+
+#: Those without a Taylor series somewhere.
+_ROUGH = ("abs", "fabs", "sign", "copysign", "min", "max")
+
+
+class Algebra:
+    """The functions of a package, over :class:`Traced`, and how many ``operations`` were made."""
+
+    def __init__(self, package: Any) -> None:
+        self._package = package
+        self.operations = 0
+        self.functions: dict[str, Callable[..., Any]] = {
+            name: self._function(getattr(package, name)) for name in _SAME
+        }
+        self.functions |= {name: self._rough(name) for name in _ROUGH}
+        self.functions |= {"pow": pow, "solve": solve}
+
+    def _function(self, of: Callable[..., Any]) -> Callable[..., Any]:
+        expression = self._package.expression
+
+        def call(*arguments: Any) -> Traced:
+            self.count()
+            return Traced(of(*(expression(self.plain(x)) for x in arguments)), self)
+
+        return call
+
+    def _rough(self, name: str) -> Callable[..., Any]:
+        return lambda *_: Traced(_Rough(name), self)
+
+    def plain(self, value: Any) -> Any:
+        """What the package knows: an expression of its own.
+
+        Raises
+        ------
+        UnfitError
+            It has no derivatives somewhere.
+        """
+        found = value.value if isinstance(value, Traced) else float(value)
+        if isinstance(found, _Rough):
+            raise UnfitError(f"a force in it is not smooth ({found.function})")
+        return self._package.expression(found) if isinstance(found, float) else found
+
+    def count(self) -> None:
+        """Count one operation.
+
+        Raises
+        ------
+        UnfitError
+            There are too many.
+        """
+        self.operations += 1
+        if self.operations > MOST_OPERATIONS:
+            raise UnfitError(f"it takes more than {MOST_OPERATIONS:,} operations")
+
+
+class _Rough:
+    """A value of a function that is not smooth, and all that is made of it.
+
+    It may be compared: tests of pivots have magnitudes in them.
+    """
+
+    def __init__(self, function: str) -> None:
+        self.function = function
+
+    def _self(self, *_: Any) -> _Rough:
+        return self
+
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = _self
+    __truediv__ = __rtruediv__ = __pow__ = __rpow__ = __neg__ = _self
+
+
+class Traced:
+    """A number (a float) or an expression; sums with 0 and products with 0 and 1 are not made."""
+
+    __slots__ = ("algebra", "value")
+
+    def __init__(self, value: Any, algebra: Algebra) -> None:
+        self.value, self.algebra = value, algebra
+
+    @classmethod
+    def of(cls, value: Any, algebra: Algebra) -> Traced:
+        """A value as one of these."""
+        return value if isinstance(value, Traced) else cls(value, algebra)
+
+    def _with(self, other: Any) -> Any:
+        return other.value if isinstance(other, Traced) else float(other)
+
+    def _made(self, value: Any) -> Traced:
+        if not isinstance(value, float):
+            self.algebra.count()
+        return Traced(value, self.algebra)
+
+    def _is(self, number: float) -> bool:
+        return isinstance(self.value, float) and self.value == number
+
+    @property
+    def vanishes(self) -> bool:
+        """Whether this is the number 0."""
+        return self._is(0.0)
+
+    def __add__(self, other: Any) -> Traced:
+        right = Traced.of(other, self.algebra)
+        if right.vanishes:
+            return self
+        return right if self.vanishes else self._made(self.value + self._with(other))
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Traced:
+        return self._made(-self.value)
+
+    def __sub__(self, other: Any) -> Traced:
+        right = Traced.of(other, self.algebra)
+        if right.vanishes:
+            return self
+        return -right if self.vanishes else self._made(self.value - self._with(other))
+
+    def __rsub__(self, other: Any) -> Traced:
+        return Traced(float(other), self.algebra) - self
+
+    def __mul__(self, other: Any) -> Traced:
+        right = Traced.of(other, self.algebra)
+        if self.vanishes or right._is(1.0):
+            return self
+        return right if right.vanishes or self._is(1.0) else self._made(self.value * right.value)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Traced:
+        right = Traced.of(other, self.algebra)
+        if self.vanishes or right._is(1.0):
+            return self
+        return self._made(self.value / right.value)
+
+    def __rtruediv__(self, other: Any) -> Traced:
+        return Traced(float(other), self.algebra) / self
+
+    def __pow__(self, other: Any) -> Traced:
+        return self._made(self.value ** self._with(other))
+
+    def __rpow__(self, other: Any) -> Traced:
+        return self._made(float(other) ** self.value)
+
+    def __gt__(self, other: Any) -> bool:
+        """Pivots of regular states are large enough: elsewhere values are not finite."""
+        return True
+
+    def __lt__(self, other: Any) -> bool:
+        raise UnfitError("its equations differ from state to state")
+
+
+def solve(a: Any, b: Any, n: int) -> Any:
+    """x, and the second part with its sign turned, of a x = b by elimination in the order given.
+
+    The first n rows are those of a mass matrix. Where it is singular by itself, what follows
+    from the others is added to it: their squares, which change no solution.
+    """
+    found = _eliminated(a.copy(), b.copy())
+    if found is None:
+        g, f = a[n:, :n], b[n:]
+        weight = sum(a[i, i] for i in range(n)) / sum(x * x for x in g.ravel())
+        fuller, more = a.copy(), b.copy()
+        fuller[:n, :n] = fuller[:n, :n] + (g.T @ g) * weight
+        more[:n] = more[:n] + (g.T @ f) * weight
+        found = _eliminated(fuller, more)
+    if found is None:
+        raise UnfitError("its equations have no solution without a choice of pivots")
+    found[n:] = -found[n:]
+    return found
+
+
+def _eliminated(a: Any, b: Any) -> Any:
+    """The solution in place; None where a pivot vanishes."""
+    s = len(b)
+    for j in range(s):
+        if _vanishes(a[j, j]):
+            return None
+        for i in range(j + 1, s):
+            if _vanishes(a[i, j]):
+                continue
+            ratio = a[i, j] / a[j, j]
+            for k in range(j, s):
+                if not _vanishes(a[j, k]):
+                    a[i, k] = a[i, k] - ratio * a[j, k]
+            b[i] = b[i] - ratio * b[j]
+    for j in reversed(range(s)):
+        b[j] = (b[j] - sum(a[j, k] * b[k] for k in range(j + 1, s))) / a[j, j]
+    return np.asarray(b)
+
+
+def _vanishes(entry: Any) -> bool:
+    return entry.vanishes if isinstance(entry, Traced) else entry == 0.0

@@ -1,0 +1,38 @@
+"""Right-hand sides as expressions, for methods that differentiate them.
+
+A right-hand side may have an attribute ``expressions``. Its text is then run over objects in
+place of numbers: what it does with them is the expression.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from lagrange_cli.simulate.integrators.base import Array, Rhs
+
+__all__ = ["Expressions", "Tracing", "expressions"]
+
+#: (functions, t, y, p, u) → slopes: a right-hand side run over objects. The functions are those
+#: of :mod:`math` by name, and ``solve``, of a matrix, right sides, and the number of rows that
+#: are the mass matrix's; the text calls no others.
+Tracing: TypeAlias = Callable[
+    [Mapping[str, Callable[..., Any]], Any, Sequence[Any], Sequence[Any], Sequence[Any]],
+    Sequence[Any],
+]
+
+
+@dataclass(frozen=True)
+class Expressions:
+    """A right-hand side that can be traced, with its parameters and inputs as numbers."""
+
+    trace: Tracing
+    parameters: Array
+    inputs: Array
+
+
+def expressions(rhs: Rhs) -> Expressions | None:
+    """What a right-hand side is made of, None where only its values are to be had."""
+    found: Expressions | None = getattr(rhs, "expressions", None)
+    return found

@@ -1,0 +1,94 @@
+"""A model's right-hand sides run over objects in place of numbers.
+
+What is run is the Python text of the model (see :mod:`.integrators.expressions`). Its comparisons
+say where a state has no accelerations; objects that stand for all states answer them as regular
+ones do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import UnfitError
+from lagrange_cli.simulate.integrators.expressions import Tracing
+
+__all__ = ["functions_of", "tracing"]
+
+#: Why a text cannot be run over objects.
+LOOPS = "its equations are solved by loops over numbers"
+
+
+class _Listed(list[Any]):
+    """A list that is asked for as one."""
+
+    def tolist(self) -> list[Any]:
+        return self
+
+
+def _refused(*_: Any, **__: Any) -> Any:
+    raise UnfitError(LOOPS)
+
+
+def _array(values: Sequence[Any], dtype: Any = None) -> Any:
+    found = np.empty(len(values), dtype=object)
+    found[:] = values
+    return found
+
+
+#: What the text uses of NumPy, for objects.
+_NUMPY = SimpleNamespace(
+    asarray=lambda values, dtype=None: _Listed(values),
+    array=_array,
+    full=_refused,
+    errstate=lambda **_: nullcontext(),
+    linalg=np.linalg,
+)
+
+
+def functions_of(code: str) -> dict[str, Any]:
+    """The functions of a model's code in Python, by name.
+
+    What is executed is made of names and numbers that the program chose: no
+    text of a scene is in it.
+    """
+    functions: dict[str, Any] = {}
+    exec(compile(code, "<model>", "exec"), functions)
+    return functions
+
+
+@cache
+def tracing(code: str, name: str) -> Tracing:
+    """What runs one of a model's functions over objects.
+
+    Parameters
+    ----------
+    code
+        The Python text of a model.
+    name
+        That of a right-hand side.
+    """
+
+    def trace(
+        known: Mapping[str, Callable[..., Any]],
+        t: Any,
+        y: Sequence[Any],
+        p: Sequence[Any],
+        u: Sequence[Any],
+    ) -> Sequence[Any]:
+        namespace = functions_of(code)
+        namespace |= known
+        namespace |= {"np": _NUMPY, "float": lambda x: x, "_solve_saddle": known["solve"]}
+        namespace["_sign"] = known["sign"]
+        arguments = [lambda *_: u] if len(u) else []
+        try:
+            return list(namespace[name](t, y, p, *arguments))
+        except (TypeError, AttributeError, KeyError) as error:
+            raise UnfitError(LOOPS) from error
+
+    return trace
