@@ -57,6 +57,8 @@ class Solution:
     def meeting(self) -> Problem:
         """Branches meet at the given configuration: the chart ends there."""
         held = sorted({str(s) for b in self.branches for s in b.free_symbols - self.constants})
+        if not held:
+            return self._double()
         return self._problem(
             f"the given configuration is singular: two branches of '{self.constraint}' for"
             f" '{self.unknown}' meet there, so that {', '.join(held)} cannot tell them apart",

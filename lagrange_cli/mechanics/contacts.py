@@ -19,6 +19,7 @@ from lagrange_cli.mechanics.no_room import require_room
 from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.sampling import Drawn, working_digits
 from lagrange_cli.mechanics.tape import DomainError, values
+from lagrange_cli.mechanics.wording import leave_out, quoted
 from lagrange_cli.scene.model import Unilateral
 
 __all__ = ["contacts"]
@@ -101,8 +102,12 @@ def _require_change(
         says = "changed by no motion: it depends on t alone"
     elif abs(level) <= _STILL * size:
         says = "closed at every configuration"
+    elif level > 0:
+        says = "never closed"
     else:
-        says = "never closed" if level > 0 else "violated at every configuration"
+        stated = _constraints_that_hold(reduced, gap)
+        hint = leave_out([*stated, gap.name]) if stated else _FREE
+        raise _refusal(gap, "is violated at every configuration", hint)
     raise _refusal(gap, f"is {says}", "\n".join([_FREE, *_holding(reduced, gap)]))
 
 
@@ -125,20 +130,29 @@ def _change(
     return level, size, False
 
 
-def _holding(reduced: Reduced, gap: Restriction) -> Iterator[str]:
-    """What keeps a gap from changing: constraints and definitions of the names in it."""
-    names, found = reduced.names, reduced.chart.geometry.found
-    one_sided = next(u for u in reduced.scene.unilateral if u.name == gap.name)
-    held = sorted(gap_over_names(names, one_sided).free_symbols, key=str)
+def _constraints_that_hold(reduced: Reduced, gap: Restriction) -> list[str]:
+    """Constraints that a gap's names are solved from, or that are kept beside them."""
+    found = reduced.chart.geometry.found
+    held = _names_in(reduced, gap)
     stated = [found.stated[found.by[s]].constraint for s in held if s in found.by]
     present = (gap.left - gap.right).free_symbols
     for closure in reduced.closures:
         if present & (closure.left - closure.right).free_symbols:
             stated.append(closure.name)
+    return list(dict.fromkeys(stated))
+
+
+def _names_in(reduced: Reduced, gap: Restriction) -> list[sp.Symbol]:
+    one_sided = next(u for u in reduced.scene.unilateral if u.name == gap.name)
+    return sorted(gap_over_names(reduced.names, one_sided).free_symbols, key=str)
+
+
+def _holding(reduced: Reduced, gap: Restriction) -> Iterator[str]:
+    """What keeps a gap from changing: constraints and definitions of the names in it."""
+    stated = _constraints_that_hold(reduced, gap)
     if stated:
-        listed = ", ".join(f"'{n}'" for n in dict.fromkeys(stated))
-        yield f"constraints that hold it: {listed}"
-    defined = [s.name for s in held if s in names.given]
+        yield f"constraints that hold it: {quoted(stated)}"
+    defined = [s.name for s in _names_in(reduced, gap) if s in reduced.names.given]
     if defined:
         yield f"take {', '.join(defined)} as coordinates instead of defining them"
 

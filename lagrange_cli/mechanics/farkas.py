@@ -173,7 +173,7 @@ def false_sum(
         rows.add(number, phi, one_sided)
     rows.bound()
     rows.equilibrate()
-    if sum(map(len, rows.entries)) > _BUDGET:
+    if not rows.terms or sum(map(len, rows.entries)) > _BUDGET:
         return None
     for strict in (False, True):
         if strict and not rows.strict:

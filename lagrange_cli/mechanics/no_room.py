@@ -6,6 +6,7 @@ What is proven rests on a false sum of the constraints (:mod:`farkas`), or on a 
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -24,7 +25,7 @@ from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.refusals import rests_on
 from lagrange_cli.mechanics.room import Room
 from lagrange_cli.mechanics.solving import linear_parts
-from lagrange_cli.mechanics.tape import values
+from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.mechanics.wording import leave_out, quoted, written
 from lagrange_cli.scene.model import Unilateral
 
@@ -249,6 +250,10 @@ def _wider(reduced: Reduced, stated: Stated, missing: mpf) -> str:
     if not stated.one_sided or not found:
         return ""
     ((one_sided, gap),) = found
+    phi, given = gap.left - gap.right, reduced.reference
+    if phi.free_symbols <= given.keys():  # the values that are given are to satisfy it too
+        with contextlib.suppress(DomainError):
+            missing = max(missing, -values([phi], {s: given[s] for s in phi.free_symbols})[0])
     more = sp.Rational(mpmath.nstr(missing * _MORE, 2))
     moved = replace(gap, left=gap.left + more)
     gaps = [moved if g is gap else g for g in reduced.gaps]

@@ -71,6 +71,10 @@ class Room:
     def _time(self) -> sp.Symbol:
         return self._reduced.names.t
 
+    @property
+    def _coordinates(self) -> list[sp.Symbol]:
+        return [c.q for c in self._reduced.coordinates]
+
     def _ways(self, closures: Sequence[Restriction], gaps: Sequence[Restriction]) -> list[Manifold]:
         """What is to hold, at a time that is given; at any time where time plays a part."""
         sides = [(r.left, r.right) for r in (*closures, *gaps)]
@@ -84,17 +88,16 @@ class Room:
     def _manifold(
         self, sides: Sequence[tuple[sp.Expr, sp.Expr]], beside: Sequence[sp.Symbol]
     ) -> Manifold:
-        names, q = self._reduced.names, [c.q for c in self._reduced.coordinates]
+        names, q = self._reduced.names, self._coordinates
         others = [*names.parameters.values()]
         scale = {**self._reduced.scales, **dict.fromkeys(beside, mpf(1))}
         return Manifold(sides, [], names.t, [*q, *beside], [], others, scale)
 
     @cached_property
     def _given(self) -> Drawn:
-        """Time and coordinates where the scene gives them; zero where it does not."""
-        reference = self._reduced.reference
-        center = {c.q: reference.get(c.q, mpf(0)) for c in self._reduced.coordinates}
-        return {**center, self._time: reference[self._time]}
+        """Time, and coordinates that the scene gives."""
+        given = self._reduced.reference
+        return {s: given[s] for s in (self._time, *self._coordinates) if s in given}
 
     def _start(self, attempt: int, closures: Sequence[int]) -> Drawn | None:
         """The given configuration, then random ones on the closures around it."""

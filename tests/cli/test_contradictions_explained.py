@@ -79,8 +79,6 @@ SCENES = {
     "a further position": point("a: dot(x) = y, b: dot(x) = z"),
     "slipping belt": WHEEL
     + "constraints: {roll: dot(x) = R*dot(phi), motor: dot(phi) = w, belt: dot(x) = w}\n",
-    "integral": P + "constraints: {a: x*dot(x) + z*dot(z) = 0, b: x = 2, c: y = 0}\n"
-    "initial: {x: 1, z: 0}\n",
     "sled": SLED,
     # One-sided ones.
     "ball and shelf": point("ball: x^2+y^2+z^2 = 1, shelf: z >= 2"),
@@ -91,6 +89,7 @@ SCENES = {
     "wave": point("s: z = sin(x), t: z >= 2"),
     "bowls": point("a: z >= 1 + x^2, b: z <= -x^2"),
     "moving slab": point("a: x >= t + 2, b: x <= t + 1"),
+    "held by an equation": point("flat: z = 0, shelf: z >= 1, wall: x >= 0"),
     "discs": point("a: (x-3)^2+y^2 <= 1, b: (x+3)^2+y^2 <= 1"),
     "rope and shelf": point("rope: 'norm(x, y, z) <= 1', shelf: z >= 3"),
     "ropes": ROPES,
