@@ -53,8 +53,11 @@ _OPTIONS = (
     shared.jobs("Members that are simulated"),
     click.option(
         "--resume",
-        is_flag=True,
-        help="Go on with an ensemble that was interrupted.  [default: off]",
+        is_flag=False,
+        flag_value="",
+        metavar="[FILE]",
+        help="Go on with what was interrupted: a run from the FILE of its --checkpoint; an "
+        "ensemble, which takes no FILE, from what stands beside -o.  [default: off]",
     ),
 )
 
@@ -82,12 +85,25 @@ def many(how: dict[str, Any], plot: str | None) -> Many | None:
     InputError
         They contradict each other or what else is asked for.
     """
-    found = Many(**{name: how.pop(name) for name in ("ensemble", "vary", "jobs", "resume")})
-    if found.ensemble is None and not found.vary:
-        if found.jobs is not None or found.resume:
-            option = "--resume" if found.resume else "--jobs"
-            raise _usage(f"{option} is for ensembles", "--ensemble FILE or --vary NAME=RANGE")
+    if how["ensemble"] is None and not how["vary"]:
+        if how["jobs"] is not None:
+            raise _usage("--jobs is for ensembles", "--ensemble FILE or --vary NAME=RANGE")
+        for name in ("ensemble", "vary", "jobs"):
+            del how[name]
         return None
+    if how["resume"]:
+        raise _usage(
+            f"an ensemble goes on from what stands beside -o, not from '{how['resume']}'",
+            "--resume at the end of the options, or --resume=",
+        )
+    if how.pop("checkpoint") is not None:
+        raise _usage(
+            "an ensemble keeps each member as it ends, without --checkpoint",
+            "--resume -o ensemble.npz goes on with the others",
+        )
+    resume = how.pop("resume") is not None
+    names = ("ensemble", "vary", "jobs")
+    found = Many(**{name: how.pop(name) for name in names}, resume=resume)
     if found.ensemble is not None and found.vary:
         raise _usage("--ensemble and --vary both say what the members are", "give one of them")
     if plot is not None:

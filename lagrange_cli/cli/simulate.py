@@ -18,6 +18,7 @@ from lagrange_cli.cli.models import model_of_scene
 from lagrange_cli.cli.output import print_text
 from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.session import Session
+from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import check_writable
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.scene.model import Formulation
     from lagrange_cli.simulate import Trajectory
+    from lagrange_cli.simulate.checkpoint import Checkpoint
     from lagrange_cli.simulate.model import Model
 
 __all__ = ["simulate"]
@@ -211,6 +213,14 @@ def _json(trajectory: Trajectory, derive_seconds: float) -> str:
     help="Write the samples, as .csv or .npz.  [default: none]",
 )
 @options.plot("Draw coordinates, velocities and energy over time")
+@click.option(
+    "--checkpoint",
+    type=click.Path(),
+    callback=options.not_empty,
+    metavar="FILE",
+    help="Write the state of the run now and then, and when it is stopped, for --resume FILE.  "
+    "[default: none]",
+)
 @ensemble.options
 @options.json_flag("Report as JSON.")
 @options.common
@@ -243,6 +253,7 @@ def simulate(
         scene_and_options = (source, parameters, initial, times, formulation)
         members = ensemble.Asked(many, *scene_and_options, columns, output, as_json, how)
         ctx.exit(ensemble.simulate_ensemble(session, members))
+    how["checkpoint"] = _checkpoint(how.pop("checkpoint"), how.pop("resume"))
     model_in = partial(
         model_of_scene,
         session,
@@ -274,13 +285,36 @@ def simulate(
     print_text(_json(trajectory, derive_seconds) if as_json else _text(trajectory, model))
     if plot is not None:
         trajectory.plot(plot)
-    for remark in _remarks(trajectory, model):
+    for remark in _remarks(trajectory, model, how["checkpoint"]):
         session.remark(remark)
     interrupted = trajectory.status == "stopped" and interrupt.asked
     ctx.exit(interrupt.exit_code if interrupted else trajectory.exit_code)
 
 
-def _remarks(trajectory: Trajectory, model: Model) -> Iterator[str]:
+def _checkpoint(path: str | None, resumed: str | None) -> Checkpoint | None:
+    """Where the state of a run is written, and whether it goes on from there.
+
+    Raises
+    ------
+    InputError
+        The options contradict each other, or the file cannot be written.
+    """
+    if path is None and resumed is None:
+        return None
+    if resumed is not None and path not in (None, resumed):
+        message = "--resume writes the state to the file that it goes on from"
+        raise InputError(Problem(message, hint="leave out --checkpoint", rule="resume"))
+    if resumed == "":
+        message = "--resume needs the file of --checkpoint"
+        raise InputError(Problem(message, hint="--resume run.checkpoint", rule="resume"))
+    from lagrange_cli.simulate.checkpoint import Checkpoint
+
+    found = Checkpoint(path or resumed or "", resume=resumed is not None)
+    check_writable(found.path)
+    return found
+
+
+def _remarks(trajectory: Trajectory, model: Model, checkpoint: Checkpoint | None) -> Iterator[str]:
     """What is said beside the result."""
     asked = model.defaults.accuracy
     if trajectory.requested is None and asked is not None:
@@ -289,3 +323,6 @@ def _remarks(trajectory: Trajectory, model: Model) -> Iterator[str]:
             " and its steps; without them it is"
         )
     yield from filter(None, (*trajectory.remarks, trajectory.reason))
+    stopped = trajectory.status == "stopped"
+    if stopped and checkpoint is not None and Path(checkpoint.path).exists():
+        yield f"--resume {checkpoint.path} with the same options goes on from there"

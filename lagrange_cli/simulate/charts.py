@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.errors import InputError
+from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.following import Followed, Samples, follow
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.model import FormerChart, Model, SingularPlace
@@ -76,6 +76,7 @@ def simulate_past_charts(
     """
     if model.chart is None and not model.singular:
         return simulate(model, **how)
+    _refuse_checkpoint(model, how)
     # Places and coordinates are looked for along all samples at once.
     how = {**how, "stream": None}
     if model.chart is not None:
@@ -94,6 +95,21 @@ def simulate_past_charts(
     if second is not None and (second.status == "ok" or second.t[-1] > first.t[-1]):
         return _with_costs(second, [first])
     return _thinned(_cut(first, met), every)
+
+
+def _refuse_checkpoint(model: Model, how: Mapping[str, Any]) -> None:
+    """Refuse to write the state of a run that may be followed by others."""
+    if how.get("checkpoint") is None:
+        return
+    reason = "are looked at as a whole" if model.singular else "are read off its positions"
+    raise InputError(
+        Problem(
+            "a run cannot be interrupted and go on here: singular places of its coordinates, or"
+            f" coordinates it has none for, {reason}",
+            hint="without --checkpoint, Ctrl-C keeps what is done",
+            rule="resume",
+        )
+    )
 
 
 def _rest(how: Mapping[str, Any], seconds: float) -> dict[str, Any] | None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from lagrange_cli.simulate.accuracy import Measured, only_the_start, until, why
+from lagrange_cli.simulate.checkpoint import Keeper
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.pilot import FIRST_STEP, Pilot, pilot
@@ -28,20 +29,32 @@ PILOT_SAMPLES = 2**16
 
 
 def integrate_with_method(
-    problem: InitialValueProblem, request: Request, watch: Watch, samples: Samples | None = None
+    problem: InitialValueProblem,
+    request: Request,
+    watch: Watch,
+    samples: Samples | None = None,
+    keeper: Keeper | None = None,
 ) -> Measured:
-    """Integrate once; all samples that the run reached are kept, in ``samples`` if given."""
+    """Integrate once; all samples that the run reached are kept, in ``samples`` if given.
+
+    Raises
+    ------
+    InputError
+        The samples that ``keeper`` is to go on with are damaged, or the method cannot go on.
+    """
     started = time.perf_counter()
     with np.errstate(all="ignore"):
         try:
-            found = _pilot_if_needed(problem, request, watch)
+            found = _pilot_if_needed(problem, request, watch, keeper)
         except (StoppedError, KeyboardInterrupt):
             return only_the_start(problem, time.perf_counter() - started)
         method = request.method or (found.method if found else INTEGRATORS["DOP853"])
         watch.next_pass()
         run_started = time.perf_counter()
         run = Run(method, problem, control_of(problem, request, found), samples=samples)
-        stopped = _go(run, problem, watch)
+        if keeper is not None:
+            _begin(run, keeper, found)
+        stopped = _go(run, problem, watch, keeper)
     return replace(
         measured_run(run, problem),
         stopped=stopped,
@@ -50,6 +63,15 @@ def integrate_with_method(
         run_seconds=time.perf_counter() - run_started,
         estimate_seconds=run_started - started,
     )
+
+
+def _begin(run: Run, keeper: Keeper, found: Pilot | None) -> None:
+    """Go on where a run stood before, if it did."""
+    keeper.require(run.method)
+    if keeper.before is not None and not run.restore(keeper.before["run"]):
+        raise keeper.damaged()
+    pilot = None if found is None else found.state()
+    keeper.watch(lambda: {"pilot": pilot, "run": run.state()})
 
 
 def measured_run(run: Run, problem: InitialValueProblem) -> Measured:
@@ -72,21 +94,31 @@ def measured_run(run: Run, problem: InitialValueProblem) -> Measured:
     )
 
 
-def _go(run: Run, problem: InitialValueProblem, watch: Watch) -> bool:
+def _go(run: Run, problem: InitialValueProblem, watch: Watch, keeper: Keeper | None) -> bool:
     """Run to the end; True if the user or the budget stopped it."""
     try:
         while run.go(len(problem.times)):
+            if keeper is not None:
+                keeper.visit()
             watch((run.t - problem.start) / problem.span)
-    except (StoppedError, KeyboardInterrupt):
+    except StoppedError:
+        if keeper is not None:
+            keeper.save()
+        return True
+    except KeyboardInterrupt:
         return True
     return False
 
 
-def _pilot_if_needed(problem: InitialValueProblem, request: Request, watch: Watch) -> Pilot | None:
+def _pilot_if_needed(
+    problem: InitialValueProblem, request: Request, watch: Watch, keeper: Keeper | None
+) -> Pilot | None:
     """The coarse run, where scales for ``atol`` or a method are wanted of it."""
     known = request.atol is not None or request.rtol is None
     if request.method is not None and known:
         return None
+    if keeper is not None and keeper.before is not None:
+        return Pilot.restored(keeper.before["pilot"])
     coarse = replace(problem, times=thinned(problem.times, PILOT_SAMPLES))
     return pilot(coarse, request.rtol or 1e-6, watch)
 

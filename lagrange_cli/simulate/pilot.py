@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
-from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.integrators.base import Array, Rhs, State
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.pieces import pieces
 from lagrange_cli.simulate.integrators.switching import SwitchedRhs
@@ -78,6 +78,16 @@ class Pilot:
     def finer(self, factor: float) -> Pilot:
         """The same found with arithmetic whose rounding is that part of doubles'."""
         return replace(self, noise=factor * self.noise)
+
+    def state(self) -> State:
+        """The same as plain values."""
+        numbers = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {**numbers, "method": self.method.name}
+
+    @classmethod
+    def restored(cls, state: State) -> Pilot:
+        """What :meth:`state` was made of."""
+        return cls(**{**state, "method": INTEGRATORS[state["method"]]})
 
     @property
     def stiff(self) -> bool:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.integrators import Control, Integrator, Rhs, start
-from lagrange_cli.simulate.integrators.base import Array, UnfitError
+from lagrange_cli.simulate.integrators.base import Array, State, UnfitError
 from lagrange_cli.simulate.integrators.switching import Flags, Switch, Switching
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.rows import Rows
@@ -132,6 +132,23 @@ class Run:
     def ended(self) -> bool:
         """Whether the run is complete or has failed."""
         return self.failure is not None or self.filled == len(self._times)
+
+    def state(self) -> State:
+        """All that the run goes on from; its samples are on the disk where they are in a file."""
+        failure = self.failure
+        return {
+            "filled": self.filled,
+            "failure": failure and (failure.time, failure.reason, failure.contacts),
+            "samples": self._samples.state(self.filled),
+            "integrator": self._integrator.state(),
+        }
+
+    def restore(self, state: State) -> bool:
+        """Go on where a run of the same problem stood; False where its samples are not there."""
+        self.filled = state["filled"]
+        self.failure = state["failure"] and Failure(*state["failure"])
+        self._integrator.restore(state["integrator"])
+        return self._samples.restore(state["samples"])
 
     def go(self, samples: int, *, most_evaluations: float = math.inf) -> bool:
         """Advance for a short while, so that the caller can look at the clock.

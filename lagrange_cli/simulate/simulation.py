@@ -12,6 +12,7 @@ import numpy as np
 
 from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
 from lagrange_cli.simulate.along import Along, along
+from lagrange_cli.simulate.checkpoint import Checkpoint, Keeper, identity, refuse_promise
 from lagrange_cli.simulate.chosen import integrate_with_method
 from lagrange_cli.simulate.columns import sampled, state_columns
 from lagrange_cli.simulate.disproof import energy_drift, undisproved
@@ -53,6 +54,7 @@ def simulate(
     cache: Cache | None = None,
     every: int = 1,
     stream: Stream | None = None,
+    checkpoint: Checkpoint | None = None,
 ) -> Trajectory:
     """Integrate the equations of motion from their initial state.
 
@@ -94,6 +96,8 @@ def simulate(
     stream
         What becomes of samples that are more than memory should hold; by default they are
         refused.
+    checkpoint
+        Where to write the state of the run now and then, and when it is stopped.
 
     Raises
     ------
@@ -108,9 +112,9 @@ def simulate(
     span = float(request.times[0]), float(request.times[-1])
     watch = Watch(progress, budget, reached=reached, span=span, stop=stop)
     if stream is None or not isinstance(request.times, Grid):
-        return _simulated(model, request.refined(every), watch, functions, cache)
-    with spooled(stream, model, len(request.times)) as room:
-        return _simulated(model, request, watch, functions, cache, stream, room)
+        return _simulated(model, request.refined(every), watch, functions, cache, checkpoint)
+    with spooled(stream, model, len(request.times), checkpoint) as room:
+        return _simulated(model, request, watch, functions, cache, checkpoint, stream, room)
 
 
 def _simulated(
@@ -119,6 +123,7 @@ def _simulated(
     watch: Watch,
     functions: RightHandSide | None,
     cache: Cache | None,
+    checkpoint: Checkpoint | None,
     stream: Stream | None = None,
     samples: Samples | None = None,
 ) -> Trajectory:
@@ -129,19 +134,26 @@ def _simulated(
     if functions.drive is not None:
         functions.drive.require(problem.start, problem.until)
     require_a_start(model, problem)
+    keeper = None
+    if checkpoint is not None:
+        refuse_promise(request)
+        keeper = Keeper(checkpoint, identity(model, request, functions))
     compile_seconds = time.perf_counter() - started
     if request.accuracy is not None:
         measured = integrate_to_accuracy(problem, request.accuracy, watch)
     else:
-        measured = integrate_with_method(problem, request, watch, samples)
+        measured = integrate_with_method(problem, request, watch, samples, keeper)
     seen = along(model, functions, problem.start, measured)
     measured = undisproved(model, seen, problem.times, measured, request.accuracy)
     if not measured.stopped:
         watch.done()
     found = _trajectory(model, request, seen, problem, measured, compile_seconds)
-    if stream is None:
-        return found
-    return streamed(stream, found, problem.times, measured.states, partial(sampled, model, seen))
+    if stream is not None:
+        columns = partial(sampled, model, seen)
+        found = streamed(stream, found, problem.times, measured.states, columns)
+    if keeper is not None and not measured.stopped:
+        keeper.remove()
+    return found
 
 
 def _modelled(equations: Equations) -> Model:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+import zlib
 from dataclasses import dataclass
 from typing import IO, Any, Protocol, overload
 
@@ -12,10 +13,10 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.base import Array, State
 from lagrange_cli.simulate.rows import Rows, window_rows
 
-__all__ = ["InMemory", "Samples", "Spool", "folder_of", "require_room", "spool_file"]
+__all__ = ["InMemory", "Samples", "Spool", "folder_of", "named_file", "require_room", "spool_file"]
 
 #: Bytes of a number.
 NUMBER = 8
@@ -32,6 +33,14 @@ class Samples(Protocol):
         """So many that have been filled."""
         ...
 
+    def state(self, count: int) -> State:
+        """What is to be written of so many that have been filled."""
+        ...
+
+    def restore(self, state: State) -> bool:
+        """Fill those again; False where that is not possible."""
+        ...
+
 
 class InMemory:
     """All samples in one array, shape (count, width)."""
@@ -45,6 +54,13 @@ class InMemory:
     def rows(self, count: int) -> Array:
         return self._array[:count]
 
+    def state(self, count: int) -> State:
+        return {"states": self._array[:count]}
+
+    def restore(self, state: State) -> bool:
+        self._array[: len(state["states"])] = state["states"]
+        return True
+
 
 class Spool:
     """Samples in a file; those of the window that is being filled are in memory.
@@ -57,6 +73,9 @@ class Spool:
         Rows of a window.
     """
 
+    #: The CRC-32 of the rows in the file that are no longer in memory.
+    _check = 0
+
     def __init__(self, file: IO[bytes], width: int, size: int | None = None) -> None:
         self._file, self._width = file, width
         self._buffer = np.empty((size or window_rows(width), width))
@@ -64,7 +83,7 @@ class Spool:
 
     def room(self, first: int, last: int) -> Array:
         if first - self._base == len(self._buffer):
-            self._put(len(self._buffer))
+            self._check = self._put(len(self._buffer))
             self._base = first
         return self._buffer[first - self._base : last - self._base]
 
@@ -81,14 +100,36 @@ class Spool:
         data = self._file.read((min(last, self._base) - first) * size)
         return np.concatenate([np.frombuffer(data).reshape(-1, self._width), kept])
 
-    def _put(self, rows: int) -> None:
-        """Write the first rows of the window into the file."""
+    def state(self, count: int) -> State:
+        """See to it that the first ``count`` rows are on the disk; how to know them again."""
+        check = self._put(count - self._base)
+        os.fsync(self._file.fileno())
+        return {"count": count, "check": check}
+
+    def restore(self, state: State) -> bool:
+        """Go on behind the rows in the file; False where they are not those that were written."""
+        count, size = state["count"], len(self._buffer)
+        self._file.seek(0)
+        for self._base in range(0, count, size):
+            rows = min(size, count - self._base)
+            data = self._file.read(NUMBER * self._width * rows)
+            if len(data) < NUMBER * self._width * rows:
+                return False
+            self._buffer[:rows] = np.frombuffer(data).reshape(rows, self._width)
+            check, self._check = self._check, zlib.crc32(data, self._check)
+        self._check, found = check, self._check
+        return bool(found == state["check"])
+
+    def _put(self, rows: int) -> int:
+        """Write the first rows of the window into the file; return the CRC-32 of it up to them."""
+        data = self._buffer[:rows].tobytes()
         try:
             self._file.seek(NUMBER * self._width * self._base)
-            self._file.write(self._buffer[:rows].tobytes())
+            self._file.write(data)
             self._file.flush()
         except OSError as error:
             raise cannot_write("the samples of a long run", error) from error
+        return zlib.crc32(data, self._check)
 
 
 @dataclass(frozen=True)
@@ -127,6 +168,20 @@ def spool_file(folder: str) -> IO[bytes]:
         return tempfile.TemporaryFile(dir=folder)
     except OSError as error:
         raise cannot_write(f"into '{folder}'", error) from error
+
+
+def named_file(path: str, *, again: bool) -> IO[bytes]:
+    """A file that stays, empty or that of before.
+
+    Raises
+    ------
+    InputError
+        It cannot be made, or is not there.
+    """
+    try:
+        return open(path, "r+b" if again else "w+b")
+    except OSError as error:
+        raise cannot_write(f"'{path}'", error) from error
 
 
 def folder_of(beside: str | os.PathLike[str] | None) -> str:

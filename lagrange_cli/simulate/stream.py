@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lagrange_cli.files import whole_file
+from lagrange_cli.simulate.checkpoint import Checkpoint
 from lagrange_cli.simulate.columns import Sampled
 from lagrange_cli.simulate.formats import format_of
 from lagrange_cli.simulate.integrators.base import Array
@@ -43,18 +44,24 @@ class Stream:
 
 
 @contextmanager
-def spooled(stream: Stream, model: Model, count: int) -> Iterator[Samples]:
-    """Room for the states of ``count`` samples on the disk of the result, for a while.
+def spooled(
+    stream: Stream, model: Model, count: int, checkpoint: Checkpoint | None
+) -> Iterator[Samples]:
+    """Room for the states of ``count`` samples on a disk.
+
+    It is that of the result, and for a while; with a checkpoint it is beside that, and stays.
 
     Raises
     ------
     InputError
         The disk has not that much room.
     """
-    folder, width = folder_of(stream.output), 2 * len(model.coordinates)
+    width = 2 * len(model.coordinates)
     columns = 0 if stream.output is None else 1 + width + 2 * len(model.cartesian)
-    require_room(folder, count, width + columns)
-    with spool_file(folder) as file:
+    folder = folder_of(stream.output if checkpoint is None else checkpoint.path)
+    if checkpoint is None or not checkpoint.resume:
+        require_room(folder, count, width + columns)
+    with spool_file(folder) if checkpoint is None else checkpoint.samples() as file:
         yield Spool(file, width)
 
 

@@ -113,7 +113,7 @@ def test_accuracy_is_that_of_each_member(folder):
         (("--vary", "m=[1]", "--resume"), "--resume needs"),
         (("--vary", "m=[1]", "--method", "nonsense"), "unknown method"),
         (("--vary", "m=[1]", "-o", "none/out.npz"), "cannot write"),
-        (("--resume",), "--resume is for ensembles"),
+        (("--resume",), "--resume needs the file of --checkpoint"),
         (("-j", "2"), "--jobs is for ensembles"),
         (("--ensemble", "none.csv"), "none.csv:1:1: no such file"),
         (("--ensemble", "scene.yaml"), "scene.yaml:2:1: there is no member"),
