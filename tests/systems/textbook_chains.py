@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from itertools import pairwise, product
 from types import SimpleNamespace
 
-from sympy import Expr, Integer, Matrix, Rational, Symbol, cos, exp, sin
+from sympy import Expr, Integer, Matrix, Rational, Symbol, cos, exp, sin, sqrt
 
 Names = SimpleNamespace
 
@@ -87,16 +87,39 @@ def _threads(p: Names, q: Names, t: Symbol) -> list[Expr]:
     return [d.dot(d) - p.l**2 for d in apart]
 
 
+def _curtain(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    """Weights, and springs between neighbours of a row (their length is a root)."""
+    squares = sum(getattr(v, f"{base}[{i},{j}]") ** 2 for i, j in KNOTS for base in "xz")
+    heights = sum(getattr(q, f"z[{i},{j}]") for i, j in KNOTS)
+    springs = Integer(0)
+    for i, j in product(range(1, 4), (1, 2)):
+        apart = [getattr(q, f"{c}[{i},{j + 1}]") - getattr(q, f"{c}[{i},{j}]") for c in "xz"]
+        springs += HALF * p.k * (sqrt(apart[0] ** 2 + apart[1] ** 2) - p.a) ** 2
+    return HALF * p.mass * squares - p.mass * p.g * heights - springs
+
+
+def _hanging_rods(p: Names, q: Names, t: Symbol) -> list[Expr]:
+    def at(i: int, j: int) -> Matrix:
+        if i == 0:
+            return Matrix([p.a * j, 0])
+        return Matrix([getattr(q, f"{base}[{i},{j}]") for base in "xz"])
+
+    apart = [at(i, j) - at(i - 1, j) for i, j in KNOTS]
+    return [d.dot(d) - p.l**2 for d in apart]
+
+
 #: Scene name → φ(q, t) of the equations φ = 0 beside its Lagrangian.
 CHAIN_CLOSURES: Mapping[str, Callable[[Names, Names, Symbol], list[Expr]]] = {
     "chain_of_rods": _rods,
     "hanging_net": _threads,
+    "net_of_rods_and_springs": _hanging_rods,
 }
 
 #: Scene name → its Lagrangian.
 CHAINS: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     "chain_of_rods": _chain_of_rods,
     "hanging_net": _hanging_net,
+    "net_of_rods_and_springs": _curtain,
     "toda_ring": _toda_ring,
     "pendulum_chain": _pendulum_chain,
     "oscillator_ring": _oscillator_ring,
