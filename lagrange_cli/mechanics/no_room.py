@@ -142,7 +142,8 @@ def _sum(chosen: Sequence[Stated], total: FalseSum) -> str:
     shares = [x / unit for x in total.shares.values()]
     what = "it"
     if len(chosen) > 1:
-        what = "their sum, with factors,"
+        plain = all(_number(x) == "1" for x in shares)
+        what = "their sum" if plain else "their sum, with factors,"
         if len(chosen) <= _WRITTEN:
             what = f"their sum {_products(chosen, shares)}"
     says = f"0 >= {_number(total.rest / unit)}"

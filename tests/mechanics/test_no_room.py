@@ -98,7 +98,7 @@ constraints:
   right: "x[60] <= %s"
 """
     message = refusal(text % 58).message
-    assert "(61 in all) contradict each other: their sum, with factors, says 0 >= 1" in message
+    assert "(61 in all) contradict each other: their sum says 0 >= 1" in message
     assert len(derived(text % 60).contacts) == 61
 
 
