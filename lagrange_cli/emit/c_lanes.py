@@ -28,7 +28,8 @@ _SMALLEST_PIVOT = "1e-14"
 def lanes_text(function: str, program: Program, names: CNames, real: Real, dialect: Dialect) -> str:
     """``PREFIX_FUNCTION_lanes``, empty where the program has no such form.
 
-    It reads ``t[l]`` and ``y[8*i + l]`` and writes ``dydt[8*i + l]`` for l below 8.
+    It reads ``t[l]`` and ``y[8*i + l]`` and writes ``dydt[8*i + l]`` for l below 8; where the
+    program finds no accelerations, its outputs in their order.
     """
     operands = [operand for _, operand in program.assignments]
     operands += [operand for _, of in program.outputs for operand in of]
@@ -43,7 +44,8 @@ def lanes_text(function: str, program: Program, names: CNames, real: Real, diale
         f"    const {names.prefix}_params *restrict p, double *work,\n"
         "    double *restrict dydt)\n"
     )
-    body = [*_loads(program), *_assignments(program, dialect), *_results(program, dialect)]
+    results = _results if program.blocks else _values
+    body = [*_loads(program), *_assignments(program, dialect), *results(program, dialect)]
     unused = {"u": True, "work": True, **_unread(program)}
     return "\n".join(
         [
@@ -62,12 +64,17 @@ def lanes_text(function: str, program: Program, names: CNames, real: Real, diale
 
 def _unread(program: Program) -> dict[str, bool]:
     reads = input_names(program)
-    return {"t": "t" not in reads, "p": not any(name.startswith("p") for name in reads)}
+    state = program.blocks or any(name[0] in "qv" for name in reads)
+    return {
+        "t": "t" not in reads,
+        "y": not state,
+        "p": not any(name.startswith("p") for name in reads),
+    }
 
 
 def _loads(program: Program) -> list[str]:
     n = program.coordinates
-    reads = input_names(program) | {f"v{i}" for i in range(n)}
+    reads = input_names(program) | {f"v{i}" for i in range(n) if program.blocks}
     state = [f"{kind}{i}" for kind in "qv" for i in range(n)]
     return [
         f"const double {name} = y[{8 * k} + l];" for k, name in enumerate(state) if name in reads
@@ -93,6 +100,17 @@ def _results(program: Program, dialect: Dialect) -> list[str]:
         f"bad |= !(0.0{sums} == 0.0);",
         *(f"dydt[{8 * i} + l] = v{i};" for i in range(n)),
         *(f"dydt[{8 * (n + i)} + l] = a{i};" for i in sorted(found)),
+    ]
+
+
+def _values(program: Program, dialect: Dialect) -> list[str]:
+    """Outputs, and the test of them."""
+    operands = [operand for _, of in program.outputs for operand in of]
+    sums = "".join(f" + 0.0*x{i}" for i in range(len(operands)))
+    return [
+        *(f"const double x{i} = {expression(of, dialect)};" for i, of in enumerate(operands)),
+        f"bad |= !(0.0{sums} == 0.0);",
+        *(f"dydt[{8 * i} + l] = x{i};" for i in range(len(operands))),
     ]
 
 

@@ -16,13 +16,17 @@ from lagrange_cli.emit.c_names import CNames, Real, real_type
 from lagrange_cli.emit.c_project import project_text, residual_text
 from lagrange_cli.emit.c_reset import reset_text
 from lagrange_cli.emit.c_solvers import fill, helper_text, solver_text
+from lagrange_cli.emit.c_taylor import TAYLOR_HEADER, taylor_text
 from lagrange_cli.emit.printing import Dialect
 from lagrange_cli.emit.program import Program
 
-__all__ = ["DOUBLE", "lanes_source", "library_source"]
+__all__ = ["DOUBLE", "lanes_source", "library_source", "tables_source", "taylor_source"]
 
 #: The numbers that simulations compute with first.
 DOUBLE = real_type("double")
+
+#: Functions that are evaluated at the samples of many motions.
+TABLES = ("energy", "positions", "velocities", "outputs")
 
 #: Evaluates a function at many states; what does not exist becomes NaN.
 _TABLE = """\
@@ -57,11 +61,10 @@ def library_source(programs: Mapping[str, Program], real: Real = DOUBLE) -> str:
     them. The programs read parameters from an array at ``p``, of numbers of the type ``real``.
     """
     names, dialect = _language(programs, real)
-    parameters = _parameters(programs)
     used = set().union(*(functions_used(program) for program in programs.values()))
     parts = [
         "#include <math.h>\n",
-        f"typedef struct {{ {real.name} p[{max(parameters, 1)}]; }} system_params;\n",
+        _parameter_type(programs, real),
         helper_text(used, names, real),
         solver_text(blocks_of(programs), names, real),
         kernel_helpers(programs, names, real),
@@ -81,6 +84,26 @@ def lanes_source(programs: Mapping[str, Program]) -> str:
     sides = {f: p for f, p in programs.items() if p.blocks}
     texts = [lanes_text(f, p, names, DOUBLE, dialect) for f, p in sides.items()]
     return "\n".join([f'#include "{LANES_HEADER}"\n', *texts]) if any(texts) else ""
+
+
+def taylor_source(programs: Mapping[str, Program]) -> str:
+    """Recurrences for the Taylor coefficients of right-hand sides, as functions
+    ``system_NAME_taylor``; empty where one of them has none."""
+    names, _ = _language(programs, DOUBLE)
+    sides = [taylor_text(f, programs[f], names, DOUBLE) for f in ("rhs", "disturbed")]
+    return "\n".join([f'#include "{TAYLOR_HEADER}"\n', *sides]) if all(sides) else ""
+
+
+def tables_source(programs: Mapping[str, Program]) -> str:
+    """What follows that text: :data:`TABLES` at eight states at once, where they have that form,
+    as functions ``system_NAME_lanes``."""
+    names, dialect = _language(programs, DOUBLE)
+    found = [lanes_text(f, programs[f], names, DOUBLE, dialect) for f in TABLES if f in programs]
+    return "\n".join([_parameter_type(programs, DOUBLE), *found])
+
+
+def _parameter_type(programs: Mapping[str, Program], real: Real) -> str:
+    return f"typedef struct {{ {real.name} p[{max(_parameters(programs), 1)}]; }} system_params;\n"
 
 
 def _language(programs: Mapping[str, Program], real: Real) -> tuple[CNames, Dialect]:

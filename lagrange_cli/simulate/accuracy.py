@@ -25,7 +25,7 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.agreement import Unclear
-from lagrange_cli.simulate.attempt import FLOOR_ULPS, Attempt
+from lagrange_cli.simulate.attempt import FLOOR_ULPS, Attempt, Verdict
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.switching import Flags, Switch
@@ -41,6 +41,7 @@ __all__ = [
     "Measured",
     "Obstacle",
     "integrate_to_accuracy",
+    "obstacle",
     "only_the_start",
     "until",
     "why",
@@ -260,7 +261,9 @@ def _measured(
         began=best.run.began,
         unclear=_unclear(best, judged.samples, problem.times),
         exempt=times[events.exempt(times)] if events is not None else times[:0],
-        obstacle=_obstacle(attempts, eps) if judged.samples < len(problem.times) else None,
+        obstacle=obstacle([attempt.judge() for attempt in attempts if attempt.complete], eps)
+        if judged.samples < len(problem.times)
+        else None,
     )
 
 
@@ -272,9 +275,8 @@ def _unclear(best: Attempt, samples: int, times: Rows) -> Unclear | None:
     return best.events.unclear(kept, lost, best.run.switches)
 
 
-def _obstacle(attempts: list[Attempt], eps: float) -> Obstacle | None:
-    """Of the attempt that came closest, where a little less accuracy could be had."""
-    verdicts = [attempt.judge() for attempt in attempts if attempt.complete]
+def obstacle(verdicts: Sequence[Verdict], eps: float) -> Obstacle | None:
+    """Of what came closest of complete attempts, where a little less accuracy could be had."""
     if not verdicts:
         return None
     nearest = min(verdicts, key=lambda verdict: verdict.excess)

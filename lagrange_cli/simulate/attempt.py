@@ -21,7 +21,7 @@ from lagrange_cli.simulate.rows import first_from
 from lagrange_cli.simulate.run import Failure, Run
 from lagrange_cli.simulate.watch import Watch
 
-__all__ = ["FLOOR_ULPS", "Attempt", "Verdict"]
+__all__ = ["FLOOR_ULPS", "Attempt", "Verdict", "verdict"]
 
 #: Tolerance of the looser run beside that of the run.
 LOOSER = 10.0
@@ -87,6 +87,31 @@ class Verdict:
     excess: float
     errors: Array
     last: Array
+
+
+def verdict(
+    problem: InitialValueProblem, eps: float, states: Array, errors: Array, beside: Array
+) -> Verdict:
+    """How far the estimate of a run stays below ``eps``.
+
+    Parameters
+    ----------
+    states, errors
+        Of the run's samples, and what they are estimated to be off, shapes (m, 2n).
+    beside
+        What is estimated besides, over its scale, shape (m,).
+    """
+    n = len(problem.kinds)
+    errors = np.maximum.accumulate(errors, axis=0)
+    ulps = FLOOR_ULPS * spacing(np.maximum.accumulate(np.abs(states[:, :n]), axis=0))
+    errors[:, :n] = np.maximum(errors[:, :n], ulps)
+    scales = running_scales(problem, states)
+    each = errors / scales
+    ratios = np.maximum(each.max(axis=1), beside)
+    ratios[0] = 0.0  # the start is given
+    last = int(np.flatnonzero(ratios < eps)[-1])
+    excess = float(ratios[-1] / eps)
+    return Verdict(last + 1, float(ratios[last]), scales[last], excess, each[-1], scales[-1].copy())
 
 
 class Attempt:
@@ -286,25 +311,14 @@ class Attempt:
 
     def judge(self) -> Verdict:
         """How far the estimate stays below eps."""
-        errors = np.maximum.accumulate(self._errors(), axis=0)
-        n = len(self._problem.kinds)
-        states = self.run.states[: len(errors)]
-        ulps = FLOOR_ULPS * spacing(np.maximum.accumulate(np.abs(states[:, :n]), axis=0))
-        errors[:, :n] = np.maximum(errors[:, :n], ulps)
-        scales = running_scales(self._problem, states)
-        each = errors / scales
-        ratios = each.max(axis=1)
         events = self.events
+        errors, states = self._errors(), self.run.states
+        times = self._problem.times[: len(errors)]
+        beside = np.zeros(len(times))
         if events is not None:
-            times = self._problem.times[: len(errors)]
-            ratios = np.maximum(ratios, events.ratios(times, self._problem.span))
-            ratios[times >= end_of_bounces(self.run.switches)] = np.inf
-        ratios[0] = 0.0  # the start is given
-        last = int(np.flatnonzero(ratios < self._eps)[-1])
-        excess = float(ratios[-1] / self._eps)
-        return Verdict(
-            last + 1, float(ratios[last]), scales[last], excess, each[-1], scales[-1].copy()
-        )
+            beside = events.ratios(times, self._problem.span)
+            beside[times >= end_of_bounces(self.run.switches)] = np.inf
+        return verdict(self._problem, self._eps, states[: len(errors)], errors, beside)
 
     @property
     def complete(self) -> bool:

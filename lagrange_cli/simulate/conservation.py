@@ -11,11 +11,17 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.rows import Rows, windows
 
-__all__ = ["EnergyDrift", "first_contradiction"]
+__all__ = [
+    "EnergyDrift",
+    "contradiction_possible",
+    "energy_drifts",
+    "first_contradiction",
+]
 
 #: How far beyond the accuracy's first-order effect a change must be to disprove it.
 MARGIN = 8.0
@@ -87,9 +93,38 @@ def _contradicts(
 def _allowance(energy: Energy, t: float, y: Array, moves: Array) -> float:
     """Largest change of the energy when each component moves by its error."""
     moved = np.concatenate([y[None, :], y + np.diag(moves), y - np.diag(moves)])
-    values = energy(np.full(len(moved), t), moved)[:, 0]
-    changes = np.abs(values[1:] - values[0]).reshape(2, -1)
-    return float(changes.max(axis=0).sum())
+    return float(_allowed(energy(np.full(len(moved), t), moved)[:, 0]))
+
+
+def _allowed(values: Array) -> Array:
+    """The same from energies of a state and of those moved, up and then down, (..., 1 + 4n)."""
+    changes = np.abs(values[..., 1:] - values[..., :1])
+    half = changes.shape[-1] // 2
+    return np.asarray(np.maximum(changes[..., :half], changes[..., half:]).sum(axis=-1))
+
+
+def contradiction_possible(energy: Array, kinetic: Array, moved: Array) -> NDArray[np.bool_]:
+    """Whether energies of motions change by more than errors at the start alone explain.
+
+    Parameters
+    ----------
+    energy, kinetic
+        Energies at the samples and their parts that depend on velocities, shapes (members, m).
+    moved
+        Energies of the start, and of the start with each component moved by its error, up and
+        then down, shape (members, 1 + 4n).
+    """
+    size = np.maximum(np.abs(energy).max(axis=1), np.abs(kinetic).max(axis=1))
+    change = np.abs(energy - energy[:, :1]).max(axis=1) - ROUNDING * size
+    return np.asarray(~(change <= MARGIN * _allowed(moved)))
+
+
+def energy_drifts(energy: Array, kinetic: Array) -> Array:
+    """The drift of each of some motions, shapes (members, m), as :class:`EnergyDrift` has it;
+    NaN where there is none."""
+    change, size = np.abs(energy - energy[:, :1]).max(axis=1), np.abs(kinetic).max(axis=1)
+    drift = change / np.where(size > 0, size, 1.0)
+    return np.where(np.isfinite(drift), drift, np.nan)
 
 
 class EnergyDrift:

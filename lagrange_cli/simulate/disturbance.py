@@ -11,7 +11,7 @@ import numpy as np
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.native import DOUBLE, NativeReal
 
-__all__ = ["off_by_one_ulp", "rounding_factors"]
+__all__ = ["each_off_by_one_ulp", "off_by_one_ulp", "rounding_factors"]
 
 
 def rounding_factors(number: int, pattern: int, real: NativeReal = DOUBLE) -> Any:
@@ -29,3 +29,9 @@ def off_by_one_ulp(values: Sequence[float] | Array, pattern: int) -> Array:
     given = np.asarray(values, dtype=float)
     signs = np.reshape(Random(pattern).choices((-1.0, 1.0), k=given.size), given.shape)
     return np.where(given == 0, 0.0, given + signs * np.spacing(np.abs(given)))
+
+
+def each_off_by_one_ulp(rows: Array, pattern: int) -> Array:
+    """Each row moved as :func:`off_by_one_ulp` moves it alone, shape (m, n)."""
+    signs = off_by_one_ulp(np.ones(rows.shape[1]), pattern) - 1
+    return np.where(rows == 0, 0.0, rows + np.copysign(np.spacing(np.abs(rows)), signs))

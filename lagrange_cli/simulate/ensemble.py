@@ -10,33 +10,38 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError
 from contextlib import closing
-from dataclasses import dataclass, field
-from functools import lru_cache
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.files.rows import NUMBER
+from lagrange_cli.simulate.accuracy import Measured
 from lagrange_cli.simulate.charts import simulate_past_charts
+from lagrange_cli.simulate.family import Family, Missed, family_of
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.members import Numbers, Own, Recipe
 from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.parallel import in_any_order
+from lagrange_cli.simulate.parallel import Aside, in_any_order, in_threads
 from lagrange_cli.simulate.right_hand_side import RightHandSide, right_hand_sides
+from lagrange_cli.simulate.simulation import trajectory_of
 from lagrange_cli.simulate.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble_store import Store
 
-__all__ = ["REFUSED", "Block", "Plan", "Task", "run_block", "run_members", "tasks_of"]
+__all__ = ["REFUSED", "Block", "Plan", "Task", "run_block", "run_blocks", "run_members", "tasks_of"]
 
 #: The status of a member that cannot be begun.
 REFUSED = "refused"
 
-#: Members of a block, and into how many blocks fewer members are divided.
-LARGEST_BLOCK, FEWEST_BLOCKS = 32, 16
+#: Members of a block, where they are run one by one and where side by side, and into how many
+#: blocks fewer members are divided.
+LARGEST_BLOCK, LARGEST_SIDE_BY_SIDE, FEWEST_BLOCKS = 32, 128, 16
 
 #: What is known of each member: numbers, and texts.
 FIGURES = (
@@ -93,6 +98,17 @@ class Block:
     words: Mapping[str, list[str]]
 
 
+@dataclass(frozen=True)
+class _Part:
+    """What became of some members: as a :class:`Block` has it, by their numbers in it."""
+
+    numbers: list[int]
+    columns: Mapping[str, Array]
+    given: Mapping[str, Array]
+    figures: Mapping[str, Array]
+    words: Mapping[str, str]
+
+
 class _Runner:
     """What a process needs to run members of a plan, made once."""
 
@@ -102,24 +118,99 @@ class _Runner:
         self._numbers = Numbers(plan.recipe, plan.own, plan.model) if plan.alone else None
         self._functions: Callable[[Model], RightHandSide] | None = None
 
-    def run(self, texts: Sequence[str]) -> tuple[Trajectory | str, dict[str, float]]:
-        """The motion of a member or why there is none, and the numbers that were given."""
-        own = Own.of(dict(zip(self.plan.names, texts, strict=True)), self.scene)
-        given = {
-            name: float(text) if NUMBER.fullmatch(text) else np.nan
-            for name, text in zip(self.plan.names, texts, strict=True)
-        }
+    @cached_property
+    def family(self) -> Family | None:
+        """What steps members side by side; None where each is run by itself."""
+        if not self.plan.alone:
+            return None
+        return family_of(self.plan.model, self.plan.how, self.plan.extra)
+
+    def decided(self, rows: Sequence[tuple[str, ...]], between: Callable[[], None]) -> list[_Part]:
+        """Those members for which stepping them side by side decides what becomes of them."""
+        if self.family is None:
+            return []
+        return list(self._side_by_side(self.family, rows, between))
+
+    def _side_by_side(
+        self, family: Family, rows: Sequence[tuple[str, ...]], between: Callable[[], None]
+    ) -> Iterator[_Part]:
+        values = {k: of for k, texts in enumerate(rows) if (of := self._values(texts)) is not None}
+        numbers = np.array(list(values), dtype=np.int64)
+        if not values:
+            return
+        parameters = np.array([[x or 0.0 for x in own] for own, _ in values.values()])
+        starts = np.array([start for _, start in values.values()], dtype=float)
+        for found in family.run(starts, parameters, between):
+            if isinstance(found, Missed):
+                number = int(numbers[found.number])
+                yield self._missed(family, number, rows[number], found.measured)
+                continue
+            known = {p.name: parameters[:, i] for i, p in enumerate(self.plan.model.parameters)}
+            given = {name: values[found.numbers] for name, values in known.items()}
+            given |= {name: column[:, 0] for name, column in found.columns.items()}
+            own = {name: given[name] for name in self.plan.names}
+            members = numbers[found.numbers].tolist()
+            yield _Part(members, found.columns, own, found.figures, found.words)
+
+    def _values(
+        self, texts: Sequence[str]
+    ) -> tuple[tuple[float | None, ...], tuple[float, ...]] | None:
+        """Parameters and start of a member that differs in numbers alone, if it does."""
+        assert self._numbers is not None
+        try:
+            return self._numbers.values(self._own(texts))
+        except InputError:
+            return None
+
+    def _own(self, texts: Sequence[str]) -> Own:
+        return Own.of(dict(zip(self.plan.names, texts, strict=True)), self.scene)
+
+    def _missed(
+        self, family: Family, number: int, texts: Sequence[str], measured: Measured
+    ) -> _Part:
+        """A member whose accuracy was measured to be missed."""
+        assert self._numbers is not None
+        model = self._numbers.of(self._own(texts))
+        assert model is not None
+        request = replace(family.request, initial=np.array(model.initial, dtype=float))
+        found = trajectory_of(model, request, self._bound(model), measured)
+        return self._part(number, texts, model, found)
+
+    def single(self, number: int, texts: Sequence[str]) -> _Part:
+        """A member by itself."""
+        own = self._own(texts)
         try:
             model = None if self._numbers is None else self._numbers.of(own)
             functions = None if model is None else self._bound(model)
             model = model or self.plan.recipe.model(own)
             found = self._simulated(own, model, functions)
         except InputError as refusal:
-            return refusal.problems[0].message, given
+            words = {"status": REFUSED, "reason": refusal.problems[0].message}
+            return _Part([number], {}, self._given(texts, {}), {}, words)
+        return self._part(number, texts, model, found)
+
+    def _part(self, number: int, texts: Sequence[str], model: Model, found: Trajectory) -> _Part:
         values = {p.name: p.value for p in model.parameters}
-        values |= {name: column[0] for name, column in found.columns.items()}
-        known = {name: values[name] for name in given if values.get(name) is not None}
-        return found, {**given, **{name: float(x) for name, x in known.items() if x is not None}}
+        values |= {name: float(column[0]) for name, column in found.columns.items()}
+        table = found.table(self.plan.extra)
+        figures = {name: getattr(found, name) for name in FIGURES}
+        return _Part(
+            [number],
+            {name: column[None] for name, column in table.items() if name != "t"},
+            self._given(texts, values),
+            {name: _one(value) for name, value in figures.items()},
+            {name: str(getattr(found, name)) for name in WORDS},
+        )
+
+    def _given(self, texts: Sequence[str], values: Mapping[str, float | None]) -> dict[str, Array]:
+        """The numbers that the texts of a member stand for, NaN where that is not known."""
+        given = {}
+        for name, text in zip(self.plan.names, texts, strict=True):
+            value = values.get(name)
+            if value is None and NUMBER.fullmatch(text):
+                value = float(text)
+            given[name] = _one(value)
+        return given
 
     def _bound(self, model: Model) -> RightHandSide:
         if self._functions is None:
@@ -137,6 +228,10 @@ class _Runner:
         )
 
 
+def _one(value: float | None) -> Array:
+    return np.array([np.nan if value is None else value], dtype=float)
+
+
 @lru_cache(maxsize=1)
 def _runner(plan: Plan) -> _Runner:
     return _Runner(plan)
@@ -144,44 +239,75 @@ def _runner(plan: Plan) -> _Runner:
 
 def run_block(task: Task) -> Block | None:
     """Run the members of a task; None where an interrupt reached it."""
-    runner = _runner(task.plan)
-    found, given = [], []
-    for texts in task.rows:
-        outcome, numbers = runner.run(texts)
-        if isinstance(outcome, Trajectory) and outcome.status == "stopped":
+    try:
+        parts = _runner(task.plan).decided(task.rows, lambda: None)
+    except KeyboardInterrupt:
+        return None
+    for single in _left(task, parts):
+        parts.append(_run_single(single))
+        if parts[-1].words["status"] == "stopped":
             return None
-        found.append(outcome)
-        given.append(numbers)
+    return _block(task, parts)
+
+
+def _run_in_thread(task: Task, aside: Aside) -> Block | None:
+    """The same, with members by themselves in other processes."""
+
+    def between() -> None:
+        if aside.stopped():
+            raise KeyboardInterrupt
+
+    try:
+        parts = _runner(task.plan).decided(task.rows, between)
+        parts += aside.run(_run_single, _left(task, parts))
+    except (KeyboardInterrupt, CancelledError):
+        return None
+    return _block(task, parts)
+
+
+def _left(task: Task, parts: Sequence[_Part]) -> list[Task]:
+    """The members of a task that are in no part, each a task."""
+    decided = {number for part in parts for number in part.numbers}
+    left = [(k, row) for k, row in enumerate(task.rows) if k not in decided]
+    return [Task(task.plan, number, (row,)) for number, row in left]
+
+
+def _run_single(task: Task) -> _Part:
+    """A member by itself: the only one of the task, whose number it has."""
+    (texts,) = task.rows
+    return _runner(task.plan).single(task.number, texts)
+
+
+def _block(task: Task, parts: Sequence[_Part]) -> Block:
+    plan, members = task.plan, len(task.rows)
+    columns = [(part.numbers, part.columns) for part in parts] if plan.columns else []
+    words = {name: [""] * members for name in WORDS}
+    for part in parts:
+        for number in part.numbers:
+            for name, word in part.words.items():
+                words[name][number] = word
     return Block(
         task.number,
-        _columns(task.plan, found) if task.plan.columns else {},
-        {name: np.array([numbers[name] for numbers in given]) for name in task.plan.names},
-        {name: np.array([_figure(of, name) for of in found]) for name in FIGURES},
-        {name: [_word(of, name) for of in found] for name in WORDS},
+        _gathered(columns, (members, plan.samples)),
+        _gathered([(part.numbers, part.given) for part in parts], (members,), plan.names),
+        _gathered([(part.numbers, part.figures) for part in parts], (members,), FIGURES),
+        words,
     )
 
 
-def _figure(found: Trajectory | str, name: str) -> float:
-    value = None if isinstance(found, str) else getattr(found, name)
-    return np.nan if value is None else float(value)
-
-
-def _word(found: Trajectory | str, name: str) -> str:
-    if isinstance(found, str):
-        return {"status": REFUSED, "reason": found}.get(name, "")
-    return str(getattr(found, name))
-
-
-def _columns(plan: Plan, found: Sequence[Trajectory | str]) -> dict[str, Array]:
-    """Every column of any member, filled with NaN."""
-    tables = [of.table(plan.extra) if isinstance(of, Trajectory) else {} for of in found]
-    names = dict.fromkeys(name for table in tables for name in table if name != "t")
-    columns = {name: np.full((len(found), plan.samples), np.nan) for name in names}
-    for k, table in enumerate(tables):
-        for name in names:
-            if name in table:
-                columns[name][k, : len(table[name])] = table[name]
-    return columns
+def _gathered(
+    parts: Sequence[tuple[list[int], Mapping[str, Array]]],
+    shape: tuple[int, ...],
+    wanted: Sequence[str] = (),
+) -> dict[str, Array]:
+    """The arrays of all parts by name, those ``wanted`` and further ones, filled with NaN."""
+    names = dict.fromkeys((*wanted, *(name for _, of in parts for name in of)))
+    found = {name: np.full(shape, np.nan) for name in names}
+    for numbers, of in parts:
+        for name, values in of.items():
+            of_all = found[name][:, : values.shape[1]] if values.ndim > 1 else found[name]
+            of_all[numbers] = values
+    return found
 
 
 # All of them.
@@ -189,7 +315,9 @@ def _columns(plan: Plan, found: Sequence[Trajectory | str]) -> dict[str, Array]:
 
 def tasks_of(plan: Plan, rows: Sequence[tuple[str, ...]]) -> list[Task]:
     """The members in blocks, which do not depend on where they are run."""
-    size = max(1, min(LARGEST_BLOCK, len(rows) // FEWEST_BLOCKS))
+    many = plan.alone and bool(plan.model.code.taylor)
+    largest = LARGEST_SIDE_BY_SIDE if many else LARGEST_BLOCK
+    size = max(1, min(largest, len(rows) // FEWEST_BLOCKS))
     return [
         Task(plan, number, tuple(rows[first : first + size]))
         for number, first in enumerate(range(0, len(rows), size))
@@ -228,9 +356,20 @@ def run_members(
     return len(store.finished) == len(tasks)
 
 
+def run_blocks(tasks: Sequence[Task], jobs: int | None) -> Iterator[Block | None]:
+    """The blocks of tasks as they are finished, None where an interrupt reached one.
+
+    Members that are stepped side by side are run by threads of this process, others by
+    :func:`.parallel.in_any_order`.
+    """
+    if tasks and jobs not in (None, 1) and _runner(tasks[0].plan).family is not None:
+        return in_threads(_run_in_thread, tasks, jobs)
+    return in_any_order(run_block, tasks, jobs)
+
+
 def _kept(tasks: Sequence[Task], store: Store, jobs: int | None) -> Iterator[int]:
     """The number of each block, as soon as it is kept."""
-    blocks = in_any_order(run_block, tasks, jobs)
+    blocks = run_blocks(tasks, jobs)
     with closing(_iterated(blocks)) as found:
         for block in found:
             if block is None:

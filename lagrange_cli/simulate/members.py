@@ -189,6 +189,9 @@ class Numbers:
 
     def __init__(self, recipe: Recipe, own: Own, model: Model) -> None:
         self._scene, self._model = recipe.scene(own), model
+        assert model.initial is not None
+        self._values, self._start = [p.value for p in model.parameters], model.initial
+        self._parameters = {p.name: k for k, p in enumerate(model.parameters)}
         self._place = {name: k for k, name in enumerate(model.coordinates)}
         resting = varied(self._scene, own) - set(own.parameters)
         given = set[str]().union(*(_names(value.value) for value in self._scene.initial))
@@ -202,8 +205,24 @@ class Numbers:
         InputError
             Located: a value that is none.
         """
-        values = [*own.parameters.values(), *own.initial.values()]
-        if self._plain and all(NUMBER.fullmatch(text) for text in values):
+        found = self.values(own)
+        if found is None:
+            return None
+        values, start = found
+        pairs = zip(self._model.parameters, values, strict=True)
+        parameters = tuple(replace(p, value=value) for p, value in pairs)
+        return replace(self._model, parameters=parameters, initial=start)
+
+    def values(self, own: Own) -> tuple[tuple[float | None, ...], tuple[float, ...]] | None:
+        """Of that model the values of the parameters, and the start.
+
+        Raises
+        ------
+        InputError
+            Located: a value that is none.
+        """
+        texts = [*own.parameters.values(), *own.initial.values()]
+        if self._plain and all(NUMBER.fullmatch(text) for text in texts):
             parameters = {name: float(text) for name, text in own.parameters.items()}
             initial = {name: float(text) for name, text in own.initial.items()}
         else:
@@ -231,17 +250,18 @@ class Numbers:
             {name: value for name, value in start.items() if value is not None},
         )
 
-    def _with(self, parameters: Mapping[str, float], initial: Mapping[str, float]) -> Model | None:
-        model = self._model
-        found = tuple(replace(p, value=parameters.get(p.name, p.value)) for p in model.parameters)
-        for one, other in zip(model.parameters, found, strict=True):
-            if _sign(one.value) != _sign(other.value):
+    def _with(
+        self, parameters: Mapping[str, float], initial: Mapping[str, float]
+    ) -> tuple[tuple[float | None, ...], tuple[float, ...]] | None:
+        values, start = list(self._values), list(self._start)
+        for name, value in parameters.items():
+            k = self._parameters[name]
+            if _sign(values[k]) != _sign(value):
                 return None
-        assert model.initial is not None
-        start = list(model.initial)
+            values[k] = value
         for name, value in initial.items():
             start[self._number(name)] = value
-        return replace(model, parameters=found, initial=tuple(start))
+        return tuple(values), tuple(start)
 
     def _number(self, name: str) -> int:
         """The number of ``q`` or ``dot(q)`` in a state."""

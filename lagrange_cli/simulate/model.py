@@ -45,7 +45,8 @@ class Code:
     """The same functions in two languages, over dummy names.
 
     ``c``: the text of :func:`lagrange_cli.emit.c_simulation.library_source`;
-    ``lanes``: that of its neighbour ``lanes_source``, which follows it;
+    ``lanes``: that of its neighbour ``lanes_source``, which follows it; ``taylor``: that of
+    ``taylor_source``, which stands alone and may be empty, ``tables`` what follows that;
     ``python``: that of :func:`lagrange_cli.emit.python_functions.module_source`.
     ``work`` doubles of workspace; ``factors`` of rounding are read by the
     function ``disturbed`` after the scene's parameters. ``forces``: Python text whose
@@ -60,6 +61,8 @@ class Code:
     factors: int
     forces: str = ""
     singular: str = ""
+    taylor: str = ""
+    tables: str = ""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,12 @@ from typing import TYPE_CHECKING
 from sympy import I, Integer, Symbol, nan, oo, zoo
 
 from lagrange_cli.emit.c_project import workspace
-from lagrange_cli.emit.c_simulation import lanes_source, library_source
+from lagrange_cli.emit.c_simulation import (
+    lanes_source,
+    library_source,
+    tables_source,
+    taylor_source,
+)
 from lagrange_cli.emit.constraints import constraint_programs, contact_programs
 from lagrange_cli.emit.contacts import flagged
 from lagrange_cli.emit.disturbed import disturb
@@ -178,6 +183,8 @@ def _code(equations: Equations) -> Code:
     return Code(
         c=library_source(compiled),
         lanes=lanes_source(programs),
+        taylor=taylor_source(programs),
+        tables=tables_source(programs),
         python=module_source(programs),
         work=workspace(compiled),
         factors=max(d.parameters for d in disturbed.values()) - len(equations.parameters),

@@ -5,10 +5,13 @@ from __future__ import annotations
 import importlib.util
 import multiprocessing
 import signal
+import threading
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
 from typing import TypeVar
 
-__all__ = ["in_any_order"]
+__all__ = ["Aside", "in_any_order", "in_threads"]
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -48,19 +51,65 @@ def _by_joblib(
 def _by_processes(
     function: Callable[[Task], Result], tasks: Iterable[Task], jobs: int | None
 ) -> Iterator[Result]:
-    from concurrent.futures import ProcessPoolExecutor, as_completed
-
-    before = set(multiprocessing.active_children())
-    executor = ProcessPoolExecutor(jobs, initializer=_leave_interrupts)
-    try:
+    with _processes(jobs) as executor:
         futures = [executor.submit(function, task) for task in tasks]
         for future in as_completed(futures):
             yield future.result()
+
+
+@contextmanager
+def _processes(jobs: int | None) -> Iterator[ProcessPoolExecutor]:
+    """Processes of this machine, which end with the context whatever they are at."""
+    before = set(multiprocessing.active_children())
+    executor = ProcessPoolExecutor(jobs, initializer=_leave_interrupts)
+    try:
+        yield executor
         executor.shutdown()
     finally:
-        executor.shutdown(wait=False, cancel_futures=True)
         for child in set(multiprocessing.active_children()) - before:
             child.terminate()
+        # Waits for the thread that minds them, which ends with them.
+        executor.shutdown(cancel_futures=True)
+
+
+class Aside:
+    """What a function that runs in a thread may need of others.
+
+    ``run(f, tasks)`` gives the results of a function in other processes, in order; ``stopped()``
+    is true once no results are wanted any more.
+    """
+
+    def __init__(self, executor: ProcessPoolExecutor) -> None:
+        self._executor, self._stop = executor, threading.Event()
+        self.stopped = self._stop.is_set
+
+    def run(self, function: Callable[[Task], Result], tasks: Iterable[Task]) -> list[Result]:
+        return [future.result() for future in [self._executor.submit(function, t) for t in tasks]]
+
+    def stop(self) -> None:
+        self._stop.set()
+
+
+def in_threads(
+    function: Callable[[Task, Aside], Result], tasks: Iterable[Task], jobs: int
+) -> Iterator[Result]:
+    """Results, as they are found, of a function that spends its time outside of Python.
+
+    So many threads share the memory of this process; there are as many processes for what
+    :class:`Aside` is given.
+    """
+    with _processes(jobs) as executor:
+        # All of them begin now, while there is one thread.
+        executor.submit(int).result()
+        aside = Aside(executor)
+        threads = ThreadPoolExecutor(jobs)
+        try:
+            futures = [threads.submit(function, task, aside) for task in tasks]
+            for future in as_completed(futures):
+                yield future.result()
+        finally:
+            aside.stop()
+            threads.shutdown(wait=True, cancel_futures=True)
 
 
 def _leave_interrupts() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from lagrange_cli.simulate.integrators.base import Array, Rhs
 from lagrange_cli.simulate.rows import Rows, windows
 
-__all__ = ["InitialValueProblem", "last_scales", "running_scales", "spacing"]
+__all__ = ["InitialValueProblem", "last_scales", "running_scales", "scales_from", "spacing"]
 
 #: A coordinate that moves less than this part of the largest of its kind is
 #: measured by the larger one.
@@ -96,7 +96,7 @@ def running_scales(problem: InitialValueProblem, states: Array) -> Array:
     n = len(problem.kinds)
     largest = np.maximum.accumulate(np.abs(states[:, :n] - states[0, :n]), axis=0)
     speed = np.maximum.accumulate(np.abs(states[:, n:]), axis=0)
-    return _scales(problem, largest, speed)
+    return scales_from(problem, largest, speed)
 
 
 def last_scales(problem: InitialValueProblem, states: Rows) -> Array:
@@ -107,10 +107,10 @@ def last_scales(problem: InitialValueProblem, states: Rows) -> Array:
     for _, part in windows(problem.times, states):
         largest = np.maximum(largest, np.abs(part[:, :n] - start).max(axis=0))
         speed = np.maximum(speed, np.abs(part[:, n:]).max(axis=0))
-    return np.asarray(_scales(problem, largest, speed)[0])
+    return np.asarray(scales_from(problem, largest, speed)[0])
 
 
-def _scales(problem: InitialValueProblem, largest: Array, speed: Array) -> Array:
+def scales_from(problem: InitialValueProblem, largest: Array, speed: Array) -> Array:
     """Scales from the largest motion of each coordinate and its largest speed, both (m, n)."""
     n = len(problem.kinds)
     largest = np.where(problem.angles, 1.0, largest)

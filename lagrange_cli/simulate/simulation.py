@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["problem_of", "simulate"]
+__all__ = ["problem_of", "simulate", "trajectory_of"]
 
 
 def simulate(
@@ -180,6 +180,19 @@ def _wider(problem: InitialValueProblem, functions: RightHandSide) -> InitialVal
     if sides is None:
         return None
     return replace(problem, rhs=sides.rhs, disturbed=sides.disturbed, epsilon=sides.epsilon)
+
+
+def trajectory_of(
+    model: Model,
+    request: Request,
+    functions: RightHandSide,
+    measured: Measured,
+) -> Trajectory:
+    """What was measured, as far as nothing disproves it, with all that is known besides."""
+    problem = problem_of(model, request, functions)
+    seen = along(model, functions, problem.start, measured)
+    kept = undisproved(model, seen, problem.times, measured, request.accuracy)
+    return _trajectory(model, request, seen, problem, kept, 0.0)
 
 
 def _trajectory(

@@ -54,7 +54,9 @@ def test_a_grid_equals_single_runs(folder):
         with np.load(folder / "one.npz") as one:
             assert one["t"].tobytes() == many["t"].tobytes()
             for name in one.files[1:]:
-                assert many[name][k].tobytes() == one[name].tobytes()
+                # Within both accuracies; the scales are at most those of the largest numbers.
+                allowed = 2e-8 * max(1.0, np.abs(one[name]).max())
+                assert np.abs(many[name][k] - one[name]).max() <= allowed
         assert (many["given/theta"][k], many["given/m"][k]) == (float(theta), float(m))
     assert many["member/status"].tolist() == ["ok"] * 4
 
@@ -160,7 +162,7 @@ def test_an_interrupted_run_goes_on(folder):
 )
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_signals_leave_finished_blocks(folder, number, code, jobs):
-    words = ("--vary", "theta=linspace(0.1,3,2000)", "--until", "200", "-o", "out.npz")
+    words = ("--vary", "theta=linspace(0.1,3,20000)", "--until", "400", "-o", "out.npz")
     process = subprocess.Popen(
         [sys.executable, "-m", "lagrange_cli", "simulate", "scene.yaml", *words, "-j", jobs],
         cwd=folder,

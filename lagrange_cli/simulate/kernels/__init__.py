@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-__all__ = ["GROUPS", "extended", "files", "headers", "options"]
+__all__ = ["GROUPS", "extended", "files", "headers", "members", "options"]
 
 #: States of more numbers are integrated by loops of a length known only when they run.
 LARGEST_DIMENSION = 64
@@ -52,6 +52,15 @@ def files(*groups: str) -> dict[str, str]:
 def headers() -> dict[str, str]:
     """Name → text of the headers for a right-hand side."""
     return {name: _text(name) for name in _HEADERS}
+
+
+def members() -> dict[str, str]:
+    """Name → text of the files that step many motions at once, with the headers of their
+    right-hand sides."""
+    own = sorted(
+        path.name for path in (_FOLDER / "members").iterdir() if path.suffix in (".c", ".h")
+    )
+    return {**headers(), **{name: _text(f"members/{name}") for name in own}}
 
 
 def extended(sources: Mapping[str, str]) -> dict[str, str]:

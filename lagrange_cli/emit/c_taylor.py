@@ -1,0 +1,169 @@
+"""A right-hand side as recurrences of Taylor coefficients of many motions at once: C."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from lagrange_cli.emit.c_names import CNames, Real
+from lagrange_cli.emit.printing import Dialect, expression, functions_in
+from lagrange_cli.emit.program import Program
+from lagrange_cli.emit.series import (
+    FIRST,
+    NOW,
+    NoSeriesError,
+    Recurrences,
+    Series,
+    Step,
+    Term,
+    rows_of,
+)
+
+__all__ = ["TAYLOR_HEADER", "taylor_text"]
+
+#: The header with the functions that are called.
+TAYLOR_HEADER = "taylor.h"
+
+#: Pivots below this multiple of their scale count as singular.
+_SMALLEST_PIVOT = "1e-14"
+
+#: Sums by their names, and how many of them a loop finds.
+_SUM = re.compile(r"\bs(\d+)\b")
+_AT_ONCE = 6
+
+
+def taylor_text(function: str, program: Program, names: CNames, real: Real) -> str:
+    """``PREFIX_FUNCTION_taylor`` and how many rows it needs, empty where there is no such form.
+
+    It is a ``lagrange_series`` of the header; the first rows are those of the state, and
+    behind them that of the time.
+    """
+    n = program.coordinates
+    operands = (*program.output("pivots"), *program.output("scales"))
+    if program.is_large or not all(block.unrolled for block in program.blocks):
+        return ""
+    if any(functions_in(operand) for operand in operands):
+        return ""
+    found = Recurrences(real, n, 2 * n + 1)
+    try:
+        for name, operand in program.assignments:
+            series = found.of(operand)
+            found.known[name] = _kept(found, series)
+        accelerations = [found.of(operand) for operand in program.output("acceleration")]
+        tests = _tests(program, found)
+    except NoSeriesError:
+        return ""
+    rows = [i for block in program.blocks for i in block.coordinates]
+    return _function(
+        f"{names.prefix}_{function}_taylor",
+        found,
+        dict(zip(rows, accelerations, strict=True)),
+        tests,
+    )
+
+
+def _kept(found: Recurrences, series: Series) -> Series:
+    """A series that is used more than once: a row of its own, unless it is nearly one."""
+    if len(series.terms) == 1 and not series.constant and len(series.terms[0].rows) == 1:
+        return series
+    return Series("", (Term("", (found.row(series),)),)) if series.terms else series
+
+
+def _tests(program: Program, found: Recurrences) -> list[str]:
+    """What is no number where a pivot is not what it should be."""
+    values = {
+        name: f"({found.text(series, FIRST) or '0.0'})" for name, series in found.known.items()
+    }
+    values |= {f"p{i}": f"p[{i}]" for i in range(program.parameters)}
+    for i in range(program.coordinates):
+        values |= {f"q{i}": f"c[{i}]", f"v{i}": f"c[{program.coordinates + i}]"}
+    dialect = Dialect(found.real.literal, {}, {**values, "t": f"c[{2 * program.coordinates}]"})
+    definite = [block.definite for block in program.blocks for _ in block.coordinates]
+    pairs = zip(definite, program.output("pivots"), program.output("scales"), strict=True)
+    lines = []
+    for is_definite, pivot, scale in pairs:
+        one, other = (f"zero + {expression(operand, dialect)}" for operand in (pivot, scale))
+        one = one if is_definite else f"lagrange_size({one})"
+        lines.append(f"lagrange_require_above({one}, {_SMALLEST_PIVOT}*lagrange_size({other}))")
+    return lines
+
+
+def _function(
+    name: str, found: Recurrences, outputs: Mapping[int, Series], tests: Sequence[str]
+) -> str:
+    return f"""\
+int {name}_rows(void)
+{{
+    return {found.rows};
+}}
+
+void {name}(int order, const lagrange_lane *p, lagrange_lane *c)
+{{
+{_indented(_body(found, outputs, tests))}
+}}
+"""
+
+
+def _indented(lines: Iterable[str]) -> str:
+    return "\n".join(f"    {line}" for line in lines)
+
+
+def _body(found: Recurrences, outputs: Mapping[int, Series], tests: Sequence[str]) -> Iterator[str]:
+    """The first coefficients, the second ones of the state, and the loop for all others."""
+    n, rows = found.coordinates, found.rows
+    yield "const lagrange_lane zero = {0.0};"
+    yield from (f"const lagrange_lane k{k} = {of};" for k, of in enumerate(found.constants))
+    for step in found.steps:
+        yield from (_declared(line) for line in step.first)
+    yield f"const lagrange_lane bad = {' + '.join(['zero', *tests])};"
+    yield "int k;"
+    for i, series in sorted(outputs.items()):
+        yield f"c[{rows + i}] = c[{n + i}];"
+        yield f"c[{rows + n + i}] = bad + ({found.text(series, FIRST) or '0.0'});"
+    yield "for (k = 1; k < order; ++k) {"
+    yield f"    lagrange_lane *const now = c + k*{rows}, *const next = now + {rows};"
+    yield "    const double part = 1.0/(double)k, further = 1.0/(double)(k + 1);"
+    yield from (f"    {line}" for line in _loop(found, outputs))
+    yield "    (void)part;"
+    yield "}"
+
+
+def _loop(found: Recurrences, outputs: Mapping[int, Series]) -> list[str]:
+    """Coefficients number k, and those of the state that follow."""
+    n, live = found.coordinates, _live(found.steps, outputs.values())
+    lines = [line for step in found.steps if set(step.rows) & live for line in step.further]
+    for i, series in sorted(outputs.items()):
+        lines.append(f"next[{i}] = now[{n + i}]*further;")
+        lines.append(f"next[{n + i}] = ({found.text(series, NOW) or 'zero'})*further;")
+    return [*_sums(found, lines), *lines]
+
+
+def _sums(found: Recurrences, lines: list[str]) -> list[str]:
+    """The sums that some statements read, several in a loop: they do not wait for each other."""
+    read = sorted({int(number) for line in lines for number in _SUM.findall(line)})
+    if not read:
+        return []
+    text = [f"lagrange_lane {', '.join(f's{number} = zero' for number in read)};", "int j;"]
+    for first in range(0, len(read), _AT_ONCE):
+        products = ((number, *found.sums[number]) for number in read[first : first + _AT_ONCE])
+        text += [
+            "for (j = 1; j < k; ++j) {",
+            f"    const lagrange_lane *const a = c + j*{found.rows};",
+            f"    const lagrange_lane *const b = c + (k - j)*{found.rows};",
+            *(f"    s{number} += a[{one}]*b[{other}];" for number, one, other in products),
+            "}",
+        ]
+    return text
+
+
+def _declared(line: str) -> str:
+    return f"const lagrange_lane {line}" if line.startswith("i") else line
+
+
+def _live(steps: list[Step], outputs: Iterable[Series]) -> set[int]:
+    """Rows whose further coefficients the outputs need."""
+    live = {row for series in outputs for row in rows_of(series)}
+    for step in reversed(steps):
+        if set(step.rows) & live:
+            live |= set(step.needs)
+    return live
