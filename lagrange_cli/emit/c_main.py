@@ -62,27 +62,27 @@ int main(int argc, char **argv)
     int i, k, status;
     @NAME@_defaults(&p);
     for (i = 1; i < argc; ++i) {
-        char *value = strchr(argv[i], '=');
+        char *value = strchr(argv[i], '='), *end = 0;
         int known = 0;
         if (value != 0) {
             *value++ = '\\0';
             for (k = 0; k < @NAME@_STATE; ++k) {
                 if (strcmp(argv[i], state[k]) == 0) {
-                    y[k] = @PARSE@(value, 0);
+                    y[k] = @PARSE@(value, &end);
                     given[k] = known = 1;
                 }
             }
 @PARAMETERS@            if (!known && strcmp(argv[i], "until") == 0) {
-                until = @PARSE@(value, 0);
+                until = @PARSE@(value, &end);
                 known = 1;
             }
             if (!known && strcmp(argv[i], "steps") == 0) {
-                steps = strtol(value, 0, 10);
+                steps = strtol(value, &end, 10);
                 known = steps > 0;
             }
         }
-        if (!known) {
-            fprintf(stderr, "%s: not NAME=VALUE with a known name\\n", argv[i]);
+        if (!known || end == value || *end != '\\0') {
+            fprintf(stderr, "%s: not NAME=NUMBER with a known name\\n", argv[i]);
             return 2;
         }
     }
@@ -118,7 +118,7 @@ int main(int argc, char **argv)
 
 _PARAMETER = """\
             if (!known && strcmp(argv[i], @TEXT@) == 0) {
-                p.@FIELD@ = @PARSE@(value, 0);
+                p.@FIELD@ = @PARSE@(value, &end);
                 known = 1;
             }
 """

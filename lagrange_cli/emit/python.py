@@ -59,12 +59,11 @@ def main(arguments):
     run = {"until": UNTIL, "steps": STEPS}
     for argument in arguments:
         name, _, value = argument.partition("=")
-        for table in (initial, parameters, run):
-            if name in table:
-                table[name] = type(table[name])(value)
-                break
-        else:
-            return f"{argument}: not NAME=VALUE with a known name"
+        try:
+            table = next(table for table in (initial, parameters, run) if name in table)
+            table[name] = type(table[name])(value)
+        except (StopIteration, ValueError):
+            return f"{argument}: not NAME=NUMBER with a known name"
     given = {**initial, **parameters}
     missing = [name for name, value in given.items() if value != value]
     if missing:

@@ -371,8 +371,10 @@ def test_main_asks_for_what_is_missing(tmp_path):
     assert status("x=1", "dot(x)=0") == (2, "parameter needed: a=VALUE")
     assert status("x=1", "dot(x)=0", "a=0.5")[0] == 0
     assert status("x=1", "dot(x)=0", "a=0.5", "m=0")[0] == 1
-    assert status("z=1") == (2, "z: not NAME=VALUE with a known name")
+    assert status("z=1") == (2, "z: not NAME=NUMBER with a known name")
     assert status("steps=0")[0] == 2
+    for wrong in ("x=1.5e", "x=np.float64(1)", "x=", "until=2s", "steps=3.5", "a=one"):
+        assert status(wrong) == (2, f"{wrong.split('=')[0]}: not NAME=NUMBER with a known name")
 
 
 @pytest.mark.parametrize("make", [systems.indefinite, lambda: systems.collected_chain(8)])

@@ -182,8 +182,9 @@ def test_a_script_asks_for_what_is_missing(tmp_path):
     equations = replace(base, parameters=(m, replace(a, value=None), g), initial=None)
     status, _, error = script(equations, tmp_path)
     assert (status, error) == (1, "values needed: x=VALUE, dot(x)=VALUE, a=VALUE")
-    status, _, error = script(equations, tmp_path, "nope=1")
-    assert (status, error) == (1, "nope=1: not NAME=VALUE with a known name")
+    for wrong in ("nope=1", "x=np.float64(1)", "until=", "steps=2.5"):
+        status, _, error = script(equations, tmp_path, wrong)
+        assert (status, error) == (1, f"{wrong}: not NAME=NUMBER with a known name")
     assert script(equations, tmp_path, "x=1", "dot(x)=0", "a=0.5", "until=0.1")[0] == 0
 
 
