@@ -63,6 +63,14 @@ def _position_change(e: Equations) -> System:
     return System([sympy.S.Zero] * len(e.coordinates), closures, whole=False)
 
 
+def _shifted_change(e: Equations) -> System:
+    """Like a change of positions, of those that stand in the place of velocities, along the
+    gradients at the positions (RATTLE; *Geometric Numerical Integration*, VII.1.4)."""
+    there = {c.q: c.v for c in e.coordinates}
+    closures = [(c.gradient, c.expression.xreplace(there)) for c in _position_closures(e)]
+    return System([sympy.S.Zero] * len(e.coordinates), closures, whole=False)
+
+
 def _velocity_change(e: Equations) -> System:
     closures = [(c.gradient, rate) for c, rate in zip(e.closures, _rates(e), strict=True)]
     return System([sympy.S.Zero] * len(e.coordinates), closures, whole=False)
@@ -73,6 +81,7 @@ CLOSURE_SYSTEMS: dict[str, Callable[[Equations], System]] = {
     "acceleration": _acceleration,
     "multipliers": _multipliers,
     "position_change": _position_change,
+    "shifted_change": _shifted_change,
     "velocity_change": _velocity_change,
 }
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.program import Program, build_program
+from lagrange_cli.emit.wide import is_wide
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -24,6 +25,7 @@ __all__ = [
     "contact_programs",
     "finds_change",
     "finds_multipliers",
+    "shifting_programs",
 ]
 
 #: Function → outputs that it writes, one after the other.
@@ -76,6 +78,15 @@ def constraint_programs(equations: Equations) -> dict[str, Program]:
         for function, outputs in _OUTPUTS.items()
         if kinds and ("position" in kinds or not function.startswith("position_"))
     }
+
+
+def shifting_programs(equations: Equations) -> dict[str, Program]:
+    """The function ``shifted_change``, for a method that leads positions back to the closures along
+    the gradients where a step began; none where that method does not apply or loops are written."""
+    applies = equations.closures and equations.facts.separable_on_closures
+    if not applies or is_wide(equations):
+        return {}
+    return {"shifted_change": build_program(equations, ("shifted_change",))}
 
 
 def contact_programs(equations: Equations) -> dict[str, Program]:

@@ -109,6 +109,7 @@ _DOCS = {
     "constraints": "What is zero: lhs - rhs of closures of positions, then rates of all closures.",
     "position_error": "Closures of positions, then the magnitudes behind them.",
     "position_change": "The change of q that makes the linearized closures vanish.",
+    "shifted_change": "The same of positions in place of v, along the gradients at q.",
     "velocity_error": "Rates of the closures, then the magnitudes behind them.",
     "velocity_change": "The change of v that makes the rates of the closures vanish.",
     "gaps": "The gaps of all one-sided constraints, then the magnitudes behind them.",

@@ -267,7 +267,11 @@ class Conserved:
 
 @dataclass(frozen=True)
 class Facts:
-    """Structure facts (all booleans are proven, False means "not shown")."""
+    """Structure facts (all booleans are proven, False means "not shown").
+
+    ``separable``: T(p) + V(q) without closures; ``separable_on_closures``: with closures, if any,
+    of positions alone.
+    """
 
     constant_mass_matrix: bool
     diagonal_mass_matrix: bool
@@ -277,6 +281,7 @@ class Facts:
     planar: bool
     positive_definite_mass_matrix: bool
     unused_parameters: tuple[str, ...] = ()
+    separable_on_closures: bool = False
 
 
 @dataclass(frozen=True)

@@ -56,15 +56,21 @@ def facts(derivation: Derivation) -> Facts:
         held |= closure.expression.free_symbols
     velocities = {c.v for c in reduced.coordinates}
     positions = [*reduced.resolved.values(), *(c.expression for c in derivation.pushing)]
+    apart = constant and not forcing & velocities
+    fixed = all(
+        c.kind == "position" and reduced.names.t not in c.expression.free_symbols
+        for c in derivation.closures
+    )
     return Facts(
         constant_mass_matrix=constant,
         diagonal_mass_matrix=diagonal,
-        separable=constant and not forcing & velocities and not derivation.pushing,
+        separable=apart and not derivation.pushing,
         autonomous=held.isdisjoint([reduced.names.t, *reduced.names.inputs.values()]),
         rheonomic=any(reduced.names.t in e.free_symbols for e in positions),
         planar=_planar(derivation),
         positive_definite_mass_matrix=_positive_definite(derivation),
         unused_parameters=_unused(reduced.scene),
+        separable_on_closures=apart and fixed and derivation.pushing == derivation.closures,
     )
 
 

@@ -15,7 +15,11 @@ from lagrange_cli.emit.c_simulation import (
     tables_source,
     taylor_source,
 )
-from lagrange_cli.emit.constraints import constraint_programs, contact_programs
+from lagrange_cli.emit.constraints import (
+    constraint_programs,
+    contact_programs,
+    shifting_programs,
+)
 from lagrange_cli.emit.contacts import flagged
 from lagrange_cli.emit.disturbed import disturb
 from lagrange_cli.emit.forces import force_columns
@@ -178,7 +182,7 @@ def _code(equations: Equations) -> Code:
         for name in ("rhs", "contact_rhs")
         if name in programs
     }
-    programs |= disturbed
+    programs |= disturbed | shifting_programs(equations)
     compiled = programs | ({} if forces is None else {"forces": forces})
     return Code(
         c=library_source(compiled),

@@ -20,7 +20,7 @@ from lagrange_cli.simulate.contact_parts import ContactParts, InterpretedParts, 
 from lagrange_cli.simulate.contacts import ContactRhs
 from lagrange_cli.simulate.disturbance import off_by_one_ulp, rounding_factors
 from lagrange_cli.simulate.driving import Drive, drive_of
-from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.integrators.base import Array, Rhs, Shift
 from lagrange_cli.simulate.integrators.native import (
     DOUBLE,
     EXTENDED,
@@ -236,6 +236,7 @@ class _Libraries:
             projection,
             None if pieces is None else Driving(pieces, self._real),
             tracing(self.model.code.python, name),
+            self._shift,
         )
 
     def holding(self, kernel: str) -> ctypes.CDLL | None:
@@ -254,6 +255,12 @@ class _Libraries:
     @property
     def _projection(self) -> Any:
         return projection_type(self._real)(("system_project", self.system))
+
+    @property
+    def _shift(self) -> Any:
+        known = "system_shifted_change" in self._functions
+        entry = ("system_shifted_change", self.system)
+        return function_type(self._real)(entry) if known else None
 
     def sides(self) -> tuple[NativeRhs, tuple[NativeRhs, NativeRhs]]:
         """The right-hand side, and the two disturbed ones."""
@@ -367,6 +374,14 @@ def _wider(model: Model, drive: Drive | None, cache: Cache, deadline: float) -> 
 # Interpreted.
 
 
+def _shift(functions: dict[str, Any], given: list[float]) -> Shift | None:
+    """What leads positions back to the constraints along gradients elsewhere, if it is there."""
+    change = functions.get("shifted_change")
+    if change is None:
+        return None
+    return lambda t, q, there: np.asarray(change(t, np.concatenate([q, there]), given))
+
+
 def interpreted(model: Model, reason: str) -> RightHandSide:
     """The functions of a model run by Python; ``reason`` says why they are not compiled.
 
@@ -392,7 +407,8 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
             return rhs
         parameters = _off(model, pattern) if pattern else _given(model)
         given = parameters[: len(_given(model))].tolist()
-        return with_projection(rhs, bound(functions["project"], given, None))
+        project = bound(functions["project"], given, None)
+        return with_projection(rhs, project, _shift(functions, given))
 
     found = RightHandSide(
         rhs=side("rhs"),

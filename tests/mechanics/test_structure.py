@@ -250,6 +250,7 @@ def flags(e: Equations) -> set[str]:
         "constant_mass_matrix",
         "diagonal_mass_matrix",
         "separable",
+        "separable_on_closures",
         "autonomous",
         "rheonomic",
         "planar",
@@ -266,18 +267,30 @@ USUAL = {"autonomous", "planar", "positive_definite_mass_matrix"}
     [
         (
             FREE + "potentials: {v: x^2*y}",
-            USUAL | {"constant_mass_matrix", "diagonal_mass_matrix", "separable"},
+            USUAL
+            | {
+                "constant_mass_matrix",
+                "diagonal_mass_matrix",
+                "separable",
+                "separable_on_closures",
+            },
         ),
         (DOUBLE_PENDULUM, USUAL),
         (POLAR + "potentials: {s: k*r}", USUAL | {"diagonal_mass_matrix"}),
         (
             HOOP,
             {"autonomous", "rheonomic", "diagonal_mass_matrix", "constant_mass_matrix"}
-            | {"separable", "positive_definite_mass_matrix"},
+            | {"separable", "separable_on_closures", "positive_definite_mass_matrix"},
         ),
         (
             FREE + "potentials: {v: x*sin(t)}",
-            USUAL - {"autonomous"} | {"constant_mass_matrix", "diagonal_mass_matrix", "separable"},
+            USUAL - {"autonomous"}
+            | {
+                "constant_mass_matrix",
+                "diagonal_mass_matrix",
+                "separable",
+                "separable_on_closures",
+            },
         ),
         (
             FREE + "dissipation: {d: dot(x)^2}",
@@ -285,11 +298,17 @@ USUAL = {"autonomous", "planar", "positive_definite_mass_matrix"}
         ),
         (
             "coordinates: [u, w]\nkinetic: {T: dot(u)^2/2 - dot(w)^2/2}",
-            {"constant_mass_matrix", "diagonal_mass_matrix", "separable", "autonomous"},
+            {
+                "constant_mass_matrix",
+                "diagonal_mass_matrix",
+                "separable",
+                "separable_on_closures",
+                "autonomous",
+            },
         ),
         (
             "coordinates: [u, w]\nkinetic: {T: dot(u)*dot(w)}",
-            {"constant_mass_matrix", "separable", "autonomous"},
+            {"constant_mass_matrix", "separable", "separable_on_closures", "autonomous"},
         ),
     ],
 )

@@ -19,7 +19,7 @@ from lagrange_cli.simulate.integrators.native import DOUBLE, EXTENDED
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.run import Run
 
-PROJECTING = [method for method in BY_VALUES if method.projects]
+PROJECTING = [method for method in BY_VALUES if method.projects and not method.needs]
 #: Those whose twin in Python is written like them.
 TWINS = [m for m in PROJECTING if m.name in COMPILED and not m.implicit]
 FIXED_ORDER = [m for m in PROJECTING if not m.variable_order and m.order <= 8]

@@ -235,7 +235,8 @@ def test_needs_are_structure_facts(method):
 def test_registry_is_keyed_by_name():
     assert all(name == method.name for name, method in INTEGRATORS.items())
     adaptive = {"RK45", "DOP853", "Gauss16", "Radau", "BDF", "LSODA", "taylor"}
-    assert set(INTEGRATORS) == adaptive | {"RK4", "Verlet", "Gauss4", "Gauss6"}
+    adaptive |= {"CVODE", "CVODE-Adams"}
+    assert set(INTEGRATORS) == adaptive | {"RK4", "Verlet", "RATTLE", "Gauss4", "Gauss6"}
 
 
 def test_sums_are_compensated():

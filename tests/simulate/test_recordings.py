@@ -162,7 +162,7 @@ def test_every_method_ends_its_steps_at_the_rows(tmp_path, method):
 
 
 #: Methods of fixed step that take a system with damping.
-FIXED = [name for name, m in INSTALLED.items() if not m.adaptive and "separable" not in m.needs]
+FIXED = [name for name, m in INSTALLED.items() if not m.adaptive and not m.needs]
 
 
 @pytest.mark.parametrize("kind", ["previous", "linear", "cubic"])

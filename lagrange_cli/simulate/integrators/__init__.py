@@ -17,7 +17,9 @@ from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.implicit import BDF, LSODA, Radau
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.pieces import in_pieces, pieces
+from lagrange_cli.simulate.integrators.rattle import Rattle
 from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4, RK45
+from lagrange_cli.simulate.integrators.sundials import CVODE, CVODEAdams
 from lagrange_cli.simulate.integrators.switching import SwitchedRhs, Switching
 from lagrange_cli.simulate.integrators.symplectic import Gauss4, Gauss6, Verlet
 from lagrange_cli.simulate.integrators.taylor import Taylor
@@ -27,7 +29,10 @@ __all__ = ["INTEGRATORS", "Control", "Integrator", "Rhs", "StepError", "start"]
 #: Every method by the name that the user types.
 INTEGRATORS: dict[str, type[Integrator]] = {
     method.name: method
-    for method in (DOP853, Gauss16, RK45, RK4, Verlet, Gauss4, Gauss6, Radau, BDF, LSODA, Taylor)
+    for method in (
+        *(DOP853, Gauss16, RK45, RK4, Verlet, Rattle, Gauss4, Gauss6),
+        *(Radau, BDF, LSODA, Taylor, CVODE, CVODEAdams),
+    )
 }
 
 

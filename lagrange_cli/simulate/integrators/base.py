@@ -72,6 +72,7 @@ __all__ = [
     "Integrator",
     "Projection",
     "Rhs",
+    "Shift",
     "State",
     "StepError",
     "UnfitError",
@@ -87,6 +88,9 @@ State: TypeAlias = Mapping[str, Any]
 #: (t, y) → the state moved onto the constraints, a fresh array; NaN where that fails.
 Projection: TypeAlias = Callable[[float, Array], Array]
 
+#: (t, q, q′) → the change that leads q′ back to the constraints along their gradients at q.
+Shift: TypeAlias = Callable[[float, Array, Array], Array]
+
 #: Why a run ends where its state cannot be projected.
 UNMET = "the constraints cannot be met"
 
@@ -97,6 +101,7 @@ class ConstrainedRhs:
 
     rhs: Rhs
     project: Projection
+    shift: Shift | None = None
 
     @property
     def expressions(self) -> object:

@@ -27,6 +27,7 @@ from lagrange_cli.simulate.integrators.falling import Falling
 from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.implicit import Radau
 from lagrange_cli.simulate.integrators.native import NativeReal, NativeRhs
+from lagrange_cli.simulate.integrators.rattle import Rattle, require_shift
 from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4
 from lagrange_cli.simulate.integrators.symplectic import DIVERGES, Gauss4, Gauss6, Verlet
 
@@ -77,6 +78,7 @@ def _run_type(real: NativeReal) -> Any:
         *((name, real.ctype) for name in ("rate", "noise")),
         *((name, _POINTER) for name in ("starts", "inputs")),
         *((name, _LONG) for name in ("width", "pieces", "piece")),
+        ("shift", _POINTER),
     )
     return type("Run", (ctypes.Structure,), {"_fields_": fields})
 
@@ -107,6 +109,7 @@ class _Compiled:
         address, row = memory.ctypes.data, memory.itemsize * n
         run.rhs, run.lanes, run.project = rhs.address, rhs.lanes_address, rhs.projection_address
         run.p = rhs.parameters_address
+        run.shift = rhs.shift_address
         self._drive(rhs, t0)
         run.memory, run.n, run.t_end = address, n, t_end
         run.rtol, run.atol = address + row * rows, address + row * (rows + 1)
@@ -306,6 +309,16 @@ class CompiledVerlet(_FixedStep, Verlet):
     kernel = "verlet"
 
 
+class CompiledRattle(_FixedStep, Rattle):
+    """:class:`Rattle` in C."""
+
+    kernel = "rattle"
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        require_shift(rhs)
+        super().__init__(rhs, t0, y0, t_end, control)
+
+
 class CompiledGauss4(_FixedStep, Gauss4):
     """:class:`Gauss4` in C."""
 
@@ -327,6 +340,7 @@ COMPILED = {
         CompiledRadau,
         CompiledRK4,
         CompiledVerlet,
+        CompiledRattle,
         CompiledGauss4,
         CompiledGauss6,
     )

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, Projection
+from lagrange_cli.simulate.integrators.base import Array, Projection, Shift
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing
 from lagrange_cli.simulate.integrators.pieces import Pieces
 
@@ -116,6 +116,9 @@ class NativeRhs:
         What the C function reads at ``u``, by the time, where it has inputs.
     trace
         The same function over objects, where its text is at hand.
+    shift
+        Where states obey constraints, a C function of the :func:`function_type` of ``real``
+        that gives the change of a :data:`.base.Shift`, of [q, q′].
     """
 
     def __init__(
@@ -129,6 +132,7 @@ class NativeRhs:
         projection: Any = None,
         driving: Driving | None = None,
         trace: Tracing | None = None,
+        shift: Any = None,
     ) -> None:
         self.function = function
         self._trace = trace
@@ -141,6 +145,9 @@ class NativeRhs:
         self._lanes = lanes  # kept alive
         self._projection = projection
         self.project: Projection | None = None if projection is None else self._projected
+        self._shift = shift
+        self.shift: Shift | None = None if shift is None else self._shifted
+        self.shift_address = None if shift is None else _address(shift)
         self.address = _address(function)
         self.projection_address = None if projection is None else _address(projection)
         self.lanes_address = None if lanes is None else _address(lanes)
@@ -185,6 +192,16 @@ class NativeRhs:
             return None
         fixed = self._fixed
         return self.driving.address(self.driving.pieces.at(t) if fixed is None else fixed)
+
+    def _shifted(self, t: float, q: Array, there: Array) -> Array:
+        """What leads positions back, NaN where the C function returns nonzero."""
+        both = np.concatenate([q, there]).astype(self.real.dtype)
+        found = np.empty(len(q), self.real.dtype)
+        parameters, work = self.parameters_address, self.work.ctypes.data
+        arguments = self._inputs(t), parameters, work, found.ctypes.data
+        if self._shift(t, both.ctypes.data, *arguments):
+            return np.full(len(q), np.nan)
+        return found.astype(float)
 
     def _projected(self, t: float, y: Array) -> Array:
         """The state moved onto the constraints, NaN where the C function returns nonzero."""

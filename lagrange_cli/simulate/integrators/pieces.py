@@ -21,6 +21,7 @@ from lagrange_cli.simulate.integrators.base import (
     Integrator,
     Projection,
     Rhs,
+    Shift,
     State,
     projection,
 )
@@ -81,12 +82,14 @@ def pieces(rhs: Rhs) -> Pieces | None:
     return found
 
 
-def with_projection(rhs: Rhs, project: Projection) -> Rhs:
+def with_projection(rhs: Rhs, project: Projection, shift: Shift | None = None) -> Rhs:
     """A right-hand side, with pieces or without, whose states obey constraints."""
     if isinstance(rhs, PiecewiseRhs):
         within = rhs.within
-        return PiecewiseRhs(rhs.pieces, lambda row: ConstrainedRhs(within(row), project), project)
-    return ConstrainedRhs(rhs, project)
+        return PiecewiseRhs(
+            rhs.pieces, lambda row: ConstrainedRhs(within(row), project, shift), project
+        )
+    return ConstrainedRhs(rhs, project, shift)
 
 
 def in_pieces(

@@ -18,7 +18,7 @@ import numpy as np
 from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
 from lagrange_cli.simulate.integrators.runge_kutta import two_sum
 
-__all__ = ["Gauss4", "Gauss6", "Verlet"]
+__all__ = ["DIVERGES", "FixedStep", "Gauss4", "Gauss6", "Verlet"]
 
 #: Iterations of the equations of collocation after which a step is given up.
 MOST_ITERATIONS = 60
@@ -30,7 +30,7 @@ CALM = 2
 CONVERGED = 2.0**-20
 
 
-class _FixedStep(Integrator):
+class FixedStep(Integrator):
     """Steps of ``control.step``, shorter ones at the end of what is asked for."""
 
     adaptive = False
@@ -65,7 +65,7 @@ class _FixedStep(Integrator):
         """Forget what belongs to a state that was then projected."""
 
 
-class Verlet(_FixedStep):
+class Verlet(FixedStep):
     """Störmer's and Verlet's method in the form of velocities.
 
     Verlet, *Phys. Rev.* 159 (1967) 98; *Geometric Numerical Integration*, I.1.4. One
@@ -119,7 +119,7 @@ def _gauss(stages: int) -> _Tableau:
     return _Tableau(nodes, integrals @ inverse, w / 2, ahead @ inverse)
 
 
-class _Collocation(_FixedStep):
+class _Collocation(FixedStep):
     """Gauss–Legendre collocation; its equations are iterated until rounding stops them.
 
     The criterion is that of Antoñana, Makazaga and Murua (*Numer. Algorithms* 76 (2017)

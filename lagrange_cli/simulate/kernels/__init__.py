@@ -17,14 +17,14 @@ _FOLDER = Path(__file__).parent
 #: every run needs, and others that are compiled when they are first asked for.
 GROUPS = {
     "stepping": frozenset({"dop853", "gauss"}),
-    "fixed": frozenset({"rk4", "verlet", "gauss4", "gauss6"}),
+    "fixed": frozenset({"rk4", "verlet", "rattle", "gauss4", "gauss6"}),
     "stiff": frozenset({"radau"}),
 }
 
 #: Files of C of the kernels of each library, beside those that all share.
 _KERNELS = {
     "stepping": ("dop853.c", "gauss.c"),
-    "fixed": ("rk4.c", "verlet.c", "collocation.c"),
+    "fixed": ("rk4.c", "verlet.c", "rattle.c", "collocation.c"),
     "stiff": ("radau.c", "radau_systems.c", "radau.h", "linear.h"),
 }
 

@@ -68,6 +68,9 @@ typedef struct {
     int64_t width;
     int64_t pieces;
     int64_t piece;
+    /* The change that leads positions, which stand in place of velocities, back to the constraints
+     * along the gradients at the positions; or null. */
+    lagrange_function shift;
 } lagrange_run;
 
 #ifdef LAGRANGE_DIM

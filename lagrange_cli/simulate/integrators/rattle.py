@@ -1,0 +1,89 @@
+"""RATTLE: Störmer's and Verlet's method on constraints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import (
+    UNMET,
+    Array,
+    Control,
+    Rhs,
+    Shift,
+    StepError,
+    UnfitError,
+    projection,
+)
+from lagrange_cli.simulate.integrators.symplectic import DIVERGES, FixedStep
+
+__all__ = ["Rattle", "require_shift"]
+
+#: Iterations after which a step is given up, and those without progress after which they end.
+MOST_ITERATIONS, CALM = 60, 2
+
+
+def require_shift(rhs: Rhs) -> Shift | None:
+    """How positions are led back to the constraints of a right-hand side, None where it has none.
+
+    Raises
+    ------
+    UnfitError
+        It has constraints, and no such function.
+    """
+    found: Shift | None = getattr(rhs, "shift", None)
+    if found is None and projection(rhs) is not None:
+        raise UnfitError("its constraints are not to be had by themselves")
+    return found
+
+
+class Rattle(FixedStep):
+    """Andersen, *J. Comput. Phys.* 52 (1983) 24; *Geometric Numerical Integration*, VII.1.4.
+
+    Positions are led back along the gradients where the step began, and velocities along those
+    where it ends, which makes it symmetric in time and symplectic. One evaluation a step:
+    accelerations must not depend on velocities but for the forces of constraints.
+    """
+
+    name = "RATTLE"
+    title = "Störmer–Verlet on constraints, fixed step, symplectic"
+    order = 2
+    needs = ("separable_on_closures",)
+    kept = (*FixedStep.kept, "_slope")
+
+    _slope: Array | None = None
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        super().__init__(rhs, t0, y0, t_end, control)
+        self._shift = require_shift(rhs)
+
+    def _change(self, t: float, h: float) -> Array:
+        n = len(self.y) // 2
+        start = self._slope if self._slope is not None else self._acceleration(t, self.y)
+        faster = h / 2 * start
+        moved = h * (self.y[n:] + self._low[n:] + faster)
+        if self._shift is not None:
+            moved, faster = self._led_back(self._shift, t, h, moved, faster)
+        point = self.y + (self._low + np.concatenate([moved, faster]))
+        self._slope = self._acceleration(t + h, point)
+        return np.concatenate([moved, faster + h / 2 * self._slope])
+
+    def _led_back(
+        self, shift: Shift, t: float, h: float, moved: Array, faster: Array
+    ) -> tuple[Array, Array]:
+        """Changes of positions and velocities with which the positions are on the constraints."""
+        n, calm = len(moved), 0
+        before = np.full(n, np.inf)
+        for _ in range(MOST_ITERATIONS):
+            by = shift(t, self.y[:n], self.y[:n] + (self._low[:n] + moved))
+            if not np.isfinite(by).all():
+                raise StepError(UNMET)
+            size = np.abs(by)
+            moved, faster = moved + by, faster + by / h
+            calm = calm + 1 if ((size == 0) | (size >= before)).all() else 0
+            if calm == CALM:
+                return moved, faster
+            before = np.where(size > 0, np.minimum(before, size), before)
+        raise StepError(DIVERGES)
+
+    def _acceleration(self, t: float, y: Array) -> Array:
+        return self._rhs(t, y)[len(y) // 2 :]
