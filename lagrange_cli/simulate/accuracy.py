@@ -143,7 +143,8 @@ def integrate_to_accuracy(problem: InitialValueProblem, eps: float, watch: Watch
     if not attempts:
         return only_the_start(problem, time.perf_counter() - started)
     seconds = time.perf_counter() - started
-    return _measured(problem, eps, found, attempts, stopped, seconds)
+    with np.errstate(all="ignore"):
+        return _measured(problem, eps, found, attempts, stopped, seconds)
 
 
 def refuse_below_floor(problem: InitialValueProblem, eps: float, scales: Array) -> None:
@@ -152,11 +153,11 @@ def refuse_below_floor(problem: InitialValueProblem, eps: float, scales: Array) 
     floors = FLOOR_ULPS * spacing(problem.y0[:n]) / scales
     floor = max(float(floors.max(initial=0.0)), FLOOR_ULPS * float(np.finfo(float).epsneg))
     if eps < floor:
+        less = f"ask for --accuracy {_round_up(floor):g} or more, or " if floor < 0.1 else ""
         raise InputError(
             Problem(
                 f"accuracy {eps:g} is below what double precision can hold here, {floor:.1g}",
-                hint=f"ask for --accuracy {_round_up(floor):g} or more, or measure positions"
-                " from a nearer origin (angles: nearer to 0)",
+                hint=f"{less}measure positions from a nearer origin (angles: nearer to 0)",
                 rule="accuracy-floor",
             )
         )

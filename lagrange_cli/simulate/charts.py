@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +22,13 @@ from numpy.typing import NDArray
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.following import Followed, Samples, follow
 from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.meeting import (
+    NEAR,
+    Meeting,
+    parameters_of,
+    place_at_start,
+    place_met,
+)
 from lagrange_cli.simulate.model import FormerChart, Model, SingularPlace
 from lagrange_cli.simulate.outcome import Status
 from lagrange_cli.simulate.request import resolve
@@ -30,15 +37,6 @@ from lagrange_cli.simulate.simulation import simulate
 from lagrange_cli.simulate.trajectory import Trajectory
 
 __all__ = ["simulate_past_charts"]
-
-#: A factor this small beside its largest value has vanished at the start.
-VANISHED = 1e-12
-
-#: How many more steps between samples, at the last pace, count as having arrived.
-ARRIVED = 3.0
-
-#: A factor this small beside its largest value is near the place as well.
-NEAR = 1e-3
 
 #: Parts of the time in which places and coordinates are watched at least, in which
 #: coordinates are followed close to such places, and the most.
@@ -87,7 +85,7 @@ def simulate_past_charts(
         first = simulate(model, every=every, **how)
     except InputError as refusal:
         return _from_start(model, other, how, refusal)
-    met = _met(model, first)
+    met = place_met(model, first)
     if met is None:
         return _thinned(first, every)
     rest = _rest(how, time.perf_counter() - started)
@@ -126,7 +124,7 @@ def _from_start(
 ) -> Trajectory:
     """The motion in other coordinates where it begins at a singular place of its own."""
     problem = refusal.problems[0]
-    place = _at_start(model) if problem.rule == "singular" else None
+    place = place_at_start(model) if problem.rule == "singular" else None
     if place is None:
         raise refusal
     second = None if other is None else _in_other(other, place, {**how, "functions": None})
@@ -136,84 +134,7 @@ def _from_start(
     return second
 
 
-@dataclass(frozen=True)
-class _Meeting:
-    """A place, the samples before it, and whether the run went past it."""
-
-    place: SingularPlace
-    samples: int
-    passed: bool
-
-
-def _parameters(model: Model) -> list[float]:
-    return [0.0 if p.value is None else p.value for p in model.parameters]
-
-
-def _factors(model: Model, t: Array, states: Array) -> Array:
-    """Numbers that vanish where the coordinates are singular, shape (m, places)."""
-    given, function = _parameters(model), functions_of(model.code.singular)["outputs"]
-    rows = [function(s, y, given) for s, y in zip(t.tolist(), states, strict=True)]
-    return np.array(rows, dtype=float).reshape(len(t), -1)
-
-
-def _at_start(model: Model) -> SingularPlace | None:
-    """The place at which the motion begins, if it does."""
-    if model.initial is None:
-        return None
-    start = np.array([model.initial])
-    values = _factors(model, np.array([model.defaults.start]), start)[0]
-    for place, value in zip(model.singular, values, strict=True):
-        if not abs(value) > VANISHED:
-            return place
-    return None
-
-
-def _met(model: Model, run: Trajectory) -> _Meeting | None:
-    """The first place that a run passed or ended at."""
-    names = [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
-    states = np.column_stack([run.columns[name] for name in names])
-    values = _factors(model, run.t, states)
-    found = []
-    for place, factor in zip(model.singular, values.T, strict=True):
-        rates = np.column_stack([run.columns[f"dot({name})"] for name in place.lost])
-        changes = np.flatnonzero(np.signbit(factor[1:]) != np.signbit(factor[:-1]))
-        passed = [k for k in changes.tolist() if _is_barred(factor, rates, k)]
-        if passed:
-            found.append(_Meeting(place, passed[0] + 1, passed=True))
-        elif run.status not in ("ok", "stopped") and _ends_there(factor):
-            found.append(_Meeting(place, len(run.t), passed=False))
-    return min(found, key=lambda met: met.samples, default=None)
-
-
-def _is_barred(factor: Array, rates: Array, before: int) -> bool:
-    """Whether a motion that changed sides after a sample cannot have done so.
-
-    The momentum of a coordinate that loses its inertia as the factor's square keeps its
-    value: then the rate grows without bound, and the motion turns round. If instead the
-    rate is steady, the momentum goes to zero as the inertia does.
-    """
-    around = slice(max(before - 2, 0), before + 4)
-    inertia = factor[around] ** 2
-    near = (rate for rate in rates[around].T if rate.any())
-    return any(_spread(rate * inertia) < _spread(rate) for rate in near)
-
-
-def _spread(values: Array) -> float:
-    """How much numbers differ, beside their size."""
-    size = float(np.abs(values).mean())
-    return float(values.std()) / size if size > 0 else 0.0
-
-
-def _ends_there(factor: Array) -> bool:
-    """Whether a factor is about to vanish at its last sample."""
-    last = abs(float(factor[-1]))
-    if last <= NEAR * float(np.abs(factor).max()):
-        return True
-    pace = abs(float(factor[-2])) - last if len(factor) > 1 else 0.0
-    return pace > 0 and last <= ARRIVED * pace
-
-
-def _cut(run: Trajectory, met: _Meeting) -> Trajectory:
+def _cut(run: Trajectory, met: Meeting) -> Trajectory:
     """What is known before a place that was met."""
     where, last = met.place.where, float(run.t[met.samples - 1])
     said = (
@@ -405,7 +326,7 @@ def _grid(model: Model, how: Mapping[str, Any]) -> _Grid:
 
 def _follow(model: Model, chart: FormerChart, run: Trajectory, deadline: float) -> Followed:
     """Former coordinates along a run."""
-    functions, given = functions_of(chart.python), _parameters(model)
+    functions, given = functions_of(chart.python), parameters_of(model)
     names = model.coordinates
     relative = (run.estimated or 0.0) + float(np.finfo(float).eps)
     samples = Samples(

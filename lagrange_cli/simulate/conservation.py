@@ -56,7 +56,8 @@ def first_contradiction(
     largest = [np.abs(energy(*part)).max() for part in windows(t, states)]
     size = max(float(np.max(largest)), kinetic)
     moves = accuracy * scales
-    start = _allowance(energy, t[0], states[0], moves)
+    # The start is given: nothing but its last place is open there.
+    start = _allowance(energy, t[0], states[0], np.spacing(np.abs(states[0])))
 
     def suspects() -> Iterator[tuple[int, Array, Callable[[int], bool]]]:
         """By windows: the number of its first sample, changes, and what contradicts."""

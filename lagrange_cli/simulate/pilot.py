@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -30,8 +32,16 @@ LEAST = 1e-290
 #: made before tolerances are looked at again.
 START, FEW = 12, 16
 
+#: A run is lost that would need more steps than this at the pace of its last ones, so many: where
+#: it is coarse it may fall into a singularity that the motion passes.
+MOST_STEPS, WINDOW = 1e9, 2**14
+
 #: The first step as a part of the span; steps grow tenfold from there.
 FIRST_STEP = 1e-8
+
+#: Part of accelerations that may change in the first step, by how much it is shortened where more
+#: does, and the least part of the time or the span that is tried.
+STEADY, SHRINK, SMALLEST_STEP = 0.5, 0.125, 1e-15
 
 #: States at which rounding of the right-hand side is looked at.
 NOISE_SAMPLES = 16
@@ -110,7 +120,8 @@ def pilot(problem: InitialValueProblem, tolerance: float, watch: Watch) -> Pilot
             run = tracker.implicit()
         tracker.go(run, None)
     scales = tracker.scales(run)
-    return Pilot(scales, _noise(problem, run), method, tracker.first_step, spent + run.evaluations)
+    noise = _noise(problem, run, tracker.step_at)
+    return Pilot(scales, noise, method, tracker.first_step, spent + run.evaluations)
 
 
 def suits_gauss(rhs: Rhs) -> bool:
@@ -125,14 +136,35 @@ def explicit_method(problem: InitialValueProblem, tolerance: float) -> type[Inte
     return INTEGRATORS["Gauss16" if fits else "DOP853"]
 
 
-def _noise(problem: InitialValueProblem, run: Run) -> Array:
-    """How far rounding moves a step of mean size, so far."""
+def _noise(problem: InitialValueProblem, run: Run, step_at: Callable[[float], float]) -> Array:
+    """How far rounding moves a step of mean size, or of the size there if smaller, so far."""
     if run.steps == 0:
         return np.zeros((1, len(problem.y0)))
-    h = run.mean_step
     picked = np.linspace(0, run.filled - 1, NOISE_SAMPLES).round().astype(int)
-    each = [noise_of_step(problem, float(problem.times[k]), run.states[k], h) for k in picked]
+    each = []
+    for k in picked.tolist():
+        t = float(problem.times[k])
+        h = min(step_at(t), run.mean_step)
+        each.append(noise_of_step(problem, t, run.states[k], h))
     return np.maximum.accumulate(np.array(each), axis=0)
+
+
+def _first_step(problem: InitialValueProblem, push: Array) -> float:
+    """A part of the span in which accelerations stay what they are at the start, if they matter.
+
+    Else what they are there, times that step, would be no scale of what follows (a comet that
+    starts at its perihelion).
+    """
+    n, t, y = len(problem.kinds), problem.start, problem.y0
+    rest, h = y[n:], FIRST_STEP * problem.span
+    while h > SMALLEST_STEP * max(problem.span, abs(t)):
+        moved = np.concatenate([y[:n] + h * rest + h**2 / 2 * push, rest + h * push])
+        change = np.abs(problem.rhs(t + h, moved)[n:] - push)
+        steady = change <= STEADY * np.abs(push)
+        if (steady | (h * np.abs(push) <= np.abs(rest))).all():
+            break
+        h *= SHRINK
+    return h
 
 
 class _Tracker:
@@ -141,9 +173,9 @@ class _Tracker:
     def __init__(self, problem: InitialValueProblem, watch: Watch) -> None:
         self._problem, self._watch = problem, watch
         n = len(problem.kinds)
-        rest, span = problem.y0[n:], problem.span
+        rest = problem.y0[n:]
         push = problem.rhs(problem.start, problem.y0)[n:]
-        h = FIRST_STEP * span
+        h = _first_step(problem, push)
         first = np.concatenate([np.abs(rest) * h + np.abs(push) * h**2, np.abs(push) * h])
         first = np.where(np.isfinite(first), first, 0.0)
         self._moved = np.stack([np.zeros_like(first), first])
@@ -157,6 +189,8 @@ class _Tracker:
         )
         self._control = control
         self.first_step = h
+        self._ends: list[float] = []
+        self._steps: list[float] = []
         self.explicit = Run(INTEGRATORS["DOP853"], problem, control)
 
     def seen(self) -> Array:
@@ -166,7 +200,14 @@ class _Tracker:
         states[:, n:] = np.maximum(states[:, n:], np.abs(self._problem.y0[n:]))
         return np.asarray(running_scales(self._problem, states)[-1])
 
+    def step_at(self, t: float) -> float:
+        """The mean length of the few steps that were made around a time."""
+        if t <= self._problem.start or not self._steps:
+            return self.first_step
+        return self._steps[min(bisect_left(self._ends, t), len(self._steps) - 1)]
+
     def implicit(self) -> Run:
+        self._ends, self._steps = [], []
         control = Control(
             rtol=self._control.rtol,
             atol=COARSE * self.seen(),
@@ -176,14 +217,22 @@ class _Tracker:
         return Run(INTEGRATORS["Radau"], self._problem, control)
 
     def go(self, run: Run, evaluations: int | None) -> bool:
-        """Step until complete or failed (True), or until a limit is reached (False)."""
+        """Step until complete, failed or lost (True), or until a limit is reached (False)."""
         problem, first = self._problem, run.steps
+        counted, reached = run.steps, run.t
         while evaluations is None or run.evaluations < evaluations:
             before, done = run.t, run.steps - first
             if not run.advance(len(problem.times), min(1 + done // FEW, FEW)):
                 return True
             if done == START - 1:
                 self.first_step = run.t - before
+            elif done >= START:
+                self._ends.append(run.t)
+                self._steps.append((run.t - before) / max(run.steps - first - done, 1))
+            if run.steps - counted >= WINDOW:
+                if (run.t - reached) * MOST_STEPS < WINDOW * problem.span:
+                    return True
+                counted, reached = run.steps, run.t
             self._watch((run.t - problem.start) / problem.span)
             moved = np.abs(run.y - problem.y0)
             moved[len(problem.kinds) :] = np.abs(run.y[len(problem.kinds) :])

@@ -16,6 +16,8 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.right_hand_side import CONTACT_NUMBERS, functions_of
 
@@ -113,7 +115,8 @@ class Ground:
         function, k = functions_of(model.code.python)["rhs"], model.coordinates.index(name)
         given, t = _given(model), model.defaults.start
         moved = [*start[:k], start[k] + 1.0, *start[k + 1 :]]
-        return bool(function(t, list(start), given) != function(t, moved, given))
+        here, there = function(t, list(start), given), function(t, moved, given)
+        return not np.array_equal(here, there, equal_nan=True)
 
     @property
     def speeds(self) -> dict[str, float]:

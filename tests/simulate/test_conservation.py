@@ -55,3 +55,17 @@ def test_the_first_sample_beyond_is_named():
     states[40:] *= 1.1
     first = first_contradiction(energy, t, states, 1e-6, np.ones(2), 0.5)
     assert first == 40
+
+
+def test_a_start_close_to_a_singularity_excuses_no_change():
+    """A straight line instead of an orbit: the error that is promised is larger than the distance
+    at the start, but the start is given."""
+    speed = np.sqrt(2e9)
+
+    def energy(t, y):
+        return (y[:, 2] ** 2 + y[:, 3] ** 2)[:, None] / 2 - 1 / np.hypot(y[:, 0], y[:, 1])[:, None]
+
+    t = np.linspace(0.0, 60.0, 11)
+    states = np.array([[1e-9, speed * s, 0.0, speed] for s in t])
+    scales = np.array([3e3, 3e6, 45.0, 4.5e4])
+    assert first_contradiction(energy, t, states, 1e-6, scales, 1e9) == 1
