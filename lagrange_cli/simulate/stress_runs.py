@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple, cast
+from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 
@@ -103,10 +102,11 @@ class _Forms:
     def _other(self) -> Model:
         return self._recipe.model(self._own, "multiplier")
 
-    @property
-    def other(self) -> Callable[[], Model] | None:
-        """Makes the other one, where the scene leaves the choice."""
-        return self._other if self._free else None
+    def simulated(self, **how: Any) -> Trajectory:
+        """What ``simulate`` makes of it; compiling does not count to the budget."""
+        functions = right_hand_side(self.first)
+        other = self._other if self._free else None
+        return simulate_past_charts(self.first, other, functions=functions, **how)
 
     def of(self, formulation: str) -> Model:
         """The one that ran."""
@@ -130,8 +130,7 @@ def run_point(task: StressTask) -> StressRun:
     accuracy = point.accuracy or task.accuracy
     try:
         forms = _Forms(recipe, own)
-        how = {"accuracy": accuracy, "budget": task.budget}
-        found = simulate_past_charts(forms.first, forms.other, **how)
+        found = forms.simulated(accuracy=accuracy, budget=task.budget)
     except InputError as refusal:
         return StressRun(task.number, point, "refused", reason=refusal.problems[0].message)
     if len(found.t) < 2:
@@ -250,9 +249,7 @@ def _with_units(task: StressTask, run: StressRun, found: Trajectory) -> StressRu
     change by powers of two."""
     point, recipe = task.point, task.recipe
     known, factors = dimensions(recipe.scene()), point.scaled or {}
-    how = {"accuracy": task.accuracy, "budget": task.budget}
-    forms = _Forms(recipe, Own())
-    plain = simulate_past_charts(forms.first, forms.other, **how)
+    plain = _Forms(recipe, Own()).simulated(accuracy=task.accuracy, budget=task.budget)
     common = min(len(found.t), len(plain.t))
     distance = 0.0
     for name, scale in plain.scales.items():
