@@ -24,16 +24,18 @@ from typing import Literal
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.simulate.agreement import Unclear
-from lagrange_cli.simulate.attempt import FLOOR_ULPS, Attempt, Verdict
+from lagrange_cli.simulate.agreement import Agreement, Unclear
+from lagrange_cli.simulate.attempt import Attempt
+from lagrange_cli.simulate.checkpoint import Keeper
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.switching import Flags, Switch
 from lagrange_cli.simulate.noise import NOISE_PART
-from lagrange_cli.simulate.pilot import Pilot, explicit_method, pilot
+from lagrange_cli.simulate.pilot import Pilot, explicit_method, pilot_or_before
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
-from lagrange_cli.simulate.rows import Rows
+from lagrange_cli.simulate.rows import Rows, first_rows, windows
 from lagrange_cli.simulate.run import Failure
+from lagrange_cli.simulate.verdict import FLOOR_ULPS, Verdict
 from lagrange_cli.simulate.watch import StoppedError, Watch
 
 __all__ = [
@@ -134,8 +136,12 @@ def integrate_to_accuracy(problem: InitialValueProblem, eps: float, watch: Watch
     stopped = False
     with np.errstate(all="ignore"):
         try:
-            found = pilot(problem, FIRST_TOLERANCE * eps, watch)
+            found = pilot_or_before(problem, FIRST_TOLERANCE * eps, watch)
             refuse_below_floor(problem, eps, found.scales[-1, : len(problem.kinds)])
+            if watch.keeper is not None:
+                watch.keeper.keep(
+                    lambda: {"pilot": found.state(), "attempts": [a.state() for a in attempts]}
+                )
             _attempt(problem, eps, found, FIRST_TOLERANCE * eps, attempts, watch)
             _attempt_wider(problem, eps, found, attempts, watch)
         except (StoppedError, KeyboardInterrupt):
@@ -183,7 +189,24 @@ def _attempt(
         watch.next_pass()
         mine.append(Attempt(problem, eps, found, tolerance, len(mine)))
         attempts.append(mine[-1])
+        if watch.keeper is not None:
+            _go_on(mine[-1], len(attempts) - 1, watch.keeper)
         mine[-1].go(watch)
+
+
+def _go_on(attempt: Attempt, number: int, keeper: Keeper) -> None:
+    """Let an attempt stand where it stood before the runs were interrupted, if they were.
+
+    Raises
+    ------
+    InputError
+        Its samples are damaged, or a method cannot go on.
+    """
+    for method in sorted(attempt.methods, key=lambda method: method.name):
+        keeper.require(method)
+    before = () if keeper.before is None else keeper.before["attempts"]
+    if number < len(before) and not attempt.restore(before[number]):
+        raise keeper.damaged()
 
 
 def _attempt_wider(
@@ -243,9 +266,9 @@ def _measured(
 ) -> Measured:
     best = max(attempts, key=lambda attempt: attempt.judge().samples)
     judged = best.judge()
-    times, events = problem.times[: judged.samples], best.events
+    events = best.events
     return Measured(
-        states=best.run.states[: judged.samples].copy(),
+        states=first_rows(best.run.rows, judged.samples),
         scales=judged.scales,
         estimate=judged.estimate,
         failure=best.failure,
@@ -261,11 +284,19 @@ def _measured(
         switches=until(best.run.switches, problem, judged.samples),
         began=best.run.began,
         unclear=_unclear(best, judged.samples, problem.times),
-        exempt=times[events.exempt(times)] if events is not None else times[:0],
+        exempt=_exempt(events, problem.times, best.run.rows, judged.samples),
         obstacle=obstacle([attempt.judge() for attempt in attempts if attempt.complete], eps)
         if judged.samples < len(problem.times)
         else None,
     )
+
+
+def _exempt(events: Agreement | None, times: Rows, states: Rows, samples: int) -> Array:
+    """The times at which velocities are as close to a jump as the error of its time."""
+    if events is None:
+        return np.empty(0)
+    parts = (part for part, _ in windows(times, first_rows(states, samples)))
+    return np.concatenate([part[events.exempt(part)] for part in parts])
 
 
 def _unclear(best: Attempt, samples: int, times: Rows) -> Unclear | None:

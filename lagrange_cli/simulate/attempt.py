@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,16 +13,17 @@ from numpy.typing import NDArray
 from lagrange_cli.simulate.agreement import Agreement, agreement, end_of_bounces
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
-from lagrange_cli.simulate.integrators.base import Array, projection
+from lagrange_cli.simulate.integrators.base import Array, State, projection
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.noise import NOISE_PART
 from lagrange_cli.simulate.pilot import COARSE, LEAST, Pilot, suits_gauss
-from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
-from lagrange_cli.simulate.rows import first_from
+from lagrange_cli.simulate.problem import InitialValueProblem, RunningScales
+from lagrange_cli.simulate.rows import first_from, window_rows
 from lagrange_cli.simulate.run import Failure, Run
+from lagrange_cli.simulate.verdict import Judging, Verdict
 from lagrange_cli.simulate.watch import Watch
 
-__all__ = ["FLOOR_ULPS", "Attempt", "Verdict", "verdict"]
+__all__ = ["Attempt"]
 
 #: Tolerance of the looser run beside that of the run.
 LOOSER = 10.0
@@ -55,11 +57,8 @@ LOOSER_WEIGHT = 2.0
 #: The disturbed run is one draw of chance: rounding may be this much worse.
 ROUNDING_WEIGHT = 3.0
 
-#: Units in the last place below which nothing is promised.
-FLOOR_ULPS = 4.0
-
-#: Samples between two looks at the errors.
-BLOCK = 64
+#: Samples between two looks at the errors, and how often these are at most.
+BLOCK, MOST_BLOCKS = 64, 2**14
 
 #: How close to the end an event may be that only some runs see, as a part of the error that
 #: its time may have.
@@ -73,45 +72,15 @@ SAME_END = 1e-3
 LOST = 4.0
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """How many samples hold, with which estimate; ``excess`` is how far the last is off.
+@dataclass
+class _March:
+    """Where runs stand that advance in turn: the blocks of samples that all have passed, whose
+    turn it is, and whether its tolerance has been looked at."""
 
-    ``errors`` are those of each number of the state at the last sample that all runs
-    reached, over their scales there, ``last`` these scales.
-    """
-
-    samples: int
-    estimate: float
-    scales: Array
-    excess: float
-    errors: Array
-    last: Array
-
-
-def verdict(
-    problem: InitialValueProblem, eps: float, states: Array, errors: Array, beside: Array
-) -> Verdict:
-    """How far the estimate of a run stays below ``eps``.
-
-    Parameters
-    ----------
-    states, errors
-        Of the run's samples, and what they are estimated to be off, shapes (m, 2n).
-    beside
-        What is estimated besides, over its scale, shape (m,).
-    """
-    n = len(problem.kinds)
-    errors = np.maximum.accumulate(errors, axis=0)
-    ulps = FLOOR_ULPS * spacing(np.maximum.accumulate(np.abs(states[:, :n]), axis=0))
-    errors[:, :n] = np.maximum(errors[:, :n], ulps)
-    scales = running_scales(problem, states)
-    each = errors / scales
-    ratios = np.maximum(each.max(axis=1), beside)
-    ratios[0] = 0.0  # the start is given
-    last = int(np.flatnonzero(ratios < eps)[-1])
-    excess = float(ratios[-1] / eps)
-    return Verdict(last + 1, float(ratios[last]), scales[last], excess, each[-1], scales[-1].copy())
+    blocks: int = 0
+    turn: int = 0
+    loosened: bool = False
+    ended: bool = False
 
 
 class Attempt:
@@ -136,6 +105,8 @@ class Attempt:
         growth = max(1.0, COARSE / tolerance) ** (1 / order)
         self._most: float = LOST * growth * found.evaluations
         self._given_up = 0
+        self._march_at = _March()
+        self._judged: tuple[object, Verdict] | None = None
         self.run_seconds = 0.0
 
     def _start(
@@ -147,7 +118,7 @@ class Attempt:
         # motion of many sizes (a comet's) is resolved at each; an angle, or a
         # position far from the origin, relative to how far it moves.
         relative = np.where(self._sweeping, tolerance, 0.0)
-        samples = len(self._found.scales) if method.implicit else 1
+        samples = len(problem.times) if method.implicit else 1
         longest = longer * self._longest
         absolute = self._absolute(tolerance, samples)
         control = Control(relative, absolute, self._found.first_step, longest)
@@ -215,18 +186,57 @@ class Attempt:
         self._march(watch)
         if self._by_other_method and not self.settled and self._other_is_worse():
             self._given_up += self._disturbed.evaluations
-            self._disturbed = self._disturb(self.run.method)
+            self._disturb_alike()
             self._march(watch)
 
+    def _disturb_alike(self) -> None:
+        """Begin anew with the run's own method for the disturbed run."""
+        self._disturbed = self._disturb(self.run.method)
+        self._march_at = _March()
+
     def _march(self, watch: Watch) -> None:
-        samples = len(self._problem.times)
-        for goal in range(1 + BLOCK, samples + BLOCK, BLOCK):
-            for run in self._runs:
-                self._loosen(run)
+        samples, at = len(self._problem.times), self._march_at
+        block = max(BLOCK, samples // MOST_BLOCKS)
+        while not at.ended:
+            goal = 1 + (at.blocks + 1) * block
+            while at.turn < len(self._runs):
+                run = self._runs[at.turn]
+                if not at.loosened:
+                    self._loosen(run)
+                    at.loosened = True
                 self._advance(run, min(goal, samples), watch)
+                at.turn, at.loosened = at.turn + 1, False
             ended = any(run.failure or self._spent(run) for run in self._runs)
-            if ended or self._hopeless(goal - BLOCK):
-                return
+            ended = ended or self._hopeless(goal - block)
+            at.blocks, at.turn, at.ended = at.blocks + 1, 0, ended or goal >= samples
+
+    def state(self) -> State:
+        """All that the runs go on from."""
+        runs = [(run.state(), self._schedule[run][0].atol) for run in self._runs]
+        return {
+            "runs": runs,
+            "march": vars(self._march_at),
+            "methods": [run.method.name for run in self._runs],
+            "given_up": self._given_up,
+            "seconds": self.run_seconds,
+        }
+
+    def restore(self, state: State) -> bool:
+        """Go on where an attempt at this tolerance stood; False where its samples are lost."""
+        if self._disturbed.method.name != state["methods"][-1]:
+            self._disturb_alike()
+        self._march_at = _March(**state["march"])
+        self._given_up, self.run_seconds = state["given_up"], state["seconds"]
+        known = True
+        for run, (of, atol) in zip(self._runs, state["runs"], strict=True):
+            self._schedule[run][0].atol[:] = atol
+            known = run.restore(of) and known
+        return known
+
+    @property
+    def methods(self) -> set[type[Integrator]]:
+        """Those of the runs."""
+        return {run.method for run in self._runs}
 
     def _loosen(self, run: Run) -> None:
         """Let the absolute tolerance grow with the motion."""
@@ -243,8 +253,8 @@ class Attempt:
 
     def _absolute(self, tolerance: float, samples: int) -> Array:
         """The absolute tolerance after a number of samples, not below the noise."""
-        scales, whole = self._found.scales, self._found.scales[-1]
-        so_far = np.maximum(scales[min(samples, len(scales)) - 1], self._smallest * whole)
+        whole = self._found.scales[-1]
+        so_far = np.maximum(self._found.scales_so_far(samples), self._smallest * whole)
         absolute = tolerance * np.where(self._sweeping, ABSOLUTE_PART * so_far, whole)
         noise = NOISE_PART * self._found.noise_so_far(samples)
         return np.asarray(np.maximum(absolute, noise + LEAST))
@@ -268,20 +278,33 @@ class Attempt:
             return False
         if self._spent(self._disturbed):
             return True
-        common = min(run.filled for run in self._runs)
-        own, looser = self.run.states[:common], self._looser.states[:common]
-        scales = np.maximum(self._found.scales[-1], running_scales(self._problem, own)[-1])
-        return bool((LOOSER_WEIGHT * np.abs(looser - own) < self._eps * scales).all())
+        whole = self._found.scales[-1]
+        scales = RunningScales(self._problem, self.run.rows[0])
+        worse = 0.0
+        for first, last in self._windows():
+            own, looser = self.run.rows[first:last], self._looser.rows[first:last]
+            largest = scales.add(own)[-1]
+            worse = np.maximum(worse, np.abs(looser - own).max(axis=0))
+        return bool((LOOSER_WEIGHT * worse < self._eps * np.maximum(whole, largest)).all())
 
-    def _errors(self, first: int = 0) -> Array:
-        """Estimated error of the samples from ``first`` that all runs have reached."""
-        common = min(run.filled for run in self._runs)
-        own, looser, disturbed = (run.states[first:common] for run in self._runs)
+    @property
+    def _common(self) -> int:
+        """The samples that all runs have reached."""
+        return min(run.filled for run in self._runs)
+
+    def _windows(self) -> Iterator[tuple[int, int]]:
+        """From where to where these are looked at at a time."""
+        common, rows = self._common, self.run.rows
+        size = common if isinstance(rows, np.ndarray) else window_rows(len(self._problem.y0))
+        return ((k, min(k + size, common)) for k in range(0, common, size))
+
+    def _errors(self, first: int, last: int, events: Agreement | None) -> Array:
+        """Estimated error of some samples that all runs have reached."""
+        own, looser, disturbed = (run.rows[first:last] for run in self._runs)
         _, looser_weight, weight = self._weights
         errors = looser_weight * np.abs(looser - own) + weight * np.abs(disturbed - own)
-        events = self.events
         if events is not None:
-            errors[events.exempt(self._problem.times[first:common]), len(self._problem.kinds) :] = 0
+            errors[events.exempt(self._problem.times[first:last]), len(self._problem.kinds) :] = 0
         return np.asarray(errors)
 
     @property
@@ -304,26 +327,36 @@ class Attempt:
 
     def _hopeless(self, first: int) -> bool:
         """Whether the newest errors are far beyond eps on any scale to be expected."""
-        errors = self._errors(first)
-        seen = np.abs(self.run.states[first : first + len(errors)]).max(axis=0, initial=0.0)
+        last = self._common
+        if first >= last:
+            return False
+        errors = self._errors(first, last, self.events)
+        seen = np.abs(self.run.rows[first:last]).max(axis=0)
         scales = np.maximum(self._found.scales[-1], seen)
         return bool((errors > 10 * self._eps * scales).any())
 
     def judge(self) -> Verdict:
         """How far the estimate stays below eps."""
-        events = self.events
-        errors, states = self._errors(), self.run.states
-        times = self._problem.times[: len(errors)]
-        beside = np.zeros(len(times))
-        if events is not None:
-            beside = events.ratios(times, self._problem.span)
-            beside[times >= end_of_bounces(self.run.switches)] = np.inf
-        return verdict(self._problem, self._eps, states[: len(errors)], errors, beside)
+        key = tuple((run, run.filled, run.t) for run in self._runs)
+        if self._judged is None or self._judged[0] != key:
+            self._judged = key, self._judge()
+        return self._judged[1]
+
+    def _judge(self) -> Verdict:
+        events, judging = self.events, Judging(self._problem, self._eps, self.run.rows[0])
+        for first, last in self._windows():
+            times, errors = self._problem.times[first:last], self._errors(first, last, events)
+            beside = np.zeros(len(times))
+            if events is not None:
+                beside = events.ratios(times, self._problem.span)
+                beside[times >= end_of_bounces(self.run.switches)] = np.inf
+            judging.add(self.run.rows[first:last], errors, beside)
+        return judging.verdict
 
     @property
     def complete(self) -> bool:
         """Whether all runs reached the last sample."""
-        return min(run.filled for run in self._runs) == len(self._problem.times)
+        return self._common == len(self._problem.times)
 
     @property
     def failure(self) -> Failure | None:
@@ -345,7 +378,7 @@ class Attempt:
         possible = first_from(self._problem.times, end_of_bounces(self.run.switches))
         if reached == possible or self.lost:
             return True
-        return self.failure is not None and reached == min(run.filled for run in self._runs)
+        return self.failure is not None and reached == self._common
 
     @property
     def loose_at_first(self) -> bool:
@@ -356,6 +389,6 @@ class Attempt:
     def reduction(self) -> float:
         """By how much to tighten: the excess, as it would be at the end, and some margin."""
         judged = self.judge()
-        reached = min(run.filled for run in self._runs) / len(self._problem.times)
+        reached = self._common / len(self._problem.times)
         excess = judged.excess if np.isfinite(judged.excess) else 1e3
         return float(np.clip(10 * max(excess, 1.0) / reached**2, 30.0, 1e4))

@@ -25,6 +25,7 @@ from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.meeting import (
     NEAR,
     Meeting,
+    first_met,
     parameters_of,
     place_at_start,
     place_met,
@@ -33,6 +34,7 @@ from lagrange_cli.simulate.model import FormerChart, Model, SingularPlace
 from lagrange_cli.simulate.outcome import Status
 from lagrange_cli.simulate.request import resolve
 from lagrange_cli.simulate.right_hand_side import functions_of
+from lagrange_cli.simulate.rows import Rows
 from lagrange_cli.simulate.simulation import simulate
 from lagrange_cli.simulate.trajectory import Trajectory
 
@@ -72,19 +74,24 @@ def simulate_past_charts(
     InputError
         As :func:`.simulation.simulate`.
     """
-    if model.chart is None and not model.singular:
-        return simulate(model, **how)
-    _refuse_checkpoint(model, how)
-    # Places and coordinates are looked for along all samples at once.
-    how = {**how, "stream": None}
     if model.chart is not None:
-        return _with_chart(model, model.chart, how)
+        return _with_chart(model, model.chart, _alone(how))
+    if not model.singular:
+        return simulate(model, **how)
     started = time.perf_counter()
+    looked: list[int] = []
+
+    def look(times: Rows, states: Rows, found: Trajectory) -> None:
+        looked.append(len(states))
+        _refuse_met(first_met(model, times, states, found.status, found.requested), times)
+
     try:
         every = _grid(model, how).every(WATCHED)
-        first = simulate(model, every=every, **how)
+        first = simulate(model, every=every, look=look, **how)
     except InputError as refusal:
         return _from_start(model, other, how, refusal)
+    if looked:
+        return first
     met = place_met(model, first)
     if met is None:
         return _thinned(first, every)
@@ -95,19 +102,31 @@ def simulate_past_charts(
     return _thinned(_cut(first, met), every)
 
 
-def _refuse_checkpoint(model: Model, how: Mapping[str, Any]) -> None:
-    """Refuse to write the state of a run that may be followed by others."""
-    if how.get("checkpoint") is None:
+def _refuse_met(met: Meeting | None, times: Rows) -> None:
+    """Refuse more samples than memory holds of a motion past a singular place."""
+    if met is None:
         return
-    reason = "are looked at as a whole" if model.singular else "are read off its positions"
     raise InputError(
         Problem(
-            "a run cannot be interrupted and go on here: singular places of its coordinates, or"
-            f" coordinates it has none for, {reason}",
-            hint="without --checkpoint, Ctrl-C keeps what is done",
-            rule="resume",
+            f"the coordinates are singular where {met.place.where}, which is met after"
+            f" t = {times[met.samples - 1]:.9g}",
+            hint="with up to 100,000 samples the motion is followed past it",
+            rule="singular-place",
         )
     )
+
+
+def _alone(how: Mapping[str, Any]) -> dict[str, Any]:
+    """Options of a run whose coordinates are read off its positions, in memory and as a whole."""
+    if how.get("checkpoint") is not None:
+        raise InputError(
+            Problem(
+                "a run cannot be interrupted and go on whose coordinates are read off positions",
+                hint="without --checkpoint, Ctrl-C keeps what is done",
+                rule="resume",
+            )
+        )
+    return {**how, "stream": None}
 
 
 def _rest(how: Mapping[str, Any], seconds: float) -> dict[str, Any] | None:
@@ -116,7 +135,8 @@ def _rest(how: Mapping[str, Any], seconds: float) -> dict[str, Any] | None:
     if budget is not None and seconds >= budget:
         return None
     left = None if budget is None else budget - seconds
-    return {**how, "budget": left, "functions": None, "progress": None}
+    fresh = {"functions": None, "progress": None, "checkpoint": None, "stream": None}
+    return {**how, "budget": left, **fresh}
 
 
 def _from_start(
@@ -127,7 +147,7 @@ def _from_start(
     place = place_at_start(model) if problem.rule == "singular" else None
     if place is None:
         raise refusal
-    second = None if other is None else _in_other(other, place, {**how, "functions": None})
+    second = None if other is None else _in_other(other, place, _alone({**how, "functions": None}))
     if second is None:
         said = f"the coordinates are singular where {place.where}"
         raise InputError(replace(problem, hint=f"{said}\n{problem.hint}")) from refusal
@@ -317,7 +337,9 @@ class _Grid(NamedTuple):
 def _grid(model: Model, how: Mapping[str, Any]) -> _Grid:
     """The times that are asked for."""
     names = ("until", "accuracy", "method", "rtol", "atol", "step", "samples", "budget")
-    request = resolve(model, *(how.get(name) for name in names))
+    stream = how.get("stream")
+    many = None if stream is None else stream.in_memory
+    request = resolve(model, **{name: how.get(name) for name in names}, in_memory=many)
     steps = (
         0 if request.step is None else round((request.times[1] - request.times[0]) / request.step)
     )

@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import count
 from typing import IO, Any
 
 from lagrange_cli.cache import digest, fingerprint
@@ -26,7 +27,7 @@ from lagrange_cli.simulate.right_hand_side import RightHandSide
 from lagrange_cli.simulate.spool import named_file
 from lagrange_cli.version import __version__
 
-__all__ = ["Checkpoint", "Keeper", "identity", "refuse_existing", "refuse_promise", "samples_of"]
+__all__ = ["Checkpoint", "Keeper", "identity", "samples_of"]
 
 #: Seconds between two states that are written.
 INTERVAL = 30.0
@@ -40,9 +41,9 @@ _PARTS = {
 }
 
 
-def samples_of(path: str) -> str:
+def samples_of(path: str, number: int) -> str:
     """The file that has the samples of a run."""
-    return f"{path}.samples"
+    return f"{path}.samples{number or ''}"
 
 
 def identity(model: Model, request: Request, functions: RightHandSide) -> dict[str, Any]:
@@ -87,20 +88,16 @@ class Checkpoint:
     path: str
     resume: bool = False
 
-    def samples(self) -> IO[bytes]:
-        """The file that has the samples where they are not in memory.
+    def samples(self, number: int) -> IO[bytes]:
+        """The file that has the samples of a run where they are not in memory.
 
         Raises
         ------
         InputError
-            It cannot be made, or is not there.
+            It cannot be made.
         """
-        path = samples_of(self.path)
-        if not self.resume:
-            refuse_existing(self.path)
-        elif not (os.path.exists(self.path) and os.path.exists(path)):
-            raise _refused(f"there is no '{self.path}' with its '{path}' to go on from")
-        return named_file(path, again=self.resume)
+        path = samples_of(self.path, number)
+        return named_file(path, again=self.resume and os.path.exists(path))
 
 
 class Keeper:
@@ -122,31 +119,32 @@ class Keeper:
     def __init__(self, asked: Checkpoint, known: Mapping[str, Any]) -> None:
         self.path, self._known = asked.path, dict(known)
         self.before: State | None = self._read() if asked.resume else None
-        if not asked.resume:
-            refuse_existing(asked.path)
+        if not asked.resume and os.path.exists(asked.path):
+            raise _refused(
+                f"'{asked.path}' has the state of a run that was interrupted",
+                f"--resume '{asked.path}' goes on with it; rm '{asked.path}' lets it begin anew",
+            )
         self._state: Callable[[], State] | None = None
         self._last = -INTERVAL
 
-    def watch(self, state: Callable[[], State]) -> None:
+    def keep(self, state: Callable[[], State]) -> None:
         """Take what gives the state from now on."""
         self._state = state
 
-    def visit(self) -> None:
-        """Write the state if the last time was long ago."""
-        if time.monotonic() - self._last >= INTERVAL:
-            self.save()
-
-    def save(self) -> None:
-        """Write the state, whole or not at all."""
-        if self._state is not None:
-            write_file(self.path, pack({"run": self._known, "state": self._state()}))
-            self._last = time.monotonic()
+    def visit(self, *, now: bool = False) -> None:
+        """Write the state, whole or not at all, if the last time was long ago, or ``now``."""
+        if self._state is None or (time.monotonic() - self._last < INTERVAL and not now):
+            return
+        write_file(self.path, pack({"run": self._known, "state": self._state()}))
+        self._last = time.monotonic()
 
     def remove(self) -> None:
         """The run is complete: nothing is left to go on with."""
-        for path in (self.path, samples_of(self.path)):
-            with suppress(FileNotFoundError):
-                os.unlink(path)
+        with suppress(FileNotFoundError):
+            os.unlink(self.path)
+        with suppress(FileNotFoundError):
+            for number in count():
+                os.unlink(samples_of(self.path, number))
 
     def require(self, method: type[Integrator]) -> None:
         """Refuse a method that cannot go on.
@@ -185,24 +183,6 @@ class Keeper:
                 "give the scene and the options of that run, or begin anew without --resume",
             )
         return dict(state)
-
-
-def refuse_promise(request: Request) -> None:
-    """Refuse what is not written: the runs that measure an error beside the one that is kept."""
-    if request.accuracy is not None:
-        raise _refused(
-            "a run to an accuracy cannot be interrupted and go on",
-            "--method DOP853 --rtol 1e-10 can; without --checkpoint, Ctrl-C keeps what is done",
-        )
-
-
-def refuse_existing(path: str) -> None:
-    """Do not begin anew where a run could go on."""
-    if os.path.exists(path):
-        raise _refused(
-            f"'{path}' has the state of a run that was interrupted",
-            f"--resume '{path}' goes on with it; rm '{path}' lets it begin anew",
-        )
 
 
 def _refused(message: str, hint: str = "") -> InputError:

@@ -11,12 +11,10 @@ from lagrange_cli.simulate.accuracy import Measured, only_the_start, until, why
 from lagrange_cli.simulate.checkpoint import Keeper
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.pilot import FIRST_STEP, Pilot, pilot
+from lagrange_cli.simulate.pilot import FIRST_STEP, Pilot, pilot_or_before
 from lagrange_cli.simulate.problem import InitialValueProblem, last_scales
 from lagrange_cli.simulate.request import Request
-from lagrange_cli.simulate.rows import thinned
 from lagrange_cli.simulate.run import Run
-from lagrange_cli.simulate.spool import Samples
 from lagrange_cli.simulate.watch import StoppedError, Watch
 
 __all__ = ["control_of", "integrate_with_method", "measured_run"]
@@ -24,37 +22,28 @@ __all__ = ["control_of", "integrate_with_method", "measured_run"]
 #: Absolute part of the tolerance beside the relative one, in scales of the motion.
 ABSOLUTE_PART = 0.01
 
-#: Samples of the coarse run.
-PILOT_SAMPLES = 2**16
 
-
-def integrate_with_method(
-    problem: InitialValueProblem,
-    request: Request,
-    watch: Watch,
-    samples: Samples | None = None,
-    keeper: Keeper | None = None,
-) -> Measured:
-    """Integrate once; all samples that the run reached are kept, in ``samples`` if given.
+def integrate_with_method(problem: InitialValueProblem, request: Request, watch: Watch) -> Measured:
+    """Integrate once; all samples that the run reached are kept.
 
     Raises
     ------
     InputError
-        The samples that ``keeper`` is to go on with are damaged, or the method cannot go on.
+        The samples of a run that is to go on are damaged, or its method cannot go on.
     """
     started = time.perf_counter()
     with np.errstate(all="ignore"):
         try:
-            found = _pilot_if_needed(problem, request, watch, keeper)
+            found = _pilot_if_needed(problem, request, watch)
         except (StoppedError, KeyboardInterrupt):
             return only_the_start(problem, time.perf_counter() - started)
         method = request.method or (found.method if found else INTEGRATORS["DOP853"])
         watch.next_pass()
         run_started = time.perf_counter()
-        run = Run(method, problem, control_of(problem, request, found), samples=samples)
-        if keeper is not None:
-            _begin(run, keeper, found)
-        stopped = _go(run, problem, watch, keeper)
+        run = Run(method, problem, control_of(problem, request, found))
+        if watch.keeper is not None:
+            _begin(run, watch.keeper, found)
+        stopped = _go(run, problem, watch)
     return replace(
         measured_run(run, problem),
         stopped=stopped,
@@ -71,7 +60,7 @@ def _begin(run: Run, keeper: Keeper, found: Pilot | None) -> None:
     if keeper.before is not None and not run.restore(keeper.before["run"]):
         raise keeper.damaged()
     pilot = None if found is None else found.state()
-    keeper.watch(lambda: {"pilot": pilot, "run": run.state()})
+    keeper.keep(lambda: {"pilot": pilot, "run": run.state()})
 
 
 def measured_run(run: Run, problem: InitialValueProblem) -> Measured:
@@ -94,33 +83,22 @@ def measured_run(run: Run, problem: InitialValueProblem) -> Measured:
     )
 
 
-def _go(run: Run, problem: InitialValueProblem, watch: Watch, keeper: Keeper | None) -> bool:
+def _go(run: Run, problem: InitialValueProblem, watch: Watch) -> bool:
     """Run to the end; True if the user or the budget stopped it."""
     try:
         while run.go(len(problem.times)):
-            if keeper is not None:
-                keeper.visit()
             watch((run.t - problem.start) / problem.span)
-    except StoppedError:
-        if keeper is not None:
-            keeper.save()
-        return True
-    except KeyboardInterrupt:
+    except (StoppedError, KeyboardInterrupt):
         return True
     return False
 
 
-def _pilot_if_needed(
-    problem: InitialValueProblem, request: Request, watch: Watch, keeper: Keeper | None
-) -> Pilot | None:
+def _pilot_if_needed(problem: InitialValueProblem, request: Request, watch: Watch) -> Pilot | None:
     """The coarse run, where scales for ``atol`` or a method are wanted of it."""
     known = request.atol is not None or request.rtol is None
     if request.method is not None and known:
         return None
-    if keeper is not None and keeper.before is not None:
-        return Pilot.restored(keeper.before["pilot"])
-    coarse = replace(problem, times=thinned(problem.times, PILOT_SAMPLES))
-    return pilot(coarse, request.rtol or 1e-6, watch)
+    return pilot_or_before(problem, request.rtol or 1e-6, watch)
 
 
 def control_of(problem: InitialValueProblem, request: Request, found: Pilot | None) -> Control:

@@ -8,10 +8,12 @@ import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.model import Model, SingularPlace
+from lagrange_cli.simulate.outcome import Status
 from lagrange_cli.simulate.right_hand_side import functions_of
+from lagrange_cli.simulate.rows import Rows, windows
 from lagrange_cli.simulate.trajectory import Trajectory
 
-__all__ = ["NEAR", "Meeting", "parameters_of", "place_at_start", "place_met"]
+__all__ = ["NEAR", "Meeting", "first_met", "parameters_of", "place_at_start", "place_met"]
 
 #: A factor this small beside its largest value has vanished at the start.
 VANISHED = 1e-12
@@ -59,61 +61,106 @@ def place_met(model: Model, run: Trajectory) -> Meeting | None:
     """The first place that a run passed or ended at."""
     names = [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
     states = np.column_stack([run.columns[name] for name in names])
-    values = _factors(model, run.t, states)
+    return first_met(model, run.t, states, run.status, run.requested)
+
+
+def first_met(
+    model: Model, times: Rows, states: Rows, status: Status, accuracy: float | None
+) -> Meeting | None:
+    """The first place that samples, of shapes (m,) and (m, 2n), passed or ended at."""
+    passed, near = _barred(model, times, states)
     found = []
-    for number, (place, factor) in enumerate(zip(model.singular, values.T, strict=True)):
-        rates = np.column_stack([run.columns[f"dot({name})"] for name in place.lost])
-        changes = np.flatnonzero(np.signbit(factor[1:]) != np.signbit(factor[:-1]))
-        passed = [k for k in changes.tolist() if _is_barred(factor, rates, k)]
-        if rates.any():
-            passed += _unresolved(model, run, states, factor, number)
-        if passed:
-            found.append(Meeting(place, min(passed) + 1, passed=True))
-        elif run.status not in ("ok", "stopped") and _ends_there(factor):
-            found.append(Meeting(place, len(run.t), passed=False))
+    for number, place in enumerate(model.singular):
+        if near.moves[number]:
+            closest = near.closest[number]
+            unresolved = _unresolved(model, times[closest], states[closest], number)
+            if unresolved > (accuracy or NEAR):
+                passed.setdefault(number, closest)
+                passed[number] = min(passed[number], closest)
+        if number in passed:
+            found.append(Meeting(place, passed[number] + 1, passed=True))
+        elif status not in ("ok", "stopped") and near.ends(number):
+            found.append(Meeting(place, len(states), passed=False))
     return min(found, key=lambda met: met.samples, default=None)
 
 
-def _unresolved(
-    model: Model, run: Trajectory, states: Array, factor: Array, number: int
-) -> list[int]:
-    """The sample closest to a place, where the last place of a coordinate changes its factor by
-    more than the accuracy.
+class _Near:
+    """How near the samples of a run come to each place; they are added in parts, in order."""
+
+    def __init__(self, model: Model) -> None:
+        n, places = len(model.coordinates), len(model.singular)
+        self._rates = [[n + model.coordinates.index(c) for c in p.lost] for p in model.singular]
+        self._seen = 0
+        self._least, self._largest = np.full(places, np.inf), np.zeros(places)
+        self._last = np.zeros((0, places))
+        self.closest = [0] * places
+        self.moves = [False] * places
+
+    def add(self, states: Array, values: Array) -> list[tuple[int, int]]:
+        """Take further states with their factors; give places of which a factor changes its
+        sign, with the number of the sample before."""
+        both = np.concatenate([self._last[-1:], values])
+        first = self._seen - len(self._last[-1:])
+        changes = np.argwhere(np.signbit(both[1:]) != np.signbit(both[:-1]))
+        sizes = np.abs(values)
+        for number, rates in enumerate(self._rates):
+            at = int(sizes[:, number].argmin())
+            if sizes[at, number] < self._least[number] or np.isnan(sizes[at, number]):
+                self._least[number], self.closest[number] = sizes[at, number], self._seen + at
+            self.moves[number] = self.moves[number] or bool(states[:, rates].any())
+        self._largest = np.maximum(self._largest, sizes.max(axis=0))
+        self._last = np.concatenate([self._last, values])[-2:]
+        self._seen += len(states)
+        return [(number, first + k) for k, number in changes.tolist()]
+
+    def ends(self, number: int) -> bool:
+        """Whether a factor is about to vanish at the last sample."""
+        last = abs(float(self._last[-1, number]))
+        if last <= NEAR * float(self._largest[number]):
+            return True
+        pace = abs(float(self._last[-2, number])) - last if len(self._last) > 1 else 0.0
+        return pace > 0 and last <= ARRIVED * pace
+
+
+def _barred(model: Model, times: Rows, states: Rows) -> tuple[dict[int, int], _Near]:
+    """The sample before each place was passed first, where it was."""
+    near, passed = _Near(model), dict[int, int]()
+    for t, part in windows(times, states):
+        for number, before in near.add(part, _factors(model, t, part)):
+            if number not in passed and _is_barred(model, number, times, states, before):
+                passed[number] = before
+    return passed, near
+
+
+def _unresolved(model: Model, t: float, state: Array, number: int) -> float:
+    """How much the last places of coordinates change a factor, as a part of it.
 
     All runs that estimate the error hold coordinates there with the same few bits.
     """
-    n, closest = len(model.coordinates), int(np.abs(factor).argmin())
-    state = states[closest]
+    n = len(model.coordinates)
     beside = [state + row for row in np.diag(np.spacing(np.abs(state)))[:n]]
-    times = np.full(n + 1, run.t[closest])
+    times = np.full(n + 1, t)
     own, *others = _factors(model, times, np.array([state, *beside]))[:, number].tolist()
     change = sum(abs(other - own) for other in others)
-    return [closest] if change > (run.requested or NEAR) * abs(own) else []
+    return change / abs(own) if own else float("inf") if change else 0.0
 
 
-def _is_barred(factor: Array, rates: Array, before: int) -> bool:
+def _is_barred(model: Model, number: int, times: Rows, states: Rows, before: int) -> bool:
     """Whether a motion that changed sides after a sample cannot have done so.
 
     The momentum of a coordinate that loses its inertia as the factor's square keeps its
     value: then the rate grows without bound, and the motion turns round. If instead the
     rate is steady, the momentum goes to zero as the inertia does.
     """
-    around = slice(max(before - 2, 0), before + 4)
-    inertia = factor[around] ** 2
-    near = (rate for rate in rates[around].T if rate.any())
-    return any(_spread(rate * inertia) < _spread(rate) for rate in near)
+    around = slice(max(before - 2, 0), min(before + 4, len(states)))
+    near, n = states[around], len(model.coordinates)
+    inertia = _factors(model, times[around], near)[:, number] ** 2
+    lost = [n + model.coordinates.index(name) for name in model.singular[number].lost]
+    rates = (rate for rate in near[:, lost].T if rate.any())
+    return any(_spread(rate * inertia) < _spread(rate) for rate in rates)
 
 
 def _spread(values: Array) -> float:
     """How much numbers differ, beside their size."""
     size = float(np.abs(values).mean())
     return float(values.std()) / size if size > 0 else 0.0
-
-
-def _ends_there(factor: Array) -> bool:
-    """Whether a factor is about to vanish at its last sample."""
-    last = abs(float(factor[-1]))
-    if last <= NEAR * float(np.abs(factor).max()):
-        return True
-    pace = abs(float(factor[-2])) - last if len(factor) > 1 else 0.0
-    return pace > 0 and last <= ARRIVED * pace

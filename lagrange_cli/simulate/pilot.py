@@ -16,11 +16,21 @@ from lagrange_cli.simulate.integrators.pieces import pieces
 from lagrange_cli.simulate.integrators.switching import SwitchedRhs
 from lagrange_cli.simulate.noise import NOISE_PART, noise_of_step
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales
+from lagrange_cli.simulate.rows import Grid, thinned
 from lagrange_cli.simulate.run import Run
 from lagrange_cli.simulate.stiffness import probe
 from lagrange_cli.simulate.watch import Watch
 
-__all__ = ["COARSE", "FIRST_STEP", "LEAST", "Pilot", "explicit_method", "pilot", "suits_gauss"]
+__all__ = [
+    "COARSE",
+    "FIRST_STEP",
+    "LEAST",
+    "Pilot",
+    "explicit_method",
+    "pilot",
+    "pilot_or_before",
+    "suits_gauss",
+]
 
 #: Relative tolerance of the coarse run.
 COARSE = 1e-5
@@ -46,6 +56,9 @@ STEADY, SHRINK, SMALLEST_STEP = 0.5, 0.125, 1e-15
 #: States at which rounding of the right-hand side is looked at.
 NOISE_SAMPLES = 16
 
+#: Numbers of the samples of the coarse run, where those that are asked for are not in memory.
+MOST = 2**20
+
 #: Right-hand sides after which the explicit run pauses to ask whether the system is stiff.
 PROBE_AFTER = 20_000
 
@@ -62,7 +75,8 @@ class Pilot:
     2n); ``method`` for the runs to come, an explicit one or, where stiff, an
     implicit one; ``first_step`` for them. ``noise`` is the rounding error of a
     step so far, at samples equally far apart, shape (NOISE_SAMPLES at most,
-    2n): a tolerance below it would only chase rounding.
+    2n): a tolerance below it would only chase rounding. Each of its samples stands for
+    ``stride`` of those that are asked for.
     """
 
     scales: Array
@@ -70,6 +84,15 @@ class Pilot:
     method: type[Integrator]
     first_step: float
     evaluations: int
+    stride: int = 1
+
+    def scales_so_far(self, samples: int) -> Array:
+        """The scales within a number of samples."""
+        return np.asarray(self.scales[min(self._own(samples), len(self.scales)) - 1])
+
+    def _own(self, samples: int) -> int:
+        """How many of its samples are within a number of samples."""
+        return -(-samples // self.stride)
 
     @property
     def relative_noise(self) -> float:
@@ -82,7 +105,7 @@ class Pilot:
 
     def noise_so_far(self, samples: int) -> Array:
         """The noise within a number of samples."""
-        part = min(samples / len(self.scales), 1.0)
+        part = min(self._own(samples) / len(self.scales), 1.0)
         return np.asarray(self.noise[round(part * (len(self.noise) - 1))])
 
     def finer(self, factor: float) -> Pilot:
@@ -104,8 +127,17 @@ class Pilot:
         return self.method.implicit
 
 
+def pilot_or_before(problem: InitialValueProblem, tolerance: float, watch: Watch) -> Pilot:
+    """What the pilot finds, or found before a run was interrupted that goes on."""
+    before = None if watch.keeper is None else watch.keeper.before
+    return pilot(problem, tolerance, watch) if before is None else Pilot.restored(before["pilot"])
+
+
 def pilot(problem: InitialValueProblem, tolerance: float, watch: Watch) -> Pilot:
     """Run coarsely over the whole problem; ``tolerance`` is what the finer runs will use."""
+    many = isinstance(problem.times, Grid)
+    stride = -(-len(problem.times) * len(problem.y0) // MOST) if many else 1
+    problem = replace(problem, times=thinned(problem.times, stride))
     tracker = _Tracker(problem, watch)
     run = tracker.explicit
     method, spent = explicit_method(problem, tolerance), 0
@@ -120,8 +152,8 @@ def pilot(problem: InitialValueProblem, tolerance: float, watch: Watch) -> Pilot
             run = tracker.implicit()
         tracker.go(run, None)
     scales = tracker.scales(run)
-    noise = _noise(problem, run, tracker.step_at)
-    return Pilot(scales, noise, method, tracker.first_step, spent + run.evaluations)
+    noise, spent = _noise(problem, run, tracker.step_at), spent + run.evaluations
+    return Pilot(scales, noise, method, tracker.first_step, spent, stride)
 
 
 def suits_gauss(rhs: Rhs) -> bool:

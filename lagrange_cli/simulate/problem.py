@@ -9,9 +9,17 @@ from functools import cache, cached_property
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Rhs
-from lagrange_cli.simulate.rows import Rows, windows
+from lagrange_cli.simulate.rows import Grid, Rows, windows
+from lagrange_cli.simulate.spool import InMemory, Samples
 
-__all__ = ["InitialValueProblem", "last_scales", "running_scales", "scales_from", "spacing"]
+__all__ = [
+    "InitialValueProblem",
+    "RunningScales",
+    "last_scales",
+    "running_scales",
+    "scales_from",
+    "spacing",
+]
 
 #: A coordinate that moves less than this part of the largest of its kind is
 #: measured by the larger one.
@@ -31,7 +39,8 @@ class InitialValueProblem:
     each in its own way: what they change is what rounding may change.
     ``autonomous``: rhs does not depend on t. ``epsilon``: the distance from 1
     to the next number that rhs computes with; ``wider`` makes the same problem
-    in wider arithmetic, or None where there is none.
+    in wider arithmetic, or None where there is none. ``room`` gives each run a place for its
+    samples where memory is not to hold them.
     """
 
     rhs: Rhs
@@ -42,6 +51,13 @@ class InitialValueProblem:
     autonomous: bool = True
     epsilon: float = 2.0**-52
     wider: Callable[[], InitialValueProblem | None] = lambda: None
+    room: Callable[[], Samples] | None = None
+
+    def samples(self) -> Samples:
+        """Where a run puts its samples."""
+        if self.room is None or not isinstance(self.times, Grid):
+            return InMemory(len(self.times), len(self.y0))
+        return self.room()
 
     @property
     def start(self) -> float:
@@ -93,21 +109,32 @@ def running_scales(problem: InitialValueProblem, states: Array) -> Array:
     -------
     Shape (samples, 2n); the last row holds the scales of the whole.
     """
-    n = len(problem.kinds)
-    largest = np.maximum.accumulate(np.abs(states[:, :n] - states[0, :n]), axis=0)
-    speed = np.maximum.accumulate(np.abs(states[:, n:]), axis=0)
-    return scales_from(problem, largest, speed)
+    return RunningScales(problem, states[0]).add(states)
+
+
+class RunningScales:
+    """:func:`running_scales` of samples that are added in parts, the first of them ``start``."""
+
+    def __init__(self, problem: InitialValueProblem, start: Array) -> None:
+        self._problem, self._start = problem, start[: len(problem.kinds)]
+        self._largest = np.zeros((2, 1, len(problem.kinds)))
+
+    def add(self, states: Array) -> Array:
+        """The scales so far at each of further samples."""
+        n = len(self._problem.kinds)
+        moved = np.abs(states[:, :n] - self._start), np.abs(states[:, n:])
+        parts = [np.concatenate(of) for of in zip(self._largest, moved, strict=True)]
+        largest, speed = (np.maximum.accumulate(part, axis=0)[1:] for part in parts)
+        self._largest = np.array([largest[-1:], speed[-1:]])
+        return scales_from(self._problem, largest, speed)
 
 
 def last_scales(problem: InitialValueProblem, states: Rows) -> Array:
     """The last row of :func:`running_scales`, of states that may not all be in memory."""
-    n = len(problem.kinds)
-    start = states[0][:n]
-    largest, speed = np.zeros((1, n)), np.zeros((1, n))
+    scales, found = RunningScales(problem, states[0]), np.empty(0)
     for _, part in windows(problem.times, states):
-        largest = np.maximum(largest, np.abs(part[:, :n] - start).max(axis=0))
-        speed = np.maximum(speed, np.abs(part[:, n:]).max(axis=0))
-    return np.asarray(scales_from(problem, largest, speed)[0])
+        found = scales.add(part)[-1]
+    return found
 
 
 def scales_from(problem: InitialValueProblem, largest: Array, speed: Array) -> Array:

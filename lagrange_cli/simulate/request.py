@@ -103,7 +103,6 @@ def resolve(
         accuracy = DEFAULT_ACCURACY
     grid = _grid(model, until, of, step, samples)
     fixed = of is not None and not of.adaptive
-    in_memory = in_memory if accuracy is None else None
     times = _times(model, grid, step, fixed=fixed, in_memory=in_memory)
     if accuracy is None and (of is None or of.adaptive) and rtol is None:
         raise _refused("a method needs its tolerance", "--rtol 1e-9")

@@ -114,12 +114,12 @@ def first_rows(rows: Rows, count: int) -> Rows:
     return rows[:count] if isinstance(rows, np.ndarray) else Ranges(rows, [(0, count)])
 
 
-def thinned(rows: Rows, most: int) -> Rows:
-    """Some of very many rows, equally far apart, both ends included; about ``most`` of them."""
-    if len(rows) <= most:
-        return rows
+def thinned(rows: Rows, stride: int) -> Rows:
+    """Every so many of some rows, and the last."""
+    if stride == 1:
+        return rows[:]
     last = len(rows) - 1
-    return np.append(rows[0 : last : -(-last // most)], rows[last])
+    return np.append(rows[0:last:stride], rows[last])
 
 
 def window_rows(width: int) -> int:

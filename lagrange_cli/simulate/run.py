@@ -14,7 +14,6 @@ from lagrange_cli.simulate.integrators.base import Array, State, UnfitError
 from lagrange_cli.simulate.integrators.switching import Flags, Switch, Switching
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.rows import Rows
-from lagrange_cli.simulate.spool import InMemory, Samples
 
 __all__ = ["Failure", "Run"]
 
@@ -51,9 +50,9 @@ def _fitting(method: type[Integrator]) -> Iterator[None]:
 class Run:
     """A method on its way through the sample times of a problem.
 
-    ``samples`` receives the states at them, by default in memory. ``rows`` are those that are
-    reached, ``filled`` of them, and ``states`` the same as an array, shape (filled, 2n);
-    ``steps`` and ``evaluations`` count the work; ``failure`` says why it cannot go on.
+    ``rows`` are the states at those that are reached, ``filled`` of them, and ``states`` the
+    same as an array, shape (filled, 2n); ``steps`` and ``evaluations`` count the work;
+    ``failure`` says why it cannot go on.
     """
 
     def __init__(
@@ -64,13 +63,12 @@ class Run:
         *,
         rhs: Rhs | None = None,
         y0: Array | None = None,
-        samples: Samples | None = None,
     ) -> None:
         self.method = method
         self.failure: Failure | None = None
         self._times = problem.times
         first = problem.y0 if y0 is None else y0
-        self._samples = samples or InMemory(len(problem.times), len(first))
+        self._samples = problem.samples()
         self._samples.room(0, 1)[0] = first
         self.filled = 1
         self._pace = 1

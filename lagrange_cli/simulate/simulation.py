@@ -12,7 +12,7 @@ import numpy as np
 
 from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
 from lagrange_cli.simulate.along import Along, along
-from lagrange_cli.simulate.checkpoint import Checkpoint, Keeper, identity, refuse_promise
+from lagrange_cli.simulate.checkpoint import Checkpoint, Keeper, identity
 from lagrange_cli.simulate.chosen import integrate_with_method
 from lagrange_cli.simulate.columns import sampled, state_columns
 from lagrange_cli.simulate.disproof import energy_drift, undisproved
@@ -22,7 +22,7 @@ from lagrange_cli.simulate.outcome import reason, status
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.request import Request, resolve
 from lagrange_cli.simulate.right_hand_side import RightHandSide, right_hand_side
-from lagrange_cli.simulate.rows import Grid
+from lagrange_cli.simulate.rows import Grid, Rows
 from lagrange_cli.simulate.spool import Samples
 from lagrange_cli.simulate.starting import require_a_start
 from lagrange_cli.simulate.stream import Stream, picked, spooled, streamed
@@ -55,6 +55,7 @@ def simulate(
     every: int = 1,
     stream: Stream | None = None,
     checkpoint: Checkpoint | None = None,
+    look: Callable[[Rows, Rows, Trajectory], None] | None = None,
 ) -> Trajectory:
     """Integrate the equations of motion from their initial state.
 
@@ -98,6 +99,9 @@ def simulate(
         refused.
     checkpoint
         Where to write the state of the run now and then, and when it is stopped.
+    look
+        Called with all times and states of a stream, and what is known of them, before anything
+        is written; may refuse.
 
     Raises
     ------
@@ -113,8 +117,8 @@ def simulate(
     watch = Watch(progress, budget, reached=reached, span=span, stop=stop)
     if stream is None or not isinstance(request.times, Grid):
         return _simulated(model, request.refined(every), watch, functions, cache, checkpoint)
-    with spooled(stream, model, len(request.times), checkpoint) as room:
-        return _simulated(model, request, watch, functions, cache, checkpoint, stream, room)
+    with spooled(stream, model, request, checkpoint) as room:
+        return _simulated(model, request, watch, functions, cache, checkpoint, stream, room, look)
 
 
 def _simulated(
@@ -125,34 +129,35 @@ def _simulated(
     cache: Cache | None,
     checkpoint: Checkpoint | None,
     stream: Stream | None = None,
-    samples: Samples | None = None,
+    room: Callable[[], Samples] | None = None,
+    look: Callable[[Rows, Rows, Trajectory], None] | None = None,
 ) -> Trajectory:
     started = time.perf_counter()
     if functions is None:
         functions = right_hand_side(model, cache, request.budget)
-    problem = problem_of(model, request, functions)
+    problem = problem_of(model, request, functions, room)
     if functions.drive is not None:
         functions.drive.require(problem.start, problem.until)
     require_a_start(model, problem)
-    keeper = None
     if checkpoint is not None:
-        refuse_promise(request)
-        keeper = Keeper(checkpoint, identity(model, request, functions))
+        watch.keeper = Keeper(checkpoint, identity(model, request, functions))
     compile_seconds = time.perf_counter() - started
     if request.accuracy is not None:
         measured = integrate_to_accuracy(problem, request.accuracy, watch)
     else:
-        measured = integrate_with_method(problem, request, watch, samples, keeper)
+        measured = integrate_with_method(problem, request, watch)
     seen = along(model, functions, problem.start, measured)
     measured = undisproved(model, seen, problem.times, measured, request.accuracy)
     if not measured.stopped:
         watch.done()
     found = _trajectory(model, request, seen, problem, measured, compile_seconds)
+    if stream is not None and look is not None:
+        look(problem.times, measured.states, found)
     if stream is not None:
         columns = partial(sampled, model, seen)
         found = streamed(stream, found, problem.times, measured.states, columns)
-    if keeper is not None and not measured.stopped:
-        keeper.remove()
+    if watch.keeper is not None and not measured.stopped:
+        watch.keeper.remove()
     return found
 
 
@@ -162,7 +167,12 @@ def _modelled(equations: Equations) -> Model:
     return model_of(equations)
 
 
-def problem_of(model: Model, request: Request, functions: RightHandSide) -> InitialValueProblem:
+def problem_of(
+    model: Model,
+    request: Request,
+    functions: RightHandSide,
+    room: Callable[[], Samples] | None = None,
+) -> InitialValueProblem:
     """What is to be integrated, as numbers."""
     problem = InitialValueProblem(
         functions.rhs,
@@ -171,6 +181,7 @@ def problem_of(model: Model, request: Request, functions: RightHandSide) -> Init
         model.kinds,
         functions.disturbed,
         model.facts["autonomous"],
+        room=room,
     )
     return replace(problem, wider=lambda: _wider(problem, functions))
 

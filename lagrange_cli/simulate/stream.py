@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
+from itertools import count
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from lagrange_cli.simulate.formats import format_of
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.outline import Outline
+from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.rows import Rows, windows
 from lagrange_cli.simulate.spool import Samples, Spool, folder_of, require_room, spool_file
 from lagrange_cli.simulate.trajectory import Trajectory
@@ -23,6 +25,9 @@ __all__ = ["IN_MEMORY", "Stream", "picked", "spooled", "streamed"]
 
 #: Numbers of the states of a run that memory is to hold.
 IN_MEMORY = 2**19
+
+#: Runs that are compared to measure an error.
+COMPARED = 3
 
 #: Samples that a trajectory has of those that are in a file.
 FEW = 1001
@@ -45,9 +50,9 @@ class Stream:
 
 @contextmanager
 def spooled(
-    stream: Stream, model: Model, count: int, checkpoint: Checkpoint | None
-) -> Iterator[Samples]:
-    """Room for the states of ``count`` samples on a disk.
+    stream: Stream, model: Model, request: Request, checkpoint: Checkpoint | None
+) -> Iterator[Callable[[], Samples]]:
+    """What gives each run room for the states of its samples on a disk.
 
     It is that of the result, and for a while; with a checkpoint it is beside that, and stays.
 
@@ -60,9 +65,16 @@ def spooled(
     columns = 0 if stream.output is None else 1 + width + 2 * len(model.cartesian)
     folder = folder_of(stream.output if checkpoint is None else checkpoint.path)
     if checkpoint is None or not checkpoint.resume:
-        require_room(folder, count, width + columns)
-    with spool_file(folder) if checkpoint is None else checkpoint.samples() as file:
-        yield Spool(file, width)
+        runs = 1 if request.accuracy is None else COMPARED
+        require_room(folder, len(request.times), runs * width + columns)
+    names = count()
+    with ExitStack() as files:
+
+        def room() -> Samples:
+            file = spool_file(folder) if checkpoint is None else checkpoint.samples(next(names))
+            return Spool(files.enter_context(file), width)
+
+        yield room
 
 
 def picked(times: Rows, states: Rows) -> tuple[Array, Array]:

@@ -23,14 +23,7 @@ from numpy.typing import NDArray
 from lagrange_cli.cache import Cache
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.accuracy import Measured, obstacle
-from lagrange_cli.simulate.attempt import (
-    FLOOR_ULPS,
-    LOOSER,
-    LOOSER_WEIGHT,
-    OTHER_STEPS,
-    ROUNDING_WEIGHT,
-    verdict,
-)
+from lagrange_cli.simulate.attempt import LOOSER, LOOSER_WEIGHT, OTHER_STEPS, ROUNDING_WEIGHT
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.disturbance import each_off_by_one_ulp, rounding_factors
 from lagrange_cli.simulate.integrators.base import Array
@@ -45,6 +38,7 @@ from lagrange_cli.simulate.library import Source, load
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.problem import InitialValueProblem, scales_from, spacing
 from lagrange_cli.simulate.right_hand_side import OPTIONS
+from lagrange_cli.simulate.verdict import FLOOR_ULPS, verdict
 
 __all__ = ["METHOD", "Runs", "Together", "together"]
 

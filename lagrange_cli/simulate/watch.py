@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.checkpoint import Keeper
 
 __all__ = ["StoppedError", "Watch"]
 
@@ -22,8 +26,10 @@ class Watch:
     ``progress`` gets a fraction from 0 to 1 that never falls; ``budget`` is in
     seconds of wall clock (None: without limit). ``reached`` gets the time that the pass has
     reached, of ``span``, which is from where to where; ``stop`` says whether the user has asked
-    for an end.
+    for an end. ``keeper`` writes the state of the runs now and then, and before an end.
     """
+
+    keeper: Keeper | None = None
 
     def __init__(
         self,
@@ -45,9 +51,11 @@ class Watch:
         self._share = PASS * (1 - self._base)
 
     def __call__(self, fraction: float) -> None:
-        if self._deadline is not None and time.perf_counter() > self._deadline:
-            raise StoppedError
-        if self._stop is not None and self._stop():
+        late = self._deadline is not None and time.perf_counter() > self._deadline
+        ends = late or (self._stop is not None and self._stop())
+        if self.keeper is not None:
+            self.keeper.visit(now=ends)
+        if ends:
             raise StoppedError
         self._tell(self._base + self._share * fraction)
         if self._reached is not None:

@@ -13,10 +13,14 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_file, read_text
 from lagrange_cli.simulate import checkpoint, rows, simulate
+from lagrange_cli.simulate.charts import simulate_past_charts
 from lagrange_cli.simulate.checkpoint import Checkpoint
 from lagrange_cli.simulate.integrators import INTEGRATORS
+from lagrange_cli.simulate.integrators.native import DOUBLE, EXTENDED
 from lagrange_cli.simulate.modelling import model_of
 from lagrange_cli.simulate.stream import Stream
+
+ROOT = Path(__file__).resolve().parents[2]
 
 PENDULUM = """
 parameters: {m: 1, l: 1.5}
@@ -115,6 +119,66 @@ def test_every_method_goes_on(scene, tmp_path, name, method):
     assert compared(found) == compared(whole)
     assert found.npz() == whole.npz()
     assert not path.exists()
+
+
+#: What is asked of motion whose error is measured, by scenes.
+PROMISES = {
+    "pendulum": {"accuracy": 1e-9},
+    "ball": {"accuracy": 1e-6, "until": 5.0},
+    "rod": {"accuracy": 1e-9},
+    "driven": {"accuracy": 1e-7},
+}
+
+
+@pytest.mark.parametrize("calls", [3, 20])
+@pytest.mark.parametrize("name", PROMISES)
+def test_a_measured_run_goes_on(scene, tmp_path, name, calls):
+    model, how = scene(name), PROMISES[name]
+    whole = simulate(model, **how)
+    found, parts = in_parts(model, tmp_path / "c", calls, **how)
+    assert parts > 1
+    assert compared(found) == compared(whole)
+    assert found.npz() == whole.npz()
+
+
+def test_attempts_in_wider_arithmetic_go_on(scene, tmp_path):
+    model, how = scene("pendulum"), {"accuracy": 2e-13, "until": 30.0}
+    whole = simulate(model, **how)
+    if EXTENDED.epsilon < DOUBLE.epsilon and whole.implementation.startswith("compiled"):
+        assert whole.implementation.endswith("long double")
+    found, parts = in_parts(model, tmp_path / "c", 20, **how)
+    assert parts > 1
+    assert compared(found) == compared(whole)
+    assert found.npz() == whole.npz()
+
+
+def test_a_measured_run_with_samples_in_files_goes_on(monkeypatch, scene, tmp_path):
+    monkeypatch.setattr(rows, "WINDOW", 400)
+    model, how = scene("pendulum"), {"accuracy": 1e-9, "samples": 5001}
+    whole = tmp_path / "whole.npz"
+    simulate(model, **how).write(whole)
+    stream = Stream(str(tmp_path / "part.npz"), in_memory=0)
+    _, parts = in_parts(model, tmp_path / "c", 10, stream, **how)
+    assert parts > 1
+    assert (tmp_path / "part.npz").read_bytes() == whole.read_bytes()
+    assert not any(name.startswith("c") for name in os.listdir(tmp_path))
+
+
+def test_an_orbit_in_polar_coordinates_goes_on(tmp_path):
+    """Its coordinates are singular at the centre, which it does not meet."""
+    model = model_of(derive(read_file(ROOT / "systems" / "celestial" / "kepler.yaml")))
+    assert model.singular
+    whole = simulate_past_charts(model, accuracy=1e-9)
+    looks = iter(range(10**9))
+    path = str(tmp_path / "c")
+    first = simulate_past_charts(
+        model, accuracy=1e-9, checkpoint=Checkpoint(path), stop=lambda: next(looks) >= 25
+    )
+    assert first.status == "stopped"
+    again = Checkpoint(path, resume=os.path.exists(path))
+    found = simulate_past_charts(model, accuracy=1e-9, checkpoint=again)
+    assert compared(found) == compared(whole)
+    assert found.npz() == whole.npz()
 
 
 @pytest.mark.parametrize(("name", "calls"), [("pendulum", 2), ("pendulum", 5), ("ball", 6)])

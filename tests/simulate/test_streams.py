@@ -15,6 +15,7 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
 from lagrange_cli.simulate import rows, simulate, spool
+from lagrange_cli.simulate.charts import simulate_past_charts
 from lagrange_cli.simulate.modelling import model_of
 from lagrange_cli.simulate.rows import Grid, Ranges, first_from
 from lagrange_cli.simulate.stream import Stream
@@ -53,6 +54,9 @@ RUNS = {
     "adaptive": (PENDULUM, {"method": "DOP853", "rtol": 1e-9, "samples": 777}, ()),
     "python": (PENDULUM, {"method": "Radau", "rtol": 1e-6, "samples": 301}, ()),
     "contacts": (BALL, {"method": "DOP853", "rtol": 1e-9, "samples": 401}, ("energy",)),
+    "promise": (PENDULUM, {"accuracy": 1e-9, "samples": 777}, ("energy",)),
+    "bounces": (BALL, {"accuracy": 1e-6, "samples": 401}, ("energy",)),
+    "held": (ROD, {"accuracy": 1e-6, "samples": 401}, ("forces",)),
     "rod": (ROD, {"method": "DOP853", "rtol": 1e-9, "samples": 401}, ("forces",)),
 }
 
@@ -148,6 +152,32 @@ simulate: {until: 10}
     part = simulate(model(text), **how, stream=Stream(str(path), in_memory=0))
     assert part.status == whole.status == "blow_up"
     assert path.read_text() == whole.csv()
+
+
+SPHERICAL = """
+particles: {{bob: {{mass: 1, position: [x, y, z]}}}}
+coordinates: [theta, phi]
+definitions: {{x: sin(theta)*cos(phi), y: sin(theta)*sin(phi), z: -cos(theta)}}
+potentials: {{weight: {{gravity: 9.81}}}}
+initial: {{theta: 1, phi: 0, dot(theta): 0, dot(phi): {rate}}}
+simulate: {{until: 3}}
+"""
+
+STEPS = {"method": "RK4", "step": 0.01}
+
+
+def test_a_stream_of_a_motion_past_a_singular_place_is_refused_unwritten(small, tmp_path):
+    stream = Stream(str(tmp_path / "t.csv"), in_memory=0)
+    of = model(SPHERICAL.format(rate=1e-6))
+    with pytest.raises(InputError, match="the coordinates are singular where"):
+        simulate_past_charts(of, **STEPS, stream=stream)
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_stream_that_keeps_away_from_singular_places_is_written(small, tmp_path):
+    of = model(SPHERICAL.format(rate=2))
+    simulate_past_charts(of, **STEPS, stream=Stream(str(tmp_path / "t.csv"), in_memory=0))
+    assert (tmp_path / "t.csv").read_text() == simulate(of, **STEPS).csv()
 
 
 def test_columns_that_are_not_there_leave_no_file(small, tmp_path):
