@@ -235,7 +235,8 @@ def _points(
             return
         for c in reduced.coordinates:
             scale = sampler.spread(c.q)
-            point[c.v] = sampler.noise(scale)
+            # Time has units of its own: where speeds are bounded they may have to be far smaller.
+            point[c.v] = sampler.noise(scale * width**3)
             point[c.a] = sampler.noise(scale)
         yield restraints.draw(point, sampler)
 

@@ -107,3 +107,9 @@ def test_where_there_is_no_reference_another_formulation_is_compared_with(monkey
     assert run.outcome == "holds"
     assert run.checked
     assert np.isfinite(run.error)
+
+
+def test_a_speed_of_light_in_other_units():
+    """States that certify a derivation are drawn where expressions are real."""
+    runs = found("oscillators/relativistic_oscillator", "units", budget=20.0).runs
+    assert [run.outcome for run in runs] == ["holds"] * 5
