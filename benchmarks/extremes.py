@@ -40,7 +40,7 @@ SCENES = (
 )
 
 #: Seconds that a point of a scene may take.
-BUDGET = 3.0
+BUDGET = 2.0
 
 #: Characters of a reason.
 REASON = 150
@@ -112,6 +112,12 @@ KINDS = (
     ("holds until", "rounding of the start grows past the accuracy"),
     ("no accelerations", "the start is at a singular place"),
     ("not independent", "coordinates do not move anything"),
+    ("not on the constraints", "the start is on the constraints to too few digits"),
+    ("initial velocities violate", "the start is on the constraints to too few digits"),
+    ("does not hold", "the constraints have no configuration there"),
+    ("restitution", "a value is outside of its range"),
+    ("division by zero", "a value is outside of its range"),
+    ("not finite real", "a value is outside of its range"),
 )
 
 COUNTED = ("holds", "degraded", "refused", "wrong")
