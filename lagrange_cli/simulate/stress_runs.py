@@ -84,11 +84,15 @@ class StressRun:
 
 
 class _Compared(NamedTuple):
-    """The error of what is kept, how much of that may be the reference's, and what it is."""
+    """The error of what is kept, how much of that may be the reference's, and what it is.
+
+    ``doubt``: how far a run by another method is from the reference.
+    """
 
     error: float
     own: float
     reference: str
+    doubt: float = 0.0
 
 
 class _Forms:
@@ -163,7 +167,10 @@ def _judged(task: StressTask, found: Trajectory, compared: _Compared | None) -> 
         return replace(run, reference="none")
     run = replace(run, reference=compared.reference)
     if compared.error - compared.own > promised:
-        return replace(run, outcome="wrong", error=compared.error, own=compared.own)
+        # Where another method is as far from the reference it may be that which is wrong.
+        if compared.error - compared.doubt > promised:
+            return replace(run, outcome="wrong", error=compared.error, own=compared.own)
+        return replace(run, reference=f"none: other methods are not as {compared.reference}")
     if compared.own > promised:
         return replace(run, reference=f"none: {compared.reference} is good to {compared.own:.0e}")
     return replace(run, error=compared.error, own=compared.own)
@@ -198,7 +205,7 @@ def _by_reference(model: Model, found: Trajectory, times: Array, budget: float) 
         known = reference(problem, coarse, budget)
         error = errors(problem, known.scales, _motion(model, found, times), known.motion)
     until = "" if len(times) == len(found.t) else f" until t = {times[-1]:.6g}"
-    return _Compared(float(error[-1]), known.error, known.method + until)
+    return _Compared(float(error[-1]), known.error, known.method + until, known.difference or 0.0)
 
 
 def _motion(model: Model, found: Trajectory, times: Array) -> Motion:
