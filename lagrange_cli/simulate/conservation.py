@@ -18,9 +18,10 @@ from lagrange_cli.simulate.rows import Rows, windows
 
 __all__ = [
     "EnergyDrift",
-    "contradiction_possible",
+    "contradicted",
     "energy_drifts",
     "first_contradiction",
+    "suspects",
 ]
 
 #: How far beyond the accuracy's first-order effect a change must be to disprove it.
@@ -104,20 +105,39 @@ def _allowed(values: Array) -> Array:
     return np.asarray(np.maximum(changes[..., :half], changes[..., half:]).sum(axis=-1))
 
 
-def contradiction_possible(energy: Array, kinetic: Array, moved: Array) -> NDArray[np.bool_]:
-    """Whether energies of motions change by more than errors at the start alone explain.
+def suspects(energy: Array, kinetic: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Changes of the energies of motions but for rounding, and the samples where they are largest.
 
     Parameters
     ----------
     energy, kinetic
         Energies at the samples and their parts that depend on velocities, shapes (members, m).
-    moved
-        Energies of the start, and of the start with each component moved by its error, up and
-        then down, shape (members, 1 + 4n).
+
+    Returns
+    -------
+    Changes (members, SUSPECTS) and the numbers of the samples, the same shape; fewer where there
+    are fewer samples.
     """
     size = np.maximum(np.abs(energy).max(axis=1), np.abs(kinetic).max(axis=1))
-    change = np.abs(energy - energy[:, :1]).max(axis=1) - ROUNDING * size
-    return np.asarray(~(change <= MARGIN * _allowed(moved)))
+    change = np.abs(energy - energy[:, :1]) - ROUNDING * size[:, None]
+    least = max(change.shape[1] - SUSPECTS, 0)
+    picked = np.argpartition(change, least, axis=1)[:, least:]
+    return np.take_along_axis(change, picked, axis=1), picked
+
+
+def contradicted(change: Array, start: Array, moved: Array) -> NDArray[np.bool_]:
+    """Whether errors explain less than changes of the energy, for each of some motions.
+
+    Parameters
+    ----------
+    change
+        Changes at some samples, shape (members, k).
+    start, moved
+        Energies of a state, and with each component moved by its error, up and then down: of the
+        start, shape (members, 1 + 4n), and of the samples, shape (members, k, 1 + 4n).
+    """
+    allowed = MARGIN * (_allowed(start)[:, None] + _allowed(moved))
+    return np.asarray(~((change <= 0) | (change <= allowed)).all(axis=1))
 
 
 def energy_drifts(energy: Array, kinetic: Array) -> Array:

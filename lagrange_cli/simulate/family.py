@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lagrange_cli.cache import open_cache
 from lagrange_cli.simulate.accuracy import Measured
-from lagrange_cli.simulate.conservation import contradiction_possible, energy_drifts
+from lagrange_cli.simulate.conservation import contradicted, energy_drifts, suspects
 from lagrange_cli.simulate.disproof import energy_is_conserved
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.model import Model
@@ -133,12 +133,23 @@ class Family:
     def _doubtful(
         self, eps: float, runs: Runs, parameters: Array, energy: Array, kinetic: Array
     ) -> NDArray[np.bool_]:
-        """Whether energies change by more than errors at the start explain."""
-        moves = eps * runs.scales[:, None, :] * np.eye(runs.states.shape[2])
+        """Whether energies change by more than errors explain, where they change most.
+
+        As :func:`.conservation.first_contradiction`, but that members that are in doubt are asked
+        again by themselves.
+        """
+        if not self.model.facts["autonomous"]:
+            return np.ones(len(runs.states), bool)
+        change, picked = suspects(energy, kinetic)
+        states = np.take_along_axis(runs.states, picked[..., None], axis=1)
         first = runs.states[:, :1]
-        moved = np.concatenate([first, first + moves, first - moves], axis=1)
-        (values,) = self.together.table_at_start("energy", moved, parameters, 1)
-        return contradiction_possible(energy, kinetic, values)
+        moved = _moved_by(states, eps * runs.scales[:, None, :])
+        start = _moved_by(first, np.spacing(np.abs(first)))
+        size = moved.shape[1] * moved.shape[2]
+        every = np.concatenate([start[:, 0], moved.reshape(len(moved), size, -1)], axis=1)
+        (values,) = self.together.table_at_start("energy", every, parameters, 1)
+        at_start, others = values[:, : start.shape[2]], values[:, start.shape[2] :]
+        return contradicted(change, at_start, others.reshape(moved.shape[:3]))
 
     def _columns(self, states: Array, parameters: Array) -> dict[str, Array]:
         """Those of :class:`.trajectory.Trajectory`, each (members, samples)."""
@@ -166,6 +177,14 @@ class Family:
             "rhs_evaluations": runs.evaluations.astype(float),
             "all_evaluations": runs.all_evaluations.astype(float),
         }
+
+
+def _moved_by(states: Array, errors: Array) -> Array:
+    """States (m, k, 2n) and behind each those with a number moved by its error, up and then down,
+    shape (m, k, 1 + 4n, 2n)."""
+    moves = errors[..., None, :] * np.eye(states.shape[2])
+    own = states[..., None, :]
+    return np.concatenate([own, own + moves, own - moves], axis=2)
 
 
 def _moved(found: Known | Missed, by: int) -> Known | Missed:

@@ -7,11 +7,22 @@ import multiprocessing
 import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from collections.abc import Set as AbstractSet
+from concurrent.futures import (
+    CancelledError,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    as_completed,
+    wait,
+)
 from contextlib import contextmanager
 from typing import TypeVar
 
 __all__ = ["Aside", "in_any_order", "in_threads"]
+
+#: Seconds between two looks at whether results are still wanted.
+GLANCE = 0.1
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -76,7 +87,7 @@ class Aside:
     """What a function that runs in a thread may need of others.
 
     ``run(f, tasks)`` gives the results of a function in other processes, in order; ``stopped()``
-    is true once no results are wanted any more.
+    is true once no results are wanted any more, and then the former raises ``CancelledError``.
     """
 
     def __init__(self, executor: ProcessPoolExecutor) -> None:
@@ -84,7 +95,15 @@ class Aside:
         self.stopped = self._stop.is_set
 
     def run(self, function: Callable[[Task], Result], tasks: Iterable[Task]) -> list[Result]:
-        return [future.result() for future in [self._executor.submit(function, t) for t in tasks]]
+        futures = [self._executor.submit(function, task) for task in tasks]
+        pending: AbstractSet[Future[Result]] = set(futures)
+        while pending:
+            if self.stopped():
+                for future in pending:
+                    future.cancel()
+                raise CancelledError
+            pending = wait(pending, timeout=GLANCE).not_done
+        return [future.result() for future in futures]
 
     def stop(self) -> None:
         self._stop.set()

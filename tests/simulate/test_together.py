@@ -310,3 +310,16 @@ def test_the_c_is_clean_for_any_width(tmp_path, name):
         sources = [path for path in texts if path.endswith(".c")]
         command = [*find_compiler().command, *strict, *options, *sources]
         subprocess.run(command, cwd=tmp_path, check=True)
+
+
+@pytest.mark.parametrize("distance", [1e-2, 1e-6])
+def test_a_start_at_a_perihelion_is_resolved(distance):
+    """Half a revolution later the comet is at its aphelion, at rest but for angular momentum."""
+    family = family_of(plan_of("kepler").model, {**HOW, "until": math.pi, "accuracy": 1e-6}, ())
+    speed = math.sqrt((2 - distance) / distance)
+    (known,) = family.run(np.array([[distance, 0, 0, speed]]), np.array([[1.0, 1.0]]))
+    assert known.columns["x"][0, -1] == pytest.approx(distance - 2, abs=2e-6)
+    assert known.columns["y"][0, -1] == pytest.approx(0, abs=2e-6)
+    assert known.columns["dot(y)"][0, -1] == pytest.approx(
+        -distance * speed / (2 - distance), abs=1e-6 * speed
+    )

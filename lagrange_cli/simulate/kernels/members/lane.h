@@ -59,6 +59,12 @@ LAGRANGE_INLINE lagrange_lane lagrange_smaller(lagrange_lane x, lagrange_lane y)
     return x < y ? x : y;
 }
 
+/* y where x is 0, else x. */
+LAGRANGE_INLINE lagrange_lane lagrange_unless_zero(lagrange_lane x, lagrange_lane y)
+{
+    return x != 0.0 ? x : y;
+}
+
 LAGRANGE_INLINE lagrange_lane lagrange_logarithm(lagrange_lane x)
 {
     return log2(x);
@@ -130,6 +136,12 @@ LAGRANGE_INLINE lagrange_lane lagrange_smaller(lagrange_lane x, lagrange_lane y)
     return lagrange_chosen(x < y, x, y);
 }
 
+LAGRANGE_INLINE lagrange_lane lagrange_unless_zero(lagrange_lane x, lagrange_lane y)
+{
+    const lagrange_lane zero = {0.0};
+    return lagrange_chosen(x != zero, x, y);
+}
+
 /* log2(x) and 2^x within some thousandths, by the bits of numbers that are not negative. */
 LAGRANGE_INLINE lagrange_lane lagrange_logarithm(lagrange_lane x)
 {
@@ -146,14 +158,14 @@ LAGRANGE_INLINE lagrange_lane lagrange_logarithm(lagrange_lane x)
 
 LAGRANGE_INLINE lagrange_lane lagrange_power_of_two(lagrange_lane x)
 {
-    lagrange_lane out;
-    int l;
-    for (l = 0; l < LAGRANGE_WIDTH; ++l) {
-        const double bounded = fmin(fmax(x[l], -1000.0), 1000.0), whole = floor(bounded);
-        const double part = bounded - whole;
-        out[l] = ldexp(1.0 + part*(0.6565 + 0.3435*part), (int)whole);
-    }
-    return out;
+    const lagrange_lane zero = {0.0}, shift = zero + 0x1.8p52;
+    const lagrange_lane bounded =
+        lagrange_larger(lagrange_smaller(x, zero + 1000.0), zero - 1000.0);
+    /* A sum with 1.5 * 2^52 has no room for a fraction; its last bits are the integer. */
+    const lagrange_lane sum = bounded + shift, part = bounded - (sum - shift);
+    const lagrange_flags whole = (lagrange_flags)sum - (lagrange_flags)shift;
+    const lagrange_flags bits = (whole + 1023) << 52;
+    return (1.0 + part*(0.6931 + 0.2402*part))*(lagrange_lane)bits;
 }
 
 #endif

@@ -147,17 +147,36 @@ static void take_in(lagrange_members *m, int l)
     }
 }
 
+/* A time in which the start moves as it begins: no longer than AT_FIRST of the span, nor than
+ * coefficients tell to be short (a comet at its perihelion). */
+static lane beginning(const lagrange_members *m)
+{
+    const int64_t n = DIM(m), row = m->rows;
+    const lane *const c = coefficients(m);
+    lane h = {0.0};
+    int64_t i, k;
+    h += AT_FIRST*(m->times[m->samples - 1] - m->times[0]);
+    for (k = 1; k < 3; ++k) {
+        for (i = 0; i < n; ++i) {
+            const lane ratio = lagrange_size(c[k*row + i])/lagrange_size(c[(k + 2)*row + i]);
+            h = lagrange_smaller(lagrange_each_sqrt(lagrange_unless_zero(ratio, h*h)), h);
+        }
+    }
+    return h;
+}
+
 /* Scales of the motion so far, as far as the tolerance follows them. */
 static void measure(const lagrange_members *m)
 {
     const int64_t n = DIM(m), half = n/2, row = m->rows;
-    const double span = m->times[m->samples - 1] - m->times[0], h = AT_FIRST*span;
+    const double span = m->times[m->samples - 1] - m->times[0];
     const lane *const c = coefficients(m);
+    const lane h = beginning(m);
     lane *const s = scale(m);
     int64_t i, j;
     for (i = 0; i < n; ++i) {
         const lane at_first = lagrange_size(c[row + i])*h + lagrange_size(c[2*row + i])*(h*h);
-        s[i] = lagrange_larger(moved(m)[i], at_first);
+        s[i] = lagrange_unless_zero(moved(m)[i], at_first);
     }
     for (i = 0; i < half; ++i) {
         lane largest = s[i];
@@ -178,17 +197,21 @@ static void measure(const lagrange_members *m)
     }
 }
 
-/* The step at whose end coefficient k of each number is as large as the tolerance. */
-static lane step_by(const lagrange_members *m, int64_t k)
+/* The step at whose end neither of the last two coefficients is larger than the tolerance. */
+static lane step_of(const lagrange_members *m)
 {
-    const int64_t n = DIM(m), row = m->rows;
-    const lane *const c = coefficients(m);
-    lane largest = {0.0};
+    const int64_t n = DIM(m), row = m->rows, k = m->order;
+    const lane *const c = coefficients(m) + k*row;
+    lane last = {0.0}, before = {0.0};
     int64_t i;
     for (i = 0; i < n; ++i) {
-        largest = lagrange_larger(lagrange_size(c[k*row + i])/scale(m)[i], largest);
+        const lane weight = 1.0/scale(m)[i];
+        last = lagrange_larger(lagrange_size(c[i])*weight, last);
+        before = lagrange_larger(lagrange_size(c[i - row])*weight, before);
     }
-    return lagrange_logarithm(largest)*(-1.0/(double)k);
+    last = lagrange_logarithm(last)*(-1.0/(double)k);
+    before = lagrange_logarithm(before)*(-1.0/(double)(k - 1));
+    return lagrange_power_of_two(lagrange_smaller(last, before));
 }
 
 /* The states x after the beginning of the step, without the beginning itself. */
@@ -249,14 +272,18 @@ static lane look(const lagrange_members *m, lane h)
     const lane *const c = coefficients(m);
     lane *const at = within(m);
     lane bad = {0.0};
-    double longest = 0.0;
-    int64_t i, k, count;
+    double counts[W], most = 0.0, count;
+    int64_t i, k;
     int l;
     for (l = 0; l < W; ++l) {
-        longest = m->member[l] >= 0 && LANE(h, l) > longest ? LANE(h, l) : longest;
+        counts[l] = m->glance > 0.0 ? floor(LANE(h, l)/m->glance) : 0.0;
+        most = m->member[l] >= 0 && counts[l] > most ? counts[l] : most;
     }
-    for (count = m->glance > 0.0 ? (int64_t)(longest/m->glance) : 0; count > 0; --count) {
-        const lane x = h*((double)count/(1.0 + floor(longest/m->glance)));
+    for (count = 1.0; count <= most; count += 1.0) {
+        lane x;
+        for (l = 0; l < W; ++l) {
+            LANE(x, l) = count <= counts[l] ? LANE(h, l)*(count/(1.0 + counts[l])) : 0.0;
+        }
         for (i = 0; i < n; ++i) {
             lane sum = c[m->order*row + i], slope = (lane){0.0};
             for (k = m->order - 1; k >= 0; --k) {
@@ -312,8 +339,7 @@ static void round_of(lagrange_members *m)
     c[row + n] = (lane){0.0} + 1.0;
     m->series((int)m->order, given(m), c);
     measure(m);
-    h = lagrange_power_of_two(lagrange_smaller(step_by(m, m->order), step_by(m, m->order - 1)));
-    h = lagrange_smaller(h, (lane){0.0} + m->longest);
+    h = lagrange_smaller(step_of(m), (lane){0.0} + m->longest);
     end = lagrange_smaller(*t + h, (lane){0.0} + last);
     h = end - *t;
     bad = look(m, h);
