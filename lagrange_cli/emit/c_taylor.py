@@ -39,9 +39,9 @@ def taylor_text(function: str, program: Program, names: CNames, real: Real) -> s
     behind them that of the time.
     """
     n = program.coordinates
-    operands = (*program.output("pivots"), *program.output("scales"))
     if program.is_large or not all(block.unrolled for block in program.blocks):
         return ""
+    operands = (*program.output("pivots"), *program.output("scales"))
     if any(functions_in(operand) for operand in operands):
         return ""
     found = Recurrences(real, n, 2 * n + 1)
