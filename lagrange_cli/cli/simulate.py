@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lagrange_cli.cli import ensemble, options
-from lagrange_cli.cli.interrupts import interrupts
+from lagrange_cli.cli.interrupts import Interrupts, interrupts
 from lagrange_cli.cli.models import model_of_scene
 from lagrange_cli.cli.output import print_text
 from lagrange_cli.cli.remembered import read_source
@@ -22,7 +22,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import check_writable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from lagrange_cli.scene.model import Formulation
     from lagrange_cli.simulate import Trajectory
@@ -265,21 +265,10 @@ def simulate(
     )
     model = model_in(formulation=formulation)
     derive_seconds = perf_counter() - started
-    from lagrange_cli.simulate.charts import simulate_past_charts
-    from lagrange_cli.simulate.stream import Stream
-    from lagrange_cli.simulate.trajectory import require_forces
-
     free = (formulation or model.defaults.formulation or "auto") == "auto"
-    other = partial(model_in, formulation="multiplier")
-    if "forces" in columns:
-        require_forces(model.name, [*model.multipliers, *model.forces])
-    with session.progress("integrating") as progress, interrupts() as interrupt:
-        told = {"progress": progress, "reached": progress.reached, "stop": lambda: interrupt.asked}
-        stream = Stream(output, columns, drawn=plot is not None)
-        run = {**how, **told, "cache": session.cache, "stream": stream}
-        trajectory = simulate_past_charts(model, other if free else None, **run)
-    session.explain_code()
-    session.detail(f"method: {trajectory.choice}")
+    other = partial(model_in, formulation="multiplier") if free else None
+    files = output, columns, plot is not None
+    trajectory, interrupt = _integrated(session, model, other, files, how)
     if output is not None and trajectory.written is None:
         trajectory.write(output, columns)
     print_text(_json(trajectory, derive_seconds) if as_json else _text(trajectory, model))
@@ -289,6 +278,37 @@ def simulate(
         session.remark(remark)
     interrupted = trajectory.status == "stopped" and interrupt.asked
     ctx.exit(interrupt.exit_code if interrupted else trajectory.exit_code)
+
+
+def _integrated(
+    session: Session,
+    model: Model,
+    other: Callable[[], Model] | None,
+    files: tuple[str | None, tuple[str, ...], bool],
+    how: dict[str, Any],
+) -> tuple[Trajectory, Interrupts]:
+    """The motion, and the signal that may have ended it.
+
+    Parameters
+    ----------
+    other
+        Makes the model in other coordinates, where these may be left.
+    files
+        The output with its further columns, and whether there is to be a picture.
+    """
+    from lagrange_cli.simulate.charts import simulate_past_charts
+    from lagrange_cli.simulate.stream import Stream
+    from lagrange_cli.simulate.trajectory import require_forces
+
+    if "forces" in files[1]:
+        require_forces(model.name, [*model.multipliers, *model.forces])
+    with session.progress("integrating") as progress, interrupts() as interrupt:
+        told = {"progress": progress, "reached": progress.reached, "stop": lambda: interrupt.asked}
+        run = {**how, **told, "cache": session.cache, "stream": Stream(*files)}
+        trajectory = simulate_past_charts(model, other, **run)
+    session.explain_code()
+    session.detail(f"method: {trajectory.choice}")
+    return trajectory, interrupt
 
 
 def _checkpoint(path: str | None, resumed: str | None) -> Checkpoint | None:

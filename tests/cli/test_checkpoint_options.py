@@ -19,7 +19,7 @@ initial: {theta: 2.0}
 simulate: {until: 4000}
 """
 
-RUN = ("simulate", "p.yaml", "--method", "Gauss4", "--step", "0.001", "--samples", "400001")
+RUN = ("simulate", "p.yaml", "--method", "Gauss4", "--step", "0.001", "--samples", "40001")
 
 
 @pytest.fixture

@@ -101,14 +101,23 @@ def in_parts(model, path, calls, stream=None, **how):
 
 def how_of(method):
     if method.adaptive:
-        return {"method": method.name, "rtol": 1e-9, "atol": 1e-9, "samples": 301}
+        rtol = 1e-9 if method.order > 5 else 1e-6
+        return {"method": method.name, "rtol": rtol, "atol": rtol, "samples": 301}
     return {"method": method.name, "step": 0.01}
 
 
-@pytest.mark.parametrize("method", [m for m in INTEGRATORS.values() if m.resumes])
-@pytest.mark.parametrize("name", SCENES)
+#: Each method, and each kind of scene with a few of them.
+PAIRS = [
+    *(("pendulum", method.name) for method in INTEGRATORS.values() if method.resumes),
+    *((name, method) for name in ("ball", "rod", "driven") for method in ("DOP853", "BDF")),
+    *((name, "Radau") for name in ("rod", "driven")),
+    *((name, "Gauss6") for name in ("rod", "driven")),
+]
+
+
+@pytest.mark.parametrize(("name", "method"), PAIRS)
 def test_every_method_goes_on(scene, tmp_path, name, method):
-    model, how = scene(name), how_of(method)
+    model, how = scene(name), how_of(INTEGRATORS[method])
     try:
         whole = simulate(model, **how)
     except InputError as refusal:
@@ -130,8 +139,7 @@ PROMISES = {
 }
 
 
-@pytest.mark.parametrize("calls", [3, 20])
-@pytest.mark.parametrize("name", PROMISES)
+@pytest.mark.parametrize(("name", "calls"), [(name, 20) for name in PROMISES] + [("ball", 3)])
 def test_a_measured_run_goes_on(scene, tmp_path, name, calls):
     model, how = scene(name), PROMISES[name]
     whole = simulate(model, **how)
@@ -181,7 +189,7 @@ def test_an_orbit_in_polar_coordinates_goes_on(tmp_path):
     assert found.npz() == whole.npz()
 
 
-@pytest.mark.parametrize(("name", "calls"), [("pendulum", 2), ("pendulum", 5), ("ball", 6)])
+@pytest.mark.parametrize(("name", "calls"), [("pendulum", 3), ("ball", 6)])
 def test_samples_in_a_file_go_on(monkeypatch, scene, tmp_path, name, calls):
     monkeypatch.setattr(rows, "WINDOW", 400)
     model, how = scene(name), {"method": "DOP853", "rtol": 1e-9, "samples": 20_001}
