@@ -206,20 +206,26 @@ def judgements(
 ) -> Iterator[Row]:
     """Every system at every accuracy; with variants, so many of each instead of itself."""
     for scene in chosen:
-        for system in systems(scene):
-            path = path_of(scene, system.formulation)
-            if variants == 0 and path.exists():
-                pairs = [(system, read(path))]
-            else:
-                pairs = [_varied(system, seed + k) for k in range(variants)]
-            for other, reference in pairs:
+        for found in systems(scene):
+            for other, reference in _varied(found, variants, seed) if variants else _stored(found):
                 for accuracy in accuracies:
                     yield measured(other, accuracy, reference)
 
 
-def _varied(system: System, seed: int) -> tuple[System, Reference]:
-    other = replace(system, model=variant(system.model, seed))
-    return other, reference_of(other)
+def _stored(found: System) -> Iterator[tuple[System, Reference]]:
+    path = path_of(found.scene, found.formulation)
+    if path.exists():
+        yield found, read(path)
+
+
+def _varied(found: System, variants: int, seed: int) -> Iterator[tuple[System, Reference]]:
+    """Systems near one with their references, those that can be simulated."""
+    for k in range(variants):
+        other = replace(found, model=variant(found.model, seed + k))
+        try:
+            yield other, reference_of(other)
+        except InputError as refusal:
+            print(f"{found.name}, seed {seed + k}: {refusal.problems[0].message}")
 
 
 def largest_error() -> float:

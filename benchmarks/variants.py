@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import projection
+from lagrange_cli.simulate.integrators.switching import SwitchedRhs
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.right_hand_side import right_hand_side
 
@@ -17,9 +18,21 @@ __all__ = ["variant"]
 PART, BESIDES = 0.1, 0.03
 
 
+#: Draws until a state is found that contacts allow.
+DRAWS = 100
+
+
 def variant(model: Model, seed: int) -> Model:
-    """A model with other numbers, which a seed decides; its initial state obeys the constraints."""
+    """A model with other numbers, which a seed decides; its initial state obeys the constraints.
+
+    Where contacts allow none of the states that are drawn, it is the model itself.
+    """
     chance = np.random.default_rng(seed)
+    drawn = (_drawn(model, chance) for _ in range(DRAWS))
+    return next((other for other in drawn if _is_allowed(other)), model)
+
+
+def _drawn(model: Model, chance: np.random.Generator) -> Model:
     parameters = tuple(
         replace(p, value=None if p.value is None else p.value * (1 + PART * chance.uniform(-1, 1)))
         for p in model.parameters
@@ -34,3 +47,12 @@ def variant(model: Model, seed: int) -> Model:
     if project is not None:
         state = project(model.defaults.start, state)
     return replace(other, initial=tuple(state.tolist()))
+
+
+def _is_allowed(model: Model) -> bool:
+    """Whether no contact is violated at the start."""
+    rhs = right_hand_side(model).rhs
+    state = np.array(model.initial)
+    if not isinstance(rhs, SwitchedRhs):
+        return bool(np.isfinite(state).all())
+    return bool((rhs.gaps(model.defaults.start, state).values >= 0).all())

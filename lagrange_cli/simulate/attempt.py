@@ -28,8 +28,8 @@ __all__ = ["Attempt"]
 #: Tolerance of the looser run beside that of the run.
 LOOSER = 10.0
 
-#: Part of the tolerance that does not shrink with |y|.
-ABSOLUTE_PART = 0.1
+#: Part of the tolerance that does not shrink with |y|, usually and at least.
+ABSOLUTE_PART, LEAST_PART = 0.1, 1e-12
 
 #: How small a scale so far is taken to be beside the last, at each attempt:
 #: motion that grows from almost nothing may need it resolved.
@@ -251,11 +251,16 @@ class Attempt:
         sweeping[:n] &= ~self._problem.angles
         return np.asarray(sweeping)
 
+    @cached_property
+    def _part(self) -> Array:
+        """Part of the tolerance that does not shrink with |y|: less where y comes close to 0."""
+        return np.maximum(ABSOLUTE_PART * self._found.closest, LEAST_PART)
+
     def _absolute(self, tolerance: float, samples: int) -> Array:
         """The absolute tolerance after a number of samples, not below the noise."""
         whole = self._found.scales[-1]
         so_far = np.maximum(self._found.scales_so_far(samples), self._smallest * whole)
-        absolute = tolerance * np.where(self._sweeping, ABSOLUTE_PART * so_far, whole)
+        absolute = tolerance * np.where(self._sweeping, self._part * so_far, whole)
         noise = NOISE_PART * self._found.noise_so_far(samples)
         return np.asarray(np.maximum(absolute, noise + LEAST))
 

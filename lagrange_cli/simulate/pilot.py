@@ -15,7 +15,7 @@ from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.pieces import pieces
 from lagrange_cli.simulate.integrators.switching import SwitchedRhs
 from lagrange_cli.simulate.noise import NOISE_PART, noise_of_step
-from lagrange_cli.simulate.problem import InitialValueProblem, running_scales
+from lagrange_cli.simulate.problem import InitialValueProblem, groups, running_scales
 from lagrange_cli.simulate.rows import Grid, thinned
 from lagrange_cli.simulate.run import Run
 from lagrange_cli.simulate.stiffness import probe
@@ -32,8 +32,13 @@ __all__ = [
     "suits_gauss",
 ]
 
-#: Relative tolerance of the coarse run.
+#: Relative tolerance of the coarse run, and those of further ones where it is no use.
 COARSE = 1e-5
+COARSE_TOLERANCES = (COARSE, 1e-8, 1e-11)
+
+#: A motion is close to the origin where it takes steps of less than this part of the longest so
+#: far, and too close for a coarse run within so many tolerances of the scales.
+SHORT, TOO_CLOSE = 0.05, 1e3
 
 #: Least absolute tolerance: scales may underflow, tolerances must not.
 LEAST = 1e-290
@@ -76,11 +81,13 @@ class Pilot:
     implicit one; ``first_step`` for them. ``noise`` is the rounding error of a
     step so far, at samples equally far apart, shape (NOISE_SAMPLES at most,
     2n): a tolerance below it would only chase rounding. Each of its samples stands for
-    ``stride`` of those that are asked for.
+    ``stride`` of those that are asked for. ``closest`` is how close to the
+    origin each coordinate came in short steps, as a part of the scales, shape (2n,).
     """
 
     scales: Array
     noise: Array
+    closest: Array
     method: type[Integrator]
     first_step: float
     evaluations: int
@@ -137,23 +144,35 @@ def pilot(problem: InitialValueProblem, tolerance: float, watch: Watch) -> Pilot
     """Run coarsely over the whole problem; ``tolerance`` is what the finer runs will use."""
     many = isinstance(problem.times, Grid)
     stride = -(-len(problem.times) * len(problem.y0) // MOST) if many else 1
-    problem = replace(problem, times=thinned(problem.times, stride))
-    tracker = _Tracker(problem, watch)
-    run = tracker.explicit
-    method, spent = explicit_method(problem, tolerance), 0
+    problem, spent = replace(problem, times=thinned(problem.times, stride)), 0
+    for coarse in COARSE_TOLERANCES:
+        tracker = _Tracker(problem, watch, coarse)
+        run, method, trial = _followed(problem, tracker, tolerance, watch)
+        spent += trial + run.evaluations
+        if not tracker.too_close:
+            break
+    scales, noise = tracker.scales(run), _noise(problem, run, tracker.step_at)
+    closest, first_step = tracker.closest, tracker.first_step
+    return Pilot(scales, noise, closest, method, first_step, spent, stride)
+
+
+def _followed(
+    problem: InitialValueProblem, tracker: _Tracker, tolerance: float, watch: Watch
+) -> tuple[Run, type[Integrator], int]:
+    """A coarse run to the end, the method for further ones, and what it cost to find that."""
+    run, method = tracker.explicit, explicit_method(problem, tolerance)
     switches = isinstance(problem.rhs, SwitchedRhs)
     # Implicit methods cannot stop at contacts: they have no interpolant.
-    if not tracker.go(run, None if switches else PROBE_AFTER):
-        least = NOISE_PART * noise_of_step(problem, run.t, run.y, run.mean_step)
-        probed = probe(problem, run.t, run.y, tolerance, tracker.seen(), least, watch)
-        spent = probed.evaluations
-        if probed.stiff:
-            method, spent = INTEGRATORS["Radau"], spent + run.evaluations
-            run = tracker.implicit()
-        tracker.go(run, None)
-    scales = tracker.scales(run)
-    noise, spent = _noise(problem, run, tracker.step_at), spent + run.evaluations
-    return Pilot(scales, noise, method, tracker.first_step, spent, stride)
+    if tracker.go(run, None if switches else PROBE_AFTER) or tracker.too_close:
+        return run, method, 0
+    least = NOISE_PART * noise_of_step(problem, run.t, run.y, tracker.step_at(run.t))
+    probed = probe(problem, run.t, run.y, tolerance, tracker.seen(), least, watch)
+    spent = probed.evaluations
+    if probed.stiff:
+        method, spent = INTEGRATORS["Radau"], spent + run.evaluations
+        run = tracker.implicit()
+    tracker.go(run, None)
+    return run, method, spent
 
 
 def suits_gauss(rhs: Rhs) -> bool:
@@ -200,10 +219,14 @@ def _first_step(problem: InitialValueProblem, push: Array) -> float:
 
 
 class _Tracker:
-    """Scales that grow with the motion, since nothing is known of it before."""
+    """Scales that grow with the motion, since nothing is known of it before.
 
-    def __init__(self, problem: InitialValueProblem, watch: Watch) -> None:
-        self._problem, self._watch = problem, watch
+    ``tolerance`` is relative to them; ``first_step`` is the length that steps settle at.
+    """
+
+    def __init__(self, problem: InitialValueProblem, watch: Watch, tolerance: float) -> None:
+        self._problem, self._watch, self._tolerance = problem, watch, tolerance
+        self._longest, self._closest = 0.0, np.ones(len(problem.kinds))
         n = len(problem.kinds)
         rest = problem.y0[n:]
         push = problem.rhs(problem.start, problem.y0)[n:]
@@ -211,10 +234,10 @@ class _Tracker:
         first = np.concatenate([np.abs(rest) * h + np.abs(push) * h**2, np.abs(push) * h])
         first = np.where(np.isfinite(first), first, 0.0)
         self._moved = np.stack([np.zeros_like(first), first])
-        self._atol = np.maximum(COARSE * self.seen(), LEAST)
+        self._atol = np.maximum(self._tolerance * self.seen(), LEAST)
         control = Control(
             # Positions count from the start: an offset of the origin is no scale.
-            rtol=np.repeat([0.0, COARSE], n),
+            rtol=np.repeat([0.0, tolerance], n),
             atol=self._atol,
             first_step=h,
             max_step=problem.longest_step,
@@ -242,25 +265,28 @@ class _Tracker:
         self._ends, self._steps = [], []
         control = Control(
             rtol=self._control.rtol,
-            atol=COARSE * self.seen(),
+            atol=self._tolerance * self.seen(),
             first_step=self._control.first_step,
             max_step=self._control.max_step,
         )
         return Run(INTEGRATORS["Radau"], self._problem, control)
 
     def go(self, run: Run, evaluations: int | None) -> bool:
-        """Step until complete, failed or lost (True), or until a limit is reached (False)."""
+        """Step until complete, failed or lost (True), or until a limit is reached or the motion
+        comes too close to the origin (False)."""
         problem, first = self._problem, run.steps
         counted, reached = run.steps, run.t
         while evaluations is None or run.evaluations < evaluations:
             before, done = run.t, run.steps - first
             if not run.advance(len(problem.times), min(1 + done // FEW, FEW)):
+                self._end(run)
                 return True
-            if done == START - 1:
+            if first == 0 and done == START - 1:
                 self.first_step = run.t - before
             elif done >= START:
-                self._ends.append(run.t)
-                self._steps.append((run.t - before) / max(run.steps - first - done, 1))
+                self._note(run, (run.t - before) / max(run.steps - first - done, 1))
+                if self.too_close:
+                    return False
             if run.steps - counted >= WINDOW:
                 if (run.t - reached) * MOST_STEPS < WINDOW * problem.span:
                     return True
@@ -269,8 +295,45 @@ class _Tracker:
             moved = np.abs(run.y - problem.y0)
             moved[len(problem.kinds) :] = np.abs(run.y[len(problem.kinds) :])
             self._moved[1] = np.maximum(self._moved[1], moved)
-            self._atol[:] = np.maximum(COARSE * self.seen(), LEAST)
+            self._atol[:] = np.maximum(self._tolerance * self.seen(), LEAST)
         return False
+
+    def _note(self, run: Run, h: float) -> None:
+        """Remember the length of steps, and how far from the origin the short ones are."""
+        self._ends.append(run.t)
+        self._steps.append(h)
+        self._longest = max(self._longest, h)
+        if h < SHORT * self._longest:
+            self._see(run.y, h)
+
+    def _end(self, run: Run) -> None:
+        """The start was close to the origin as well, unless the motion runs away from there."""
+        if run.failure is None and self.first_step < SHORT * self._longest:
+            self._see(self._problem.y0, 0.0)
+
+    def _see(self, y: Array, h: float) -> None:
+        """How far from the origin a state is, or how far its step goes, beside the scales."""
+        n = len(self._problem.kinds)
+        sizes, scales = np.maximum(np.abs(y[:n]), h * np.abs(y[n:])), self.seen()[:n]
+        for alike in groups(self._problem.kinds):
+            size = sizes[alike].max() / scales[alike].max()
+            if size > 0:
+                self._closest[alike] = np.minimum(self._closest[alike], size)
+
+    @property
+    def too_close(self) -> bool:
+        """Whether bodies come closer to the origin than a coarse run can tell: it may take them
+        to the wrong side of what attracts them. The finest run is trusted."""
+        if self._tolerance == COARSE_TOLERANCES[-1]:
+            return False
+        near = self._closest < TOO_CLOSE * self._tolerance
+        return bool((near & ~self._problem.angles).any())
+
+    @property
+    def closest(self) -> Array:
+        """How close to the origin each coordinate came in short steps, others of its kind with
+        it, as a part of the scales; 1 where it did not, and for velocities; shape (2n,)."""
+        return np.concatenate([self._closest, np.ones_like(self._closest)])
 
     def scales(self, run: Run) -> Array:
         """The scales so far at each sample, or of the motion where no sample was reached."""

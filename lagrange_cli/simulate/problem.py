@@ -88,7 +88,7 @@ def spacing(values: Array) -> Array:
 
 
 @cache
-def _alike(kinds: tuple[str, ...]) -> list[list[int]]:
+def groups(kinds: tuple[str, ...]) -> list[list[int]]:
     """The numbers of the coordinates of each kind."""
     return [[i for i, k in enumerate(kinds) if k == kind] for kind in dict.fromkeys(kinds)]
 
@@ -142,7 +142,7 @@ def scales_from(problem: InitialValueProblem, largest: Array, speed: Array) -> A
     n = len(problem.kinds)
     largest = np.where(problem.angles, 1.0, largest)
     scales = np.empty((len(largest), 2 * n))
-    for own in _alike(problem.kinds):
+    for own in groups(problem.kinds):
         of_kind = largest[:, own].max(axis=1, keepdims=True)
         scale = np.maximum(largest[:, own], SMALL_BESIDE_OTHERS * of_kind)
         scales[:, own] = np.where(of_kind == 0, 1.0, scale)
