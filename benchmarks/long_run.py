@@ -172,7 +172,7 @@ Measured on {machine}.
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--periods", type=int, default=1_000_000)
-    parser.add_argument("--steps", type=int, nargs="+", default=[40, 80], help="a period")
+    parser.add_argument("--steps", type=int, nargs="+", default=[20, 40], help="a period")
     parser.add_argument("--methods", nargs="+", default=["Gauss6"])
     parser.add_argument("--samples", type=int, default=SAMPLES)
     parser.add_argument("--docs", metavar="FILE", help="write the page with the table")

@@ -174,3 +174,25 @@ def test_right_hand_sides_of_chains_agree_with_newtons_law(tmp_path: Path) -> No
         if line.startswith(f"| {n} |")
     ]
     assert counts[2] - counts[1] == counts[1] - counts[0]  # linear in the number of links
+
+
+def test_long_runs_are_compared_with_elliptic_functions(tmp_path: Path) -> None:
+    _needs_compiler()
+    output, page = tmp_path / "long_run.json", tmp_path / "page.md"
+    words = ["--periods", "60", "--samples", "21", "--steps", "40", "80"]
+    command = [sys.executable, str(BENCHMARKS / "long_run.py"), *words]
+    run = subprocess.run(
+        [*command, "--json", str(output), "--docs", str(page)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    rows = json.loads(output.read_text())
+    last = {row["steps_a_period"]: row for row in rows if row["periods"] == 60}
+    assert 0 < last[40]["phase"] <= last[40]["estimate"] < 1e-4
+    # Order six: half the step, a 64th of the error.
+    assert 50 < last[40]["phase"] / last[80]["phase"] < 80
+    assert last[40]["drift"] < 1e-8
+    assert page.read_text().count("\n| Gauss6 |") == len(rows)
