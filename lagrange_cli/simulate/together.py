@@ -89,7 +89,9 @@ class Runs:
     companions: tuple[Array, Array] | None = None
 
     def only(self, which: Indices) -> Runs:
-        """Some of them."""
+        """Some of them; all of them are not copied."""
+        if len(which) == len(self.numbers):
+            return self
         both = self.companions
         return Runs(
             self.numbers[which],
@@ -185,7 +187,7 @@ class Together:
                 continue
             runs = self._attempt(motions, tolerance, eps, starts[left], parameters[left], between)
             runs = replace(runs, numbers=left[runs.numbers])
-            yield runs.only(np.flatnonzero(runs.estimate < eps))
+            yield replace(runs, companions=None).only(np.flatnonzero(runs.estimate < eps))
             missed = np.flatnonzero((runs.estimate >= eps) & np.isfinite(runs.estimate))
             if real is not DOUBLE:
                 yield runs.only(missed)
@@ -254,6 +256,7 @@ class Together:
         scales = self._scales(run.states)
         possible = (run.filled == len(times)) & self._above_floor(eps, starts, scales)
         tried = np.flatnonzero(possible)
+        own = run.states if possible.all() else run.states[tried]
         starts, parameters = starts[tried], parameters[tried]
         looser = self._looser(steps)
         disturbed = self._steps(OTHER_STEPS * tolerance, 1, SHORTER)
@@ -271,9 +274,9 @@ class Together:
         evaluations = run.steps[tried] * steps.order
         return Runs(
             numbers=tried,
-            states=run.states[tried],
+            states=own,
             scales=scales[tried],
-            estimate=self._estimate(run.states[tried], one.states, other.states, scales[tried]),
+            estimate=self._estimate(own, one.states, other.states, scales[tried]),
             steps=run.steps[tried],
             evaluations=evaluations,
             all_evaluations=evaluations + one.steps * looser.order + other.steps * disturbed.order,
