@@ -335,6 +335,8 @@ def why(found: Pilot) -> str:
         return "a coarse trial found the system stiff: an implicit method needs fewer evaluations"
     if found.method is INTEGRATORS["Gauss16"]:
         return "no stiffness was found: collocation, whose eight stages are evaluated side by side"
+    if found.method is INTEGRATORS["taylor"]:
+        return "no stiffness was found: series that are compiled without a compiler of C"
     return "no stiffness was found: an explicit method of high order"
 
 

@@ -13,7 +13,7 @@ from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Array, Rhs, State
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.pieces import pieces
-from lagrange_cli.simulate.integrators.switching import SwitchedRhs
+from lagrange_cli.simulate.integrators.taylor import Taylor
 from lagrange_cli.simulate.noise import NOISE_PART, noise_of_step
 from lagrange_cli.simulate.problem import InitialValueProblem, groups, running_scales
 from lagrange_cli.simulate.rows import Grid, thinned
@@ -161,9 +161,7 @@ def _followed(
 ) -> tuple[Run, type[Integrator], int]:
     """A coarse run to the end, the method for further ones, and what it cost to find that."""
     run, method = tracker.explicit, explicit_method(problem, tolerance)
-    switches = isinstance(problem.rhs, SwitchedRhs)
-    # Implicit methods cannot stop at contacts: they have no interpolant.
-    if tracker.go(run, None if switches else PROBE_AFTER) or tracker.too_close:
+    if tracker.go(run, PROBE_AFTER) or tracker.too_close:
         return run, method, 0
     least = NOISE_PART * noise_of_step(problem, run.t, run.y, tracker.step_at(run.t))
     probed = probe(problem, run.t, run.y, tolerance, tracker.seen(), least, watch)
@@ -181,8 +179,16 @@ def suits_gauss(rhs: Rhs) -> bool:
     return isinstance(rhs, NativeRhs) and rhs.lanes_address is not None and pieces(rhs) is None
 
 
+def suits_taylor(rhs: Rhs, size: int) -> bool:
+    """Whether series that heyoka compiles stand in for a compiler of C: it is installed, and the
+    right-hand side can be written in expressions."""
+    return not isinstance(rhs, NativeRhs) and Taylor.suits(rhs, size)
+
+
 def explicit_method(problem: InitialValueProblem, tolerance: float) -> type[Integrator]:
     """The method for motion that is not stiff."""
+    if suits_taylor(problem.rhs, len(problem.y0)):
+        return INTEGRATORS["taylor"]
     fits = tolerance <= FINE and suits_gauss(problem.rhs)
     return INTEGRATORS["Gauss16" if fits else "DOP853"]
 

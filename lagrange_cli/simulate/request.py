@@ -26,6 +26,13 @@ DEFAULT_SAMPLES = 501
 #: Samples whose states are all in memory, and samples of any run.
 MOST_SAMPLES, MOST_STREAMED = 1_000_000, 10_000_000_000
 
+#: What methods need, by the name of the fact.
+NEEDS = {
+    "separable": "forces of positions alone beside a constant mass matrix, and no constraints kept",
+    "separable_on_closures": "forces of positions alone beside a constant mass matrix, and"
+    " constraints of positions that do not move",
+}
+
 #: Steps of a fixed size between two samples.
 MOST_STEPS = 1e9
 
@@ -265,7 +272,8 @@ def require_fit(model: Model, method: type[Integrator]) -> None:
     unmet = [need for need in method.needs if not model.facts[need]]
     if unmet:
         raise _refused(
-            f"{method.name} needs what this system has not: {', '.join(unmet).replace('_', ' ')}",
+            f"{method.name} needs what this system has not:"
+            f" {', '.join(NEEDS.get(need, need.replace('_', ' ')) for need in unmet)}",
             "--method DOP853 --rtol 1e-9",
         )
     if model.multipliers and not method.projects:

@@ -17,6 +17,7 @@ from lagrange_cli.simulate.chosen import integrate_with_method
 from lagrange_cli.simulate.columns import sampled, state_columns
 from lagrange_cli.simulate.disproof import energy_drift, undisproved
 from lagrange_cli.simulate.integrators.compiled import COMPILED
+from lagrange_cli.simulate.integrators.taylor import Taylor
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.outcome import reason, status
 from lagrange_cli.simulate.problem import InitialValueProblem
@@ -255,6 +256,8 @@ def _trajectory(
 
 def _implementation(functions: RightHandSide, measured: Measured) -> str:
     """What evaluated the equations and made the steps, in words."""
+    if measured.method == Taylor.name:
+        return f"series compiled by heyoka, and {functions.implementation}"
     if not functions.native:
         return functions.implementation
     steps = "" if measured.method in COMPILED else ", stepped by SciPy"

@@ -8,7 +8,9 @@ Zou, *Exp. Math.* 14 (2005) 99. The right-hand side is differentiated as express
 from __future__ import annotations
 
 import copy
+import importlib.util
 import math
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -61,6 +63,18 @@ class Taylor(Integrator):
         self._series = _series(of, tolerance, len(self.y))
         self._longest = min(control.first_step, control.max_step)
 
+    @classmethod
+    def suits(cls, rhs: Rhs, size: int) -> bool:
+        """Whether it can take a right-hand side of ``size`` numbers here."""
+        of = expressions(rhs)
+        if of is None or importlib.util.find_spec(cls.package[0]) is None:
+            return False
+        try:
+            _system(_traced(of, size))
+        except UnfitError:
+            return False
+        return True
+
     def step(self, limit: float) -> None:
         series, t, control = self._series, self.t, self._control
         series.time, series.state[:] = t, self.y
@@ -85,35 +99,61 @@ class Taylor(Integrator):
 
 def _series(of: Expressions, tolerance: float, size: int) -> Any:
     """heyoka's integrator, of which only the series are used."""
+    series = copy.copy(_compiled(_traced(of, size), tolerance))
     numbers = (*of.parameters.tolist(), *of.inputs.tolist())
-    # 0 and 1 make the expressions simpler; other numbers are parameters of the compiled code.
-    plain = tuple(x if x in (0.0, 1.0) else None for x in numbers)
-    series = copy.copy(_compiled(of.trace, plain, len(of.inputs), tolerance, size))
     series.pars[:] = numbers[: len(series.pars)]
     return series
 
 
+@dataclass(frozen=True)
+class _Text:
+    """What a right-hand side of ``size`` numbers is compiled of.
+
+    ``plain`` are its parameters and ``inputs`` inputs: a number where that makes the expressions
+    simpler, which 0 and 1 do, or None for a parameter of the compiled code.
+    """
+
+    trace: Tracing
+    plain: tuple[float | None, ...]
+    inputs: int
+    size: int
+
+
+def _traced(of: Expressions, size: int) -> _Text:
+    numbers = (*of.parameters.tolist(), *of.inputs.tolist())
+    plain = tuple(x if x in (0.0, 1.0) else None for x in numbers)
+    return _Text(of.trace, plain, len(of.inputs), size)
+
+
 @lru_cache(maxsize=64)
-def _compiled(
-    trace: Tracing, plain: tuple[float | None, ...], inputs: int, tolerance: float, size: int
-) -> Any:
-    """The same for any parameters, without a state; what is not None of them is a number."""
+def _system(text: _Text) -> tuple[list[tuple[Any, Any]], int]:
+    """The equations in heyoka's expressions, and how many operations they take."""
     import heyoka
 
     algebra = Algebra(heyoka)
-    state = [heyoka.expression(f"y{k}") for k in range(size)]
-    given = [heyoka.par[k] if x is None else x for k, x in enumerate(plain)]
+    state = [heyoka.expression(f"y{k}") for k in range(text.size)]
+    given = [heyoka.par[k] if x is None else x for k, x in enumerate(text.plain)]
     parameters = [Traced(x, algebra) for x in given]
-    slopes = trace(
+    first = len(parameters) - text.inputs
+    slopes = text.trace(
         algebra.functions,
         Traced(heyoka.time, algebra),
         [Traced(x, algebra) for x in state],
-        parameters[: len(plain) - inputs],
-        parameters[len(plain) - inputs :],
+        parameters[:first],
+        parameters[first:],
     )
     system = [(x, algebra.plain(slope)) for x, slope in zip(state, slopes, strict=True)]
-    compact = algebra.operations > COMPACT
-    return heyoka.taylor_adaptive(system, [0.0] * size, tol=tolerance, compact_mode=compact)
+    return system, algebra.operations
+
+
+@lru_cache(maxsize=64)
+def _compiled(text: _Text, tolerance: float) -> Any:
+    """The integrator for any parameters, without a state."""
+    import heyoka
+
+    system, operations = _system(text)
+    compact, start = operations > COMPACT, [0.0] * text.size
+    return heyoka.taylor_adaptive(system, start, tol=tolerance, compact_mode=compact)
 
 
 def _step(terms: Array, tolerance: Array) -> float:

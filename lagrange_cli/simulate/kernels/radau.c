@@ -13,8 +13,9 @@ enum { MOST_ITERATIONS = 7 };
 /* The error that iterations may leave beside the tolerance. */
 static const double LEFT = 1e-3;
 
-/* Where iterations stop to converge, this many rounding errors are those of the slopes. */
-static const double STALLED = 2048.0;
+/* Where iterations stop to converge, this many rounding errors are those of the slopes, and of
+ * velocities that follow from positions. */
+static const double STALLED = 2048.0, LOOSE = 4.0;
 
 /* Jacobians are kept where iterations converge faster, factors where steps change less. */
 static const double FAST = 1e-3, ALIKE = 1.2;
@@ -116,6 +117,22 @@ static double correct(const lagrange_run *run, double h)
     return size;
 }
 
+/* The rounding error of stages beside the tolerance: velocities follow from positions, over the
+ * step, as precisely as these are known. */
+static double rounding(const lagrange_run *run, double h)
+{
+    const int64_t half = DIM(run)/2;
+    const double *const q = lagrange_row(run, START_HI);
+    const double *const weight = lagrange_row(run, WEIGHT) + half;
+    double sum = 0.0;
+    int64_t i;
+    for (i = 0; i < half && run->mode & SECOND_ORDER; ++i) {
+        const double size = q[i]*weight[i];
+        sum += size*size;
+    }
+    return STALLED*run->noise + LOOSE*0x1p-51*gamma_real/h*sqrt(sum/(double)DIM(run));
+}
+
 /* Solve for Z from what stands there; the number of iterations, 0 without convergence, which is
  * not judged by the first ones, as many as patience says. */
 static int solve(lagrange_run *run, double t, double h, int patience)
@@ -132,7 +149,7 @@ static int solve(lagrange_run *run, double t, double h, int patience)
         size = correct(run, h);
         rate = k ? fmax(size/before, 1e-8) : rate;
         if ((k && (size*rate < LEFT*(1.0 - rate) || size < noise)) || size == 0.0 ||
-            (k > 1 && rate > 0.5 && size < STALLED*noise)) {
+            (k > 1 && rate > 0.5 && size < rounding(run, h))) {
             run->rate = k ? rate : 0.0;
             return k + 1;
         }
