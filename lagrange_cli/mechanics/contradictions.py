@@ -153,11 +153,22 @@ def _by_itself(
 ) -> InputError | None:
     """The error of a single equation of many that nothing satisfies."""
     constants = {p: reference[p] for p in names.parameters.values() if p in reference}
+    tried = set()
     for number in restricting[:_MOST_SINGLE]:
         left, right = found.pending[number]
+        shape = _shape(left - right, constants)
+        if shape in tried:
+            continue
+        tried.add(shape)
         if contradicting([left - right], constants):
             return explained(names, found.stated, _rest(found, [number]), reference)
     return None
+
+
+def _shape(equation: sp.Expr, constants: Mapping[sp.Symbol, mpf]) -> sp.Expr:
+    """The equation with its unknowns numbered: members of a family have one shape."""
+    unknowns = sorted(equation.free_symbols - constants.keys(), key=str)
+    return equation.xreplace({s: sp.Symbol(f"{k}", real=True) for k, s in enumerate(unknowns)})
 
 
 def _rest(found: Elimination, numbers: Sequence[int]) -> list[int]:

@@ -175,8 +175,13 @@ def _hint(names: Names, rod: _Rod, path: Sequence[_Rod], rods: Sequence[_Rod]) -
     tried = [replace(r, length=mpf(chosen)) if r is changed else r for r in rods]
     if not name.isidentifier() or not least < mpf(chosen) < most or _overlong(tried):
         return hint
-    a, b = (names.bodies[k].name for k in changed.ends)
+    a, b = (_in_a_list(names.bodies[k].name) for k in changed.ends)
     return f"{hint}:\n{name}: {{distance: [{a}, {b}], equals: {chosen}}}"
+
+
+def _in_a_list(name: str) -> str:
+    """A name as it stands within brackets: that of a member of a family has some of its own."""
+    return name if name.isidentifier() else f'"{name}"'
 
 
 def _preference(rod: _Rod) -> tuple[bool, bool, mpf]:

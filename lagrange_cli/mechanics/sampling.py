@@ -81,6 +81,8 @@ class Sampler:
         self._t = t
         self._place = place
         self.many = place is not None and len(coordinates) > _LARGE
+        # Where no configuration is given, all coordinates are about 0, and no rod has its length.
+        self._placed = any(center[q] != 0 for q in coordinates)
         self._starts = STARTS if place is None else PLACED_STARTS
         self._coordinates = list(coordinates)
         self._values = dict(values)
@@ -104,7 +106,8 @@ class Sampler:
         as long as that leaves the point feasible; ``width`` scales the spread; of the
         closures the numbers of some may be given.
         """
-        width = width / (8 * len(self._coordinates)) if self.many else width
+        if self.many and self._placed:
+            width = width / (8 * len(self._coordinates))
         for attempt in range(self._starts):
             varied = vary_parameters and attempt < (1 if self.many else self._starts // 4)
             point: Drawn | None = self._candidate(width, varied)
