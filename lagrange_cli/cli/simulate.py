@@ -22,7 +22,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import check_writable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from lagrange_cli.scene.model import Formulation
     from lagrange_cli.simulate import Trajectory
@@ -113,7 +113,20 @@ def _promise(trajectory: Trajectory) -> str:
     return f"{trajectory.requested:g} requested, {estimated} estimated, holds until t = {until}"
 
 
-def _text(trajectory: Trajectory, model: Model) -> str:
+def _further(trajectory: Trajectory, extra: Sequence[str]) -> dict[str, float]:
+    """The last values of the columns that were asked for beside those of the state."""
+    table = trajectory.table(extra)
+    return {n: float(table[n][-1]) for n in table if n != "t" and n not in trajectory.columns}
+
+
+def _listed(values: Mapping[str, float]) -> list[str]:
+    """One value a line, and a blank line, if there are any."""
+    width = max(map(len, values), default=0)
+    rows = [f"  {name:<{width}}  {value:>16.9g}" for name, value in values.items()]
+    return [*rows, ""] if rows else []
+
+
+def _text(trajectory: Trajectory, model: Model, extra: Sequence[str]) -> str:
     """The result for a person."""
     # Where no energy is conserved the Jacobi integral may be: its drift is another thing.
     conserved = "Jacobi" if "jacobi" in model.conserved else "Energy"
@@ -124,6 +137,7 @@ def _text(trajectory: Trajectory, model: Model) -> str:
         "",
         *_state(trajectory),
         "",
+        *_listed(_further(trajectory, extra)),
         *_events(trajectory, shown),
         f"Accuracy  {_promise(trajectory)}",
         f"{conserved:<10}{'not conserved' if drift is None else f'relative drift {drift:.1e}'}",
@@ -143,9 +157,11 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _json(trajectory: Trajectory, derive_seconds: float) -> str:
-    summary = _finite(trajectory.summary(derive_seconds=derive_seconds))
-    return json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
+def _json(trajectory: Trajectory, derive_seconds: float, extra: Sequence[str]) -> str:
+    summary = trajectory.summary(derive_seconds=derive_seconds)
+    if extra:
+        summary["with"] = _further(trajectory, extra)
+    return json.dumps(_finite(summary), indent=2, ensure_ascii=False) + "\n"
 
 
 @click.command(short_help="A trajectory to the accuracy that you state.")
@@ -200,9 +216,9 @@ def _json(trajectory: Trajectory, derive_seconds: float) -> str:
     "columns",
     callback=_extra,
     metavar="NAMES",
-    help="Further columns of the file: energy; forces, those of constraints and their "
-    "multipliers; positions, which are there anyway. With commas between them.  "
-    "[default: none]",
+    help="Further columns of the file, their last values shown: energy; forces, those of "
+    "constraints and their multipliers; positions, which are there anyway. With commas between "
+    "them.  [default: none]",
 )
 @click.option(
     "-o",
@@ -271,7 +287,9 @@ def simulate(
     trajectory, interrupt = _integrated(session, model, other, files, how)
     if output is not None and trajectory.written is None:
         trajectory.write(output, columns)
-    print_text(_json(trajectory, derive_seconds) if as_json else _text(trajectory, model))
+    print_text(
+        _json(trajectory, derive_seconds, columns) if as_json else _text(trajectory, model, columns)
+    )
     if plot is not None:
         trajectory.plot(plot)
     for remark in _remarks(trajectory, model, how["checkpoint"]):

@@ -71,6 +71,20 @@ def test_forces_where_no_constraint_is_kept(tmp_path):
         assert pull == pytest.approx(tension * row["r"], rel=1e-13)
 
 
+def test_last_values_are_shown_and_told(tmp_path):
+    how = ["simulate", HOLE, "--until", "1", "--samples", "3", "--with", "forces,energy"]
+    succeed(*how, "-o", str(tmp_path / "t.csv"))
+    header, *_, last = (tmp_path / "t.csv").read_text().splitlines()
+    row = dict(zip(header.split(","), map(float, last.split(",")), strict=True))
+    told = json.loads(succeed(*how, "--json"))["with"]
+    assert set(told) == {n for n in row if n == "energy" or n.startswith(("force_", "lambda_"))}
+    assert told == {name: row[name] for name in told}
+    shown = succeed(*how)
+    assert re.search(rf"^  lambda_rope +{row['lambda_rope']:.9g}$", shown, re.MULTILINE)
+    assert "lambda" not in succeed(*how[:-2])
+    assert "with" not in json.loads(succeed(*how[:-2], "--json"))
+
+
 KEPT = """
 name: pendulum_xz
 parameters: {m: 1.3, l: 2, g: 9.81}
