@@ -19,8 +19,8 @@ from lagrange_cli.mechanics.elimination import Elimination, Stated, substitute
 from lagrange_cli.mechanics.lengths import overlong_rod
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.ranks import TOLERANCE
-from lagrange_cli.mechanics.refusals import no_configuration
-from lagrange_cli.mechanics.sampling import Sampler
+from lagrange_cli.mechanics.refusals import no_configuration, nowhere_else
+from lagrange_cli.mechanics.sampling import Sampler, typical_length
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.mechanics.wording import leave_out, quoted, written
 
@@ -138,11 +138,28 @@ def nowhere(
     proven = proven or _by_itself(names, found, restricting, reference)
     if proven is not None:
         return proven
+    if restricting and _are_met(found, restricting, reference):
+        return nowhere_else(names.scene, found, restricting)
     if 1 < len(restricting) <= _MOST_SEARCHES:
         rows = smallest(range(len(restricting)), lambda fewer: sampler.draw(closures=fewer) is None)
         restricting = [restricting[k] for k in rows]
         proven = explained(names, found.stated, _rest(found, restricting), reference)
     return proven or no_configuration(names.scene, found, restricting)
+
+
+def _are_met(
+    found: Elimination, restricting: Sequence[int], reference: Mapping[sp.Symbol, mpf]
+) -> bool:
+    """Whether the given configuration is complete and satisfies the equations of some numbers."""
+    residuals = [left - right for left, right in (found.pending[k] for k in restricting)]
+    if not all(r.free_symbols <= reference.keys() for r in residuals):
+        return False
+    try:
+        found_values = values(residuals, reference)
+    except (DomainError, ZeroDivisionError, OverflowError):
+        return False
+    scale = typical_length([reference[s] for r in residuals for s in r.free_symbols])
+    return all(abs(value) <= TOLERANCE * scale**2 for value in found_values)
 
 
 def _by_itself(

@@ -17,6 +17,7 @@ __all__ = [
     "dependent_coordinates",
     "no_configuration",
     "no_solution",
+    "nowhere_else",
     "require_enough",
     "rests_on",
     "singular",
@@ -125,6 +126,20 @@ def no_configuration(scene: Scene, found: Elimination, related: Sequence[int] = 
             used[0].equation.mark() if used else Mark(scene.file, 1, 1),
             hint=hint,
             rule="inconsistent",
+        )
+    )
+
+
+def nowhere_else(scene: Scene, found: Elimination, related: Sequence[int]) -> InputError:
+    """The given configuration satisfies the equations of some numbers, and none beside it does."""
+    constraints = list(dict.fromkeys(s.constraint for s in rests_on(found, related)))
+    return InputError(
+        Problem(
+            f"nothing moves at the given configuration: it satisfies {quoted(constraints)}, and no"
+            " other one beside it was found that does",
+            rests_on(found, related)[-1].equation.mark(),
+            hint="what is taut has no equations of motion: give it room, as a longer rod",
+            rule="singular",
         )
     )
 

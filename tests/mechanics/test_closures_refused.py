@@ -147,3 +147,37 @@ def test_closures_without_any_inertia_are_refused() -> None:
     text = PENDULUM + "points: {p: [u, 0, w]}\nnear: {u: 3, w: 1}\n"
     text = text.replace("= l^2", "= l^2, free: u^2 + w^2 = l^2")
     assert refusal(text).rule in ("no-inertia", "dependent-coordinates")
+
+
+TAUT = """
+sizes: {n: 3}
+parameters: {D: 4}
+plane: xz
+points: {"p[0]": [0, 0, 0], e: [D, 0, 0]}
+particles:
+  p[i=1..n]: {mass: 1, position: ["x[i]", "y[i]", "z[i]"]}
+constraints:
+  rod[i=1..n]: {distance: ["p[i-1]", "p[i]"], equals: 1}
+  last: {distance: ["p[n]", e], equals: 1}
+"""
+
+
+def test_a_taut_chain_is_not_called_impossible() -> None:
+    start = 'initial: {"x[i=1..n]": i, "z[i=1..n]": 0}\n'
+    taut = refusal(TAUT + start)
+    assert taut.message.startswith("nothing moves at the given configuration: it satisfies 'plane'")
+    assert "no other one beside it was found" in taut.message
+    assert "reach 4 at most" in refusal(TAUT.replace("D: 4", "D: 4.1") + start).message
+    assert derived(TAUT.replace("D: 4", "D: 3.9")).account.dof == 2
+
+
+def test_a_long_chain_needs_no_initial_values() -> None:
+    chain = TAUT.replace("n: 3", "n: 66").replace(
+        '  last: {distance: ["p[n]", e], equals: 1}\n', ""
+    )
+    assert derived(chain).account.dof == 66
+
+
+def test_members_of_families_in_hints_can_be_pasted() -> None:
+    hint = refusal(TAUT.replace("D: 4", "D: 9")).hint
+    assert '{distance: ["p[3]", e], equals: ' in hint
