@@ -100,14 +100,17 @@ class Attempt:
         self.run = self._start(method, tolerance)
         self._looser = self._start(method, tolerance * LOOSER, longer=longer, off=1)
         self._disturbed = self._disturb(self._other_method())
-        # The coarse run was one of DOP853 where its method was not implicit.
-        order = min(method.order, INTEGRATORS["DOP853"].order)
-        growth = max(1.0, COARSE / tolerance) ** (1 / order)
-        self._most: float = LOST * growth * found.evaluations
+        self._most: float = LOST * self._growth(tolerance) * found.evaluations
         self._given_up = 0
         self._march_at = _March()
         self._judged: tuple[object, Verdict] | None = None
         self.run_seconds = 0.0
+
+    def _growth(self, tolerance: float) -> float:
+        """How many times as many steps as the coarse run one of that tolerance takes."""
+        # The coarse run was one of DOP853 where its method was not implicit.
+        order = min(self._found.method.order, INTEGRATORS["DOP853"].order)
+        return float(max(1.0, COARSE / tolerance) ** (1 / order))
 
     def _start(
         self, method: type[Integrator], tolerance: float, *, longer: float = 1.0, off: int = 0
@@ -121,7 +124,8 @@ class Attempt:
         samples = len(problem.times) if method.implicit else 1
         longest = longer * self._longest
         absolute = self._absolute(tolerance, samples)
-        control = Control(relative, absolute, self._found.first_step, longest)
+        first = self._found.first_step / self._growth(tolerance)
+        control = Control(relative, absolute, first, longest)
         disturbed = problem.disturbed or (problem.rhs, problem.rhs)
         run = Run(
             method,
