@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import subprocess
@@ -9,7 +10,7 @@ import sys
 import time
 
 import pytest
-from terminal import lagrange
+from terminal import ROOT, lagrange
 
 PENDULUM = """
 particles: {bob: {mass: 1, position: [sin(theta), 0, -cos(theta)]}}
@@ -36,6 +37,7 @@ def test_a_run_that_was_ended_goes_on_to_the_same_file(folder, number, code):
     running = subprocess.Popen(
         [sys.executable, "-m", "lagrange_cli", *words],
         cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},  # the same code as in this process
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
     )

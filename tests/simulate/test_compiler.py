@@ -20,6 +20,7 @@ from lagrange_cli.cache import Cache, open_cache
 from lagrange_cli.simulate import compiler, simulate
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.integrators.native import DOUBLE, EXTENDED
+from lagrange_cli.simulate.integrators.taylor import Taylor
 from lagrange_cli.simulate.library import Source
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.modelling import model_of
@@ -36,6 +37,12 @@ potentials: {weight: m*g*z}
 initial: {theta: 1.0}
 simulate: {until: 2.0, accuracy: 1e-9, samples: 21}
 """
+
+
+@pytest.fixture(autouse=True)
+def _without_heyoka(monkeypatch):
+    """Where no compiler is at hand NumPy and SciPy do it all, whatever is installed."""
+    monkeypatch.setattr(Taylor, "suits", classmethod(lambda cls, rhs, size: False))
 
 
 @pytest.fixture(scope="module")
