@@ -127,7 +127,7 @@ def ways(starts: Sequence[Release], jobs: int) -> list[Way]:
     chosen += [{"method": "auto", "rtol": x} for x in (1e-11, 1e-12)]
     found = [lagrange(starts, jobs, how) for how in chosen]
     if importlib.util.find_spec("heyoka"):
-        found += [heyoka(starts, tolerance) for tolerance in (1e-9, 1e-10)]
+        found += [heyoka(starts, tolerance) for tolerance in (1e-9, 1e-10, 1e-12)]
     return found
 
 
