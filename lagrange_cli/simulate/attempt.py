@@ -124,8 +124,10 @@ class Attempt:
         samples = len(problem.times) if method.implicit else 1
         longest = longer * self._longest
         absolute = self._absolute(tolerance, samples)
-        first = self._found.first_step / self._growth(tolerance)
-        control = Control(relative, absolute, first, longest)
+        first_step = self._found.first_step
+        if self.wider:  # where steps are made anew, those of the coarse run are much too long
+            first_step /= self._growth(tolerance)
+        control = Control(relative, absolute, first_step, longest)
         disturbed = problem.disturbed or (problem.rhs, problem.rhs)
         run = Run(
             method,
