@@ -29,7 +29,7 @@ _SMALLEST_PIVOT = "1e-14"
 
 #: Sums by their names, and how many of them a loop finds.
 _SUM = re.compile(r"\bs(\d+)\b")
-_AT_ONCE = 6
+_AT_ONCE = 2
 
 
 def taylor_text(function: str, program: Program, names: CNames, real: Real) -> str:
@@ -120,40 +120,80 @@ def _body(found: Recurrences, outputs: Mapping[int, Series], tests: Sequence[str
     for i, series in sorted(outputs.items()):
         yield f"c[{rows + i}] = c[{n + i}];"
         yield f"c[{rows + n + i}] = bad + ({found.text(series, FIRST) or '0.0'});"
+    yield from _loop(found, outputs)
+
+
+def _loop(found: Recurrences, outputs: Mapping[int, Series]) -> Iterator[str]:
+    """All further coefficients: number 1, then two in a turn, whose sums share what they read.
+
+    What number k adds to the sums of number k + 1 follows between the two.
+    """
+    statements, rows = _statements(found, outputs), found.rows
+    read = sorted({int(number) for line in statements for number in _SUM.findall(line)})
     yield "for (k = 1; k < order; ++k) {"
-    yield f"    lagrange_lane *const now = c + k*{rows}, *const next = now + {rows};"
-    yield "    const double part = 1.0/(double)k, further = 1.0/(double)(k + 1);"
-    yield from (f"    {line}" for line in _loop(found, outputs))
-    yield "    (void)part;"
+    if read:
+        yield f"    lagrange_lane {', '.join(f's{number} = zero' for number in read)};"
+        yield f"    lagrange_lane {', '.join(f'f{number} = zero' for number in read)};"
+    yield "    int last = k == 1;"
+    yield from (f"    {line}" for line in _sums(found, read))
+    yield "    for (;;) {"
+    yield f"        lagrange_lane *const now = c + k*{rows}, *const next = now + {rows};"
+    yield "        const double part = 1.0/(double)k, further = 1.0/(double)(k + 1);"
+    yield from (f"        {line}" for line in statements)
+    yield "        (void)part;"
+    yield "        if (last || k + 1 == order) {"
+    yield "            break;"
+    yield "        }"
+    for number in read:
+        one, other = found.sums[number]
+        ends = f"c[{rows + one}]*now[{other}] + now[{one}]*c[{rows + other}]"
+        yield f"        s{number} = f{number} + {ends};"
+    yield "        last = 1;"
+    yield "        ++k;"
+    yield "    }"
     yield "}"
 
 
-def _loop(found: Recurrences, outputs: Mapping[int, Series]) -> list[str]:
+def _statements(found: Recurrences, outputs: Mapping[int, Series]) -> list[str]:
     """Coefficients number k, and those of the state that follow."""
     n, live = found.coordinates, _live(found.steps, outputs.values())
     lines = [line for step in found.steps if set(step.rows) & live for line in step.further]
     for i, series in sorted(outputs.items()):
         lines.append(f"next[{i}] = now[{n + i}]*further;")
         lines.append(f"next[{n + i}] = ({found.text(series, NOW) or 'zero'})*further;")
-    return [*_sums(found, lines), *lines]
+    return lines
 
 
-def _sums(found: Recurrences, lines: list[str]) -> list[str]:
-    """The sums that some statements read, several in a loop: they do not wait for each other."""
-    read = sorted({int(number) for line in lines for number in _SUM.findall(line)})
+def _sums(found: Recurrences, read: Sequence[int]) -> Iterator[str]:
+    """The sums of number k, and those of number k + 1 as far as they are known: several in a
+    loop, since they do not wait for each other."""
     if not read:
-        return []
-    text = [f"lagrange_lane {', '.join(f's{number} = zero' for number in read)};", "int j;"]
-    for first in range(0, len(read), _AT_ONCE):
-        products = ((number, *found.sums[number]) for number in read[first : first + _AT_ONCE])
-        text += [
-            "for (j = 1; j < k; ++j) {",
-            f"    const lagrange_lane *const a = c + j*{found.rows};",
-            f"    const lagrange_lane *const b = c + (k - j)*{found.rows};",
-            *(f"    s{number} += a[{one}]*b[{other}];" for number, one, other in products),
-            "}",
-        ]
-    return text
+        return
+    rows = found.rows
+    yield "if (k > 1) {"
+    yield f"    const lagrange_lane *const d = c + {rows}, *const e = c + (k - 1)*{rows};"
+    yield "    int j;"
+    groups = -(-len(read) // _AT_ONCE)
+    for group in range(groups):
+        some = read[len(read) * group // groups : len(read) * (group + 1) // groups]
+        yield "    {"
+        yield from (f"        {line}" for line in _group(found, some))
+        yield "    }"
+    yield "}"
+
+
+def _group(found: Recurrences, some: Sequence[int]) -> Iterator[str]:
+    products = [(number, *found.sums[number]) for number in some]
+    behind = sorted({other for _, _, other in products})
+    yield f"lagrange_lane {', '.join(f'e{other} = e[{other}]' for other in behind)};"
+    yield from (f"s{number} = d[{one}]*e{other};" for number, one, other in products)
+    yield "for (j = 2; j < k; ++j) {"
+    yield f"    const lagrange_lane *const a = c + j*{found.rows};"
+    yield f"    const lagrange_lane *const b = c + (k - j)*{found.rows};"
+    yield from (f"    f{number} += a[{one}]*e{other};" for number, one, other in products)
+    yield from (f"    e{other} = b[{other}];" for other in behind)
+    yield from (f"    s{number} += a[{one}]*e{other};" for number, one, other in products)
+    yield "}"
 
 
 def _declared(line: str) -> str:
