@@ -4,8 +4,8 @@ Members differ in their release, a square grid around (1.5, 2.0); each is integr
 10 s and sampled 501 times. Three ways:
 
 * lagrange with ``accuracy``: what ``simulate --vary`` does, each member with an estimate of
-  its error (three runs). A few members, whose accuracy the last place of their start decides, are
-  not held to the end;
+  its error (two runs or three). A few members, whose accuracy the last place of their start
+  decides, are not held to the end;
 * lagrange with a tolerance: one run each, nothing estimated;
 * heyoka: batch mode, as many members in a vector as it recommends, divided over threads.
 

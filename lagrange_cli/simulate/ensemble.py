@@ -21,6 +21,7 @@ import numpy as np
 from lagrange_cli.errors import InputError
 from lagrange_cli.files.rows import NUMBER
 from lagrange_cli.simulate.accuracy import Measured
+from lagrange_cli.simulate.blocks import FIGURES, WORDS, Block, Gathering, Part
 from lagrange_cli.simulate.charts import simulate_past_charts
 from lagrange_cli.simulate.family import Family, Missed, family_of
 from lagrange_cli.simulate.integrators.base import Array
@@ -42,13 +43,6 @@ REFUSED = "refused"
 #: Members of a block, where they are run one by one and where side by side, and into how many
 #: blocks fewer members are divided.
 LARGEST_BLOCK, LARGEST_SIDE_BY_SIDE, FEWEST_BLOCKS = 32, 128, 16
-
-#: What is known of each member: numbers, and texts.
-FIGURES = (
-    *("estimated", "holds_until", "energy_drift", "constraint_drift"),
-    *("steps", "rhs_evaluations", "all_evaluations"),
-)
-WORDS = ("status", "reason", "method", "formulation")
 
 
 @dataclass(frozen=True)
@@ -82,33 +76,6 @@ class Task:
     rows: tuple[tuple[str, ...], ...]
 
 
-@dataclass(frozen=True)
-class Block:
-    """What became of the members of a task.
-
-    ``columns``: name → values, shape (members, samples), NaN where nothing holds; empty where
-    the plan asks for none. ``given``: the number that each name of the plan stands for;
-    ``figures`` and ``words`` one value a member.
-    """
-
-    number: int
-    columns: Mapping[str, Array]
-    given: Mapping[str, Array]
-    figures: Mapping[str, Array]
-    words: Mapping[str, list[str]]
-
-
-@dataclass(frozen=True)
-class _Part:
-    """What became of some members: as a :class:`Block` has it, by their numbers in it."""
-
-    numbers: list[int]
-    columns: Mapping[str, Array]
-    given: Mapping[str, Array]
-    figures: Mapping[str, Array]
-    words: Mapping[str, str]
-
-
 class _Runner:
     """What a process needs to run members of a plan, made once."""
 
@@ -125,15 +92,22 @@ class _Runner:
             return None
         return family_of(self.plan.model, self.plan.how, self.plan.extra)
 
-    def decided(self, rows: Sequence[tuple[str, ...]], between: Callable[[], None]) -> list[_Part]:
+    def gathering(self, task: Task) -> Gathering:
+        """Where parts of a task are put together."""
+        plan = self.plan
+        expected = () if self.family is None else self.family.names
+        columns = expected if plan.columns else None
+        return Gathering(plan.names, len(task.rows), plan.samples, columns)
+
+    def decide(self, task: Task, found: Gathering, between: Callable[[], None]) -> None:
         """Those members for which stepping them side by side decides what becomes of them."""
-        if self.family is None:
-            return []
-        return list(self._side_by_side(self.family, rows, between))
+        if self.family is not None:
+            for part in self._side_by_side(self.family, task.rows, between):
+                found.take(part)
 
     def _side_by_side(
         self, family: Family, rows: Sequence[tuple[str, ...]], between: Callable[[], None]
-    ) -> Iterator[_Part]:
+    ) -> Iterator[Part]:
         values = {k: of for k, texts in enumerate(rows) if (of := self._values(texts)) is not None}
         numbers = np.array(list(values), dtype=np.int64)
         if not values:
@@ -150,7 +124,7 @@ class _Runner:
             given |= {name: column[:, 0] for name, column in found.columns.items()}
             own = {name: given[name] for name in self.plan.names}
             members = numbers[found.numbers].tolist()
-            yield _Part(members, found.columns, own, found.figures, found.words)
+            yield Part(members, found.columns, own, found.figures, found.words)
 
     def _values(
         self, texts: Sequence[str]
@@ -167,7 +141,7 @@ class _Runner:
 
     def _missed(
         self, family: Family, number: int, texts: Sequence[str], measured: Measured
-    ) -> _Part:
+    ) -> Part:
         """A member whose accuracy was measured to be missed."""
         assert self._numbers is not None
         model = self._numbers.of(self._own(texts))
@@ -176,7 +150,7 @@ class _Runner:
         found = trajectory_of(model, request, self._bound(model), measured)
         return self._part(number, texts, model, found)
 
-    def single(self, number: int, texts: Sequence[str]) -> _Part:
+    def single(self, number: int, texts: Sequence[str]) -> Part:
         """A member by itself."""
         own = self._own(texts)
         try:
@@ -186,15 +160,15 @@ class _Runner:
             found = self._simulated(own, model, functions)
         except InputError as refusal:
             words = {"status": REFUSED, "reason": refusal.problems[0].message}
-            return _Part([number], {}, self._given(texts, {}), {}, words)
+            return Part([number], {}, self._given(texts, {}), {}, words)
         return self._part(number, texts, model, found)
 
-    def _part(self, number: int, texts: Sequence[str], model: Model, found: Trajectory) -> _Part:
+    def _part(self, number: int, texts: Sequence[str], model: Model, found: Trajectory) -> Part:
         values = {p.name: p.value for p in model.parameters}
         values |= {name: float(column[0]) for name, column in found.columns.items()}
         table = found.table(self.plan.extra)
         figures = {name: getattr(found, name) for name in FIGURES}
-        return _Part(
+        return Part(
             [number],
             {name: column[None] for name, column in table.items() if name != "t"},
             self._given(texts, values),
@@ -239,75 +213,46 @@ def _runner(plan: Plan) -> _Runner:
 
 def run_block(task: Task) -> Block | None:
     """Run the members of a task; None where an interrupt reached it."""
+    runner = _runner(task.plan)
+    found = runner.gathering(task)
     try:
-        parts = _runner(task.plan).decided(task.rows, lambda: None)
+        runner.decide(task, found, lambda: None)
     except KeyboardInterrupt:
         return None
-    for single in _left(task, parts):
-        parts.append(_run_single(single))
-        if parts[-1].words["status"] == "stopped":
+    for single in _singles(task, found):
+        part = _run_single(single)
+        if part.words["status"] == "stopped":
             return None
-    return _block(task, parts)
+        found.take(part)
+    return found.block(task.number)
 
 
-def _run_in_thread(task: Task, aside: Aside) -> Block | None:
+def _run_in_thread(both: tuple[Task, Gathering], aside: Aside) -> Block | None:
     """The same, with members by themselves in other processes."""
+    task, found = both
 
     def between() -> None:
         if aside.stopped():
             raise KeyboardInterrupt
 
     try:
-        parts = _runner(task.plan).decided(task.rows, between)
-        parts += aside.run(_run_single, _left(task, parts))
+        _runner(task.plan).decide(task, found, between)
+        for part in aside.run(_run_single, _singles(task, found)):
+            found.take(part)
     except (KeyboardInterrupt, CancelledError):
         return None
-    return _block(task, parts)
+    return found.block(task.number)
 
 
-def _left(task: Task, parts: Sequence[_Part]) -> list[Task]:
-    """The members of a task that are in no part, each a task."""
-    decided = {number for part in parts for number in part.numbers}
-    left = [(k, row) for k, row in enumerate(task.rows) if k not in decided]
-    return [Task(task.plan, number, (row,)) for number, row in left]
+def _singles(task: Task, found: Gathering) -> list[Task]:
+    """The members of a task that are in no part yet, each a task."""
+    return [Task(task.plan, number, (task.rows[number],)) for number in found.left]
 
 
-def _run_single(task: Task) -> _Part:
+def _run_single(task: Task) -> Part:
     """A member by itself: the only one of the task, whose number it has."""
     (texts,) = task.rows
     return _runner(task.plan).single(task.number, texts)
-
-
-def _block(task: Task, parts: Sequence[_Part]) -> Block:
-    plan, members = task.plan, len(task.rows)
-    columns = [(part.numbers, part.columns) for part in parts] if plan.columns else []
-    words = {name: [""] * members for name in WORDS}
-    for part in parts:
-        for number in part.numbers:
-            for name, word in part.words.items():
-                words[name][number] = word
-    return Block(
-        task.number,
-        _gathered(columns, (members, plan.samples)),
-        _gathered([(part.numbers, part.given) for part in parts], (members,), plan.names),
-        _gathered([(part.numbers, part.figures) for part in parts], (members,), FIGURES),
-        words,
-    )
-
-
-def _gathered(
-    parts: Sequence[tuple[list[int], Mapping[str, Array]]],
-    shape: tuple[int, ...],
-    wanted: Sequence[str] = (),
-) -> dict[str, Array]:
-    """The arrays of all parts by name, those ``wanted`` and further ones, filled with NaN."""
-    names = dict.fromkeys((*wanted, *(name for _, of in parts for name in of)))
-    found = {name: np.full(shape, np.nan) for name in names}
-    for numbers, of in parts:
-        for name, values in of.items():
-            of_all = found[name][:, : values.shape[1]] if values.ndim > 1 else found[name]
-            of_all[numbers] = values
-    return found
 
 
 # All of them.
@@ -363,7 +308,9 @@ def run_blocks(tasks: Sequence[Task], jobs: int | None) -> Iterator[Block | None
     :func:`.parallel.in_any_order`.
     """
     if tasks and jobs not in (None, 1) and _runner(tasks[0].plan).family is not None:
-        return in_threads(_run_in_thread, tasks, jobs)
+        # Memory is taken here: what one thread takes and another leaves is not used again.
+        both = ((task, _runner(task.plan).gathering(task)) for task in tasks)
+        return in_threads(_run_in_thread, both, jobs)
     return in_any_order(run_block, tasks, jobs)
 
 

@@ -22,7 +22,7 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write, whole_file, write_file
-from lagrange_cli.simulate.ensemble import FIGURES, WORDS, Block
+from lagrange_cli.simulate.blocks import FIGURES, WORDS, Block
 from lagrange_cli.simulate.integrators.base import Array
 
 __all__ = ["Store", "open_store", "parts_of"]

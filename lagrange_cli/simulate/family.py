@@ -26,6 +26,9 @@ Integers: TypeAlias = NDArray[np.int64]
 #: Numbers in all samples of members that are held at a time.
 MOST_NUMBERS = 2_000_000
 
+#: Members whose columns are found at a time, so that these are small enough to be near at hand.
+AT_A_TIME = 32
+
 #: Columns that can be asked for besides.
 _EXTRA = {"energy", "positions"}
 
@@ -85,9 +88,10 @@ class Family:
         most = max(1, MOST_NUMBERS // (len(self.request.times) * starts.shape[1]))
         for first in range(0, len(starts), most):
             part = slice(first, first + most)
-            for runs in self._runs(starts[part], parameters[part], between):
-                for found in self._found(runs, parameters[part][runs.numbers]):
-                    yield _moved(found, first)
+            for all_runs in self._runs(starts[part], parameters[part], between):
+                for runs in all_runs.in_turn(AT_A_TIME):
+                    for found in self._found(runs, parameters[part][runs.numbers]):
+                        yield _moved(found, first)
 
     def _runs(
         self, starts: Array, parameters: Array, between: Callable[[], None]
@@ -124,11 +128,9 @@ class Family:
 
     def _energies(self, states: Array, parameters: Array) -> tuple[Array, Array]:
         """As :func:`.disproof.energies`, of each member, (members, samples)."""
-        still = states.copy()
-        still[..., states.shape[2] // 2 :] = 0.0
         table = self.together.table
         (total,) = table("energy", states, parameters, 1)
-        return total, total - table("energy", still, parameters, 1)[0]
+        return total, total - table("energy", states, parameters, 1, moving=0.0)[0]
 
     def _doubtful(
         self, eps: float, runs: Runs, parameters: Array, energy: Array, kinetic: Array
@@ -151,12 +153,20 @@ class Family:
         at_start, others = values[:, : start.shape[2]], values[:, start.shape[2] :]
         return contradicted(change, at_start, others.reshape(moved.shape[:3]))
 
+    @property
+    def names(self) -> list[str]:
+        """Of the columns."""
+        model = self.model
+        moving = [form.format(c) for form in ("{}", "dot({})") for c in model.coordinates]
+        places = [form.format(name) for form in ("{}", "dot({})") for name in model.cartesian]
+        energy = ["energy"] if "energy" in self.extra else []
+        return list(dict.fromkeys([*moving, *places, *model.outputs, *energy]))
+
     def _columns(self, states: Array, parameters: Array) -> dict[str, Array]:
         """Those of :class:`.trajectory.Trajectory`, each (members, samples)."""
         model, n = self.model, len(self.model.coordinates)
-        numbers = np.ascontiguousarray(np.moveaxis(states, 2, 0))
-        columns = {name: numbers[i] for i, name in enumerate(model.coordinates)}
-        columns |= {f"dot({c})": numbers[n + i] for i, c in enumerate(model.coordinates)}
+        columns = {name: states[..., i] for i, name in enumerate(model.coordinates)}
+        columns |= {f"dot({c})": states[..., n + i] for i, c in enumerate(model.coordinates)}
         for table, form in (("positions", "{}"), ("velocities", "dot({})")):
             values = self.together.table(table, states, parameters, len(model.cartesian))
             for i, name in enumerate(model.cartesian):

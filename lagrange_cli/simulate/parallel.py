@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from collections.abc import Set as AbstractSet
 from concurrent.futures import (
+    FIRST_COMPLETED,
     CancelledError,
     Future,
     ProcessPoolExecutor,
@@ -17,12 +18,16 @@ from concurrent.futures import (
     wait,
 )
 from contextlib import contextmanager
+from itertools import islice
 from typing import TypeVar
 
 __all__ = ["Aside", "in_any_order", "in_threads"]
 
 #: Seconds between two looks at whether results are still wanted.
 GLANCE = 0.1
+
+#: Tasks that are given to each thread, so that none waits for the next one.
+AHEAD = 2
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -115,17 +120,24 @@ def in_threads(
     """Results, as they are found, of a function that spends its time outside of Python.
 
     So many threads share the memory of this process; there are as many processes for what
-    :class:`Aside` is given.
+    :class:`Aside` is given. Tasks are asked for, here, as threads become free.
     """
     with _processes(jobs) as executor:
         # All of them begin now, while there is one thread.
         executor.submit(int).result()
         aside = Aside(executor)
         threads = ThreadPoolExecutor(jobs)
+        waiting = iter(tasks)
+        pending: set[Future[Result]] = set()
         try:
-            futures = [threads.submit(function, task, aside) for task in tasks]
-            for future in as_completed(futures):
-                yield future.result()
+            while True:
+                some = islice(waiting, AHEAD * jobs - len(pending))
+                pending |= {threads.submit(function, task, aside) for task in some}
+                if not pending:
+                    return
+                done, pending = wait(pending, return_when=FIRST_COMPLETED)
+                for future in done:
+                    yield future.result()
         finally:
             aside.stop()
             threads.shutdown(wait=True, cancel_futures=True)

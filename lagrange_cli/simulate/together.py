@@ -1,10 +1,11 @@
 """Members of an ensemble that are stepped side by side, a lane of a vector each.
 
 The promise is kept as for a single run (:mod:`.accuracy`): the run is compared with a looser
-one of ten times its tolerance and a disturbed one, both with given numbers and operations off by
-their rounding. All three are Taylor series, of one order more in the disturbed one, whose
-steps follow from their own coefficients, so that no coarse run is needed before. A member
-for which this does not show the accuracy is left to a single run, which has more means.
+companion, with given numbers and operations off by their rounding. Where that alone does not show
+the accuracy with a wide margin, there is a second one of one order more and half the tolerance,
+disturbed in another way. All are Taylor series, whose steps follow from their own
+coefficients, so that no coarse run is needed before. A member for which this does not show the
+accuracy is left to a single run, which has more means.
 """
 
 from __future__ import annotations
@@ -12,8 +13,9 @@ from __future__ import annotations
 import ctypes
 import math
 import re
+import threading
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -23,12 +25,13 @@ from numpy.typing import NDArray
 from lagrange_cli.cache import Cache
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.accuracy import Measured, obstacle
-from lagrange_cli.simulate.attempt import LOOSER, LOOSER_WEIGHT, OTHER_STEPS, ROUNDING_WEIGHT
+from lagrange_cli.simulate.attempt import OTHER_STEPS
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.disturbance import each_off_by_one_ulp, rounding_factors
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.native import DOUBLE, EXTENDED, NativeReal
 from lagrange_cli.simulate.integrators.side_by_side import (
+    Motions,
     Samples,
     SideBySide,
     Steps,
@@ -47,13 +50,14 @@ METHOD = "Taylor"
 
 #: The tolerances that are tried in doubles, as parts of the accuracy, and the smallest of them;
 #: no second one is tried below the last.
-TOLERANCES, SMALLEST_TOLERANCE, WORTHWHILE = (3e-6, 1e-7), 1e-16, 1e-16
+TOLERANCES, SMALLEST_TOLERANCE, WORTHWHILE = (1e-5, 1e-7), 1e-16, 1e-16
 
 #: The tolerance in wider arithmetic: what remains is what the last place of the start does.
 WIDER_TOLERANCE = 1e-17
 
-#: Lowest and highest order.
-ORDERS = 6, 24
+#: Lowest and highest order, and by how much it is above the one whose coefficients are the
+#: cheapest for a tolerance (Jorba and Zou): steps cost more than their coefficients.
+ORDERS, ABOVE = (6, 24), 2
 
 #: Steps of a run after which a member is left to a single run, which asks whether it is stiff.
 MOST_STEPS = 20_000
@@ -67,6 +71,16 @@ FORGIVEN, FORGIVEN_AT_LEAST = 1e-2, 1e-13
 #: The longest step of the disturbed run beside that of the run.
 SHORTER = 0.8
 
+#: The tolerance of the looser run beside that of the run.
+LOOSER = 4.0
+
+#: What the distances from companions count, where there is one and where there are two. Of
+#: one alone chance may have brought both to the same place.
+WEIGHTS = {1: (20.0,), 2: (2.0, 3.0)}
+
+#: The tolerance below which a run has two companions: rounding may be what moves it.
+LEAST_OF_ONE = 1e-15
+
 Flags: TypeAlias = NDArray[np.bool_]
 Integers: TypeAlias = NDArray[np.int64]
 Indices: TypeAlias = NDArray[np.intp]
@@ -76,7 +90,7 @@ Indices: TypeAlias = NDArray[np.intp]
 class Runs:
     """Runs of some members, by their ``numbers``: ``states`` (m, samples, 2n) and their
     ``scales`` (m, 2n); where an accuracy is promised the ``estimate`` of each, and the states
-    of its two ``companions``. ``steps`` and ``evaluations`` are those of the run,
+    of its ``companions``. ``steps`` and ``evaluations`` are those of the run,
     ``all_evaluations`` those of everything; a coefficient of the slope counts as one."""
 
     numbers: Indices
@@ -86,13 +100,18 @@ class Runs:
     steps: Integers
     evaluations: Integers
     all_evaluations: Integers
-    companions: tuple[Array, Array] | None = None
+    companions: tuple[Array, ...] = ()
 
     def only(self, which: Indices) -> Runs:
         """Some of them; all of them are not copied."""
-        if len(which) == len(self.numbers):
-            return self
-        both = self.companions
+        return self if len(which) == len(self.numbers) else self._some(which)
+
+    def in_turn(self, count: int) -> Iterator[Runs]:
+        """So many at a time, not copied."""
+        for first in range(0, len(self.numbers), count):
+            yield self._some(slice(first, first + count))
+
+    def _some(self, which: Indices | slice) -> Runs:
         return Runs(
             self.numbers[which],
             self.states[which],
@@ -101,7 +120,7 @@ class Runs:
             self.steps[which],
             self.evaluations[which],
             self.all_evaluations[which],
-            None if both is None else (both[0][which], both[1][which]),
+            tuple(companion[which] for companion in self.companions),
         )
 
 
@@ -138,6 +157,20 @@ def _kinds(model: Model) -> Integers:
     return np.array(numbers, np.int64)
 
 
+class Scratch(threading.local):
+    """Arrays that a thread uses again and again: new memory costs more than what fills it."""
+
+    def __init__(self) -> None:
+        self._arrays: dict[str, Array] = {}
+
+    def array(self, name: str, shape: tuple[int, ...]) -> Array:
+        """The array of a name, whatever is in it."""
+        size = math.prod(shape)
+        if name not in self._arrays or self._arrays[name].size < size:
+            self._arrays[name] = np.empty(size)
+        return self._arrays[name][:size].reshape(shape)
+
+
 @dataclass(frozen=True)
 class Together:
     """Members of one model: their times and kinds are those of ``problem``."""
@@ -148,6 +181,7 @@ class Together:
     motions: SideBySide
     samples: Samples
     cache: Cache
+    _scratch: Scratch = field(default_factory=Scratch)
 
     @cached_property
     def _times(self) -> Array:
@@ -155,7 +189,7 @@ class Together:
         return self.problem.times[:]
 
     @cached_property
-    def _wider(self) -> SideBySide | None:
+    def wider(self) -> SideBySide | None:
         """The same in numbers wider than doubles, None where there are none."""
         if EXTENDED.epsilon >= DOUBLE.epsilon:
             return None
@@ -182,22 +216,23 @@ class Together:
         """
         left = np.arange(len(starts))
         for tolerance, real in _attempts(eps):
-            motions = self.motions if real is DOUBLE else self._wider
+            motions = self.motions if real is DOUBLE else self.wider
             if len(left) == 0 or motions is None:
                 continue
-            runs = self._attempt(motions, tolerance, eps, starts[left], parameters[left], between)
-            runs = replace(runs, numbers=left[runs.numbers])
-            yield replace(runs, companions=None).only(np.flatnonzero(runs.estimate < eps))
-            missed = np.flatnonzero((runs.estimate >= eps) & np.isfinite(runs.estimate))
+            given = starts[left], parameters[left]
+            for found in self._attempt(motions, tolerance, eps, *given, between):
+                runs = replace(found, numbers=left[found.numbers])
+                yield replace(runs, companions=()).only(np.flatnonzero(runs.estimate < eps))
+            missed = (runs.estimate >= eps) & np.isfinite(runs.estimate)
+            missing = runs.only(np.flatnonzero(missed))
             if real is not DOUBLE:
-                yield runs.only(missed)
-            left = runs.numbers[missed]
+                yield missing
+            left = missing.numbers
 
     def measured(self, eps: float, runs: Runs, k: int) -> Measured:
         """What is known of a run that misses an accuracy, number k of some."""
-        assert runs.companions is not None
         own, one, other = (of[k] for of in (runs.states, *runs.companions))
-        errors = LOOSER_WEIGHT * np.abs(one - own) + ROUNDING_WEIGHT * np.abs(other - own)
+        errors = WEIGHTS[2][0] * np.abs(one - own) + WEIGHTS[2][1] * np.abs(other - own)
         found = verdict(self.problem, eps, own, errors, np.zeros(len(own)))
         return Measured(
             states=own[: found.samples].copy(),
@@ -221,14 +256,15 @@ class Together:
     ) -> Runs:
         """Runs of the members that reach the end with a local tolerance."""
         steps, times = self._steps(rtol), self._times
-        run = self.motions.run("rhs", times, starts, parameters, steps, between)
+        out = self._scratch.array("run", (len(starts), len(times), starts.shape[1]))
+        run = self.motions.run("rhs", times, starts, parameters, steps, between, out)
         evaluations, scales = run.steps * steps.order, self._scales(run.states)
         every, nothing = np.arange(len(starts)), np.zeros(len(starts))
         runs = Runs(every, run.states, scales, nothing, run.steps, evaluations, evaluations)
         return runs.only(np.flatnonzero(run.filled == len(times)))
 
     def _steps(self, tolerance: float, higher: int = 0, longer: float = 1.0) -> Steps:
-        order = round(2 - math.log(tolerance) / 2)
+        order = round(2 - math.log(tolerance) / 2) + ABOVE
         return Steps(
             min(max(order, ORDERS[0]), ORDERS[1]) + higher,
             tolerance,
@@ -244,43 +280,51 @@ class Together:
         starts: Array,
         parameters: Array,
         between: Callable[[], None],
-    ) -> Runs:
-        """Runs at one tolerance of those members that reach the end."""
+    ) -> Iterator[Runs]:
+        """Runs at one tolerance of those members that reach the end: first of those that one
+        companion shows to be accurate, then of the others, which have two."""
         steps = self._steps(tolerance)
         forgiven = max(FORGIVEN * eps, FORGIVEN_AT_LEAST)
         # What happens between the times of expansion was looked at before.
         glance = self._glance if motions is self.motions else 0.0
         looked = replace(steps, glance=glance, forgiven=forgiven)
-        times = self._times
-        run = motions.run("rhs", times, starts, parameters, looked, between)
+        out = self._scratch.array("run", (len(starts), len(self._times), starts.shape[1]))
+        run = motions.run("rhs", self._times, starts, parameters, looked, between, out)
         scales = self._scales(run.states)
-        possible = (run.filled == len(times)) & self._above_floor(eps, starts, scales)
-        tried = np.flatnonzero(possible)
-        own = run.states if possible.all() else run.states[tried]
-        starts, parameters = starts[tried], parameters[tried]
-        looser = self._looser(steps)
-        disturbed = self._steps(OTHER_STEPS * tolerance, 1, SHORTER)
-        one, other = (
-            motions.run(
+        possible = (run.filled == len(self._times)) & self._above_floor(eps, starts, scales)
+        evaluations, nothing = run.steps * steps.order, np.full(len(starts), np.inf)
+        every = np.arange(len(starts))
+        own = Runs(every, run.states, scales, nothing, run.steps, evaluations, evaluations)
+        own = own.only(np.flatnonzero(possible))
+
+        def followed(runs: Runs, pattern: int, how: Steps) -> Runs:
+            """Those runs, with a further companion."""
+            found = motions.run(
                 "disturbed",
-                times,
-                each_off_by_one_ulp(starts, pattern),
-                self._disturbed(parameters, pattern, motions.real),
+                self._times,
+                each_off_by_one_ulp(starts[runs.numbers], pattern),
+                self._disturbed(parameters[runs.numbers], pattern, motions.real),
                 how,
                 between,
+                self._scratch.array(f"companion {pattern}", runs.states.shape),
             )
-            for pattern, how in ((1, looser), (2, disturbed))
-        )
-        evaluations = run.steps[tried] * steps.order
-        return Runs(
-            numbers=tried,
-            states=own,
-            scales=scales[tried],
-            estimate=self._estimate(own, one.states, other.states, scales[tried]),
-            steps=run.steps[tried],
-            evaluations=evaluations,
-            all_evaluations=evaluations + one.steps * looser.order + other.steps * disturbed.order,
-            companions=(one.states, other.states),
+            return self._beside(runs, found, how.order)
+
+        own = followed(own, 1, self._looser(steps))
+        if tolerance >= LEAST_OF_ONE:
+            sure = own.estimate < eps
+            yield replace(own, companions=()).only(np.flatnonzero(sure))
+            own = own.only(np.flatnonzero(~sure & np.isfinite(own.estimate)))
+        yield followed(own, 2, self._steps(OTHER_STEPS * tolerance, 1, SHORTER))
+
+    def _beside(self, runs: Runs, companion: Motions, order: int) -> Runs:
+        """Runs with a further companion, and what both tell."""
+        companions = (*runs.companions, companion.states)
+        return replace(
+            runs,
+            companions=companions,
+            estimate=self._estimate(runs.states, companions, runs.scales),
+            all_evaluations=runs.all_evaluations + companion.steps * order,
         )
 
     def _looser(self, steps: Steps) -> Steps:
@@ -288,11 +332,11 @@ class Together:
         tolerance, longer = LOOSER * steps.tolerance, LOOSER ** (1 / steps.order)
         return replace(steps, tolerance=tolerance, longest=longer * steps.longest)
 
-    def _estimate(self, own: Array, one: Array, other: Array, scales: Array) -> Array:
+    def _estimate(self, own: Array, companions: tuple[Array, ...], scales: Array) -> Array:
         """The largest estimated error of each member over its scale, infinite where a companion
         does not reach the end."""
         n = own.shape[2] // 2
-        errors = self.samples.errors(own, one, LOOSER_WEIGHT, other, ROUNDING_WEIGHT)
+        errors = self.samples.errors(own, companions, WEIGHTS[len(companions)])
         largest = self.samples.extent(own, from_start=False)[:, :n]
         errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * spacing(largest))
         ratios = np.where(np.isnan(errors), np.inf, errors) / scales
@@ -322,23 +366,33 @@ class Together:
 
     # What else is known of a motion.
 
-    def table(self, name: str, states: Array, parameters: Array, columns: int) -> Array:
-        """A function of the system at the samples of members, (columns, members, samples)."""
-        return self._table(name, self._times, states, parameters, columns)
+    def table(
+        self, name: str, states: Array, parameters: Array, columns: int, moving: float = 1.0
+    ) -> Array:
+        """A function of the system at the samples of members, (columns, members, samples), until
+        the same is asked for again; velocities are taken times ``moving``."""
+        out = self._scratch.array(f"{name} {moving}", (columns, *states.shape[:2]))
+        return self._table(name, self._times, states, parameters, out, moving)
 
     def table_at_start(self, name: str, states: Array, parameters: Array, columns: int) -> Array:
-        """The same at any states of members, at the time of the start."""
+        """A function at any states of members, at the time of the start."""
         times = np.full(states.shape[1], self.problem.start)
-        return self._table(name, times, states, parameters, columns)
+        return self._table(name, times, states, parameters, np.empty((columns, *states.shape[:2])))
 
     def _table(
-        self, name: str, times: Array, states: Array, parameters: Array, columns: int
+        self,
+        name: str,
+        times: Array,
+        states: Array,
+        parameters: Array,
+        out: Array,
+        moving: float = 1.0,
     ) -> Array:
         both: tuple[Any, Any] = None, None
-        if columns:
+        if len(out):
             both = self.system[f"system_{name}"], self._at_once.get(name)
         work = self.model.code.work
-        return self.samples.table(both, times, states, parameters, work, columns)
+        return self.samples.table(both, times, states, parameters, work, out, moving)
 
     @cached_property
     def _at_once(self) -> dict[str, Any]:

@@ -8,7 +8,7 @@ stepped beside it.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -29,11 +29,11 @@ _MEMORY = ctypes.CFUNCTYPE(_LONG, _POINTER)
 _ADVANCE = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, _LONG)
 _TABLE = ctypes.CFUNCTYPE(
     *(None, _POINTER, _POINTER, _LONG, _LONG, _POINTER, _POINTER),
-    *(_LONG, _POINTER, _LONG, _POINTER, _POINTER, _LONG),
+    *(_LONG, ctypes.c_double, _POINTER, _LONG, _POINTER, _POINTER, _LONG),
 )
 
 _EXTENT = ctypes.CFUNCTYPE(None, _LONG, _LONG, _LONG, _POINTER, ctypes.c_double, _POINTER)
-_ERRORS = ctypes.CFUNCTYPE(None, *[_LONG] * 3, *[_POINTER] * 2, *[ctypes.c_double, _POINTER] * 2)
+_ERRORS = ctypes.CFUNCTYPE(None, *[_LONG] * 3, _POINTER, _LONG, *[_POINTER] * 3)
 
 #: Bytes of the largest vector of the machines of today.
 _ALIGNMENT = 64
@@ -116,6 +116,7 @@ class SideBySide:
         parameters: Array,
         steps: Steps,
         between: Callable[[], None] = lambda: None,
+        out: Array | None = None,
     ) -> Motions:
         """Step all motions through the sample times.
 
@@ -127,9 +128,13 @@ class SideBySide:
             Shapes (members, 2n) and (members, parameters).
         between
             Called now and then.
+        out
+            Where states are put that are doubles, of their shape.
         """
         members, n = starts.shape
-        states = np.full((members, len(times), n), np.nan, self.real.dtype)
+        states = out
+        if states is None or self.real is not DOUBLE:
+            states = np.empty((members, len(times), n), self.real.dtype)
         filled, made = np.zeros((2, members), np.int64)
         numbers = (np.ascontiguousarray(a, self.real.dtype) for a in (times, starts, parameters))
         times, starts, parameters = numbers
@@ -152,6 +157,8 @@ class SideBySide:
         run.memory = memory.ctypes.data
         while self._advance(ctypes.byref(run), _AT_ONCE):
             between()
+        for member in np.flatnonzero(filled < len(times)).tolist():
+            states[member, filled[member] :] = np.nan
         return Motions(states.astype(float, copy=False), filled, made)
 
 
@@ -170,7 +177,8 @@ class Samples:
         states: Array,
         parameters: Array,
         work: int,
-        columns: int,
+        out: Array,
+        moving: float = 1.0,
     ) -> Array:
         """A function of the emitted interface at all samples of motions without inputs.
 
@@ -180,18 +188,18 @@ class Samples:
             It and its form for eight states at once, which may be None.
         work
             Numbers of its workspace.
-
-        Returns
-        -------
-        Shape (columns, members, samples), NaN where it does not exist.
+        out
+            Where it is put, shape (columns, members, samples); NaN where it does not exist.
+        moving
+            A factor of the velocities.
         """
         members, samples, n = states.shape
-        out = np.empty((columns, members, samples))
+        columns = len(out)
         if columns == 0:
             return out
         arrays = (np.ascontiguousarray(a, dtype=float) for a in (times, states, parameters))
         times, states, parameters = arrays
-        space = np.empty(work + 8 * (n + columns + 1) + columns)
+        space = np.empty(work + 9 * n + 9 * columns + 8)
         self._table(
             *(None if of is None else ctypes.cast(of, _POINTER).value for of in functions),
             members,
@@ -199,6 +207,7 @@ class Samples:
             times.ctypes.data,
             states.ctypes.data,
             n,
+            moving,
             parameters.ctypes.data,
             parameters.shape[1],
             space.ctypes.data,
@@ -215,13 +224,15 @@ class Samples:
         self._extent(*states.shape, states.ctypes.data, float(from_start), found.ctypes.data)
         return found
 
-    def errors(self, own: Array, one: Array, weight: float, other: Array, weighs: float) -> Array:
-        """The largest ``weight·|one - own| + weighs·|other - own|`` of each number of each member
-        over its samples, (members, 2n); NaN where there are any."""
-        own, one, other = (np.ascontiguousarray(a) for a in (own, one, other))
+    def errors(self, own: Array, companions: Sequence[Array], weights: Sequence[float]) -> Array:
+        """The largest sum of ``weight·|companion - own|`` of each number of each member over its
+        samples, (members, 2n); NaN where there are any."""
+        own, *others = (np.ascontiguousarray(a) for a in (own, *companions))
         found = np.empty((len(own), own.shape[2]))
-        companions = (one.ctypes.data, weight, other.ctypes.data, weighs)
-        self._errors(*own.shape, own.ctypes.data, *companions, found.ctypes.data)
+        places = (_POINTER * len(others))(*(other.ctypes.data for other in others))
+        weighs = (ctypes.c_double * len(others))(*weights)
+        given = *own.shape, own.ctypes.data, len(others), places, weighs, found.ctypes.data
+        self._errors(*given)
         return found
 
 

@@ -11,26 +11,30 @@ typedef int (*lagrange_lanes)(const double *t, const double *y, const double *u,
 enum { EIGHT = 8 };
 
 /* Values of one state after the other; what does not exist becomes no number. */
-static void one_by_one(lagrange_function f, int64_t count, const double *times,
-                       const double *states, int64_t n, const double *p, double *work,
-                       double *out, int64_t columns)
+static void one_by_one(lagrange_function f, int64_t count, const double *t, const double *y,
+                       int64_t n, const double *p, double *work, double *out, int64_t columns)
 {
+    double *const state = work, *const row = state + n;
     int64_t j, k;
     for (j = 0; j < count; ++j) {
-        double *const row = work;
-        const int bad = f(times[j], states + j*n, 0, p, work + columns, row);
+        int bad;
+        for (k = 0; k < n; ++k) {
+            state[k] = y[EIGHT*k + j];
+        }
+        bad = f(t[j], state, 0, p, row + columns, row);
         for (k = 0; k < columns; ++k) {
             out[EIGHT*k + j] = bad ? NAN : row[k];
         }
     }
 }
 
-/* A function at all samples of all members, the column the first index of out. `lanes` may be
- * null; the workspace has EIGHT (n + columns + 1) + columns numbers more than the function's. */
+/* A function at all samples of all members, the column the first index of out; velocities are
+ * taken times `moving`. `lanes` may be null; the workspace has (EIGHT + 1)(n + columns) + EIGHT
+ * numbers more than the function's. */
 void lagrange_members_table(lagrange_function f, lagrange_lanes lanes, int64_t members,
                             int64_t samples, const double *times, const double *states, int64_t n,
-                            const double *p, int64_t parameters, double *work, double *out,
-                            int64_t columns)
+                            double moving, const double *p, int64_t parameters, double *work,
+                            double *out, int64_t columns)
 {
     double *const t = work, *const y = t + EIGHT, *const found = y + EIGHT*n;
     double *const rest = found + EIGHT*columns;
@@ -39,15 +43,15 @@ void lagrange_members_table(lagrange_function f, lagrange_lanes lanes, int64_t m
         const double *const own = states + i*samples*n, *const given = p + i*parameters;
         for (j = 0; j < samples; j += EIGHT) {
             const int64_t count = samples - j < EIGHT ? samples - j : EIGHT;
-            for (l = 0; lanes && l < EIGHT; ++l) {
+            for (l = 0; l < EIGHT; ++l) {
                 const int64_t at = l < count ? j + l : j;
                 t[l] = times[at];
                 for (k = 0; k < n; ++k) {
-                    y[EIGHT*k + l] = own[at*n + k];
+                    y[EIGHT*k + l] = k < n/2 ? own[at*n + k] : moving*own[at*n + k];
                 }
             }
             if (!lanes || lanes(t, y, 0, given, rest, found)) {
-                one_by_one(f, count, times + j, own + j*n, n, given, rest, found, columns);
+                one_by_one(f, count, t, y, n, given, rest, found, columns);
             }
             for (k = 0; k < columns; ++k) {
                 for (l = 0; l < count; ++l) {
@@ -79,19 +83,21 @@ void lagrange_members_extent(int64_t members, int64_t samples, int64_t n, const 
     }
 }
 
-/* The largest weighted sum of distances of two companions from each run, of each number. */
+/* The largest weighted sum of distances of companions from each run, of each number. */
 void lagrange_members_errors(int64_t members, int64_t samples, int64_t n, const double *states,
-                             const double *one, double weight, const double *other,
-                             double other_weight, double *errors)
+                             int64_t companions, const double *const *others,
+                             const double *weights, double *errors)
 {
-    int64_t i, j, k;
+    int64_t i, j, k, l;
     for (i = 0; i < members; ++i) {
         for (k = 0; k < n; ++k) {
             double largest = 0.0, zero = 0.0;
             for (j = 0; j < samples; ++j) {
                 const int64_t at = (i*samples + j)*n + k;
-                const double error = weight*fabs(one[at] - states[at])
-                                     + other_weight*fabs(other[at] - states[at]);
+                double error = 0.0;
+                for (l = 0; l < companions; ++l) {
+                    error += weights[l]*fabs(others[l][at] - states[at]);
+                }
                 largest = error > largest ? error : largest;
                 zero += 0.0*error;
             }

@@ -1,0 +1,107 @@
+"""What became of the members of an ensemble, a block of them at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import Array
+
+__all__ = ["FIGURES", "WORDS", "Block", "Gathering", "Part"]
+
+#: What is known of each member: numbers, and texts.
+FIGURES = (
+    *("estimated", "holds_until", "energy_drift", "constraint_drift"),
+    *("steps", "rhs_evaluations", "all_evaluations"),
+)
+WORDS = ("status", "reason", "method", "formulation")
+
+
+@dataclass(frozen=True)
+class Block:
+    """What became of the members of a block.
+
+    ``columns``: name → values, shape (members, samples), NaN where nothing holds; empty where
+    none are wanted. ``given``: the number that each name of the plan stands for;
+    ``figures`` and ``words`` one value a member.
+    """
+
+    number: int
+    columns: Mapping[str, Array]
+    given: Mapping[str, Array]
+    figures: Mapping[str, Array]
+    words: Mapping[str, list[str]]
+
+
+@dataclass(frozen=True)
+class Part:
+    """What became of some members: as a :class:`Block` has it, by their numbers in it. Columns
+    may end before the last sample; they are copied before the next part is asked for."""
+
+    numbers: list[int]
+    columns: Mapping[str, Array]
+    given: Mapping[str, Array]
+    figures: Mapping[str, Array]
+    words: Mapping[str, str]
+
+
+class Gathering:
+    """Parts, put together as they come.
+
+    Parameters
+    ----------
+    names
+        Of what members are given.
+    members, samples
+        How many there are.
+    columns
+        Those that are expected, None where none are kept.
+    """
+
+    def __init__(
+        self, names: Sequence[str], members: int, samples: int, columns: Iterable[str] | None
+    ) -> None:
+        self._left = dict.fromkeys(range(members))
+        self._shape, self._wanted = (members, samples), columns is not None
+        self._columns = {name: np.empty(self._shape) for name in columns or ()}
+        self._given = {name: np.full(members, np.nan) for name in names}
+        self._figures = {name: np.full(members, np.nan) for name in FIGURES}
+        self._words = {name: [""] * members for name in WORDS}
+
+    @property
+    def left(self) -> list[int]:
+        """The members that are in no part."""
+        return list(self._left)
+
+    def take(self, part: Part) -> None:
+        """Add a part."""
+        for number in part.numbers:
+            self._left.pop(number, None)
+            for name, word in part.words.items():
+                self._words[name][number] = word
+        for found, of in ((self._given, part.given), (self._figures, part.figures)):
+            for name, values in of.items():
+                found.setdefault(name, np.full(self._shape[0], np.nan))[part.numbers] = values
+        if self._wanted:
+            self._add(part.columns)
+            for name, column in self._columns.items():
+                values = part.columns.get(name, np.empty((1, 0)))
+                column[part.numbers, : values.shape[1]] = values
+                column[part.numbers, values.shape[1] :] = np.nan
+
+    def _add(self, names: Iterable[str]) -> None:
+        """Make columns of those that are new."""
+        # Members of earlier parts do not have these.
+        without = [number for number in range(self._shape[0]) if number not in self._left]
+        for name in names:
+            if name not in self._columns:
+                self._columns[name] = np.empty(self._shape)
+                self._columns[name][without] = np.nan
+
+    def block(self, number: int) -> Block:
+        """All of them; members in no part have nothing."""
+        for values in self._columns.values():
+            values[self.left] = np.nan
+        return Block(number, self._columns, self._given, self._figures, self._words)
