@@ -19,6 +19,7 @@ from typing import IO, Any
 from lagrange_cli.cache import digest, fingerprint
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import write_file
+from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.base import Integrator, State
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.packing import DamagedError, pack, unpack
@@ -146,7 +147,8 @@ class Keeper:
             for number in count():
                 os.unlink(samples_of(self.path, number))
 
-    def require(self, method: type[Integrator]) -> None:
+    @staticmethod
+    def require(method: type[Integrator]) -> None:
         """Refuse a method that cannot go on.
 
         Raises
@@ -155,9 +157,10 @@ class Keeper:
             Its state is out of reach.
         """
         if not method.resumes:
+            can = ", ".join(name for name, other in INTEGRATORS.items() if other.resumes)
             raise _refused(
                 f"{method.name} cannot be interrupted and go on: its state is out of reach",
-                "--method BDF",
+                f"--method BDF\nmethods that can: {can}",
             )
 
     def damaged(self) -> InputError:

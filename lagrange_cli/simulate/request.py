@@ -280,7 +280,7 @@ def require_fit(model: Model, method: type[Integrator]) -> None:
         raise _refused(
             f"{method.name} cannot move its past states onto the constraints that are kept"
             f" beside the coordinates: {_and(list(model.multipliers))}",
-            "--method DOP853 --rtol 1e-9",
+            f"--method {'BDF' if method.package is None else 'IDA'} --rtol 1e-9",
         )
     if model.contacts and not (method.interpolates and method.projects):
         raise _refused(

@@ -16,6 +16,7 @@ from lagrange_cli.simulate.checkpoint import Checkpoint, Keeper, identity
 from lagrange_cli.simulate.chosen import integrate_with_method
 from lagrange_cli.simulate.columns import sampled, state_columns
 from lagrange_cli.simulate.disproof import energy_drift, undisproved
+from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.compiled import COMPILED
 from lagrange_cli.simulate.integrators.taylor import Taylor
 from lagrange_cli.simulate.model import Model
@@ -114,6 +115,9 @@ def simulate(
     model = system if isinstance(system, Model) else _modelled(system)
     many = None if stream is None else stream.in_memory
     request = resolve(model, until, accuracy, method, rtol, atol, step, samples, budget, many)
+    if checkpoint is not None and request.method is not None:
+        # Before any file is made.
+        Keeper.require(request.method)
     span = float(request.times[0]), float(request.times[-1])
     watch = Watch(progress, budget, reached=reached, span=span, stop=stop)
     if stream is None or not isinstance(request.times, Grid):
@@ -260,7 +264,9 @@ def _implementation(functions: RightHandSide, measured: Measured) -> str:
         return f"series compiled by heyoka, and {functions.implementation}"
     if not functions.native:
         return functions.implementation
-    steps = "" if measured.method in COMPILED else ", stepped by SciPy"
+    package = INTEGRATORS[measured.method].package
+    by = "SciPy" if package is None else package[1].upper()
+    steps = "" if measured.method in COMPILED else f", stepped by {by}"
     return functions.implementation + (", long double" if measured.wider else steps)
 
 

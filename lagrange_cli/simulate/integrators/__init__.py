@@ -14,6 +14,7 @@ from lagrange_cli.simulate.integrators.base import (
 )
 from lagrange_cli.simulate.integrators.compiled import COMPILED
 from lagrange_cli.simulate.integrators.gauss import Gauss16
+from lagrange_cli.simulate.integrators.ida import IDA
 from lagrange_cli.simulate.integrators.implicit import BDF, LSODA, Radau
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.pieces import in_pieces, pieces
@@ -31,7 +32,7 @@ INTEGRATORS: dict[str, type[Integrator]] = {
     method.name: method
     for method in (
         *(DOP853, Gauss16, RK45, RK4, Verlet, Rattle, Gauss4, Gauss6),
-        *(Radau, BDF, LSODA, Taylor, CVODE, CVODEAdams),
+        *(Radau, BDF, LSODA, Taylor, CVODE, CVODEAdams, IDA),
     )
 }
 

@@ -36,8 +36,9 @@ choices and tests derive from there. An implementer promises:
 11. **Constraints.** Where ``rhs`` has a :func:`projection`, the end of every accepted
    step is projected and the next step starts from there, slope included; so are the
    samples between. What :meth:`~Integrator.interpolate` gives is not. A projection that
-   fails is a step that cannot be made. A method that cannot do so has ``projects`` false
-   and is not started.
+   fails is a step that cannot be made. A method whose own equations hold its states on the
+   constraints, to its tolerance, may go on from the state before its projection. One that can
+   do neither has ``projects`` false and is not started.
 12. **Pieces.** Where ``rhs`` has :func:`.pieces.pieces`, steps end with each of them. What
    sees ``rhs(t, y)`` alone is begun anew in each by :func:`.pieces.in_pieces`.
 13. **Events.** Behind :meth:`~Integrator.stop_at` the run ends where the first of some

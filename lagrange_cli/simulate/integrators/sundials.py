@@ -1,11 +1,12 @@
 """Methods of SUNDIALS through the optional package scikit-sundae.
 
-Hindmarsh and others, *ACM Trans. Math. Softw.* 31 (2005) 363. CVODE keeps its past states to
-itself, so that they can be neither moved onto constraints nor written.
+Hindmarsh and others, *ACM Trans. Math. Softw.* 31 (2005) 363. Its solvers keep their past states
+to themselves, so that they can be neither moved nor written.
 """
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from contextlib import redirect_stdout
 from io import StringIO
 from typing import Any, ClassVar
@@ -14,7 +15,7 @@ import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
 
-__all__ = ["CVODE", "CVODEAdams"]
+__all__ = ["CVODE", "CVODEAdams", "Sundials"]
 
 #: Its smallest relative tolerance; below it the tolerance is what ``atol`` gives.
 _SMALLEST_RTOL = 1e-14
@@ -22,59 +23,109 @@ _SMALLEST_RTOL = 1e-14
 #: Steps of fewer units in the last place of t have underflowed.
 SMALLEST_STEP = 10
 
+#: By how much a first step becomes shorter that could not be made, and down to what part of the
+#: time to the end.
+SHORTER, SHORTEST = 1e-6, 1e-25
 
-class CVODE(Integrator):
+
+class Sundials(Integrator):
+    """A solver of SUNDIALS over z = (y − y0)/scale, so that a large offset costs no digits."""
+
+    variable_order = True
+    resumes = False
+    package = "sksundae", "sundials"
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        self._origin = np.array(y0, dtype=float)
+        self.t, self.y, self.t_end = t0, self._origin, t_end
+        self._rhs = self._counted(rhs)
+        rtol = float(np.max(control.rtol, initial=0.0))
+        # |y| in the tolerance is taken from the start where it is an offset of z.
+        atol = control.atol + control.rtol * np.abs(self._origin)
+        self._scale = self._scales(atol)
+        self._options: dict[str, Any] = {
+            "rtol": max(rtol, _SMALLEST_RTOL),
+            "atol": np.maximum(atol / self._scale, np.finfo(float).tiny),
+            "first_step": min(control.first_step, t_end - t0),
+            "max_step": min(control.max_step, t_end - t0),
+        }
+        self._start = t0
+        self._solver: Any = self._begun(**self._options)
+
+    def _scales(self, atol: Array) -> Array:
+        """What a unit of each component of z is in y."""
+        return np.ones_like(atol)
+
+    @abstractmethod
+    def _begun(self, **options: Any) -> Any:
+        """The solver, at the start."""
+
+    def step(self, limit: float) -> None:
+        found = self._one_step(limit)
+        while not found.success and self.t == self._start and self._begins_shorter():
+            found = self._one_step(limit)
+        shortest = SMALLEST_STEP * np.spacing(abs(self.t))
+        if not found.success or (found.t < limit and found.t - self.t < shortest):
+            raise StepError("the step size underflowed")
+        self._arrive(found)
+
+    def _one_step(self, limit: float) -> Any:
+        # It prints why a step failed.
+        with redirect_stdout(StringIO()):
+            found = self._solver.step(limit, method="onestep", tstop=limit)
+            if found.success and found.t == self.t:
+                # After a state within the last step it gives that of the step's end first.
+                found = self._solver.step(limit, method="onestep", tstop=limit)
+        return found
+
+    def _begins_shorter(self) -> bool:
+        """Begin anew with a shorter step, as it gives up after few; False where there is none."""
+        step = self._options["first_step"] * SHORTER
+        rounding = SMALLEST_STEP * np.spacing(abs(self.t))
+        if step < max(rounding, SHORTEST * (self.t_end - self.t)):
+            return False
+        self._options["first_step"] = step
+        self._solver = self._begun(**self._options)
+        return True
+
+    def _arrive(self, found: Any) -> None:
+        """Stand at the end of a step."""
+        t, y = float(found.t), self._state(found.y)
+        if not np.isfinite(y).all():
+            raise StepError("the state is no longer finite")
+        self.y, self.t = self._projected(t, y), t
+
+    def _state(self, z: Array) -> Array:
+        return self._origin + self._scale * z
+
+    def interpolate(self, times: Array) -> Array:
+        return np.array([self._state(self._solver.step(t).y) for t in times.tolist()])
+
+
+class CVODE(Sundials):
     """Backward differentiation of variable coefficients, orders 1 to 5.
 
-    Over z = y − y0, so that a large offset costs no digits.
+    SUNDIALS can project within its steps (Eich, *SIAM J. Numer. Anal.* 30 (1993) 1467), which
+    scikit-sundae does not offer; a solver begun anew behind each projected step would stay at
+    order 1. :class:`.ida.IDA` is for systems with constraints.
     """
 
     name = "CVODE"
     title = "backward differentiation of SUNDIALS, implicit, for stiff systems"
     order = 5
-    variable_order = True
     implicit = True
     projects = False
-    resumes = False
-    package = "sksundae", "sundials"
     formulas: ClassVar[str] = "BDF"
 
-    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+    def _begun(self, **options: Any) -> Any:
         from sksundae import cvode
 
-        origin, counted = np.array(y0, dtype=float), self._counted(rhs)
-        self._origin, self.t, self.y, self.t_end = origin, t0, origin, t_end
-
         def slope(t: float, z: Array, out: Array) -> None:
-            out[:] = counted(t, origin + z)
+            out[:] = self._rhs(t, self._state(z))
 
-        rtol = float(np.max(control.rtol, initial=0.0))
-        last = max(abs(t0), abs(t_end))
-        self._solver: Any = cvode.CVODE(
-            slope,
-            method=self.formulas,
-            rtol=max(rtol, _SMALLEST_RTOL),
-            # |y| in the tolerance is taken from the start where it is an offset of z.
-            atol=np.maximum(control.atol + control.rtol * np.abs(origin), np.finfo(float).tiny),
-            first_step=min(control.first_step, t_end - t0),
-            min_step=SMALLEST_STEP * float(np.spacing(last)),
-            max_step=min(control.max_step, t_end - t0),
-        )
-        self._solver.init_step(t0, np.zeros_like(origin))
-
-    def step(self, limit: float) -> None:
-        # It prints why a step failed.
-        with redirect_stdout(StringIO()):
-            found = self._solver.step(limit, method="onestep", tstop=limit)
-        if not found.success:
-            raise StepError("the step size underflowed")
-        y = self._origin + np.asarray(found.y, dtype=float)
-        if not np.isfinite(y).all():
-            raise StepError("the state is no longer finite")
-        self.t, self.y = float(found.t), y
-
-    def interpolate(self, times: Array) -> Array:
-        return np.array([self._origin + self._solver.step(t).y for t in times.tolist()])
+        solver = cvode.CVODE(slope, method=self.formulas, **options)
+        solver.init_step(self.t, np.zeros_like(self._origin))
+        return solver
 
 
 class CVODEAdams(CVODE):
