@@ -24,13 +24,15 @@ class Block:
     """What became of the members of a block.
 
     ``columns``: name → values, shape (members, samples), NaN where nothing holds; empty where
-    none are wanted. ``given``: the number that each name of the plan stands for;
-    ``figures`` and ``words`` one value a member.
+    none are wanted. ``given``: the number that each name of the plan stands for; ``scales``:
+    name → that of each member, NaN where there is none; ``figures`` and ``words`` one value
+    a member.
     """
 
     number: int
     columns: Mapping[str, Array]
     given: Mapping[str, Array]
+    scales: Mapping[str, Array]
     figures: Mapping[str, Array]
     words: Mapping[str, list[str]]
 
@@ -43,6 +45,7 @@ class Part:
     numbers: list[int]
     columns: Mapping[str, Array]
     given: Mapping[str, Array]
+    scales: Mapping[str, Array]
     figures: Mapping[str, Array]
     words: Mapping[str, str]
 
@@ -67,6 +70,7 @@ class Gathering:
         self._shape, self._wanted = (members, samples), columns is not None
         self._columns = {name: np.empty(self._shape) for name in columns or ()}
         self._given = {name: np.full(members, np.nan) for name in names}
+        self._scales: dict[str, Array] = {}
         self._figures = {name: np.full(members, np.nan) for name in FIGURES}
         self._words = {name: [""] * members for name in WORDS}
 
@@ -81,7 +85,11 @@ class Gathering:
             self._left.pop(number, None)
             for name, word in part.words.items():
                 self._words[name][number] = word
-        for found, of in ((self._given, part.given), (self._figures, part.figures)):
+        for found, of in (
+            (self._given, part.given),
+            (self._scales, part.scales),
+            (self._figures, part.figures),
+        ):
             for name, values in of.items():
                 found.setdefault(name, np.full(self._shape[0], np.nan))[part.numbers] = values
         if self._wanted:
@@ -104,4 +112,4 @@ class Gathering:
         """All of them; members in no part have nothing."""
         for values in self._columns.values():
             values[self.left] = np.nan
-        return Block(number, self._columns, self._given, self._figures, self._words)
+        return Block(number, self._columns, self._given, self._scales, self._figures, self._words)

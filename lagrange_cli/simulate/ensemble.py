@@ -124,7 +124,7 @@ class _Runner:
             given |= {name: column[:, 0] for name, column in found.columns.items()}
             own = {name: given[name] for name in self.plan.names}
             members = numbers[found.numbers].tolist()
-            yield Part(members, found.columns, own, found.figures, found.words)
+            yield Part(members, found.columns, own, found.scales, found.figures, found.words)
 
     def _values(
         self, texts: Sequence[str]
@@ -160,7 +160,7 @@ class _Runner:
             found = self._simulated(own, model, functions)
         except InputError as refusal:
             words = {"status": REFUSED, "reason": refusal.problems[0].message}
-            return Part([number], {}, self._given(texts, {}), {}, words)
+            return Part([number], {}, self._given(texts, {}), {}, {}, words)
         return self._part(number, texts, model, found)
 
     def _part(self, number: int, texts: Sequence[str], model: Model, found: Trajectory) -> Part:
@@ -172,6 +172,7 @@ class _Runner:
             [number],
             {name: column[None] for name, column in table.items() if name != "t"},
             self._given(texts, values),
+            {name: _one(value) for name, value in found.scales.items() if found.requested},
             {name: _one(value) for name, value in figures.items()},
             {name: str(getattr(found, name)) for name in WORDS},
         )

@@ -71,6 +71,13 @@ class Store:
         parts = [self.finished[k].figures[name] for k in sorted(self.finished)]
         return np.concatenate([np.empty(0), *parts])
 
+    def _scales(self, name: str) -> Array:
+        """Of a coordinate of every member of finished blocks, in order."""
+        blocks = [self.finished[k] for k in sorted(self.finished)]
+        nothing = (np.full(len(block.words["status"]), np.nan) for block in blocks)
+        pairs = zip(blocks, nothing, strict=True)
+        return np.concatenate([block.scales.get(name, none) for block, none in pairs])
+
     def words(self, name: str) -> list[str]:
         """A text of every member of finished blocks, in order."""
         return [word for k in sorted(self.finished) for word in self.finished[k].words[name]]
@@ -116,6 +123,8 @@ class Store:
             for name in self.finished[numbers[0]].given:
                 given = [self.finished[k].given[name] for k in numbers]
                 _put(archive, f"given/{name}", (members,), given)
+            for name in dict.fromkeys(n for k in numbers for n in self.finished[k].scales):
+                _put(archive, f"scale/{name}", (members,), [self._scales(name)])
             for name in FIGURES:
                 _put(archive, f"member/{name}", (members,), [self.figures(name)])
             for name in WORDS:
@@ -157,12 +166,13 @@ def _put(
 
 
 def _without_columns(block: Block) -> Block:
-    return Block(block.number, {}, block.given, block.figures, block.words)
+    return Block(block.number, {}, block.given, block.scales, block.figures, block.words)
 
 
 def _packed(block: Block) -> bytes:
     arrays: dict[str, Any] = {f"c/{name}": values for name, values in block.columns.items()}
     arrays |= {f"g/{name}": values for name, values in block.given.items()}
+    arrays |= {f"s/{name}": values for name, values in block.scales.items()}
     arrays |= {f"f/{name}": values for name, values in block.figures.items()}
     arrays |= {f"w/{name}": np.array(words) for name, words in block.words.items()}
     file = io.BytesIO()
@@ -186,13 +196,13 @@ def _unpacked(path: Path, number: int, size: int) -> Block | None:
         return None
     parts = {
         kind: {name[2:]: a for name, a in every.items() if name.startswith(f"{kind}/")}
-        for kind in "gfw"
+        for kind in "gsfw"
     }
     known = set(parts["f"]) == set(FIGURES) and set(parts["w"]) == set(WORDS)
     if not known or any(array.shape[:1] != (size,) for array in every.values()):
         return None
     words = {name: [str(word) for word in array] for name, array in parts["w"].items()}
-    return Block(number, {}, parts["g"], parts["f"], words)
+    return Block(number, {}, parts["g"], parts["s"], parts["f"], words)
 
 
 def open_store(output: str | None, key: str, sizes: Sequence[int], *, resume: bool) -> Store:

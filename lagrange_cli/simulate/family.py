@@ -37,11 +37,13 @@ _OPTIONS = ("until", "accuracy", "method", "rtol", "atol", "step", "samples", "b
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of some members, ``numbers``: their columns (m, samples), and by the names of
-    ensembles figures (m,) and the words of each."""
+    """What is known of some members, ``numbers``: their columns (m, samples), their scales
+    (m,) where an accuracy is promised, and by the names of ensembles figures (m,)
+    and the words of each."""
 
     numbers: Integers
     columns: Mapping[str, Array]
+    scales: Mapping[str, Array]
     figures: Mapping[str, Array]
     words: Mapping[str, str]
 
@@ -49,11 +51,11 @@ class Known:
         """Some of them."""
         if which.all():
             return self
-        columns, figures = (
+        columns, scales, figures = (
             {name: values[which] for name, values in of.items()}
-            for of in (self.columns, self.figures)
+            for of in (self.columns, self.scales, self.figures)
         )
-        return Known(self.numbers[which], columns, figures, self.words)
+        return Known(self.numbers[which], columns, scales, figures, self.words)
 
 
 @dataclass(frozen=True)
@@ -124,7 +126,8 @@ class Family:
         figures = self._figures(runs, energy_drifts(energy, kinetic) if conserved else None)
         formulation = self.model.formulation
         words = {"status": "ok", "reason": "", "method": METHOD, "formulation": formulation}
-        yield Known(runs.numbers, columns, figures, words).only(sure)
+        scales = {} if eps is None else dict(zip(self._moving, runs.scales.T, strict=True))
+        yield Known(runs.numbers, columns, scales, figures, words).only(sure)
 
     def _energies(self, states: Array, parameters: Array) -> tuple[Array, Array]:
         """As :func:`.disproof.energies`, of each member, (members, samples)."""
@@ -154,13 +157,17 @@ class Family:
         return contradicted(change, at_start, others.reshape(moved.shape[:3]))
 
     @property
+    def _moving(self) -> list[str]:
+        """The numbers of a state."""
+        return [form.format(c) for form in ("{}", "dot({})") for c in self.model.coordinates]
+
+    @property
     def names(self) -> list[str]:
         """Of the columns."""
         model = self.model
-        moving = [form.format(c) for form in ("{}", "dot({})") for c in model.coordinates]
         places = [form.format(name) for form in ("{}", "dot({})") for name in model.cartesian]
         energy = ["energy"] if "energy" in self.extra else []
-        return list(dict.fromkeys([*moving, *places, *model.outputs, *energy]))
+        return list(dict.fromkeys([*self._moving, *places, *model.outputs, *energy]))
 
     def _columns(self, states: Array, parameters: Array) -> dict[str, Array]:
         """Those of :class:`.trajectory.Trajectory`, each (members, samples)."""

@@ -58,6 +58,9 @@ def test_a_grid_equals_single_runs(folder):
                 allowed = 2e-8 * max(1.0, np.abs(one[name]).max())
                 assert np.abs(many[name][k] - one[name]).max() <= allowed
         assert (many["given/theta"][k], many["given/m"][k]) == (float(theta), float(m))
+        assert many["scale/theta"][k] == 1.0
+        fastest = max(np.abs(many["dot(theta)"][k]).max(), 1 / (many["t"][-1] - many["t"][0]))
+        assert np.isclose(many["scale/dot(theta)"][k], fastest)
     assert many["member/status"].tolist() == ["ok"] * 4
 
 
