@@ -208,19 +208,26 @@ def _run_and_followed(
 ) -> tuple[Trajectory, Followed, int]:
     """A run as fine as its former coordinates need it, these, and every which sample counts."""
     started, spent, grid = time.perf_counter(), 0.0, _grid(model, how)
-    every, before, options = grid.every(WATCHED), [], _without_following(how)
+    every, before, options = grid.every(WATCHED), list[Trajectory](), _without_following(how)
     deadline = started + (how.get("budget") or np.inf)
+    fine = grid.finer(every, FOLLOWED)
+    whole = simulate(model, every=fine, **options)
     while True:
-        run = simulate(model, every=every, **options)
+        run = _thinned(whole, fine // every)
         begun = time.perf_counter()
         found = _follow(model, chart, run, deadline)
         spent += time.perf_counter() - begun
         finer = grid.every(_wanted(chart, found, run, grid.intervals * every))
+        if every < finer <= fine:
+            every = fine
+            continue
         rest = _rest(options, time.perf_counter() - started)
         if run.status == "stopped" or finer <= every or rest is None:
             break
-        before.append(run)
-        every, options = finer, {**options, "budget": rest["budget"], "progress": None}
+        before.append(whole)
+        every = fine = finer
+        options = {**options, "budget": rest["budget"], "progress": None}
+        whole = simulate(model, every=every, **options)
     run = _with_costs(_as_far_as(chart, found, run, deadline), before)
     m = len(run.t)
     known = Followed(found.q[:m], found.v[:m], found.amplification[:m], found.lost)
@@ -323,6 +330,10 @@ class _Grid(NamedTuple):
 
     intervals: int
     steps: int
+
+    def finer(self, every: int, wanted: int) -> int:
+        """So many times ``every`` parts that there are as many as wanted, where steps are free."""
+        return every if self.steps else every * -(-self.every(wanted) // every)
 
     def every(self, wanted: int) -> int:
         """Parts of each interval that make so many in all, or as many as can be."""
