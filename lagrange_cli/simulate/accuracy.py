@@ -50,7 +50,16 @@ __all__ = [
 ]
 
 #: The first tolerance as a part of eps: errors grow over a run.
-FIRST_TOLERANCE = 1e-5
+FIRST_TOLERANCE = 1e-4
+
+#: The same where coordinates are read off positions later, which may take digits.
+FIRST_READ_OFF = 1e-5
+
+#: The largest first tolerance: differences of coarser runs say little of their errors.
+LARGEST_TOLERANCE = 1e-8
+
+#: A first tolerance that is no larger than this many smallest ones is the smallest.
+NEAR_SMALLEST = 10.0
 
 #: Smallest useful tolerance of an explicit (compensated) and an implicit run.
 SMALLEST_TOLERANCE = {False: 1e-16, True: 1e-13}
@@ -61,8 +70,9 @@ MOST_ATTEMPTS = 5
 NEARLY = 1e3
 
 #: The first tolerance in wider arithmetic is no larger than this, since a larger one
-#: was not enough, and further ones are tried while each gets further by this factor.
-FIRST_WIDER_TOLERANCE, WORTHWHILE = 1e-15, 1.05
+#: was not enough, and smaller than the last one by the excess, or this factor; further ones
+#: are tried while each gets further by the last factor.
+FIRST_WIDER_TOLERANCE, MOST_EXCESS_WIDER, WORTHWHILE = 1e-15, 10.0, 1.05
 
 
 @dataclass(frozen=True)
@@ -136,13 +146,15 @@ def integrate_to_accuracy(problem: InitialValueProblem, eps: float, watch: Watch
     stopped = False
     with np.errstate(all="ignore"):
         try:
-            found = pilot_or_before(problem, FIRST_TOLERANCE * eps, watch)
+            part = FIRST_READ_OFF if problem.read_off else FIRST_TOLERANCE
+            first = min(part * eps, LARGEST_TOLERANCE)
+            found = pilot_or_before(problem, first, watch)
             refuse_below_floor(problem, eps, found.scales[-1, : len(problem.kinds)])
             if watch.keeper is not None:
                 watch.keeper.keep(
                     lambda: {"pilot": found.state(), "attempts": [a.state() for a in attempts]}
                 )
-            _attempt(problem, eps, found, FIRST_TOLERANCE * eps, attempts, watch)
+            _attempt(problem, eps, found, first, attempts, watch)
             _attempt_wider(problem, eps, found, attempts, watch)
         except (StoppedError, KeyboardInterrupt):
             stopped = True
@@ -185,9 +197,12 @@ def _attempt(
 ) -> None:
     """Try smaller and smaller tolerances; ``attempts`` grows by those that are begun."""
     mine: list[Attempt] = []
-    for tolerance in tolerances(problem, first, found, mine):
+    least = smallest_tolerance(problem, found)
+    for tolerance in tolerances(least, first, problem.epsilon, mine):
         watch.next_pass()
-        mine.append(Attempt(problem, eps, found, tolerance, len(mine)))
+        before = attempts[-1] if attempts else None
+        last = tolerance == least and not problem.widens
+        mine.append(Attempt(problem, eps, found, tolerance, len(mine), before, last))
         attempts.append(mine[-1])
         if watch.keeper is not None:
             _go_on(mine[-1], len(attempts) - 1, watch.keeper)
@@ -223,28 +238,34 @@ def _attempt_wider(
         return
     wider = problem.wider()
     if wider is not None:
-        first = min(attempts[-1].tolerance, FIRST_WIDER_TOLERANCE)
+        last = attempts[-1]
+        excess = min(last.expected_excess, MOST_EXCESS_WIDER)
+        first = min(last.tolerance, FIRST_WIDER_TOLERANCE) / excess
         method = explicit_method(wider, first)
         finer = replace(found.finer(wider.epsilon / problem.epsilon), method=method)
         _attempt(wider, eps, finer, first, attempts, watch)
 
 
-def tolerances(
-    problem: InitialValueProblem, first: float, found: Pilot, attempts: list[Attempt]
-) -> Iterator[float]:
-    """Tolerances to try, until the last attempt settles the matter."""
+def smallest_tolerance(problem: InitialValueProblem, found: Pilot) -> float:
+    """The smallest tolerance that is of use."""
     n = len(problem.kinds)
     finer = problem.epsilon / float(np.finfo(float).eps)
     # Steps finer than the noise of the right-hand side are of no use.
     ulps = finer * spacing(problem.y0[:n]) / found.scales[-1, :n] / 8
     noise = max(float(ulps.max(initial=0.0)), NOISE_PART * found.relative_noise)
-    smallest = max(finer * SMALLEST_TOLERANCE[found.stiff], noise)
-    tolerance = max(smallest, first)
+    return max(finer * SMALLEST_TOLERANCE[found.stiff], noise)
+
+
+def tolerances(
+    smallest: float, first: float, epsilon: float, attempts: list[Attempt]
+) -> Iterator[float]:
+    """Tolerances to try, until the last attempt settles the matter."""
+    tolerance = first if first > NEAR_SMALLEST * smallest else smallest
     yield tolerance
     while not attempts[-1].settled and len(attempts) < MOST_ATTEMPTS:
         if tolerance == smallest and not attempts[-1].loose_at_first:
             return
-        if finer < 1 and not _worthwhile(attempts):
+        if epsilon < float(np.finfo(float).eps) and not _worthwhile(attempts):
             return
         tolerance = max(smallest, tolerance / attempts[-1].reduction)
         yield tolerance

@@ -45,17 +45,29 @@ OTHER_TOLERANCE, OTHER_FROM = 0.01, 1e-12
 
 #: The tolerance of a disturbed run by the run's own method. Its steps fall on other
 #: times, so that what lies between the steps of one is met by the other.
-OTHER_STEPS = 0.5
+OTHER_STEPS = 2.0
 
 #: Cost of the other method beside the run's, and evaluations to start with, beyond
 #: which it is given up.
-OTHER_COST, OTHER_START = 4.0, 300.0
+OTHER_COST, OTHER_START = 1.75, 300.0
+
+#: A run whose error is beyond eps by no more than this factor is the looser one of the next
+#: attempt, since its own error is smaller than the estimate; in other arithmetic it is less so.
+REUSED = {False: 7.0, True: 3.0}
+
+#: An attempt is given up where its error is beyond eps by such a factor, before that part of the
+#: samples by the second where another may follow: most errors grow as the time or its square.
+#: The last is the largest excess that a tolerance is chosen by.
+HOPELESS, MISSED, EARLY, MOST_EXCESS = 10.0, 1.2, 0.6, 100.0
 
 #: Chance may bring the looser run close to the run; this makes that rarer.
 LOOSER_WEIGHT = 2.0
 
 #: The disturbed run is one draw of chance: rounding may be this much worse.
 ROUNDING_WEIGHT = 3.0
+
+#: The same where the looser run is not disturbed: draws that count 2 and 3 are spread as one 3.6.
+ONLY_ROUNDING_WEIGHT = 4.0
 
 #: Samples between two looks at the errors, and how often these are at most.
 BLOCK, MOST_BLOCKS = 64, 2**14
@@ -87,10 +99,17 @@ class Attempt:
     """The run with its looser and its disturbed companion, at one tolerance."""
 
     def __init__(
-        self, problem: InitialValueProblem, eps: float, found: Pilot, tolerance: float, number: int
+        self,
+        problem: InitialValueProblem,
+        eps: float,
+        found: Pilot,
+        tolerance: float,
+        number: int,
+        before: Attempt | None = None,
+        last: bool = True,
     ) -> None:
         self._problem, self._eps, self._found = problem, eps, found
-        self.tolerance = tolerance
+        self.tolerance, self._last, self._given_up = tolerance, last, 0
         self._smallest = SMALLEST_SCALE[min(number, len(SMALLEST_SCALE) - 1)]
         self._longest = problem.longest_step / SHORTER**number
         method = found.method
@@ -98,10 +117,11 @@ class Attempt:
         longer = LOOSER ** (1 / method.order)
         self._schedule: dict[Run, tuple[Control, float]] = {}
         self.run = self._start(method, tolerance)
-        self._looser = self._start(method, tolerance * LOOSER, longer=longer, off=1)
-        self._disturbed = self._disturb(self._other_method())
+        looser = None if before is None else before.looser_for(self.wider)
+        self._looser = looser or self._start(method, tolerance * LOOSER, longer=longer, off=1)
+        vain = before is not None and before._given_up
+        self._disturbed = self._disturb(method if vain else self._other_method())
         self._most: float = LOST * self._growth(tolerance) * found.evaluations
-        self._given_up = 0
         self._march_at = _March()
         self._judged: tuple[object, Verdict] | None = None
         self.run_seconds = 0.0
@@ -161,8 +181,13 @@ class Attempt:
         return self.run, self._looser, self._disturbed
 
     @property
+    def _own_runs(self) -> list[Run]:
+        """Those that are not an earlier attempt's."""
+        return [run for run in self._runs if run in self._schedule]
+
+    @property
     def evaluations(self) -> int:
-        return self._given_up + sum(run.evaluations for run in self._runs)
+        return self._given_up + sum(run.evaluations for run in self._own_runs)
 
     @property
     def _by_other_method(self) -> bool:
@@ -175,12 +200,12 @@ class Attempt:
         return self._most
 
     def _spent(self, run: Run) -> bool:
-        return run.evaluations > self._allowed(run)
+        return run in self._schedule and run.evaluations > self._allowed(run)
 
     @property
     def lost(self) -> bool:
         """Whether steps have become so small that only rounding can be the reason."""
-        return any(run.evaluations > self._most for run in self._runs)
+        return any(run.evaluations > self._most for run in self._own_runs)
 
     @property
     def wider(self) -> bool:
@@ -207,7 +232,7 @@ class Attempt:
             goal = 1 + (at.blocks + 1) * block
             while at.turn < len(self._runs):
                 run = self._runs[at.turn]
-                if not at.loosened:
+                if not at.loosened and run in self._schedule:
                     self._loosen(run)
                     at.loosened = True
                 self._advance(run, min(goal, samples), watch)
@@ -218,7 +243,7 @@ class Attempt:
 
     def state(self) -> State:
         """All that the runs go on from."""
-        runs = [(run.state(), self._schedule[run][0].atol) for run in self._runs]
+        runs = [(run.state(), self._schedule[run][0].atol) for run in self._own_runs]
         return {
             "runs": runs,
             "march": vars(self._march_at),
@@ -234,7 +259,7 @@ class Attempt:
         self._march_at = _March(**state["march"])
         self._given_up, self.run_seconds = state["given_up"], state["seconds"]
         known = True
-        for run, (of, atol) in zip(self._runs, state["runs"], strict=True):
+        for run, (of, atol) in zip(self._own_runs, state["runs"], strict=True):
             self._schedule[run][0].atol[:] = atol
             known = run.restore(of) and known
         return known
@@ -296,12 +321,20 @@ class Attempt:
             own, looser = self.run.rows[first:last], self._looser.rows[first:last]
             largest = scales.add(own)[-1]
             worse = np.maximum(worse, np.abs(looser - own).max(axis=0))
-        return bool((LOOSER_WEIGHT * worse < self._eps * np.maximum(whole, largest)).all())
+        # By the own method the disturbed run may be off by as much, and more so at the end.
+        both = (LOOSER_WEIGHT + ROUNDING_WEIGHT) / self._reached**2
+        weight = LOOSER_WEIGHT if self._last else both
+        return bool((weight * worse < self._eps * np.maximum(whole, largest)).all())
 
     @property
     def _common(self) -> int:
         """The samples that all runs have reached."""
         return min(run.filled for run in self._runs)
+
+    @property
+    def _reached(self) -> float:
+        """The same as a part of all."""
+        return self._common / len(self._problem.times)
 
     def _windows(self) -> Iterator[tuple[int, int]]:
         """From where to where these are looked at at a time."""
@@ -321,9 +354,10 @@ class Attempt:
     @property
     def _weights(self) -> tuple[float, float, float]:
         """What the distance of each run from the first counts."""
+        weight = ROUNDING_WEIGHT if self._looser in self._schedule else ONLY_ROUNDING_WEIGHT
         # LSODA's own error is larger than what rounding does.
         by_lsoda = self._disturbed.method is INTEGRATORS["LSODA"]
-        return 0.0, LOOSER_WEIGHT, 1.0 if by_lsoda else ROUNDING_WEIGHT
+        return 0.0, LOOSER_WEIGHT, 1.0 if by_lsoda else weight
 
     @property
     def events(self) -> Agreement | None:
@@ -337,14 +371,15 @@ class Attempt:
         return agreement(switches, reached, self._weights, problem.until, near)
 
     def _hopeless(self, first: int) -> bool:
-        """Whether the newest errors are far beyond eps on any scale to be expected."""
+        """Whether the newest errors are (far) beyond eps on any scale to be expected."""
         last = self._common
         if first >= last:
             return False
         errors = self._errors(first, last, self.events)
         seen = np.abs(self.run.rows[first:last]).max(axis=0)
         scales = np.maximum(self._found.scales[-1], seen)
-        return bool((errors > 10 * self._eps * scales).any())
+        beyond = MISSED if self._reached < EARLY and not self._last else HOPELESS
+        return bool((errors > beyond * self._eps * scales).any())
 
     def judge(self) -> Verdict:
         """How far the estimate stays below eps."""
@@ -368,6 +403,12 @@ class Attempt:
     def complete(self) -> bool:
         """Whether all runs reached the last sample."""
         return self._common == len(self._problem.times)
+
+    def looser_for(self, wider: bool) -> Run | None:
+        """The run as the looser one of another attempt, None where it is too far off for that."""
+        ended = self.complete and self.failure is None
+        near = ended and self.judge().excess <= REUSED[wider != self.wider]
+        return self.run if near else None
 
     @property
     def failure(self) -> Failure | None:
@@ -399,7 +440,11 @@ class Attempt:
     @property
     def reduction(self) -> float:
         """By how much to tighten: the excess, as it would be at the end, and some margin."""
-        judged = self.judge()
-        reached = self._common / len(self._problem.times)
-        excess = judged.excess if np.isfinite(judged.excess) else 1e3
-        return float(np.clip(10 * max(excess, 1.0) / reached**2, 30.0, 1e4))
+        near = self.looser_for(self.wider) is not None
+        return LOOSER if near else max(10 * self.expected_excess, 30.0)
+
+    @property
+    def expected_excess(self) -> float:
+        """The excess, as it would be at the end."""
+        excess = self.judge().excess if np.isfinite(self.judge().excess) else MOST_EXCESS
+        return float(min(max(excess, 1.0) / self._reached**2, MOST_EXCESS))

@@ -51,12 +51,18 @@ START, FEW = 12, 16
 #: it is coarse it may fall into a singularity that the motion passes.
 MOST_STEPS, WINDOW = 1e9, 2**14
 
+#: How much longer than those of other runs its steps may be: it shows scales alone.
+LONGER = 2.0
+
 #: The first step as a part of the span; steps grow tenfold from there.
 FIRST_STEP = 1e-8
 
 #: Part of accelerations that may change in the first step, by how much it is shortened where more
 #: does, and the least part of the time or the span that is tried.
 STEADY, SHRINK, SMALLEST_STEP = 0.5, 0.125, 1e-15
+
+#: A step beside the time in which accelerations stay about what they are.
+STEADY_STEPS = 0.1
 
 #: States at which rounding of the right-hand side is looked at.
 NOISE_SAMPLES = 16
@@ -198,12 +204,37 @@ def _noise(problem: InitialValueProblem, run: Run, step_at: Callable[[float], fl
     if run.steps == 0:
         return np.zeros((1, len(problem.y0)))
     picked = np.linspace(0, run.filled - 1, NOISE_SAMPLES).round().astype(int)
-    each = []
+    most = min(run.mean_step, problem.longest_step)
+    steady, each = _steady(problem, most), []
     for k in picked.tolist():
         t = float(problem.times[k])
-        h = min(step_at(t), run.mean_step)
+        # At the start steps are short because motion that begins has no scale yet.
+        least = STEADY_STEPS * steady if k == 0 else 0.0
+        h = min(max(step_at(t), least), most)
         each.append(noise_of_step(problem, t, run.states[k], h))
     return np.maximum.accumulate(np.array(each), axis=0)
+
+
+def _steady(problem: InitialValueProblem, most: float) -> float:
+    """A time, no longer than ``most``, in which accelerations stay about what they are at the
+    start, beside the largest of their kind."""
+    n, t, y = len(problem.kinds), problem.start, problem.y0
+    push, h = problem.rhs(t, y)[n:], most
+    while h > SMALLEST_STEP * max(problem.span, abs(t)):
+        change = np.abs(problem.rhs(t + h, _fallen(y, push, h))[n:] - push)
+        if all(
+            change[alike].max() <= STEADY * np.abs(push[alike]).max()
+            for alike in groups(problem.kinds)
+        ):
+            break
+        h *= SHRINK
+    return h
+
+
+def _fallen(y: Array, push: Array, h: float) -> Array:
+    """Where the state is after a time with accelerations as they are."""
+    n = len(push)
+    return np.concatenate([y[:n] + h * y[n:] + h**2 / 2 * push, y[n:] + h * push])
 
 
 def _first_step(problem: InitialValueProblem, push: Array) -> float:
@@ -215,8 +246,7 @@ def _first_step(problem: InitialValueProblem, push: Array) -> float:
     n, t, y = len(problem.kinds), problem.start, problem.y0
     rest, h = y[n:], FIRST_STEP * problem.span
     while h > SMALLEST_STEP * max(problem.span, abs(t)):
-        moved = np.concatenate([y[:n] + h * rest + h**2 / 2 * push, rest + h * push])
-        change = np.abs(problem.rhs(t + h, moved)[n:] - push)
+        change = np.abs(problem.rhs(t + h, _fallen(y, push, h))[n:] - push)
         steady = change <= STEADY * np.abs(push)
         if (steady | (h * np.abs(push) <= np.abs(rest))).all():
             break
@@ -246,7 +276,7 @@ class _Tracker:
             rtol=np.repeat([0.0, tolerance], n),
             atol=self._atol,
             first_step=h,
-            max_step=problem.longest_step,
+            max_step=LONGER * problem.longest_step,
         )
         self._control = control
         self.first_step = h

@@ -39,8 +39,9 @@ class InitialValueProblem:
     each in its own way: what they change is what rounding may change.
     ``autonomous``: rhs does not depend on t. ``epsilon``: the distance from 1
     to the next number that rhs computes with; ``wider`` makes the same problem
-    in wider arithmetic, or None where there is none. ``room`` gives each run a place for its
-    samples where memory is not to hold them.
+    in wider arithmetic, or None where there is none, and is worth to be asked where it
+    ``widens``. ``room`` gives each run a place for its samples where memory is not to hold
+    them. ``read_off``: other coordinates are to be found from these.
     """
 
     rhs: Rhs
@@ -51,6 +52,8 @@ class InitialValueProblem:
     autonomous: bool = True
     epsilon: float = 2.0**-52
     wider: Callable[[], InitialValueProblem | None] = lambda: None
+    widens: bool = False
+    read_off: bool = False
     room: Callable[[], Samples] | None = None
 
     def samples(self) -> Samples:

@@ -92,9 +92,9 @@ class RightHandSide:
     asks for besides, no columns where there are none. NaN stands for what does not
     exist. ``implementation`` says in words what runs, ``native`` whether it is machine
     code. ``wider`` makes the same right-hand sides in wider arithmetic, or None where
-    there is none. Right-hand sides of systems with closure equations have a projection, see
-    :func:`.base.projection`, those of systems with inputs from files pieces, see
-    :func:`.pieces.pieces`; ``drive`` is what was read. Those of systems with contacts are
+    there is none, as where it never ``widens``. Right-hand sides of systems with closure
+    equations have a projection, see :func:`.base.projection`, those of systems with inputs from
+    files pieces, see :func:`.pieces.pieces`; ``drive`` is what was read. Those with contacts are
     :class:`.contacts.ContactRhs`. ``forces`` gives constraint forces, in machine code alone,
     where they were derived.
     """
@@ -110,6 +110,7 @@ class RightHandSide:
     implementation: str
     native: bool = False
     wider: Callable[[], Wider | None] = lambda: None
+    widens: bool = False
     drive: Drive | None = None
     forces: Knowing | None = None
 
@@ -167,6 +168,7 @@ def _with_contacts(
         rhs=side(functions.rhs, 0),
         disturbed=(side(one, 1), side(other, 2)),
         wider=lambda: None,
+        widens=False,
     )
 
 
@@ -338,6 +340,7 @@ def _native(libraries: _Libraries, cache: Cache, deadline: float) -> RightHandSi
         implementation="compiled C",
         native=True,
         wider=lambda: _wider(model, drive, cache, deadline),
+        widens=EXTENDED.epsilon < DOUBLE.epsilon,
         drive=drive,
         forces=forces(),
     )

@@ -187,6 +187,8 @@ def problem_of(
         functions.disturbed,
         model.facts["autonomous"],
         room=room,
+        widens=functions.widens,
+        read_off=model.chart is not None,
     )
     return replace(problem, wider=lambda: _wider(problem, functions))
 
@@ -195,7 +197,13 @@ def _wider(problem: InitialValueProblem, functions: RightHandSide) -> InitialVal
     sides = functions.wider()
     if sides is None:
         return None
-    return replace(problem, rhs=sides.rhs, disturbed=sides.disturbed, epsilon=sides.epsilon)
+    return replace(
+        problem,
+        rhs=sides.rhs,
+        disturbed=sides.disturbed,
+        epsilon=sides.epsilon,
+        widens=False,
+    )
 
 
 def trajectory_of(

@@ -25,7 +25,6 @@ from numpy.typing import NDArray
 from lagrange_cli.cache import Cache
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.accuracy import Measured, obstacle
-from lagrange_cli.simulate.attempt import OTHER_STEPS
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.disturbance import each_off_by_one_ulp, rounding_factors
 from lagrange_cli.simulate.integrators.base import Array
@@ -77,6 +76,9 @@ LOOSER = 4.0
 #: What the distances from companions count, where there is one and where there are two. Of
 #: one alone chance may have brought both to the same place.
 WEIGHTS = {1: (20.0,), 2: (2.0, 3.0)}
+
+#: The tolerance of the disturbed run beside the run's: its steps fall on other times.
+OTHER_STEPS = 0.5
 
 #: The tolerance below which a run has two companions: rounding may be what moves it.
 LEAST_OF_ONE = 1e-15

@@ -33,7 +33,7 @@ def run(of, accuracy, functions=None, **how):
     return simulate(of, accuracy=accuracy, functions=functions, **how)
 
 
-@pytest.mark.parametrize(("accuracy", "method"), [(1e-3, "DOP853"), (1e-6, "Gauss16")])
+@pytest.mark.parametrize(("accuracy", "method"), [(1e-3, "DOP853"), (1e-7, "Gauss16")])
 def test_fine_tolerances_are_run_by_collocation(pendulum, accuracy, method):
     found = run(pendulum, accuracy, until=1.0)
     assert (found.status, found.method) == ("ok", method)
@@ -41,10 +41,10 @@ def test_fine_tolerances_are_run_by_collocation(pendulum, accuracy, method):
 
 
 def test_both_methods_give_the_same(pendulum):
-    coarse, fine = (run(pendulum, eps, until=3.0) for eps in (1.99e-6 * 1.01, 1.9e-6))
+    coarse, fine = (run(pendulum, eps, until=3.0) for eps in (1.99e-7 * 1.01, 1.9e-7))
     assert (coarse.method, fine.method) == ("DOP853", "Gauss16")
     for name in pendulum.coordinates:
-        assert np.abs(coarse.columns[name] - fine.columns[name]).max() < 2 * 2e-6
+        assert np.abs(coarse.columns[name] - fine.columns[name]).max() < 2 * 2e-7
 
 
 def test_interpreted_code_has_no_stages_side_by_side(pendulum, monkeypatch):
