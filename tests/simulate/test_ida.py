@@ -130,7 +130,7 @@ def walked(method, rhs, y0, until, tolerance):
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-7, 1e-9, 1e-11])
 def test_a_pendulum_that_turns_over(method, tolerance):
     run = walked(method, constrained("pendulum", L, G), turning(np.zeros(1))[0], 2.0, tolerance)
-    assert np.abs(run.y - turning(np.array([2.0]))).max() < 2e3 * tolerance
+    assert np.abs(run.y - turning(np.array([2.0]))).max() < 1e4 * tolerance
 
 
 def test_steps_are_those_of_a_high_order_and_take_one_slope_each(method):
@@ -218,7 +218,7 @@ def test_through_a_folded_linkage_or_not_at_all(method, rtol):
     assert len(found.t) > 5
     exact = turning(found.t, 1.0, 8.0)
     for name, column in (("x", 0), ("z", 1), ("w", 1), ("dot(x)", 2), ("dot(w)", 3)):
-        assert np.abs(found.columns[name] - exact[:, column]).max() < 3e3 * rtol
+        assert np.abs(found.columns[name] - exact[:, column]).max() < 1e4 * rtol
     assert found.status in ("ok", "blow_up")
     if found.status == "blow_up":
         assert "a position where the constraints are singular" in found.reason

@@ -7,19 +7,23 @@ with accelerations already solved for. Backward differentiation of order k ≤ 6
 with order k (Brenan, Campbell, Petzold, *Numerical Solution of Initial-Value Problems in
 Differential-Algebraic Equations*, 1996, section 3.2).
 
-μ is eliminated, as it has no error that a step should be chosen by: with T the derivative of the
-projection P onto the constraints, B spans the kernel of T, and
+μ is eliminated, as it has no error that a step should be chosen by: with the projection P onto the
+constraints and a projector T onto the range of its derivative, whose kernel B spans,
 
     T (y' − f(t, y)) + (1 − T) (y − P(t, y)) = 0
 
 has as many equations as y: what is tangential is differential, what is normal is algebraic.
-Whatever projector T is, each step solves y' = f on the constraints, so it is that of the state
-where the step began.
+Whatever such projector T is, each step solves y' = f on the constraints, so it is that of the state
+where the step began, with one block for positions and one for velocities. It is orthogonal where
+each number is measured by its absolute tolerance: what leads back to the constraints is smallest.
+The smallest in the metric of the kinetic energy would move light bodies on stiff springs by more
+than their tolerance.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -59,11 +63,12 @@ class IDA(Sundials):
     implicit = True
 
     _tangent: Array | None = None
+    _back: Array | None = None
     _system: tuple[float, Array, Array] | None = None
 
-    def _scales(self, atol: Array) -> Array:
-        """Powers of two near the tolerances, so that pivots do not depend on units."""
-        return np.exp2(np.round(np.log2(np.where(atol > 0, atol, 1.0))))
+    def _scales(self, small: Array) -> Array:
+        """Powers of two, so that units matter neither for pivots nor for what is orthogonal."""
+        return np.exp2(np.round(np.log2(np.where(small > 0, small, 1.0))))
 
     def _begun(self, **options: Any) -> Any:
         from sksundae import ida
@@ -89,7 +94,8 @@ class IDA(Sundials):
 
     def step(self, limit: float) -> None:
         if self._projection is not None:
-            self._tangent, self._system = self._projector(self._projection), None
+            self._tangent, self._back = self._projectors(self._projection)
+            self._system = None
         start = self.t
         super().step(limit)
         self._unit, self._system = self.t - start, None
@@ -123,7 +129,7 @@ class IDA(Sundials):
         if self._system is None or self._system[0] != cj:
             one = np.eye(len(self._rate))
             late = self._unit * (cj * one - self._of_slope)
-            found = late if self._tangent is None else one + self._tangent @ (late - one)
+            found = late if self._tangent is None else self._back + self._tangent @ late
             try:
                 inverse = np.linalg.inv(found)
             except np.linalg.LinAlgError:
@@ -149,14 +155,15 @@ class IDA(Sundials):
     ) -> None:
         out[:] = self._matrices(cj)[0] @ given
 
-    def _projector(self, project: Projection) -> Array:
-        """The projector onto what is tangential at the state.
+    def _projectors(self, project: Projection) -> tuple[Array, Array]:
+        """T at the state, and the derivative of (1 − T)(y − P(y)).
 
         Raises
         ------
         StepError
             Constraints are singular here, or cannot be met nearby.
         """
+        one, half = np.eye(len(self.y)), len(self.y) // 2
 
         def projected(y: Array) -> Array:
             return project(self.t, y) / self._scale
@@ -165,7 +172,11 @@ class IDA(Sundials):
         for wider in WIDER:
             found = self._quotients(projected, self.y, wider * moves)
             if _projects(found):
-                return _onto(found)
+                tangent = np.zeros_like(found)
+                with suppress(np.linalg.LinAlgError):
+                    for of in (slice(half), slice(half, None)):
+                        tangent[of, of] = _onto(found[of, of])
+                    return tangent, (one - tangent) @ (one - found)
             # What stands at 0 may have been moved by next to nothing.
             moves = np.maximum(moves, np.median(moves / self._scale) * self._scale)
         raise StepError(UNMET)

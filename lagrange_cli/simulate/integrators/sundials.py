@@ -42,7 +42,7 @@ class Sundials(Integrator):
         rtol = float(np.max(control.rtol, initial=0.0))
         # |y| in the tolerance is taken from the start where it is an offset of z.
         atol = control.atol + control.rtol * np.abs(self._origin)
-        self._scale = self._scales(atol)
+        self._scale = self._scales(np.where(control.atol > 0, control.atol, atol))
         self._options: dict[str, Any] = {
             "rtol": max(rtol, _SMALLEST_RTOL),
             "atol": np.maximum(atol / self._scale, np.finfo(float).tiny),
@@ -52,9 +52,9 @@ class Sundials(Integrator):
         self._start = t0
         self._solver: Any = self._begun(**self._options)
 
-    def _scales(self, atol: Array) -> Array:
-        """What a unit of each component of z is in y."""
-        return np.ones_like(atol)
+    def _scales(self, small: Array) -> Array:
+        """What a unit of each component of z is in y; ``small`` is what counts as little of it."""
+        return np.ones_like(small)
 
     @abstractmethod
     def _begun(self, **options: Any) -> Any:
