@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from available import or_skip
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
@@ -311,10 +312,16 @@ def test_damage_is_noticed(monkeypatch, scene, tmp_path, file, damage):
         simulate(model, **STEPS, stream=stream, checkpoint=again)
 
 
-def test_a_method_whose_state_is_out_of_reach_is_refused(scene, tmp_path):
-    how = {"method": "LSODA", "rtol": 1e-6, "checkpoint": Checkpoint(str(tmp_path / "c"))}
-    with pytest.raises(InputError, match="LSODA cannot be interrupted"):
-        simulate(scene("pendulum"), **how)
+@pytest.mark.parametrize("name", [m.name for m in INTEGRATORS.values() if not m.resumes])
+def test_a_method_whose_state_is_out_of_reach_is_refused(scene, tmp_path, name):
+    """With the methods that can go on, before any file is made."""
+    or_skip(name)
+    how = {"method": name, "rtol": 1e-6, "checkpoint": Checkpoint(str(tmp_path / "c"))}
+    with pytest.raises(InputError, match=f"{name} cannot be interrupted") as refusal:
+        simulate(scene("pendulum"), **how, stream=Stream(in_memory=0))
+    _, can = refusal.value.problems[0].hint.split("methods that can: ")
+    assert can.split(", ") == [m.name for m in INTEGRATORS.values() if m.resumes]
+    assert not list(tmp_path.glob("c*"))
 
 
 def test_the_state_is_written_now_and_then(monkeypatch, scene, tmp_path):
