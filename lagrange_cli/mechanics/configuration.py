@@ -19,7 +19,7 @@ from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.steps import Row
 from lagrange_cli.mechanics.tape import DomainError, Tape
 
-__all__ = ["STARTS", "Configurations", "Search", "rank"]
+__all__ = ["STARTS", "Configurations", "Search"]
 
 _ZERO = mpf(0)
 STARTS = 24
@@ -190,7 +190,7 @@ class Search:
                 for w, row in zip(weights, rows, strict=True)
             ]
         )
-        if rank(matrix) < len(self._missing):
+        if _rank(matrix) < len(self._missing):
             return None
         self._regular = True
         residual = [w * (x - y) for w, x, y in zip(weights, self._target, values, strict=True)]
@@ -235,7 +235,7 @@ def _keep(
     kept.append((q, place))
 
 
-def rank(matrix: mpmath.matrix) -> int:
+def _rank(matrix: mpmath.matrix) -> int:
     """Numerical rank of a small matrix."""
     array = np.array(matrix.tolist(), dtype=float)
     return int(np.linalg.matrix_rank(array, rtol=1e-12)) if array.size else 0

@@ -16,10 +16,11 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.configuration import Configurations, Search, rank
+from lagrange_cli.mechanics.configuration import Configurations, Search
 from lagrange_cli.mechanics.equations import InitialState
 from lagrange_cli.mechanics.gap_start import GapStart
 from lagrange_cli.mechanics.pasting import near_line
+from lagrange_cli.mechanics.ranks import alike, dependent_rows, in_units, scaled_doubles
 from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.restricted import Restricted
 from lagrange_cli.mechanics.steps import Row, smallest
@@ -41,6 +42,8 @@ _MORE_DIGITS = 26
 _HARDLY = 1e-20
 _ZERO = mpf(0)
 
+#: Conditions on velocities this close to a combination of others depend on them.
+_DEPENDENT = 1e-12
 #: Above this number of conditions velocities are found by sparse elimination.
 _LARGE = 64
 
@@ -377,11 +380,9 @@ def _contradiction(entry: InitialValue, value: mpf) -> InputError:
 def _smallest(matrix: Sequence[Row], target: Sequence[mpf], metric: Sequence[Row]) -> list[mpf]:
     """x of least xᵀ·metric·x with matrix·x = target, dependent rows left out."""
     width = len(metric)
-    kept: list[int] = []
-    for k in range(len(matrix)):
-        trial = _full([matrix[i] for i in [*kept, k]], width)
-        if rank(trial) == len(kept) + 1:
-            kept.append(k)
+    given = [scaled_doubles(row) for row in matrix]
+    dependent = dependent_rows(in_units(given, alike(given, width)), _DEPENDENT)
+    kept = [k for k in range(len(matrix)) if k not in dependent]
     if not kept:
         return [_ZERO] * width
     rows = _full([matrix[k] for k in kept], width)

@@ -105,7 +105,7 @@ def _vanishes(terms: Sequence[sp.Expr], points: Sequence[Point]) -> bool:
     return True
 
 
-def integrable_rank(forms: Sequence[Form], points: Sequence[Point]) -> int:
+def integrable_rank(forms: Sequence[Form], points: Sequence[Point], scale: Sequence[float]) -> int:
     """Dimension of the largest integrable system that constant combinations of the forms span.
 
     Parameters
@@ -114,10 +114,15 @@ def integrable_rank(forms: Sequence[Form], points: Sequence[Point]) -> int:
         Independent forms over the same variables.
     points
         Configurations; what is found must be the same at each.
+    scale
+        The size of each variable, so that units do not matter.
     """
     if not forms:
         return 0
-    seen = [_numbers(forms, p) for p in points]
+    sizes = np.array(scale)
+    first, _ = _numbers(forms, points[0], sizes)
+    weights = 1 / np.maximum(np.abs(first).max(axis=1), 1e-300)
+    seen = [_weighted(_numbers(forms, p, sizes), weights) for p in points]
     spans = np.eye(len(forms))
     while len(spans):
         found = [_annulled(spans, rows, curls) for rows, curls in seen]
@@ -133,8 +138,13 @@ def integrable_rank(forms: Sequence[Form], points: Sequence[Point]) -> int:
 _Numbers = tuple[Matrix, list[Matrix]]
 
 
-def _numbers(forms: Sequence[Form], point: Point) -> _Numbers:
-    """Rows ω and matrices dω at a point."""
+def _weighted(numbers: _Numbers, weights: Matrix) -> _Numbers:
+    rows, curls = numbers
+    return weights[:, None] * rows, [w * d for w, d in zip(weights, curls, strict=True)]
+
+
+def _numbers(forms: Sequence[Form], point: Point, scale: Matrix) -> _Numbers:
+    """Rows ω and matrices dω at a point, for variables in units of a scale."""
     n = len(forms[0].variables)
     rows, curls = np.zeros((len(forms), n)), []
     for k, form in enumerate(forms):
@@ -143,8 +153,8 @@ def _numbers(forms: Sequence[Form], point: Point) -> _Numbers:
         matrix = np.zeros((n, n))
         for (i, j), value in zip(entries, values(list(entries.values()), point), strict=True):
             matrix[i, j], matrix[j, i] = double(value), -double(value)
-        curls.append(matrix)
-    return rows, curls
+        curls.append(matrix * np.outer(scale, scale))
+    return rows * scale, curls
 
 
 def _annulled(spans: Matrix, rows: Matrix, curls: Sequence[Matrix]) -> Matrix:

@@ -20,11 +20,13 @@ __all__ = [
     "Doubles",
     "Matrix",
     "Point",
+    "alike",
     "clearly_independent",
     "dense",
     "dependent_columns",
     "dependent_gradients",
     "dependent_rows",
+    "in_units",
     "scaled_doubles",
 ]
 
@@ -35,6 +37,9 @@ TOLERANCE = 1e-9
 _LARGE = 64
 #: Square of the distance at which a row of length 1 is clear of the others.
 _DISTANT = 1e-10
+
+#: Rounds in which columns and rows are scaled, and what is rounding of the 30 digits of entries.
+_ROUNDS, _NOTHING = 3, 1e-25
 
 Point = Mapping[sp.Symbol, mpf]
 Matrix = NDArray[np.float64]
@@ -66,6 +71,27 @@ def dense(rows: Sequence[Doubles], width: int | None = None) -> Matrix:
     for k, row in enumerate(rows):
         matrix[k, list(row)] = list(row.values())
     return matrix
+
+
+def alike(rows: Sequence[Doubles], width: int) -> list[float]:
+    """Factors of columns that make their largest entries alike, beside those of their rows.
+
+    A radius stands beside an angle where a wheel rolls: without them, rows of large wheels
+    differ by little more than rounding, and those of small ones hardly hold the angle.
+    """
+    factors = np.ones(width)
+    entries = np.abs(dense(rows, width))
+    for _ in range(_ROUNDS):
+        scaled = entries * factors
+        scaled /= np.maximum(scaled.max(axis=1, keepdims=True, initial=0.0), 1e-300)
+        largest = scaled.max(axis=0, initial=0.0)
+        factors /= np.where(largest > _NOTHING, largest, 1.0)
+    return [float(x) for x in factors]
+
+
+def in_units(rows: Sequence[Doubles], factors: Sequence[float]) -> list[Doubles]:
+    """Rows whose columns are multiplied by factors."""
+    return [{j: x * factors[j] for j, x in row.items()} for row in rows]
 
 
 def dependent_columns(
@@ -117,7 +143,8 @@ def dependent_gradients(
         symbols = [s for s in resolved if s not in everywhere]
         positions = values([resolved[s] for s in symbols], point)
         everywhere.update(zip(symbols, positions, strict=True))
-        here = dependent_rows(_jacobian(functions, variables, everywhere))
+        rows = _jacobian(functions, variables, everywhere)
+        here = dependent_rows(in_units(rows, alike(rows, len(variables))))
         found = here if found is None else {k: v for k, v in found.items() if k in here}
     return found or {}
 

@@ -22,7 +22,14 @@ from lagrange_cli.mechanics.contradictions import explained
 from lagrange_cli.mechanics.elimination import Elimination, Stated, substitute
 from lagrange_cli.mechanics.language import total_derivative
 from lagrange_cli.mechanics.names import Names
-from lagrange_cli.mechanics.ranks import TOLERANCE, Point, dependent_rows, scaled_doubles
+from lagrange_cli.mechanics.ranks import (
+    TOLERANCE,
+    Point,
+    alike,
+    dependent_rows,
+    in_units,
+    scaled_doubles,
+)
 from lagrange_cli.mechanics.sampling import Drawn
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.mechanics.wording import leave_out, quoted, written
@@ -186,7 +193,9 @@ class _Seen:
         self._compare()
 
     def _compare(self) -> None:
-        self.dependent = dependent_rows([scaled_doubles(row) for row in self._slopes])
+        rows = [scaled_doubles(row) for row in self._slopes]
+        width = 1 + max((j for row in rows for j in row), default=-1)
+        self.dependent = dependent_rows(in_units(rows, alike(rows, width)))
 
     def without(self, number: int) -> _Seen:
         """The other rows."""

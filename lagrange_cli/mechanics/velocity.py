@@ -21,7 +21,14 @@ from lagrange_cli.mechanics.integrability import Form, integrable_rank, integral
 from lagrange_cli.mechanics.manifold import Manifold
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.pasting import initial_line
-from lagrange_cli.mechanics.ranks import TOLERANCE, Doubles, Point, dependent_rows
+from lagrange_cli.mechanics.ranks import (
+    TOLERANCE,
+    Doubles,
+    Point,
+    alike,
+    dependent_rows,
+    in_units,
+)
 from lagrange_cli.mechanics.sampling import Drawn, double
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.mechanics.wording import leave_out, quoted
@@ -228,7 +235,9 @@ def independent_levels(
         Levels that contradict each other.
     """
     names = [*(c.name for c in closures), *(x.constraint for x in levels)]
-    slopes = [_slopes(manifold, coordinates, p) for p in points]
+    unscaled = [_slopes(manifold, coordinates, p) for p in points]
+    units = alike(unscaled[0], len(coordinates))
+    slopes = [in_units(rows, units) for rows in unscaled]
     everywhere = [dependent_rows(rows) for rows in slopes]
     dropped = {
         k: by
@@ -244,9 +253,18 @@ def independent_levels(
         Form((*(c.q for c in coordinates), t), _slope(c, coordinates, t)) for c in closures
     ]
     forms = [*positional, *(levels[k].form(coordinates, t) for k in kept)]
-    integrable = integrable_rank(forms, points) - len(closures)
+    scale = _curving(forms, [u * double(x) for u, x in zip(units, manifold.scale, strict=True)])
+    integrable = integrable_rank(forms, points, [*scale, 1.0]) - len(closures)
     redundant = {k - first: tuple(names[j] for j in by) for k, by in dropped.items()}
     return Independent(kept, max(0, integrable), redundant)
+
+
+def _curving(forms: Sequence[Form], scale: Sequence[float]) -> list[float]:
+    """Scales of coordinates, those within rows so that they are 1 where coefficients turn."""
+    inside = set().union(*(c.free_symbols for f in forms for c in f.coefficients))
+    held = {j for f in forms for j, c in enumerate(f.coefficients[:-1]) if c != 0}
+    turn = max((scale[j] for j in held if forms[0].variables[j] in inside), default=1.0)
+    return [x / turn if j in held else x for j, x in enumerate(scale)]
 
 
 def _slope(

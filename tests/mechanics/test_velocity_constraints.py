@@ -31,6 +31,15 @@ coordinates: [x, y, phi, th]
 kinetic: {spin: I*dot(phi)^2/2, turn: J*dot(th)^2/2}
 constraints: {roll: [dot(x) = R*cos(th)*dot(phi), dot(y) = R*sin(th)*dot(phi)]}
 """
+BOARD = """
+particles: {board: {mass: m, position: [x, y, 0]}}
+coordinates: [x, y, theta, phi]
+kinetic: {turn: J*(dot(theta)^2 + dot(phi)^2)/2}
+constraints:
+  back: dot(y)*cos(theta + phi) - dot(x)*sin(theta + phi) = -r*cos(phi)*dot(theta)
+  front: dot(y)*cos(theta - phi) - dot(x)*sin(theta - phi) = r*cos(phi)*dot(theta)
+initial: {x: 0, y: 0, theta: 0, phi: 0.4, dot(x): 0.3}
+"""
 CYLINDER = """
 parameters: {m: 1, J: 3, R: 0.5, s: 0.2, g: 9.81}
 particles: {axle: {mass: m, position: [x, y, z]}}
@@ -327,7 +336,33 @@ CONTACT = form(-Y, 0, 1, 0, 0)  # dz − y dx
     ],
 )
 def test_rank_of_the_integrable_part(forms: list[Form], rank: int) -> None:
-    assert integrable_rank(forms, POINTS) == rank
+    assert integrable_rank(forms, POINTS, [1.0] * len(VARIABLES)) == rank
+
+
+@pytest.mark.parametrize("length", [1e16, 1e-12])
+def test_units_do_not_make_a_form_integrable(length: float) -> None:
+    """dz − y dx and dy − l x dt, where y and z are lengths, of any unit."""
+    points = [{**p, Y: length * p[Y], Z: length * p[Z]} for p in POINTS]
+    forms = [form(-Y, 0, 1, 0, 0), form(0, 1, 0, 0, -sp.Float(length, 40) * X)]
+    assert integrable_rank(forms, points, [1.0, length, length, 1.0, 1.0]) == 0
+
+
+@pytest.mark.parametrize("length", ["0.5", "2^60", "2^-60"])
+def test_disks_of_any_size_roll_in_both_directions(length: str) -> None:
+    e = derived(DISK.replace("I: 2, J: 3, R: 0.5", f"R: {length}, I: R^2, J: R^2"))
+    assert (e.account.dof, e.account.nonholonomic) == (4, 2)
+    assert not e.warnings
+
+
+@pytest.mark.parametrize("power", [-50, -2, 50])
+def test_two_blades_of_a_board_of_any_size_tell_how_it_turns(power: int) -> None:
+    """The board turns about the point where the lines across both blades meet."""
+    e = derived(f"{BOARD}parameters: {{m: 1, r: 2^({power}), J: r^2}}\n")
+    assert e.account.nonholonomic == 2
+    assert e.initial is not None
+    dx, dy, dtheta, _ = e.initial.velocities
+    assert (dx, dy) == (0.3, 0)
+    assert dtheta == pytest.approx(0.3 * math.tan(0.4) / 2.0**power, rel=1e-14)
 
 
 @pytest.mark.parametrize(
