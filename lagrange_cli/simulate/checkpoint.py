@@ -22,7 +22,7 @@ from lagrange_cli.files import write_file
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.base import Integrator, State
 from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.packing import DamagedError, pack, unpack
+from lagrange_cli.simulate.packing import BEGINNING, DamagedError, pack, unpack
 from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.right_hand_side import RightHandSide
 from lagrange_cli.simulate.spool import named_file
@@ -121,6 +121,7 @@ class Keeper:
         self.path, self._known = asked.path, dict(known)
         self.before: State | None = self._read() if asked.resume else None
         if not asked.resume and os.path.exists(asked.path):
+            self._require_own()
             raise _refused(
                 f"'{asked.path}' has the state of a run that was interrupted",
                 f"--resume '{asked.path}' goes on with it; rm '{asked.path}' lets it begin anew",
@@ -167,11 +168,30 @@ class Keeper:
         """The refusal of files that are not what was written."""
         return _refused(f"'{self.path}' is damaged, or was not written by --checkpoint")
 
+    def _require_own(self) -> None:
+        """Refuse to write over what is no checkpoint, with no word of removing it."""
+        try:
+            self._contents()
+        except (OSError, DamagedError, KeyError, TypeError) as error:
+            raise _refused(
+                f"'{self.path}' is there already, and was not written by --checkpoint",
+                "give the name of a file that is not there",
+            ) from error
+
+    def _contents(self) -> tuple[State, State]:
+        """What the run was and its state; a device or pipe is not read."""
+        if os.path.exists(self.path) and not os.path.isfile(self.path):
+            raise DamagedError
+        with open(self.path, "rb") as file:
+            if file.read(len(BEGINNING)) != BEGINNING:
+                raise DamagedError
+            file.seek(0)
+            found = unpack(file.read())
+        return found["run"], found["state"]
+
     def _read(self) -> State:
         try:
-            with open(self.path, "rb") as file:
-                found = unpack(file.read())
-            was, state = found["run"], found["state"]
+            was, state = self._contents()
         except OSError as error:
             raise _refused(
                 f"cannot read '{self.path}': {error.strerror or error}",

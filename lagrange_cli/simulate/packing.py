@@ -12,7 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["DamagedError", "pack", "unpack"]
+__all__ = ["BEGINNING", "DamagedError", "pack", "unpack"]
+
+#: What the bytes of a value begin with: it is an archive.
+BEGINNING = b"PK\x03\x04"
 
 
 class DamagedError(Exception):

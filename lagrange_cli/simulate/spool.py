@@ -210,7 +210,8 @@ def require_room(folder: str, count: int, numbers: int) -> None:
             Problem(
                 f"{count:,} samples take {wanted / 1e9:.3g} GB, and '{folder}' has"
                 f" {free / 1e9:.3g} GB left",
-                hint="--samples 1000000, or -o FILE on another disk (TMPDIR where there is no -o)",
+                hint=f"--samples {max(2, free // (NUMBER * numbers) // 2)}, or -o FILE on another"
+                " disk (TMPDIR where there is no -o)",
                 rule="limit",
             )
         )

@@ -285,6 +285,24 @@ def test_there_must_be_something_to_go_on_from(scene, tmp_path):
         simulate(model, **STEPS, checkpoint=again)
 
 
+def test_what_is_no_checkpoint_is_kept_and_not_to_be_removed(scene, tmp_path):
+    path = tmp_path / "scene.yaml"
+    path.write_text("name: mine")
+    with pytest.raises(InputError, match="there already, and was not written by") as refused:
+        simulate(scene("pendulum"), **STEPS, checkpoint=Checkpoint(str(path)))
+    assert "rm " not in str(refused.value)
+    assert path.read_text() == "name: mine"
+
+
+@pytest.mark.parametrize("endless", ["/dev/zero", "fifo"])
+def test_devices_and_pipes_are_not_read(scene, tmp_path, endless):
+    if endless == "fifo":
+        endless = str(tmp_path / "pipe")
+        os.mkfifo(endless)
+    with pytest.raises(InputError, match="is damaged, or was not written by"):
+        simulate(scene("pendulum"), **STEPS, checkpoint=Checkpoint(endless, resume=True))
+
+
 def torn(path: Path) -> None:
     path.write_bytes(path.read_bytes()[:-100])
 

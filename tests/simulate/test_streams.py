@@ -6,6 +6,7 @@ import dataclasses
 import io
 import math
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -191,13 +192,16 @@ def test_columns_that_are_not_there_leave_no_file(small, tmp_path):
 def test_a_disk_without_room_is_refused_before_the_work(monkeypatch, tmp_path):
     usage = spool.shutil.disk_usage(tmp_path)._replace(free=1_000_000)
     monkeypatch.setattr(spool.shutil, "disk_usage", lambda folder: usage)
-    with pytest.raises(InputError, match=r"200,001 samples take .* GB"):
+    with pytest.raises(InputError, match=r"200,001 samples take .* GB") as refused:
         simulate(
             model(PENDULUM),
             method="RK4",
             step=5e-5,
             stream=Stream(str(tmp_path / "t.npz"), in_memory=0),
         )
+    fits = re.search(r"--samples (\d+)", str(refused.value))
+    assert fits
+    assert 1000 < int(fits[1]) < 200_001
 
 
 def test_without_a_stream_many_samples_are_refused():
