@@ -190,9 +190,11 @@ def test_constraints_that_move(method):
     assert found.constraint_drift < 1e-15
 
 
-@pytest.mark.parametrize("name", ["four_bar_linkage", "slider_crank"])
+@pytest.mark.parametrize(
+    "name", ["constraints/four_bar_linkage", "constraints/slider_crank", "lecture/balance"]
+)
 def test_linkages(method, name):
-    equations = load(f"systems/constraints/{name}.yaml").derive(formulation="multiplier").equations
+    equations = load(f"systems/{name}.yaml").derive(formulation="multiplier").equations
     linkage = model_of(equations)
     how = {"until": 1.0, "samples": 21, "functions": compiled_or_skip(linkage)}
     found = simulate(linkage, method="IDA", rtol=1e-10, **how)

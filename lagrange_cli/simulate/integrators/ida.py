@@ -47,7 +47,7 @@ WIDER = 1.0, 64.0, 4096.0, 262144.0
 
 #: How far the square of a projector may be from it, beside its largest entry, and its trace from
 #: its rank, beside its size.
-ROUGH = 1e-3
+ROUGH = 1e-2
 
 
 class IDA(Sundials):
