@@ -194,7 +194,10 @@ class Search:
             return None
         self._regular = True
         residual = [w * (x - y) for w, x, y in zip(weights, self._target, values, strict=True)]
-        return list(mpmath.lu_solve(matrix, mpmath.matrix(residual)))
+        try:
+            return list(mpmath.lu_solve(matrix, mpmath.matrix(residual)))
+        except ValueError:  # its normal equations lose twice the digits that the rank tells
+            return None
 
     def _linear(self, q: Sequence[mpf]) -> tuple[list[mpf], list[Row]]:
         """Values and gradients of everything that has a target."""

@@ -234,7 +234,7 @@ def _steady(problem: InitialValueProblem, most: float) -> float:
 def _fallen(y: Array, push: Array, h: float) -> Array:
     """Where the state is after a time with accelerations as they are."""
     n = len(push)
-    return np.concatenate([y[:n] + h * y[n:] + h**2 / 2 * push, y[n:] + h * push])
+    return np.concatenate([y[:n] + h * y[n:] + h * h / 2 * push, y[n:] + h * push])
 
 
 def _first_step(problem: InitialValueProblem, push: Array) -> float:
@@ -267,7 +267,7 @@ class _Tracker:
         rest = problem.y0[n:]
         push = problem.rhs(problem.start, problem.y0)[n:]
         h = _first_step(problem, push)
-        first = np.concatenate([np.abs(rest) * h + np.abs(push) * h**2, np.abs(push) * h])
+        first = np.concatenate([np.abs(rest) * h + np.abs(push) * (h * h), np.abs(push) * h])
         first = np.where(np.isfinite(first), first, 0.0)
         self._moved = np.stack([np.zeros_like(first), first])
         self._atol = np.maximum(self._tolerance * self.seen(), LEAST)

@@ -369,3 +369,17 @@ def test_a_place_at_the_origin_is_one_configuration(size: str) -> None:
 def test_close_configurations_at_the_origin_of_a_name_stay_apart() -> None:
     ring = ROD.replace("l: 2", "l: 1e-14") + "initial: {z: 0}"
     assert refusal(ring).rule == "initial-ambiguous"
+
+
+@pytest.mark.parametrize("power", [-40, 0, 50])
+def test_a_start_at_the_pole_of_a_sphere_of_any_size(power: int) -> None:
+    e = derived(
+        f"parameters: {{m: 1, l: {{value: 2^({power}), positive: true}}}}\n"
+        "particles: {bob: {mass: m, position: [x, y, z]}}\n"
+        "coordinates: [theta, phi]\n"
+        "definitions: {x: l*sin(theta)*cos(phi), y: l*sin(theta)*sin(phi), z: -l*cos(theta)}\n"
+        "initial: {x: 0, y: 0, z: -l, dot(x): 4*l, dot(y): 3*l}\n"
+    )
+    assert e.initial is not None
+    assert [c.name for c in e.coordinates] == ["x", "y", "z"]
+    assert e.initial.velocities == (4 * 2.0**power, 3 * 2.0**power, 0)

@@ -62,3 +62,12 @@ def test_a_coarse_run_that_falls_into_a_singularity_is_left():
     with np.errstate(all="ignore"):
         pilot(problem(counted, of.y0, 2.0, of.kinds, samples=11), 1e-11, Watch())
     assert count < 600_000
+
+
+def test_a_time_whose_square_is_beyond_doubles_is_begun():
+    def free(t, y):
+        return np.array([y[1], 0.0])
+
+    with np.errstate(all="ignore"):
+        found = pilot(problem(free, [1.0, 1e-300], 1e300, ("length",)), 1e-9, Watch())
+    assert found.scales[-1] == pytest.approx([1.0, 1e-300])
