@@ -272,10 +272,13 @@ def _implementation(functions: RightHandSide, measured: Measured) -> str:
         return f"series compiled by heyoka, and {functions.implementation}"
     if not functions.native:
         return functions.implementation
+    if measured.wider:
+        return f"{functions.implementation}, long double"
+    if measured.method in COMPILED:
+        return functions.implementation
     package = INTEGRATORS[measured.method].package
     by = "SciPy" if package is None else package[1].upper()
-    steps = "" if measured.method in COMPILED else f", stepped by {by}"
-    return functions.implementation + (", long double" if measured.wider else steps)
+    return f"{functions.implementation}, stepped by {by}"
 
 
 def _events(model: Model, functions: RightHandSide, measured: Measured) -> tuple[Event, ...]:
