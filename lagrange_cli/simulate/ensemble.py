@@ -42,7 +42,7 @@ REFUSED = "refused"
 
 #: Members of a block, where they are run one by one and where side by side, and into how many
 #: blocks fewer members are divided.
-LARGEST_BLOCK, LARGEST_SIDE_BY_SIDE, FEWEST_BLOCKS = 32, 128, 16
+LARGEST_BLOCK, LARGEST_SIDE_BY_SIDE, FEWEST_BLOCKS = 32, 256, 16
 
 
 @dataclass(frozen=True)
@@ -84,6 +84,8 @@ class _Runner:
         self.scene = plan.recipe.scene()
         self._numbers = Numbers(plan.recipe, plan.own, plan.model) if plan.alone else None
         self._functions: Callable[[Model], RightHandSide] | None = None
+        sizes = {size.name for size in self.scene.sizes}
+        self._parameters = sizes | {p.name for p in self.scene.parameters}
 
     @cached_property
     def family(self) -> Family | None:
@@ -137,7 +139,7 @@ class _Runner:
             return None
 
     def _own(self, texts: Sequence[str]) -> Own:
-        return Own.of(dict(zip(self.plan.names, texts, strict=True)), self.scene)
+        return Own.divided(dict(zip(self.plan.names, texts, strict=True)), self._parameters)
 
     def _missed(
         self, family: Family, number: int, texts: Sequence[str], measured: Measured

@@ -9,7 +9,7 @@ than the coordinates, and for parameters of another sign, each member is derived
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -34,10 +34,16 @@ class Own:
     @classmethod
     def of(cls, values: Mapping[str, str], scene: Scene) -> Own:
         """Divide values between parameters of a scene (and sizes) and initial values."""
-        known = {p.name for p in scene.parameters} | {size.name for size in scene.sizes}
+        return cls.divided(
+            values, {p.name for p in scene.parameters} | {size.name for size in scene.sizes}
+        )
+
+    @classmethod
+    def divided(cls, values: Mapping[str, str], parameters: Collection[str]) -> Own:
+        """The same by the names of parameters and sizes."""
         return cls(
-            {name: text for name, text in values.items() if name in known},
-            {name: text for name, text in values.items() if name not in known},
+            {name: text for name, text in values.items() if name in parameters},
+            {name: text for name, text in values.items() if name not in parameters},
         )
 
 

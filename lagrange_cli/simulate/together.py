@@ -14,7 +14,7 @@ import ctypes
 import math
 import re
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -73,9 +73,13 @@ SHORTER = 0.8
 #: The tolerance of the looser run beside that of the run.
 LOOSER = 4.0
 
-#: What the distances from companions count, where there is one and where there are two. Of
-#: one alone chance may have brought both to the same place.
-WEIGHTS = {1: (20.0,), 2: (2.0, 3.0)}
+#: What the distances from companions count, where there are so many. Of one alone chance may
+#: have brought both to the same place; eight hardly come where only the run has gone.
+WEIGHTS = {1: (20.0,), 2: (2.0, 3.0), 8: (0.25,) * 8}
+
+#: Patterns of six companions more, where rounding is all that is left to make runs differ. They
+#: take as long as one: a lane each.
+MORE_PATTERNS = range(3, 9)
 
 #: The tolerance of the disturbed run beside the run's: its steps fall on other times.
 OTHER_STEPS = 0.5
@@ -107,6 +111,14 @@ class Runs:
     def only(self, which: Indices) -> Runs:
         """Some of them; all of them are not copied."""
         return self if len(which) == len(self.numbers) else self._some(which)
+
+    def decided(self, eps: float) -> Runs:
+        """Those whose estimate is below an accuracy, without companions."""
+        return replace(self, companions=()).only(np.flatnonzero(self.estimate < eps))
+
+    def undecided(self, eps: float) -> Runs:
+        """Those whose estimate is not, but is finite."""
+        return self.only(np.flatnonzero((self.estimate >= eps) & np.isfinite(self.estimate)))
 
     def in_turn(self, count: int) -> Iterator[Runs]:
         """So many at a time, not copied."""
@@ -224,9 +236,8 @@ class Together:
             given = starts[left], parameters[left]
             for found in self._attempt(motions, tolerance, eps, *given, between):
                 runs = replace(found, numbers=left[found.numbers])
-                yield replace(runs, companions=()).only(np.flatnonzero(runs.estimate < eps))
-            missed = (runs.estimate >= eps) & np.isfinite(runs.estimate)
-            missing = runs.only(np.flatnonzero(missed))
+                yield runs.decided(eps)
+            missing = runs.undecided(eps)
             if real is not DOUBLE:
                 yield missing
             left = missing.numbers
@@ -299,34 +310,51 @@ class Together:
         own = Runs(every, run.states, scales, nothing, run.steps, evaluations, evaluations)
         own = own.only(np.flatnonzero(possible))
 
-        def followed(runs: Runs, pattern: int, how: Steps) -> Runs:
-            """Those runs, with a further companion."""
+        def followed(runs: Runs, patterns: Sequence[int], how: Steps) -> Runs:
+            """Those runs, with a further companion disturbed by each pattern."""
+            if len(runs.numbers) == 0:
+                return runs
+            given = [
+                (
+                    each_off_by_one_ulp(starts[runs.numbers], pattern),
+                    self._disturbed(parameters[runs.numbers], pattern, motions.real),
+                )
+                for pattern in patterns
+            ]
+            shape = (len(patterns) * len(runs.numbers), *runs.states.shape[1:])
             found = motions.run(
                 "disturbed",
                 self._times,
-                each_off_by_one_ulp(starts[runs.numbers], pattern),
-                self._disturbed(parameters[runs.numbers], pattern, motions.real),
+                np.concatenate([start for start, _ in given]),
+                np.concatenate([values for _, values in given]),
                 how,
                 between,
-                self._scratch.array(f"companion {pattern}", runs.states.shape),
+                self._scratch.array(f"companion {patterns[0]}", shape),
             )
             return self._beside(runs, found, how.order)
 
-        own = followed(own, 1, self._looser(steps))
+        own = followed(own, [1], self._looser(steps))
         if tolerance >= LEAST_OF_ONE:
-            sure = own.estimate < eps
-            yield replace(own, companions=()).only(np.flatnonzero(sure))
-            own = own.only(np.flatnonzero(~sure & np.isfinite(own.estimate)))
-        yield followed(own, 2, self._steps(OTHER_STEPS * tolerance, 1, SHORTER))
+            yield own.decided(eps)
+            own = own.undecided(eps)
+        disturbed = self._steps(OTHER_STEPS * tolerance, 1, SHORTER)
+        own = followed(own, [2], disturbed)
+        if motions is self.motions and tolerance <= SMALLEST_TOLERANCE:
+            yield own.decided(eps)
+            own = followed(own.undecided(eps), MORE_PATTERNS, disturbed)
+        yield own
 
-    def _beside(self, runs: Runs, companion: Motions, order: int) -> Runs:
-        """Runs with a further companion, and what both tell."""
-        companions = (*runs.companions, companion.states)
+    def _beside(self, runs: Runs, found: Motions, order: int) -> Runs:
+        """Runs with further companions, some of each, and what all tell."""
+        count = len(runs.numbers)
+        more = range(0, len(found.states), count)
+        companions = (*runs.companions, *(found.states[k : k + count] for k in more))
+        spent = sum((found.steps[k : k + count] for k in more), np.zeros(count, np.int64))
         return replace(
             runs,
             companions=companions,
             estimate=self._estimate(runs.states, companions, runs.scales),
-            all_evaluations=runs.all_evaluations + companion.steps * order,
+            all_evaluations=runs.all_evaluations + spent * order,
         )
 
     def _looser(self, steps: Steps) -> Steps:

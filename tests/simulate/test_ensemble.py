@@ -331,7 +331,7 @@ def test_blocks_do_not_depend_on_where_they_are_run():
         rows = [(str(k),) for k in range(members)]
         tasks = tasks_of(plan, rows)
         assert [row for task in tasks for row in task.rows] == rows
-        assert max(len(task.rows) for task in tasks) <= 128
+        assert max(len(task.rows) for task in tasks) <= 256
         assert len(tasks) >= min(members, 16)
 
 
