@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.integrators.switching import Switch
+from lagrange_cli.simulate.integrators.switching import LOCATED, TOUCHING, Switch, SwitchedRhs
 
-__all__ = ["Agreement", "Unclear", "agreement", "end_of_bounces"]
+__all__ = ["Agreement", "Unclear", "agreement", "at_the_end", "end_of_bounces"]
 
 
 @dataclass(frozen=True)
@@ -56,11 +56,21 @@ class Agreement:
         found = largest[np.searchsorted(self.times[order], t, side="right")]
         return np.where(t < self.broken, found, np.inf)
 
+    def also(self, times: Array, errors: Array) -> Agreement:
+        """With jumps behind the end of the runs."""
+        return replace(
+            self,
+            times=np.concatenate([self.times, times]),
+            errors=np.concatenate([self.errors, errors]),
+            jumps=np.concatenate([self.jumps, np.ones(len(times), dtype=bool)]),
+        )
+
     def exempt(self, t: Array) -> NDArray[np.bool_]:
         """Which times are as close to a jump as the error of its time."""
         times, errors = self.times[self.jumps], self.errors[self.jumps]
         if len(times) == 0:
             return np.zeros(len(t), dtype=bool)
+        errors = np.maximum(errors, LOCATED * np.spacing(np.abs(times)))
         near = np.abs(t[:, None] - times[None, :]) <= errors[None, :]
         return np.asarray(near.any(axis=1))
 
@@ -112,6 +122,26 @@ def agreement(
         begins,
         tuple(contact for contact, first in broken.items() if first == begins),
     )
+
+
+def at_the_end(rhs: SwitchedRhs, t: float, y: Array, errors: Array) -> tuple[Array, Array]:
+    """Times of contacts that may as well close before a run ends, at t, as behind that.
+
+    Parameters
+    ----------
+    y, errors
+        The last state and the errors of its coordinates, shapes (2n,) and (n,).
+
+    Returns
+    -------
+    The times if what y shows goes on, and how much earlier they may be.
+    """
+    gaps, n = rhs.gaps(t, y), len(errors)
+    speeds, sizes = gaps.speeds(y[n:])
+    noise = gaps.noise(errors)
+    falls = (speeds < -TOUCHING * sizes) & (np.abs(gaps.values) <= noise)
+    times = t - gaps.values[falls] / speeds[falls]
+    return times, np.abs(times - t) + noise[falls] / np.abs(speeds[falls])
 
 
 def end_of_bounces(switches: Sequence[Switch]) -> float:

@@ -10,11 +10,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.simulate.agreement import Agreement, agreement, end_of_bounces
+from lagrange_cli.simulate.agreement import Agreement, agreement, at_the_end, end_of_bounces
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Array, State, projection
 from lagrange_cli.simulate.integrators.native import NativeRhs
+from lagrange_cli.simulate.integrators.switching import SwitchedRhs
 from lagrange_cli.simulate.noise import NOISE_PART
 from lagrange_cli.simulate.pilot import COARSE, LEAST, Pilot, suits_gauss
 from lagrange_cli.simulate.problem import InitialValueProblem, RunningScales
@@ -362,13 +363,18 @@ class Attempt:
     @property
     def events(self) -> Agreement | None:
         """What the runs say of the events of contacts, None where there are none."""
-        switches = [run.switches for run in self._runs]
-        if not any(switches):
+        problem, rhs = self._problem, self._problem.rhs
+        if not isinstance(rhs, SwitchedRhs):
             return None
-        problem = self._problem
+        switches = [run.switches for run in self._runs]
         near = CLOSE * self._eps * problem.span
         reached = [run.t for run in self._runs]
-        return agreement(switches, reached, self._weights, problem.until, near)
+        found = agreement(switches, reached, self._weights, problem.until, near)
+        if not self.complete:
+            return found
+        last, n = len(problem.times) - 1, len(problem.kinds)
+        errors = self._errors(last, last + 1, None)[0, :n]
+        return found.also(*at_the_end(rhs, problem.until, self.run.y, errors))
 
     def _hopeless(self, first: int) -> bool:
         """Whether the newest errors are (far) beyond eps on any scale to be expected."""

@@ -258,10 +258,13 @@ def _with_units(task: StressTask, run: StressRun, found: Trajectory) -> StressRu
     known, factors = dimensions(recipe.scene()), point.scaled or {}
     plain = _Forms(recipe, Own()).simulated(accuracy=task.accuracy, budget=task.budget)
     common = min(len(found.t), len(plain.t))
+    jumps = [np.isin(of.t[:common], of.exempt) for of in (found, plain)]
     distance = 0.0
     for name, scale in plain.scales.items():
         here = found.columns[name][:common] / known.factor(name, factors)
         difference = np.abs(here - plain.columns[name][:common])
+        if name not in plain.coordinates:
+            difference[jumps[0] | jumps[1]] = 0.0
         distance = max(distance, float(difference.max()) / scale)
     powers_of_two = all(math.frexp(x)[0] == 0.5 for x in factors.values())
     said = f"{run.reference}; the scene's units"

@@ -364,3 +364,21 @@ def test_energy_drift_counts_beside_what_impacts_took():
     found = run(BALL.replace("e: 0.8", "e: 0.3"), method="DOP853", rtol=1e-9, until=4, samples=3)
     assert found.energy_drift is not None
     assert found.energy_drift < 1e-9
+
+
+@pytest.mark.parametrize("path", ["compiled", "interpreted"])
+@pytest.mark.parametrize("height", [0.1, 0.3, 1.0, 2.7, 1e6])
+def test_an_impact_at_the_very_end_exempts_its_velocity(path: str, height: float):
+    """Whether it has happened is more than arithmetic can tell; elsewhere it is told."""
+    text = BALL.replace("z: 1", f"z: {height}")
+    fall = math.sqrt(2 * height / G)
+    for ulps in (-1, 0, 1):
+        until = fall + ulps * math.ulp(fall)
+        found = run(text, path, accuracy=1e-9, until=until)
+        assert found.status == "ok"
+        assert until in found.exempt
+        assert abs(found.columns["z"][-1]) <= 1e-9 * height
+    for until, speed in ((fall * (1 - 1e-6), -1.0), (fall * (1 + 1e-6), 0.8)):
+        found = run(text, path, accuracy=1e-9, until=until)
+        assert until not in found.exempt
+        assert found.columns["dot(z)"][-1] == pytest.approx(speed * G * fall, rel=1e-5)

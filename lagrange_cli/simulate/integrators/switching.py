@@ -31,6 +31,7 @@ from lagrange_cli.simulate.integrators.falling import RISES, Falling
 __all__ = [
     "ENDLESS",
     "IMPOSSIBLE",
+    "LOCATED",
     "TOO_MANY",
     "TOUCHING",
     "UNDETERMINED",
@@ -67,6 +68,9 @@ SEQUENCE = 4
 #: Events of each contact one upon the other, and the units in the last place of time within
 #: which they are.
 CHATTER, TOGETHER = 40, 16
+
+#: Units in the last place of time within which events are found at best.
+LOCATED = 4
 
 #: Events that are followed, and kept.
 MOST_SWITCHES = 250_000
@@ -245,6 +249,10 @@ class Switching(Integrator):
                 or spent >= most_evaluations
             ):
                 break
+        if self._run is None and self.stuck is None and filled < len(times):
+            # The event was at the end, as far as that can be told.
+            states[filled:] = self.y
+            filled = len(times)
         return Advance(filled, None if self.stuck is None else self.stuck.reason)
 
     def _read(self, run: Integrator) -> None:
@@ -362,7 +370,11 @@ class Switching(Integrator):
         return [int(k) for k in np.flatnonzero(struck)]
 
     def _stand(self) -> None:
-        """Begin a piece here."""
+        """Begin a piece here, unless nothing is left."""
+        self._run = None
+        if self.t_end - self.t <= LOCATED * np.spacing(abs(self.t_end)):
+            self.t = self.t_end
+            return
         n = len(self.y) // 2
         gaps = self._rhs.gaps(self.t, self.y)
         began = [s.contact for s in self.switches if s.t == self.t]
