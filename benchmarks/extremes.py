@@ -35,7 +35,8 @@ SCENES = (
     *("oscillators/coupled_oscillators", "oscillators/relativistic_oscillator"),
     *("lecture/bead_on_parabola", "lecture/masses_through_hole", "surfaces/particle_on_cone"),
     *("constraints/four_bar_linkage", "constraints/slider_crank", "rigid/heavy_top"),
-    *("rolling/chaplygin_sleigh", "contact/bouncing_ball", "contact/particle_leaving_sphere"),
+    *("rolling/chaplygin_sleigh", "rolling/rolling_disk", "rolling/snakeboard"),
+    *("contact/bouncing_ball", "contact/particle_leaving_sphere"),
     "sliding/block_on_wedge",
 )
 
