@@ -27,7 +27,8 @@ TAYLOR_HEADER = "taylor.h"
 #: Pivots below this multiple of their scale count as singular.
 _SMALLEST_PIVOT = "1e-14"
 
-#: Sums by their names, and how many of them a loop finds.
+#: Sums by their names, and how many of them a loop finds, each for two coefficients: with more,
+#: the stack of registers of x87, which wider numbers take, runs over.
 _SUM = re.compile(r"\bs(\d+)\b")
 _AT_ONCE = 2
 
@@ -183,6 +184,7 @@ def _sums(found: Recurrences, read: Sequence[int]) -> Iterator[str]:
 
 
 def _group(found: Recurrences, some: Sequence[int]) -> Iterator[str]:
+    """Some of them: ``d`` and ``e`` are coefficients 1 and k - 1; each ``eI`` serves both sums."""
     products = [(number, *found.sums[number]) for number in some]
     behind = sorted({other for _, _, other in products})
     yield f"lagrange_lane {', '.join(f'e{other} = e[{other}]' for other in behind)};"

@@ -237,6 +237,20 @@ initial: {x: 0.5, dot(x): 0}
     assert np.abs(angle[:shared] - single.columns["x"][:shared]).max() < 2e-9
 
 
+def test_chaos_ends_what_wider_arithmetic_was_asked_for():
+    """The last place of the start decides after some time, whatever computes with it."""
+    plan = plan_of("double_pendulum", {"until": 20.0, "accuracy": 1e-9, "samples": 201})
+    row = tuple({"a": "2.5", "m2": "1", "dot(b)": "0"}[name] for name in plan.names)
+    block, single = run_block(Task(plan, 0, (row,))), single_of(plan, row)
+    assert block.words["method"] == ["Taylor"]
+    assert block.words["status"] == ["accuracy_not_reached"] == [single.status]
+    assert block.words["reason"][0].startswith("accuracy 1e-09 holds until")
+    assert 2 < block.figures["holds_until"][0] < 20
+    assert block.figures["estimated"][0] < 1e-9
+    kept = min(int(np.isfinite(block.columns["a"][0]).sum()), len(single.t))
+    assert np.abs(block.columns["a"][0, :kept] - single.columns["a"][:kept]).max() < 2e-9
+
+
 def test_a_pulse_between_steps_is_seen_or_left_to_a_single_run():
     text = """
 parameters: {m: 1, k: 1, s: 0.02}
