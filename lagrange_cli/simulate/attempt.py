@@ -37,7 +37,7 @@ ABSOLUTE_PART, LEAST_PART = 0.1, 1e-12
 SMALLEST_SCALE = (1e-9, 1e-60, 0.0)
 
 #: By how much the longest step shrinks from attempt to attempt: runs may differ
-#: because some of them passed over something sharp.
+#: because some of them passed over something sharp. Those that differ little did not.
 SHORTER = 3.0
 
 #: The tolerance of LSODA that makes it about as accurate, beside the run's, and the
@@ -47,6 +47,9 @@ OTHER_TOLERANCE, OTHER_FROM = 0.01, 1e-12
 #: The tolerance of a disturbed run by the run's own method. Its steps fall on other
 #: times, so that what lies between the steps of one is met by the other.
 OTHER_STEPS = 2.0
+
+#: The longest step of a disturbed run beside the run's, where the longest ones lead through.
+TAME_STEPS = 0.75
 
 #: Cost of the other method beside the run's, and evaluations to start with, beyond
 #: which it is given up.
@@ -112,13 +115,15 @@ class Attempt:
         self._problem, self._eps, self._found = problem, eps, found
         self.tolerance, self._last, self._given_up = tolerance, last, 0
         self._smallest = SMALLEST_SCALE[min(number, len(SMALLEST_SCALE) - 1)]
-        self._longest = problem.longest_step / SHORTER**number
         method = found.method
         # Where the longest step rules instead of the tolerance, it must differ too.
         longer = LOOSER ** (1 / method.order)
+        looser = None if before is None else before.looser_for(self.wider)
+        self._longest = found.longest_step
+        if number > 0 and before is not None:
+            self._longest = before._longest / (SHORTER if looser is None else longer)
         self._schedule: dict[Run, tuple[Control, float]] = {}
         self.run = self._start(method, tolerance)
-        looser = None if before is None else before.looser_for(self.wider)
         self._looser = looser or self._start(method, tolerance * LOOSER, longer=longer, off=1)
         vain = before is not None and before._given_up
         self._disturbed = self._disturb(method if vain else self._other_method())
@@ -142,10 +147,12 @@ class Attempt:
         # motion of many sizes (a comet's) is resolved at each; an angle, or a
         # position far from the origin, relative to how far it moves.
         relative = np.where(self._sweeping, tolerance, 0.0)
-        samples = len(problem.times) if method.implicit else 1
+        samples = len(problem.times) if method.implicit else self._in_first_step
         longest = longer * self._longest
         absolute = self._absolute(tolerance, samples)
         first_step = self._found.first_step
+        if self._tame:
+            first_step *= longer
         if self.wider:  # where steps are made anew, those of the coarse run are much too long
             first_step /= self._growth(tolerance)
         control = Control(relative, absolute, first_step, longest)
@@ -159,6 +166,19 @@ class Attempt:
         )
         self._schedule[run] = control, tolerance
         return run
+
+    @property
+    def _in_first_step(self) -> int:
+        """Samples by whose scale the first step is judged: those in it where it is a long one."""
+        if not self._tame:
+            return 1
+        first = self._problem.start + self._found.first_step
+        return int(np.searchsorted(self._problem.times[:], first)) + 1
+
+    @property
+    def _tame(self) -> bool:
+        """Whether the motion is known to have nothing sharp, so that few steps lead through it."""
+        return self._found.longest_step > self._problem.longest_step
 
     def _other_method(self) -> type[Integrator]:
         """A method to compare with, the run's own where no other is as good and as fast."""
@@ -175,7 +195,8 @@ class Attempt:
         factor = OTHER_STEPS if method is self.run.method else 1.0
         if method is INTEGRATORS["LSODA"]:
             factor = OTHER_TOLERANCE
-        return self._start(method, self.tolerance * factor, off=2)
+        longer = TAME_STEPS if self._tame else 1.0
+        return self._start(method, self.tolerance * factor, longer=longer, off=2)
 
     @property
     def _runs(self) -> tuple[Run, Run, Run]:
@@ -274,7 +295,7 @@ class Attempt:
         """Let the absolute tolerance grow with the motion."""
         if not run.method.implicit:
             control, tolerance = self._schedule[run]
-            control.atol[:] = self._absolute(tolerance, run.filled)
+            control.atol[:] = self._absolute(tolerance, max(run.filled, self._in_first_step))
 
     @cached_property
     def _sweeping(self) -> NDArray[np.bool_]:
@@ -286,7 +307,8 @@ class Attempt:
     @cached_property
     def _part(self) -> Array:
         """Part of the tolerance that does not shrink with |y|: less where y comes close to 0."""
-        return np.maximum(ABSOLUTE_PART * self._found.closest, LEAST_PART)
+        part = 1.0 if self._tame else ABSOLUTE_PART
+        return np.maximum(part * self._found.closest, LEAST_PART)
 
     def _absolute(self, tolerance: float, samples: int) -> Array:
         """The absolute tolerance after a number of samples, not below the noise."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Rhs
 from lagrange_cli.simulate.integrators.events import NativeEvents
-from lagrange_cli.simulate.integrators.expressions import Tracing
+from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing
 from lagrange_cli.simulate.integrators.native import (
     DOUBLE,
     RHS,
@@ -54,6 +54,9 @@ class ContactParts(Protocol):
 
     def table(self, name: str, columns: int, parameters: Array) -> Table:
         """Another function, at many states."""
+
+    def traced(self, name: str, parameters: Array) -> Expressions:
+        """Another function, to be run over objects."""
 
     def events(
         self, parameters: Array, signs: tuple[float, ...], noise: tuple[float, ...]
@@ -108,6 +111,9 @@ class NativeParts:
         width = 2 * len(self._model.coordinates)
         return native_table(self._system, self._function(name, parameters), width, columns)
 
+    def traced(self, name: str, parameters: Array) -> Expressions:
+        return _traced(self._model, name, parameters)
+
     def events(
         self, parameters: Array, signs: tuple[float, ...], noise: tuple[float, ...]
     ) -> NativeEvents | None:
@@ -152,6 +158,9 @@ class InterpretedParts:
     def table(self, name: str, columns: int, parameters: Array) -> Table:
         return interpreted_table(self._bound(name, parameters), columns)
 
+    def traced(self, name: str, parameters: Array) -> Expressions:
+        return _traced(self._model, name, parameters)
+
     def events(
         self, parameters: Array, signs: tuple[float, ...], noise: tuple[float, ...]
     ) -> NativeEvents | None:
@@ -167,6 +176,10 @@ class InterpretedParts:
         given = parameters.tolist()
         state, flags = self._functions["reset"](t, y, given, *inputs, event, bounce)
         return None if state is None else np.array(state), np.array(flags)
+
+
+def _traced(model: Model, name: str, parameters: Array) -> Expressions:
+    return Expressions(tracing(model.code.python, name), parameters, np.empty(0))
 
 
 def _flags(model: Model) -> slice:

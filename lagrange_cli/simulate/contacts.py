@@ -6,6 +6,7 @@ import numpy as np
 
 from lagrange_cli.simulate.contact_parts import ContactParts
 from lagrange_cli.simulate.integrators.base import Array, Rhs, projection
+from lagrange_cli.simulate.integrators.expressions import Expressions
 from lagrange_cli.simulate.integrators.falling import Falling
 from lagrange_cli.simulate.integrators.switching import Flags, Gaps, SwitchedRhs
 from lagrange_cli.simulate.tables import Table
@@ -64,6 +65,12 @@ class ContactRhs(SwitchedRhs):
         table = self._parts.table("events", len(closed), parameters)
         native = self._parts.events(parameters, signs, noise)
         return Falling(lambda t, y: _row(table, t, y), signs, noise, native)
+
+    def traced(self, closed: Flags) -> tuple[Expressions, Expressions]:
+        parameters = self._with(closed)
+        return self._parts.traced("gaps", parameters), self._parts.traced(
+            "contact_multipliers", parameters
+        )
 
     def gaps(self, t: float, y: Array) -> Gaps:
         count, n = len(self.free), len(y) // 2

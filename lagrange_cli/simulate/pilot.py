@@ -18,6 +18,7 @@ from lagrange_cli.simulate.noise import NOISE_PART, noise_of_step
 from lagrange_cli.simulate.problem import InitialValueProblem, groups, running_scales
 from lagrange_cli.simulate.rows import Grid, thinned
 from lagrange_cli.simulate.run import Run
+from lagrange_cli.simulate.sight import Place, Sight, longest_step
 from lagrange_cli.simulate.stiffness import probe
 from lagrange_cli.simulate.watch import Watch
 
@@ -54,6 +55,14 @@ MOST_STEPS, WINDOW = 1e9, 2**14
 #: How much longer than those of other runs its steps may be: it shows scales alone.
 LONGER = 2.0
 
+#: A motion of fewer steps than this, by what is seen of it (:mod:`.sight`), is followed at the
+#: tolerance to come at once.
+FEW_STEPS = 16
+
+#: How much longer than without sight steps must become for it to be worth to look, unless they
+#: are as long as they may be but for such a part.
+WORTH, FULL = 1.5, 0.9
+
 #: The first step as a part of the span; steps grow tenfold from there.
 FIRST_STEP = 1e-8
 
@@ -84,7 +93,7 @@ class Pilot:
 
     ``scales`` of q and q̇ so far at each sample it reached, shape (samples,
     2n); ``method`` for the runs to come, an explicit one or, where stiff, an
-    implicit one; ``first_step`` for them. ``noise`` is the rounding error of a
+    implicit one; ``first_step`` and ``longest_step`` for them. ``noise`` is the rounding error of a
     step so far, at samples equally far apart, shape (NOISE_SAMPLES at most,
     2n): a tolerance below it would only chase rounding. Each of its samples stands for
     ``stride`` of those that are asked for. ``closest`` is how close to the
@@ -96,6 +105,7 @@ class Pilot:
     closest: Array
     method: type[Integrator]
     first_step: float
+    longest_step: float
     evaluations: int
     stride: int = 1
 
@@ -151,15 +161,46 @@ def pilot(problem: InitialValueProblem, tolerance: float, watch: Watch) -> Pilot
     many = isinstance(problem.times, Grid)
     stride = -(-len(problem.times) * len(problem.y0) // MOST) if many else 1
     problem, spent = replace(problem, times=thinned(problem.times, stride)), 0
+    sight = Sight(problem)
+    reach = sight.first(_Tracker(problem, watch, COARSE).places[0])
     for coarse in COARSE_TOLERANCES:
-        tracker = _Tracker(problem, watch, coarse)
-        run, method, trial = _followed(problem, tracker, tolerance, watch)
-        spent += trial + run.evaluations
+        tracker, run, method, more = _tracked(problem, coarse, tolerance, reach, watch)
+        spent += more
+        while not tracker.shown(seen := tracker.see(sight, tolerance)):
+            reach = seen
+            tracker, run, method, more = _tracked(problem, coarse, tolerance, reach, watch)
+            spent += more
+        reach = seen
         if not tracker.too_close:
             break
+    longest = longest_step(problem, reach)
+    if longest > problem.longest_step:
+        method = _method_of_tame(problem, method, tolerance, tracker.few)
     scales, noise = tracker.scales(run), _noise(problem, run, tracker.step_at)
     closest, first_step = tracker.closest, tracker.first_step
-    return Pilot(scales, noise, closest, method, first_step, spent, stride)
+    return Pilot(scales, noise, closest, method, first_step, longest, spent, stride)
+
+
+def _method_of_tame(
+    problem: InitialValueProblem, method: type[Integrator], tolerance: float, few: bool
+) -> type[Integrator]:
+    """What takes the fewest right-hand sides where long steps lead through a motion: few of them
+    do not pay a higher order, whose many stages do elsewhere though they are not side by side."""
+    names = "DOP853", "Gauss16"
+    suits = isinstance(problem.rhs, NativeRhs) and pieces(problem.rhs) is None
+    if method.name not in names or not suits:
+        return method
+    return INTEGRATORS[names[tolerance <= FINE and not few]]
+
+
+def _tracked(
+    problem: InitialValueProblem, coarse: float, tolerance: float, reach: float, watch: Watch
+) -> tuple[_Tracker, Run, type[Integrator], int]:
+    """A coarse run with sight of so much, the method for further ones, and what both cost."""
+    few = longest_step(problem, reach) * FEW_STEPS > problem.span
+    tracker = _Tracker(problem, watch, min(coarse, tolerance) if few else coarse, reach)
+    run, method, trial = _followed(problem, tracker, tolerance, watch)
+    return tracker, run, method, trial + run.evaluations
 
 
 def _followed(
@@ -260,13 +301,17 @@ class _Tracker:
     ``tolerance`` is relative to them; ``first_step`` is the length that steps settle at.
     """
 
-    def __init__(self, problem: InitialValueProblem, watch: Watch, tolerance: float) -> None:
+    def __init__(
+        self, problem: InitialValueProblem, watch: Watch, tolerance: float, reach: float = 0.0
+    ) -> None:
         self._problem, self._watch, self._tolerance = problem, watch, tolerance
+        self._reach, self._widest = reach, 0.0
         self._longest, self._closest = 0.0, np.ones(len(problem.kinds))
         n = len(problem.kinds)
         rest = problem.y0[n:]
         push = problem.rhs(problem.start, problem.y0)[n:]
-        h = _first_step(problem, push)
+        longest = longest_step(problem, reach)
+        h = longest if reach else _first_step(problem, push)
         first = np.concatenate([np.abs(rest) * h + np.abs(push) * (h * h), np.abs(push) * h])
         first = np.where(np.isfinite(first), first, 0.0)
         self._moved = np.stack([np.zeros_like(first), first])
@@ -276,13 +321,14 @@ class _Tracker:
             rtol=np.repeat([0.0, tolerance], n),
             atol=self._atol,
             first_step=h,
-            max_step=LONGER * problem.longest_step,
+            max_step=longest if reach else LONGER * longest,
         )
         self._control = control
         self.first_step = h
         self._ends: list[float] = []
         self._steps: list[float] = []
         self.explicit = Run(INTEGRATORS["DOP853"], problem, control)
+        self.places = [Place(problem.start, self.explicit.y, self.explicit.began)]
 
     def seen(self) -> Array:
         """Scales of the motion so far."""
@@ -314,10 +360,14 @@ class _Tracker:
         counted, reached = run.steps, run.t
         while evaluations is None or run.evaluations < evaluations:
             before, done = run.t, run.steps - first
-            if not run.advance(len(problem.times), min(1 + done // FEW, FEW)):
+            at_once = 1 if self._reach else min(1 + done // FEW, FEW)
+            goes_on = run.advance(len(problem.times), at_once)
+            if self._reach:
+                self._go_to(run, before)
+            if not goes_on:
                 self._end(run)
                 return True
-            if first == 0 and done == START - 1:
+            if first == 0 and done == (0 if self._reach else START - 1):
                 self.first_step = run.t - before
             elif done >= START:
                 self._note(run, (run.t - before) / max(run.steps - first - done, 1))
@@ -333,6 +383,36 @@ class _Tracker:
             self._moved[1] = np.maximum(self._moved[1], moved)
             self._atol[:] = np.maximum(self._tolerance * self.seen(), LEAST)
         return False
+
+    def _go_to(self, run: Run, before: float) -> None:
+        """Remember where a step has led, and where contacts ended it."""
+        self._widest = max(self._widest, run.t - before)
+        closed = self.places[-1].closed
+        for switch in run.switches:
+            if switch.t > before:
+                self.places.append(Place(switch.t, switch.before, closed))
+                closed = switch.flags
+        self.places.append(Place(run.t, run.y, closed))
+
+    def see(self, sight: Sight, tolerance: float) -> float:
+        """How far is seen from where the run has been, 0 where steps at a tolerance to come would
+        be short without that."""
+        finer = max(1.0, self._tolerance / tolerance) ** (1 / INTEGRATORS["DOP853"].order)
+        limited = self._widest > FULL * longest_step(self._problem, self._reach)
+        if self._widest < finer * WORTH * self._problem.longest_step and not limited:
+            return 0.0
+        return sight.along(self.places, self._reach, self.seen())
+
+    def shown(self, reach: float) -> bool:
+        """Whether to see so far is enough for the steps that were made."""
+        usual = LONGER * self._problem.longest_step
+        possible = max(usual, longest_step(self._problem, reach))
+        return reach >= self._reach or self._widest <= possible
+
+    @property
+    def few(self) -> bool:
+        """Whether few steps lead through the motion."""
+        return longest_step(self._problem, self._reach) * FEW_STEPS > self._problem.span
 
     def _note(self, run: Run, h: float) -> None:
         """Remember the length of steps, and how far from the origin the short ones are."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from functools import cache
-from types import SimpleNamespace
+from types import CodeType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -58,8 +58,13 @@ def functions_of(code: str) -> dict[str, Any]:
     text of a scene is in it.
     """
     functions: dict[str, Any] = {}
-    exec(compile(code, "<model>", "exec"), functions)
+    exec(_compiled(code), functions)
     return functions
+
+
+@cache
+def _compiled(code: str) -> CodeType:
+    return compile(code, "<model>", "exec")
 
 
 @cache

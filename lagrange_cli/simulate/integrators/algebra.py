@@ -23,10 +23,11 @@ _ROUGH = ("abs", "fabs", "sign", "copysign", "min", "max")
 
 
 class Algebra:
-    """The functions of a package, over :class:`Traced`, and how many ``operations`` were made."""
+    """The functions of a package, over :class:`Traced`, and how many ``operations`` were made, of
+    ``most``."""
 
-    def __init__(self, package: Any) -> None:
-        self._package = package
+    def __init__(self, package: Any, most: int = MOST_OPERATIONS) -> None:
+        self._package, self._most = package, most
         self.operations = 0
         self.functions: dict[str, Callable[..., Any]] = {
             name: self._function(getattr(package, name)) for name in _SAME
@@ -68,8 +69,8 @@ class Algebra:
             There are too many.
         """
         self.operations += 1
-        if self.operations > MOST_OPERATIONS:
-            raise UnfitError(f"it takes more than {MOST_OPERATIONS:,} operations")
+        if self.operations > self._most:
+            raise UnfitError(f"it takes more than {self._most:,} operations")
 
 
 class _Rough:
@@ -99,7 +100,7 @@ class Traced:
     @classmethod
     def of(cls, value: Any, algebra: Algebra) -> Traced:
         """A value as one of these."""
-        return value if isinstance(value, Traced) else cls(value, algebra)
+        return value if isinstance(value, Traced) else cls(float(value), algebra)
 
     def _with(self, other: Any) -> Any:
         return other.value if isinstance(other, Traced) else float(other)

@@ -26,6 +26,7 @@ from lagrange_cli.simulate.integrators.base import (
     StepError,
     projection,
 )
+from lagrange_cli.simulate.integrators.expressions import Expressions
 from lagrange_cli.simulate.integrators.falling import RISES, Falling
 
 __all__ = [
@@ -162,6 +163,11 @@ class SwitchedRhs(ABC):
     @abstractmethod
     def falling(self, closed: Flags, signs: tuple[float, ...], noise: tuple[float, ...]) -> Falling:
         """The multiplier of each closed contact and the gap of each open one."""
+
+    @abstractmethod
+    def traced(self, closed: Flags) -> tuple[Expressions, Expressions]:
+        """Two functions to be run over objects: the gaps come first of what the one gives, the
+        multipliers of the contacts last of what the other does."""
 
     @abstractmethod
     def gaps(self, t: float, y: Array) -> Gaps:
