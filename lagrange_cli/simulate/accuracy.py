@@ -148,7 +148,7 @@ def integrate_to_accuracy(problem: InitialValueProblem, eps: float, watch: Watch
         try:
             part = FIRST_READ_OFF if problem.read_off else FIRST_TOLERANCE
             first = min(part * eps, LARGEST_TOLERANCE)
-            found = pilot_or_before(problem, first, watch)
+            found = pilot_or_before(problem, first, watch, looks=True)
             refuse_below_floor(problem, eps, found.scales[-1, : len(problem.kinds)])
             if watch.keeper is not None:
                 watch.keeper.keep(

@@ -150,19 +150,28 @@ class Pilot:
         return self.method.implicit
 
 
-def pilot_or_before(problem: InitialValueProblem, tolerance: float, watch: Watch) -> Pilot:
+def pilot_or_before(
+    problem: InitialValueProblem, tolerance: float, watch: Watch, *, looks: bool = False
+) -> Pilot:
     """What the pilot finds, or found before a run was interrupted that goes on."""
     before = None if watch.keeper is None else watch.keeper.before
-    return pilot(problem, tolerance, watch) if before is None else Pilot.restored(before["pilot"])
+    if before is not None:
+        return Pilot.restored(before["pilot"])
+    return pilot(problem, tolerance, watch, looks=looks)
 
 
-def pilot(problem: InitialValueProblem, tolerance: float, watch: Watch) -> Pilot:
-    """Run coarsely over the whole problem; ``tolerance`` is what the finer runs will use."""
+def pilot(
+    problem: InitialValueProblem, tolerance: float, watch: Watch, *, looks: bool = False
+) -> Pilot:
+    """Run coarsely over the whole problem; ``tolerance`` is what the finer runs will use.
+
+    Where it ``looks``, steps are as long as :mod:`.sight` shows that they may be.
+    """
     many = isinstance(problem.times, Grid)
     stride = -(-len(problem.times) * len(problem.y0) // MOST) if many else 1
     problem, spent = replace(problem, times=thinned(problem.times, stride)), 0
     sight = Sight(problem)
-    reach = sight.first(_Tracker(problem, watch, COARSE).places[0])
+    reach = sight.first(_Tracker(problem, watch, COARSE).places[0]) if looks else 0.0
     for coarse in COARSE_TOLERANCES:
         tracker, run, method, more = _tracked(problem, coarse, tolerance, reach, watch)
         spent += more
@@ -367,7 +376,8 @@ class _Tracker:
             if not goes_on:
                 self._end(run)
                 return True
-            if first == 0 and done == (0 if self._reach else START - 1):
+            cut = self._reach and self.places[-2].t > before
+            if first == 0 and done == (0 if self._reach else START - 1) and not cut:
                 self.first_step = run.t - before
             elif done >= START:
                 self._note(run, (run.t - before) / max(run.steps - first - done, 1))
@@ -405,8 +415,7 @@ class _Tracker:
 
     def shown(self, reach: float) -> bool:
         """Whether to see so far is enough for the steps that were made."""
-        usual = LONGER * self._problem.longest_step
-        possible = max(usual, longest_step(self._problem, reach))
+        possible = longest_step(self._problem, reach) if reach else 0.0
         return reach >= self._reach or self._widest <= possible
 
     @property

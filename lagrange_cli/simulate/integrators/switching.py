@@ -24,6 +24,7 @@ from lagrange_cli.simulate.integrators.base import (
     Rhs,
     State,
     StepError,
+    UnfitError,
     projection,
 )
 from lagrange_cli.simulate.integrators.expressions import Expressions
@@ -164,10 +165,16 @@ class SwitchedRhs(ABC):
     def falling(self, closed: Flags, signs: tuple[float, ...], noise: tuple[float, ...]) -> Falling:
         """The multiplier of each closed contact and the gap of each open one."""
 
-    @abstractmethod
     def traced(self, closed: Flags) -> tuple[Expressions, Expressions]:
         """Two functions to be run over objects: the gaps come first of what the one gives, the
-        multipliers of the contacts last of what the other does."""
+        multipliers of the contacts last of what the other does.
+
+        Raises
+        ------
+        UnfitError
+            Only their values are to be had.
+        """
+        raise UnfitError("its events are not to be had as expressions")
 
     @abstractmethod
     def gaps(self, t: float, y: Array) -> Gaps:

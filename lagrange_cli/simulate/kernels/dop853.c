@@ -219,7 +219,7 @@ static int step(lagrange_run *run, double limit)
  * then what goes through both ends with their slopes is the interpolant. */
 static int straight(const lagrange_run *run, double h)
 {
-    static const double at[] = {
+    const double at[] = {
         0.0, 0.526001519587677318785587544488e-01, 0.789002279381515978178381316732e-01,
         0.118350341907227396726757197510, 0.281649658092772603273242802490, 1.0/3.0, 0.25, 4.0/13.0,
         0.651282051282051282051282051282, 0.6, 6.0/7.0, 1.0};
@@ -229,7 +229,7 @@ static int straight(const lagrange_run *run, double h)
     for (j = 1; j < 12; ++j) {
         for (i = 0; i < n; ++i) {
             const double off = K(j) - (K(0) + at[j]*(K(12) - K(0)));
-            if (!(fabs(h*off*scale[i]) < 1e-3)) {
+            if (!(fabs(h*off*scale[i]) < 0.1)) {
                 return 0;
             }
         }
