@@ -295,7 +295,7 @@ def _measured(
         failure=best.failure,
         stopped=stopped,
         method=best.run.method.name,
-        choice=why(found),
+        choice=why(found, problem.longest_step),
         steps=best.run.steps,
         evaluations=best.run.evaluations,
         all_evaluations=found.evaluations + sum(a.evaluations for a in attempts),
@@ -350,15 +350,17 @@ def until(
     return (*inside, *([] if all_of_them else beyond[:1]))
 
 
-def why(found: Pilot) -> str:
-    """Why the pilot's method is taken, in words."""
+def why(found: Pilot, usual: float) -> str:
+    """Why the pilot's method is taken, in words; ``usual``: the longest step of most runs."""
     if found.stiff:
         return "a coarse trial found the system stiff: an implicit method needs fewer evaluations"
+    reason = "an explicit method of high order"
     if found.method is INTEGRATORS["Gauss16"]:
-        return "no stiffness was found: collocation, whose eight stages are evaluated side by side"
+        reason = "collocation, whose eight stages are evaluated side by side"
     if found.method is INTEGRATORS["taylor"]:
-        return "no stiffness was found: series that are compiled without a compiler of C"
-    return "no stiffness was found: an explicit method of high order"
+        reason = "series that are compiled without a compiler of C"
+    long = ", in long steps: nothing sharp is near the motion, around which it is analytic"
+    return f"no stiffness was found: {reason}{long if found.longest_step > usual else ''}"
 
 
 def only_the_start(problem: InitialValueProblem, seconds: float) -> Measured:

@@ -155,7 +155,8 @@ class Attempt:
             first_step *= longer
         if self.wider:  # where steps are made anew, those of the coarse run are much too long
             first_step /= self._growth(tolerance)
-        control = Control(relative, absolute, first_step, longest)
+        rests = problem.autonomous
+        control = Control(relative, absolute, first_step, longest, autonomous=rests)
         disturbed = problem.disturbed or (problem.rhs, problem.rhs)
         run = Run(
             method,

@@ -47,7 +47,11 @@ def integrate_with_method(problem: InitialValueProblem, request: Request, watch:
     return replace(
         measured_run(run, problem),
         stopped=stopped,
-        choice="as requested" if request.method else why(found) if found else "",
+        choice="as requested"
+        if request.method
+        else why(found, problem.longest_step)
+        if found
+        else "",
         all_evaluations=run.evaluations + (found.evaluations if found else 0),
         run_seconds=time.perf_counter() - run_started,
         estimate_seconds=run_started - started,

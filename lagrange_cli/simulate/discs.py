@@ -99,7 +99,7 @@ def exp(z: Disc) -> Disc:
 
 def log(z: Disc) -> Disc:
     ratio = z.radius / z.middle
-    return Disc(np.log(z.middle), _where(ratio < 1, -np.log1p(-ratio)))
+    return Disc(np.log(z.middle), _where((ratio >= 0) & (ratio < 1), -np.log1p(-ratio)))
 
 
 def sqrt(z: Disc) -> Disc:

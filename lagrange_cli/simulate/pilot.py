@@ -331,6 +331,7 @@ class _Tracker:
             atol=self._atol,
             first_step=h,
             max_step=longest if reach else LONGER * longest,
+            autonomous=problem.autonomous,
         )
         self._control = control
         self.first_step = h

@@ -35,7 +35,7 @@ def run(of, accuracy, functions=None, **how):
 
 @pytest.mark.parametrize(("accuracy", "method"), [(1e-3, "DOP853"), (1e-7, "Gauss16")])
 def test_fine_tolerances_are_run_by_collocation(pendulum, accuracy, method):
-    found = run(pendulum, accuracy, until=1.0)
+    found = run(pendulum, accuracy, until=3.0)
     assert (found.status, found.method) == ("ok", method)
     assert ("side by side" in found.choice) == (method == "Gauss16")
 
@@ -78,3 +78,16 @@ def test_cost_is_within_twice_the_front(name, until):
     ]
     assert len(costs) == 3
     assert all(cost is not None and cost <= 2 for cost in costs), costs
+
+
+@pytest.mark.parametrize(
+    ("name", "most"),
+    [("lecture/lever", 3), ("pulleys/atwood", 25), ("lecture/rigid_triangle", 25)],
+)
+def test_simple_motion_takes_few_evaluations(name, most):
+    """Nothing sharp is near it: a lever that rests, uniform accelerations, uniform rotation."""
+    for accuracy in (1e-3, 1e-6, 1e-9):
+        found = run(model(name), accuracy)
+        assert found.status == "ok"
+        assert found.rhs_evaluations <= most
+        assert "nothing sharp" in found.choice

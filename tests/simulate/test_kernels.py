@@ -128,7 +128,8 @@ def test_order_of_collocation_by_quadrature():
 
 def error_between(name, begin, h):
     """Largest error of q̇ = sin(5t)/5 within one step of h."""
-    how = Control(np.zeros(2), np.full(2, 1.0), h, h)
+    # Coarse enough for one step, not so coarse that a cubic will do between its ends.
+    how = Control(np.zeros(2), np.full(2, 0.02), h, h)
     run = begun(INTEGRATORS[name], native("driven"), [0.0, 0.0], begin + 9.0, how, t0=begin)
     times = np.linspace(begin, begin + h, 51)
     v = samples(run, times)[:, 1]
@@ -419,3 +420,23 @@ def test_every_system_of_these_tests_is_used():
     here = Path(__file__).parent
     tests = "".join(path.read_text() for path in here.glob("test_kernel*.py"))
     assert all(f'"{name}"' in tests for name in SYSTEMS)
+
+
+def test_rest_takes_one_evaluation_a_step_where_nothing_depends_on_time():
+    for autonomous, most in ((True, 1 + 4), (False, 1 + 4 * 12)):
+        how = Control(np.zeros(2), np.full(2, 1e-9), 0.5, 0.5, autonomous=autonomous)
+        run = begun(INTEGRATORS["DOP853"], native("oscillator", 1.0), [0.0, 0.0], 2.0, how)
+        assert (samples(run, np.linspace(0.0, 2.0, 21)) == 0).all()
+        assert (run.steps, run.evaluations) == (4, most)
+
+
+def test_a_parabola_needs_no_further_slopes_between_steps():
+    how = Control(np.zeros(2), np.full(2, 1e-9), 1.0, 1.0)
+    run = begun(INTEGRATORS["DOP853"], native("sums", 3.0, 0.0), [0.5, 1.0], 2.0, how)
+    times = np.linspace(0.0, 2.0, 21)
+    exact = np.column_stack([0.5 + times + 1.5 * times**2, 1.0 + 3.0 * times])
+    assert np.abs(samples(run, times) - exact).max() < 1e-14
+    assert run.evaluations == 1 + 2 * 12
+    run = begun(INTEGRATORS["DOP853"], native("pendulum"), [0.5, 1.0], 2.0, how)
+    samples(run, times)
+    assert run.evaluations > run.steps * (12 + 3)

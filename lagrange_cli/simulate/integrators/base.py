@@ -141,7 +141,8 @@ class Control:
 
     ``rtol`` and ``atol`` have one entry a component of y; ``first_step`` and
     ``max_step`` are times; ``step`` is the step of methods that are not
-    adaptive.
+    adaptive. ``autonomous``: rhs is known not to depend on t, so that what rests
+    goes on to.
     """
 
     rtol: Array
@@ -149,6 +150,7 @@ class Control:
     first_step: float
     max_step: float
     step: float | None = None
+    autonomous: bool = False
 
 
 @dataclass(frozen=True)

@@ -265,9 +265,16 @@ class _Interpolating(_Compiled):
 
 
 class CompiledDOP853(_Interpolating, DOP853):
-    """:class:`DOP853` in C: the same coefficients, error estimate and step control."""
+    """:class:`DOP853` in C: the same coefficients, error estimate and step control.
+
+    Slopes are not evaluated within a step from rest, nor for an interpolant that is a cubic.
+    """
 
     kernel = "dop853"
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        super().__init__(rhs, t0, y0, t_end, control)
+        self._run.mode = control.autonomous
 
 
 class CompiledGauss16(_Interpolating, Gauss16):
