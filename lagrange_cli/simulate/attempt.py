@@ -17,10 +17,11 @@ from lagrange_cli.simulate.integrators.base import Array, State, projection
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.switching import SwitchedRhs
 from lagrange_cli.simulate.noise import NOISE_PART
-from lagrange_cli.simulate.pilot import COARSE, LEAST, Pilot, suits_gauss
+from lagrange_cli.simulate.pilot import Pilot, suits_gauss
 from lagrange_cli.simulate.problem import InitialValueProblem, RunningScales
 from lagrange_cli.simulate.rows import first_from, window_rows
 from lagrange_cli.simulate.run import Failure, Run
+from lagrange_cli.simulate.tracking import COARSE, LEAST
 from lagrange_cli.simulate.verdict import Judging, Verdict
 from lagrange_cli.simulate.watch import Watch
 
@@ -87,6 +88,9 @@ SAME_END = 1e-3
 #: run to be lost in its own rounding.
 LOST = 4.0
 
+#: What is expected at least: a pilot at rest takes next to none, and disturbed runs do not rest.
+FEW_EVALUATIONS = 500
+
 
 @dataclass
 class _March:
@@ -127,7 +131,8 @@ class Attempt:
         self._looser = looser or self._start(method, tolerance * LOOSER, longer=longer, off=1)
         vain = before is not None and before._given_up
         self._disturbed = self._disturb(method if vain else self._other_method())
-        self._most: float = LOST * self._growth(tolerance) * found.evaluations
+        expected = max(found.evaluations, FEW_EVALUATIONS)
+        self._most: float = LOST * self._growth(tolerance) * expected
         self._march_at = _March()
         self._judged: tuple[object, Verdict] | None = None
         self.run_seconds = 0.0

@@ -11,10 +11,11 @@ from lagrange_cli.simulate.accuracy import Measured, only_the_start, until, why
 from lagrange_cli.simulate.checkpoint import Keeper
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.pilot import FIRST_STEP, Pilot, pilot_or_before
+from lagrange_cli.simulate.pilot import Pilot, pilot_or_before
 from lagrange_cli.simulate.problem import InitialValueProblem, last_scales
 from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.run import Run
+from lagrange_cli.simulate.tracking import FIRST_STEP
 from lagrange_cli.simulate.watch import StoppedError, Watch
 
 __all__ = ["control_of", "integrate_with_method", "measured_run"]

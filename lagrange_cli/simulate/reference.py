@@ -20,9 +20,10 @@ from lagrange_cli.simulate.agreement import agreement, end_of_bounces
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
 from lagrange_cli.simulate.integrators.base import Array, projection
 from lagrange_cli.simulate.integrators.switching import Switch
-from lagrange_cli.simulate.pilot import LEAST, Pilot
+from lagrange_cli.simulate.pilot import Pilot
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
 from lagrange_cli.simulate.run import Failure, Run
+from lagrange_cli.simulate.tracking import LEAST
 from lagrange_cli.simulate.watch import StoppedError, Watch
 
 __all__ = ["Motion", "Reference", "errors", "motion_of", "no_time", "reference"]

@@ -30,7 +30,7 @@ __all__ = ["Place", "Sight", "longest_step"]
 
 #: The longest step beside the radius of discs along it, and beside the span: runs that are
 #: compared must differ in their steps.
-STEP, MOST = 4.0, 0.6
+STEP, MOST = 4.5, 0.6
 
 #: Of places closer to each other than this part of the radius the first one is enough, and no
 #: two are farther from each other than the second.
@@ -81,7 +81,8 @@ class Sight:
         """The radius of a disc of times in which the motion from there is analytic and tame: the
         largest that is shown by way of smaller ones, up to the span, 0 for none."""
         least, span = SMALLEST * self._problem.longest_step, self._problem.span
-        radii = np.array([least * 2.0**k for k in range(1 + int(math.log2(span / least)))])
+        count = 1 + int(math.log(span / least, SHRINK))
+        radii = np.array([least * SHRINK**k for k in range(count)])
         clear = self._clear([place] * len(radii), radii, np.zeros_like(place.y))
         return 0.0 if not clear[0] else float(radii[: np.append(clear, False).argmin()][-1])
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from accuracy_systems import problem
 
-from lagrange_cli.simulate.pilot import FIRST_STEP, pilot
+from lagrange_cli.simulate.pilot import pilot
+from lagrange_cli.simulate.tracking import FIRST_STEP
 from lagrange_cli.simulate.watch import Watch
 
 
