@@ -5,10 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lagrange_cli.simulate.agreement import Agreement, agreement, at_the_end, end_of_bounces
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
@@ -16,12 +14,12 @@ from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Array, State, projection
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.switching import SwitchedRhs
-from lagrange_cli.simulate.noise import NOISE_PART
 from lagrange_cli.simulate.pilot import Pilot, suits_gauss
 from lagrange_cli.simulate.problem import InitialValueProblem, RunningScales
 from lagrange_cli.simulate.rows import first_from, window_rows
 from lagrange_cli.simulate.run import Failure, Run
-from lagrange_cli.simulate.tracking import COARSE, LEAST
+from lagrange_cli.simulate.steering import Steering
+from lagrange_cli.simulate.tracking import COARSE
 from lagrange_cli.simulate.verdict import Judging, Verdict
 from lagrange_cli.simulate.watch import Watch
 
@@ -29,13 +27,6 @@ __all__ = ["Attempt"]
 
 #: Tolerance of the looser run beside that of the run.
 LOOSER = 10.0
-
-#: Part of the tolerance that does not shrink with |y|, usually and at least.
-ABSOLUTE_PART, LEAST_PART = 0.1, 1e-12
-
-#: How small a scale so far is taken to be beside the last, at each attempt:
-#: motion that grows from almost nothing may need it resolved.
-SMALLEST_SCALE = (1e-9, 1e-60, 0.0)
 
 #: By how much the longest step shrinks from attempt to attempt: runs may differ
 #: because some of them passed over something sharp. Those that differ little did not.
@@ -118,7 +109,7 @@ class Attempt:
     ) -> None:
         self._problem, self._eps, self._found = problem, eps, found
         self.tolerance, self._last, self._given_up = tolerance, last, 0
-        self._smallest = SMALLEST_SCALE[min(number, len(SMALLEST_SCALE) - 1)]
+        self._steering = Steering(problem, found, number)
         method = found.method
         # Where the longest step rules instead of the tolerance, it must differ too.
         longer = LOOSER ** (1 / method.order)
@@ -148,20 +139,13 @@ class Attempt:
     ) -> Run:
         """A run at a tolerance, with longer steps allowed, or disturbed by a pattern."""
         problem = self._problem
-        # A component that sweeps over its own size is taken relatively, so that
-        # motion of many sizes (a comet's) is resolved at each; an angle, or a
-        # position far from the origin, relative to how far it moves.
-        relative = np.where(self._sweeping, tolerance, 0.0)
-        samples = len(problem.times) if method.implicit else self._in_first_step
         longest = longer * self._longest
-        absolute = self._absolute(tolerance, samples)
         first_step = self._found.first_step
-        if self._tame:
+        if self._steering.tame:
             first_step *= longer
         if self.wider:  # where steps are made anew, those of the coarse run are much too long
             first_step /= self._growth(tolerance)
-        rests = problem.autonomous
-        control = Control(relative, absolute, first_step, longest, autonomous=rests)
+        control = self._steering.control(method, tolerance, first_step, longest)
         disturbed = problem.disturbed or (problem.rhs, problem.rhs)
         run = Run(
             method,
@@ -172,19 +156,6 @@ class Attempt:
         )
         self._schedule[run] = control, tolerance
         return run
-
-    @property
-    def _in_first_step(self) -> int:
-        """Samples by whose scale the first step is judged: those in it where it is a long one."""
-        if not self._tame:
-            return 1
-        first = self._problem.start + self._found.first_step
-        return int(np.searchsorted(self._problem.times[:], first)) + 1
-
-    @property
-    def _tame(self) -> bool:
-        """Whether the motion is known to have nothing sharp, so that few steps lead through it."""
-        return self._found.longest_step > self._problem.longest_step
 
     def _other_method(self) -> type[Integrator]:
         """A method to compare with, the run's own where no other is as good and as fast."""
@@ -201,7 +172,7 @@ class Attempt:
         factor = OTHER_STEPS if method is self.run.method else 1.0
         if method is INTEGRATORS["LSODA"]:
             factor = OTHER_TOLERANCE
-        longer = TAME_STEPS if self._tame else 1.0
+        longer = TAME_STEPS if self._steering.tame else 1.0
         return self._start(method, self.tolerance * factor, longer=longer, off=2)
 
     @property
@@ -301,28 +272,7 @@ class Attempt:
         """Let the absolute tolerance grow with the motion."""
         if not run.method.implicit:
             control, tolerance = self._schedule[run]
-            control.atol[:] = self._absolute(tolerance, max(run.filled, self._in_first_step))
-
-    @cached_property
-    def _sweeping(self) -> NDArray[np.bool_]:
-        n = len(self._problem.kinds)
-        sweeping = np.abs(self._problem.y0) <= self._found.scales[-1]
-        sweeping[:n] &= ~self._problem.angles
-        return np.asarray(sweeping)
-
-    @cached_property
-    def _part(self) -> Array:
-        """Part of the tolerance that does not shrink with |y|: less where y comes close to 0."""
-        part = 1.0 if self._tame else ABSOLUTE_PART
-        return np.maximum(part * self._found.closest, LEAST_PART)
-
-    def _absolute(self, tolerance: float, samples: int) -> Array:
-        """The absolute tolerance after a number of samples, not below the noise."""
-        whole = self._found.scales[-1]
-        so_far = np.maximum(self._found.scales_so_far(samples), self._smallest * whole)
-        absolute = tolerance * np.where(self._sweeping, self._part * so_far, whole)
-        noise = NOISE_PART * self._found.noise_so_far(samples)
-        return np.asarray(np.maximum(absolute, noise + LEAST))
+            control.atol[:] = self._steering.absolute(tolerance, run.filled)
 
     def _advance(self, run: Run, samples: int, watch: Watch) -> None:
         started = time.perf_counter()
@@ -469,7 +419,7 @@ class Attempt:
     @property
     def loose_at_first(self) -> bool:
         """Whether a smaller scale than the motion so far had bounds the absolute tolerance."""
-        return bool((self._found.scales[0] < self._smallest * self._found.scales[-1]).any())
+        return self._steering.loose_at_first
 
     @property
     def reduction(self) -> float:
