@@ -50,6 +50,9 @@ MARGIN, ROUNDS, LARGEST = 1.1, 12, 8.0
 #: The least disc around a state, beside the largest of its kind, and of an angle.
 LEAST = 1e-3
 
+#: How often discs are made tighter.
+TIGHTER = 4
+
 #: How many times the radius of an event function's disc may shrink where that of the states is
 #: halved: 8 is that of a cubic.
 TAME = 8.0
@@ -81,8 +84,8 @@ class Sight:
         """The radius of a disc of times in which the motion from there is analytic and tame: the
         largest that is shown by way of smaller ones, up to the span, 0 for none."""
         least, span = SMALLEST * self._problem.longest_step, self._problem.span
-        count = 1 + int(math.log(span / least, SHRINK))
-        radii = np.array([least * SHRINK**k for k in range(count)])
+        count = 1 + round(math.log(span / least, SHRINK))
+        radii = np.array([min(least * SHRINK**k, span) for k in range(count)])
         clear = self._clear([place] * len(radii), radii, np.zeros_like(place.y))
         return 0.0 if not clear[0] else float(radii[: np.append(clear, False).argmin()][-1])
 
@@ -165,8 +168,18 @@ class _Places:
             states = np.where(inside[:, None], states, np.fmax(states, MARGIN * needed))
         clear = inside & ~lost
         if isinstance(rhs, SwitchedRhs) and clear.any():
-            clear &= self._falls_tamely(rhs, states)
+            clear &= self._falls_tamely(rhs, self._tightened(of, states))
         return np.asarray(clear)
+
+    def _tightened(self, of: Expressions, states: Array) -> Array:
+        """Discs of states that enclose the motions alone: Picard's iteration leads from any that it
+        does not leave to smaller ones. In those that are larger than need be, a gap may change
+        by more than what is sharp in it."""
+        for _ in range(TIGHTER):
+            found = self._over(of, self._radii, states)
+            needed = self._radii[:, None] * np.stack([disc.largest for disc in found], axis=1)
+            states = np.fmin(states, needed)
+        return states
 
     def _first(self, slopes: Array) -> Array:
         """How far states go at first, with a part of what others of their kind do."""
@@ -198,7 +211,7 @@ class _Places:
                 whole = self._over(of, self._radii, states, few)
                 half = self._over(of, self._radii / 2, states / 2, few)
                 for a, b in zip(whole, half, strict=True):
-                    tame &= a.radius <= TAME * b.radius
+                    tame &= np.isfinite(a.radius) & (a.radius <= TAME * b.radius)
         return tame
 
     def _over(

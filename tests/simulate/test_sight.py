@@ -182,3 +182,55 @@ def test_rough_ground_is_looked_at_more_closely_than_flat_ground():
     touched = rough.events[0].state
     assert touched["z"] == pytest.approx(1e-3 * math.sin(touched["x"] / 1e-3), abs=1e-9)
     assert flat.events[0].t == pytest.approx(math.sqrt(2 / 9.81), rel=1e-9)
+
+
+POST = """
+name: post
+parameters: {{h: 1.3, w: {width}, c: 0.61}}
+particles: {{p: {{mass: 1, position: [x, 0, z]}}}}
+coordinates: [x, z]
+potentials: {{V: "10*z"}}
+constraints: {{ground: {{unilateral: "z >= {post}", restitution: 0.5}}}}
+initial: {{x: 0, dot(x): 1, z: 0.1, dot(z): 5}}
+simulate: {{until: 1, samples: 21, accuracy: 1e-6}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("post", "width"),
+    [
+        ("h/cosh((x-c)/w)^8", 0.01),
+        ("h/cosh((x-c)/w)^2", 0.003),
+        ("h*exp(-((x-c)/w)^2)", 0.01),
+        ("h/(1 + ((x-c)/w)^2)^2", 0.01),
+        ("h*(tanh((x-c+0.02)/w) - tanh((x-c-0.02)/w))/2", 0.003),
+        ("h/cosh((t-c)/w)^4", 0.003),
+    ],
+)
+def test_narrow_posts_are_met(post, width):
+    """The way of the ball is known: where it meets the post is found on a fine grid."""
+    compiled_or_skip()
+    found = loads(POST.format(post=post, width=width)).derive().simulate()
+    t = np.linspace(0.5, 0.7, 2_000_001)
+    numbers = {"x": t, "t": t, "h": 1.3, "w": width, "c": 0.61}
+    functions = {"cosh": np.cosh, "exp": np.exp, "tanh": np.tanh}
+    height = eval(post.replace("^", "**"), numbers | functions)
+    met = t[np.flatnonzero(0.1 + 5 * t - 5 * t**2 < height)[0]]
+    assert found.events[0].t == pytest.approx(met, abs=1e-6)
+
+
+def test_a_low_wave_under_a_long_way_is_met():
+    compiled_or_skip()
+    text = """
+name: skim
+parameters: {z0: 1.5995e-8, H: 1.62306e-8, w: 0.01538, c: 0.558473}
+particles: {p: {mass: 1, position: [x, 0, z]}}
+coordinates: [x, z]
+constraints: {ground: {unilateral: "z >= H*sin((x-c)/w)", restitution: 0.5}}
+initial: {x: 0, dot(x): 1, z: z0, dot(z): 0}
+simulate: {until: 1, samples: 21, accuracy: 1e-9}
+"""
+    found = loads(text).derive().simulate()
+    t = np.linspace(0, 0.2, 2_000_001)
+    met = t[np.flatnonzero(1.62306e-8 * np.sin((t - 0.558473) / 0.01538) > 1.5995e-8)[0]]
+    assert found.events[0].t == pytest.approx(met, abs=1e-6)
