@@ -26,8 +26,8 @@ class Algebra:
     """The functions of a package, over :class:`Traced`, and how many ``operations`` were made, of
     ``most``."""
 
-    def __init__(self, package: Any, most: int = MOST_OPERATIONS) -> None:
-        self._package, self._most = package, most
+    def __init__(self, package: Any, most: int | None = None) -> None:
+        self._package, self._most = package, most or MOST_OPERATIONS
         self.operations = 0
         self.functions: dict[str, Callable[..., Any]] = {
             name: self._function(getattr(package, name)) for name in _SAME
