@@ -6,7 +6,7 @@ with a spring or without, at a random accuracy. Each run is compared with SciPy'
 of a quarter of the width: what is kept may not be wrong by more than the accuracy, nor by more
 than its estimate.
 
-    python benchmarks/sharpness.py --runs 150
+    python benchmarks/sharpness.py --runs 100
 """
 
 from __future__ import annotations
