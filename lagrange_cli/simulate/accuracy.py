@@ -354,13 +354,15 @@ def why(found: Pilot, usual: float) -> str:
     """Why the pilot's method is taken, in words; ``usual``: the longest step of most runs."""
     if found.stiff:
         return "a coarse trial found the system stiff: an implicit method needs fewer evaluations"
-    reason = "an explicit method of high order"
-    if found.method is INTEGRATORS["Gauss16"]:
-        reason = "collocation, whose eight stages are evaluated side by side"
+    reason, by_gauss = "an explicit method of high order", found.method is INTEGRATORS["Gauss16"]
     if found.method is INTEGRATORS["taylor"]:
         reason = "series that are compiled without a compiler of C"
-    long = ", in long steps: nothing sharp is near the motion, around which it is analytic"
-    return f"no stiffness was found: {reason}{long if found.longest_step > usual else ''}"
+    if found.longest_step > usual:
+        reason = "collocation at eight points" if by_gauss else reason
+        reason += ", in long steps: nothing sharp is near the motion, around which it is analytic"
+    elif by_gauss:
+        reason = "collocation, whose eight stages are evaluated side by side"
+    return f"no stiffness was found: {reason}"
 
 
 def only_the_start(problem: InitialValueProblem, seconds: float) -> Measured:

@@ -159,10 +159,9 @@ class _Places:
         most = np.maximum(LARGEST * self._of_kind(states), self._scales)
         lost = ~np.isfinite(slopes).all(axis=1)
         for _ in range(ROUNDS):
-            found = self._over(of, self._radii, states)
-            needed = self._radii[:, None] * np.stack([disc.largest for disc in found], axis=1)
+            needed = self._needed(of, states)
             lost |= ~(needed <= most).all(axis=1)
-            inside = (needed <= states).all(axis=1)
+            inside = np.asarray((needed <= states).all(axis=1))
             if (lost | inside).all():
                 break
             states = np.where(inside[:, None], states, np.fmax(states, MARGIN * needed))
@@ -176,10 +175,14 @@ class _Places:
         does not leave to smaller ones. In those that are larger than need be, a gap may change
         by more than what is sharp in it."""
         for _ in range(TIGHTER):
-            found = self._over(of, self._radii, states)
-            needed = self._radii[:, None] * np.stack([disc.largest for disc in found], axis=1)
-            states = np.fmin(states, needed)
+            states = np.fmin(states, self._needed(of, states))
         return states
+
+    def _needed(self, of: Expressions, states: Array) -> Array:
+        """How far slopes over discs of states lead within the radii."""
+        found = self._over(of, self._radii, states)
+        largest = np.stack([disc.largest for disc in found], axis=1)
+        return np.asarray(self._radii[:, None] * largest)
 
     def _first(self, slopes: Array) -> Array:
         """How far states go at first, with a part of what others of their kind do."""

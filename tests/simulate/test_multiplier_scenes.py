@@ -222,11 +222,11 @@ def test_drift_does_not_grow_with_the_steps(double):
 @pytest.mark.parametrize("text", [PENDULUM, DOUBLE, MOVING], ids=["pendulum", "double", "moving"])
 def test_interpreted_gives_the_same(text):
     found = model(text)
-    how = {"accuracy": 1e-8, "until": 0.5, "samples": 11}
+    how = {"accuracy": 1e-9, "until": 0.5, "samples": 11}
     ours = simulate(found, functions=compiled_or_skip(found), **how)
     other = simulate(found, functions=interpreted(found, "a test"), **how)
     assert ours.status == other.status == "ok"
-    assert difference(ours, {name: other.columns[name] for name in ours.scales}) < 1e-11
+    assert difference(ours, {name: other.columns[name] for name in ours.scales}) < 1e-12
     for name, values in ours.multipliers.items():
         assert other.multipliers[name] == pytest.approx(values, rel=1e-10, abs=1e-10)
     assert other.constraint_drift < 1e-15
