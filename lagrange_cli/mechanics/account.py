@@ -20,12 +20,13 @@ from lagrange_cli.mechanics import refusals
 from lagrange_cli.mechanics.contradictions import explained
 from lagrange_cli.mechanics.equations import Account, ConstraintLine
 from lagrange_cli.mechanics.geometry import Geometry, examine
+from lagrange_cli.mechanics.language import total_derivative
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.ranks import Matrix, Point, dependent_columns, dependent_gradients
 from lagrange_cli.mechanics.rates import Redundant
 from lagrange_cli.mechanics.velocity import Independent, Level
 from lagrange_cli.mechanics.wording import quoted
-from lagrange_cli.scene.expression import Equation, names_in
+from lagrange_cli.scene.expression import Equation
 
 __all__ = [
     "balance",
@@ -249,10 +250,20 @@ def _moving(geometry: Geometry, beside: Sequence[sp.Expr]) -> list[sp.Symbol]:
 
 
 def _spinning(geometry: Geometry, coordinates: Sequence[sp.Symbol]) -> list[sp.Symbol]:
-    """Coordinates that the section ``kinetic`` names."""
-    terms = geometry.names.scene.kinetic
-    named = {n.name for term in terms for n in names_in(term.expression.node)}
-    return [q for q in coordinates if q.name in named]
+    """Coordinates whose rates the section ``kinetic`` holds, by whatever name it calls them."""
+    names, t = geometry.names, geometry.names.t
+    rates = {q: sp.Dummy(real=True) for q in geometry.coordinates}
+
+    def rate(expr: sp.Expr) -> sp.Expr:
+        placed = {s: geometry.resolved[s] for s in expr.free_symbols & geometry.resolved.keys()}
+        place = expr.xreplace(placed)
+        moving = sorted(place.free_symbols & rates.keys(), key=geometry.order.__getitem__)
+        return total_derivative(place, t, [(q, rates[q]) for q in moving])
+
+    held = set[sp.Symbol]()
+    for term in names.scene.kinetic:
+        held |= names.convert(term.expression, rate).free_symbols
+    return [q for q in coordinates if rates[q] in held]
 
 
 def _unmoved(
