@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
+from io import StringIO
 from typing import TYPE_CHECKING
 
 import click
@@ -113,13 +114,13 @@ class Session:
         its place.
         """
         terminal = sys.stderr is not None and sys.stderr.isatty()
-        hidden = self.verbosity < 0 or not terminal
+        shown = terminal and self.verbosity >= 0
         line = self.detail if self.verbosity > 0 and not terminal else None
         with click.progressbar(
             length=1000,
             label=label,
-            file=sys.stderr,
-            hidden=hidden,
+            # Click 8.1 has no other way to hide a bar.
+            file=sys.stderr if shown else StringIO(),
             item_show_func=lambda item: item,
         ) as bar:
             yield Progress(bar, line)

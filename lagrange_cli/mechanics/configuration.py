@@ -15,6 +15,7 @@ import numpy as np
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.mechanics.ranks import rank
 from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.steps import Row
 from lagrange_cli.mechanics.tape import DomainError, Tape
@@ -240,5 +241,4 @@ def _keep(
 
 def _rank(matrix: mpmath.matrix) -> int:
     """Numerical rank of a small matrix."""
-    array = np.array(matrix.tolist(), dtype=float)
-    return int(np.linalg.matrix_rank(array, rtol=1e-12)) if array.size else 0
+    return rank(np.array(matrix.tolist(), dtype=float), 1e-12)

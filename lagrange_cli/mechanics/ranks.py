@@ -27,6 +27,7 @@ __all__ = [
     "dependent_gradients",
     "dependent_rows",
     "in_units",
+    "rank",
     "scaled_doubles",
 ]
 
@@ -71,6 +72,17 @@ def dense(rows: Sequence[Doubles], width: int | None = None) -> Matrix:
     for k, row in enumerate(rows):
         matrix[k, list(row)] = list(row.values())
     return matrix
+
+
+def rank(matrix: Matrix, tolerance: float) -> int:
+    """The singular values of a matrix above ``tolerance`` times the largest one.
+
+    NumPy's ``matrix_rank`` has this as its argument ``rtol`` from version 2.0 on alone.
+    """
+    if not matrix.size:
+        return 0
+    sizes = np.linalg.svd(matrix, compute_uv=False)
+    return int(np.count_nonzero(sizes > tolerance * sizes.max()))
 
 
 def alike(rows: Sequence[Doubles], width: int) -> list[float]:

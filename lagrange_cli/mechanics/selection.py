@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
 from mpmath import mpf
 
 from lagrange_cli.mechanics import refusals
 from lagrange_cli.mechanics.geometry import Geometry
 from lagrange_cli.mechanics.manifold import Manifold
-from lagrange_cli.mechanics.ranks import TOLERANCE, dense, dependent_rows, scaled_doubles
+from lagrange_cli.mechanics.ranks import TOLERANCE, dense, dependent_rows, rank, scaled_doubles
 from lagrange_cli.mechanics.sampling import Drawn, Sampler
 from lagrange_cli.mechanics.steps import Row
 
@@ -114,5 +113,4 @@ def require_determined(
 def _rank(rows: Sequence[Row], columns: Sequence[int]) -> int:
     place = {j: k for k, j in enumerate(columns)}
     held = [{place[j]: x for j, x in row.items() if j in place} for row in rows]
-    matrix = dense([scaled_doubles(row) for row in held], len(columns))
-    return int(np.linalg.matrix_rank(matrix, rtol=TOLERANCE)) if matrix.size else 0
+    return rank(dense([scaled_doubles(row) for row in held], len(columns)), TOLERANCE)
