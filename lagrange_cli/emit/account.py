@@ -119,7 +119,8 @@ def remark_on(line: ConstraintLine) -> str:
     """What is special about a constraint (``""``: nothing)."""
     remarks = []
     if line.status == "satisfied":
-        remarks.append("satisfied by the definitions")
+        part = " on a part of the configurations" if line.on_a_part else ""
+        remarks.append(f"satisfied by the definitions{part}")
     elif line.status == "redundant":
         others = ", ".join(line.implied_by)
         remarks.append(f"redundant, implied by {others}" if others else "redundant")

@@ -18,8 +18,9 @@ import sympy as sp
 from lagrange_cli.errors import Problem
 from lagrange_cli.mechanics import refusals
 from lagrange_cli.mechanics.contradictions import explained
+from lagrange_cli.mechanics.elimination import Stated
 from lagrange_cli.mechanics.equations import Account, ConstraintLine
-from lagrange_cli.mechanics.geometry import Geometry, examine
+from lagrange_cli.mechanics.geometry import Geometry, Holding, examine
 from lagrange_cli.mechanics.language import total_derivative
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.ranks import Matrix, Point, dependent_columns, dependent_gradients
@@ -32,6 +33,7 @@ __all__ = [
     "balance",
     "level_remarks",
     "level_warnings",
+    "on_a_part",
     "rate_warnings",
     "with_levels",
     "without_rates",
@@ -39,7 +41,7 @@ __all__ = [
 
 
 def balance(
-    geometry: Geometry, points: Sequence[Point], kept: Sequence[int]
+    geometry: Geometry, points: Sequence[Point], kept: Sequence[int], holding: Holding
 ) -> tuple[Account, list[Problem]]:
     """DOF = 3N + E − K with the status of each constraint; warnings for redundant ones.
 
@@ -49,6 +51,8 @@ def balance(
         Feasible configurations.
     kept
         Numbers of the stated equations that are closures beside the coordinates.
+    holding
+        Tells which of some equations hold identically around the start.
 
     Raises
     ------
@@ -56,7 +60,7 @@ def balance(
         An equation that its solution does not solve, or dependent coordinates.
     """
     names, found = geometry.names, geometry.found
-    _require_solutions(geometry, points)
+    _require_solutions(geometry, points, holding)
     _require_independent(geometry, points, kept)
     extra = _extra(geometry, points)
     dependent: dict[int, tuple[int, ...]] = {}
@@ -65,6 +69,49 @@ def balance(
         dependent = dependent_gradients(phis, geometry.resolved, geometry.coordinates, points)
     satisfied = _satisfied(set(found.pending) - set(kept), dependent)
     return _account(geometry, satisfied, dependent, kept, extra), _warnings(geometry, dependent)
+
+
+def on_a_part(
+    geometry: Geometry, account: Account, violated: Mapping[int, Point]
+) -> tuple[Account, list[Problem]]:
+    """The account, and warnings, with what holds on a part of the configurations only.
+
+    Parameters
+    ----------
+    violated
+        Configurations that violate equations, by their numbers.
+    """
+    stated, solved = geometry.found.stated, geometry.solved_sides
+    partial = {stated[k].constraint for k in violated}
+    lines = tuple(
+        replace(x, on_a_part=True) if x.name in partial and x.status == "satisfied" else x
+        for x in account.lines
+    )
+    warnings = [
+        _partial(stated[k], k in solved, _values_at(geometry, k, violated[k])) for k in violated
+    ]
+    return replace(account, lines=lines), warnings
+
+
+def _partial(stated: Stated, is_solved: bool, place: str) -> Problem:
+    what = "holds" if is_solved else "is satisfied by the definitions"
+    how = " as it was solved" if is_solved else ""
+    return Problem(
+        f"constraint '{stated.constraint}' {what} on a part of the configurations only{how}:"
+        f" not at {place}",
+        stated.equation.mark(),
+        hint="the motion goes on as if it held everywhere: leave the constraint out, or write it"
+        " without roots and inverse functions",
+        rule="on-a-part",
+        severity="warning",
+    )
+
+
+def _values_at(geometry: Geometry, number: int, point: Point) -> str:
+    sides = {**geometry.found.pending, **geometry.solved_sides}[number]
+    held = sides[0].free_symbols | sides[1].free_symbols
+    shown = [s for s in (*geometry.coordinates, geometry.names.t) if s in held]
+    return ", ".join(f"{s} = {float(point[s]):.3g}" for s in shown)
 
 
 def with_levels(account: Account, levels: Sequence[Level], found: Independent) -> Account:
@@ -156,20 +203,14 @@ def _satisfied(leftovers: set[int], dependent: Mapping[int, tuple[int, ...]]) ->
     return satisfied
 
 
-def _require_solutions(geometry: Geometry, points: Sequence[Point]) -> None:
+def _require_solutions(geometry: Geometry, points: Sequence[Point], holding: Holding) -> None:
     """Refuse solutions that do not solve their equation (an inverse function's other branch)."""
-    found, resolved = geometry.found, geometry.resolved
-    solved = {}
-    for number in sorted(set(found.by.values())):
-        left, right = (
-            e.xreplace({s: resolved[s] for s in e.free_symbols & resolved.keys()})
-            for e in (found.stated[number].left, found.stated[number].right)
-        )
-        if left != right:
-            solved[number] = left, right
-    for checked in examine(solved, points):
-        if not checked.identity:
-            number, names = checked.number, geometry.names
+    found, solved = geometry.found, geometry.solved_sides
+    wrong = [r.number for r in examine(solved, points) if not r.identity]
+    held = holding({k: solved[k] for k in wrong}) if wrong else ()
+    for number in wrong:
+        if number not in held:
+            names = geometry.names
             proven = explained(names, found.stated, [number], geometry.reference)
             raise proven or refusals.no_solution(found.stated[number])
 

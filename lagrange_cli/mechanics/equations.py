@@ -109,7 +109,8 @@ class ConstraintLine:
     definitions satisfy it identically); ``redundant`` (others imply it, named
     in ``implied_by``); ``nonholonomic`` (it holds velocities and is not
     integrable); ``unilateral`` (an inequality, with its ``restitution`` as written).
-    ``rheonomic``: it contains t.
+    ``rheonomic``: it contains t. ``on_a_part``: the definitions satisfy it around the start,
+    and not everywhere.
     """
 
     name: str
@@ -120,6 +121,7 @@ class ConstraintLine:
     implied_by: tuple[str, ...] = ()
     rheonomic: bool = False
     restitution: str = ""
+    on_a_part: bool = False
 
 
 @dataclass(frozen=True)

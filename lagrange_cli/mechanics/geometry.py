@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -22,7 +22,10 @@ from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.scene.expression import Expression
 from lagrange_cli.scene.model import Unilateral
 
-__all__ = ["Geometry", "Leftover", "Restriction", "examine", "gap_over_names", "related"]
+__all__ = ["Geometry", "Holding", "Leftover", "Restriction", "examine", "gap_over_names", "related"]
+
+#: Numbers of those of some equations that hold identically around the start.
+Holding = Callable[[Mapping[int, tuple[sp.Expr, sp.Expr]]], Collection[int]]
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,22 @@ class Geometry:
         )
 
     @cached_property
+    def solved_sides(self) -> dict[int, tuple[sp.Expr, sp.Expr]]:
+        """Both sides of the equations that a name was solved from, with the solutions put in."""
+        sides = {}
+        for number in sorted(set(self.found.by.values())):
+            stated = self.found.stated[number]
+            left, right = (self._placed(e) for e in (stated.left, stated.right))
+            if left != right:
+                sides[number] = left, right
+        return sides
+
+    def _placed(self, expr: sp.Expr) -> sp.Expr:
+        return expr.xreplace(
+            {s: self.resolved[s] for s in expr.free_symbols & self.resolved.keys()}
+        )
+
+    @cached_property
     def gaps(self) -> tuple[Restriction, ...]:
         """The one-sided constraints: ``left`` ≥ ``right``."""
         return tuple(map(self._gap, self.names.scene.unilateral))
@@ -89,9 +108,7 @@ class Geometry:
 
     def _resolved(self, expression: Expression) -> sp.Expr:
         """An expression of the scene over q and t."""
-        expr = self.names.convert(expression)
-        present = expr.free_symbols & self.resolved.keys()
-        return expr.xreplace({s: self.resolved[s] for s in present})
+        return self._placed(self.names.convert(expression))
 
     def without(self, q: sp.Symbol) -> list[str]:
         """Names of the other coordinates."""
@@ -132,25 +149,30 @@ def gap_over_names(names: Names, one_sided: Unilateral) -> sp.Expr:
     return difference if written.relation == ">=" else -difference
 
 
-def related(geometry: Geometry, points: Sequence[Point]) -> tuple[int, ...]:
+def related(
+    geometry: Geometry, points: Sequence[Point], holding: Holding = lambda _: frozenset()
+) -> tuple[int, ...]:
     """Numbers of the pending equations that restrict the coordinates: they are to stay.
 
     Parameters
     ----------
     points
         Configurations that need not satisfy them.
+    holding
+        Tells which of some equations hold identically around the start.
 
     Raises
     ------
     InputError
         A contradiction, or a declared coordinate that an equation gives in closed form.
     """
-    kept = []
-    for leftover in examine(geometry.found.pending, points):
-        if not leftover.identity:
-            _require_relation(geometry, leftover)
-            kept.append(leftover.number)
-    return tuple(kept)
+    pending = geometry.found.pending
+    relations = [r for r in examine(pending, points) if not r.identity]
+    satisfied = holding({r.number: pending[r.number] for r in relations}) if relations else ()
+    kept = [r for r in relations if r.number not in satisfied]
+    for relation in kept:
+        _require_relation(geometry, relation)
+    return tuple(r.number for r in kept)
 
 
 def examine(

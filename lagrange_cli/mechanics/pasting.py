@@ -10,7 +10,14 @@ import sympy as sp
 from lagrange_cli.scene.expression import Expression, Name, names_in
 from lagrange_cli.scene.model import Scene, Unilateral
 
-__all__ = ["fewer_coordinates", "initial_line", "near_line", "one_sided_line", "section_line"]
+__all__ = [
+    "changed_start",
+    "fewer_coordinates",
+    "initial_line",
+    "near_line",
+    "one_sided_line",
+    "section_line",
+]
 
 #: Text that needs no quotes within braces.
 _PLAIN = re.compile(r"[\w.+\-*/^() ]+", re.ASCII)
@@ -24,6 +31,12 @@ def initial_line(scene: Scene, values: Mapping[str, str], orders: Sequence[int])
         if e.order in orders
     }
     return section_line("initial", {**given, **{k: v for k, v in values.items() if k not in given}})
+
+
+def changed_start(scene: Scene, values: Mapping[str, str]) -> str:
+    """The section ``initial`` with other values of some positions."""
+    given = {f"dot({e.name})" if e.order else e.name: e.value.text for e in scene.initial}
+    return section_line("initial", {**given, **values})
 
 
 def near_line(scene: Scene, values: Mapping[str, str]) -> str:

@@ -20,6 +20,7 @@ from lagrange_cli.mechanics.account import (
     balance,
     level_remarks,
     level_warnings,
+    on_a_part,
     rate_warnings,
     with_levels,
     without_rates,
@@ -34,6 +35,7 @@ from lagrange_cli.mechanics.manifold import Manifold
 from lagrange_cli.mechanics.masses import mass_of
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.parameters import Values
+from lagrange_cli.mechanics.partly import Sides, hold_around, violated_at
 from lagrange_cli.mechanics.rates import Redundant, redundant_rates
 from lagrange_cli.mechanics.refusals import require_enough
 from lagrange_cli.mechanics.sampling import Drawn, Sampler, working_digits
@@ -295,7 +297,8 @@ def _reduced(problem: _Problem, stated: list[Stated], strict: bool) -> Reduced:
     geometry = Geometry(names, found, resolved, symbols, reference)
     chart = Chart(problem.values, geometry, tuple(generalized(geometry, ())))
     chart, points, kept = _restricted(chart)
-    account, warnings = balance(geometry, points, kept)
+    account, warnings = balance(geometry, points, kept, partial(_held_around, chart))
+    account, partial_ones = on_a_part(geometry, account, _violated(chart, kept))
     return Reduced(
         scene,
         names,
@@ -305,7 +308,7 @@ def _reduced(problem: _Problem, stated: list[Stated], strict: bool) -> Reduced:
         problem.masses,
         account,
         reference,
-        (*scene.warnings, *warnings),
+        (*scene.warnings, *warnings, *partial_ones),
         tuple(found.remarks),
         tuple(geometry.restriction(k) for k in kept),
         chart,
@@ -333,7 +336,7 @@ def _restricted(chart: Chart) -> tuple[Chart, list[Drawn], tuple[int, ...]]:
     """The chart, feasible points of it, and the numbers of the equations that it keeps."""
     geometry = chart.geometry
     points = _drawn(geometry, sampler_of(chart, [], manifold_of(chart, ())), ())
-    numbers = related(geometry, points)
+    numbers = related(geometry, points, partial(_held_around, chart))
     if not numbers:
         return chart, points, ()
     restrictions = [geometry.restriction(k) for k in numbers]
@@ -346,6 +349,21 @@ def _restricted(chart: Chart) -> tuple[Chart, list[Drawn], tuple[int, ...]]:
         points += _drawn(geometry, sampler, numbers, FEWEST_POINTS - 1)
         kept = independent_closures(geometry, numbers, manifold, sampler, points)
     return chart, points, kept
+
+
+def _held_around(chart: Chart, equations: Mapping[int, Sides]) -> set[int]:
+    """Numbers of the equations that hold identically around the given configuration."""
+    sampler = sampler_of(chart, [], manifold_of(chart, ()))
+    return hold_around(equations, sampler, chart.geometry.reference)
+
+
+def _violated(chart: Chart, kept: Sequence[int]) -> dict[int, Drawn]:
+    """Configurations that violate equations which need not be kept, by number."""
+    geometry = chart.geometry
+    equations = {k: sides for k, sides in geometry.found.pending.items() if k not in kept}
+    equations |= geometry.solved_sides
+    manifold = manifold_of(chart, [geometry.restriction(k) for k in kept])
+    return violated_at(equations, sampler_of(chart, [], manifold), geometry.gaps)
 
 
 def _drawn(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.elimination import Elimination, Stated
-from lagrange_cli.mechanics.pasting import fewer_coordinates
+from lagrange_cli.mechanics.pasting import changed_start, fewer_coordinates, near_line
 from lagrange_cli.mechanics.sampling import PLACED_STARTS, STARTS
 from lagrange_cli.mechanics.wording import leave_out, quoted, written
 from lagrange_cli.scene.model import Scene
@@ -20,6 +20,7 @@ __all__ = [
     "nowhere_else",
     "require_enough",
     "rests_on",
+    "satisfied_elsewhere",
     "singular",
     "too_few",
     "too_many",
@@ -152,6 +153,24 @@ def no_solution(stated: Stated) -> InputError:
             stated.equation.mark(),
             hint="one side has a range that the other does not reach",
             rule="inconsistent",
+        )
+    )
+
+
+def satisfied_elsewhere(scene: Scene, stated: Stated, values: Mapping[str, str]) -> InputError:
+    """An equation that definitions satisfy identically around some values, not around the start."""
+    place = ", ".join(f"{name} = {value}" for name, value in values.items())
+    given = {e.name for e in scene.initial if not e.order}
+    known = values.keys() <= given | {e.name for e in scene.near}
+    why = "not around the initial configuration" if known else "no initial configuration chooses it"
+    line = changed_start(scene, values) if given & values.keys() else near_line(scene, values)
+    return InputError(
+        Problem(
+            f"constraint '{stated.constraint}' is satisfied by the definitions on a part of the"
+            f" configurations only, as around {place}: {why}",
+            stated.equation.mark(),
+            hint=f"start there, or leave the constraint out\n{line}",
+            rule="singular",
         )
     )
 

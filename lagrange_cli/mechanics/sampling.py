@@ -62,6 +62,8 @@ class Sampler:
 
     Attributes
     ----------
+    t, coordinates
+        As given.
     many
         Whether there are closures of many coordinates.
     """
@@ -78,19 +80,19 @@ class Sampler:
         seed: str,
         place: Callable[[Drawn, Sequence[int] | None], Drawn | None] | None = None,
     ) -> None:
-        self._t = t
+        self.t = t
         self._place = place
         self.many = place is not None and len(coordinates) > _LARGE
         # Where no configuration is given, all coordinates are about 0, and no rod has its length.
         self._placed = any(center[q] != 0 for q in coordinates)
         self._starts = STARTS if place is None else PLACED_STARTS
-        self._coordinates = list(coordinates)
+        self.coordinates = list(coordinates)
         self._values = dict(values)
         self._free = list(free)
         self._center = center
         self._spread = spread
         self._random = random.Random(seed)
-        self._symbols = [t, *self._coordinates, *self._values, *self._free]
+        self._symbols = [t, *self.coordinates, *self._values, *self._free]
         self._tape = Tape(domain, self._symbols)
 
     def draw(
@@ -107,10 +109,10 @@ class Sampler:
         closures the numbers of some may be given.
         """
         if self.many and self._placed:
-            width = width / (8 * len(self._coordinates))
+            width = width / (8 * len(self.coordinates))
         for attempt in range(self._starts):
             varied = vary_parameters and attempt < (1 if self.many else self._starts // 4)
-            point: Drawn | None = self._candidate(width, varied)
+            point: Drawn | None = self.candidate(width, varied)
             if point is not None and self._place is not None:
                 point = self._place(point, closures)
             if point is not None and self._is_real(point):
@@ -129,17 +131,27 @@ class Sampler:
     def near(self, point: Drawn, width: mpf) -> Drawn:
         """The point with its coordinates moved at random by ``width`` times their spread."""
         moved = dict(point)
-        for q in self._coordinates:
+        for q in self.coordinates:
             moved[q] += width * self._spread[q] * self._uniform(-1, 1)
         return moved
+
+    def around(self, point: Drawn, width: mpf) -> tuple[Drawn, Drawn]:
+        """The point moved at random, and moved as far the other way.
+
+        A border through the point separates the two.
+        """
+        moved = self.near(point, width)
+        opposite = {q: 2 * point[q] - moved[q] for q in self.coordinates}
+        return moved, {**moved, **opposite}
 
     def _uniform(self, low: float, high: float) -> mpf:
         # 53 random bits and more, so that points are not special in any digit.
         return low + (high - low) * mpf(self._random.getrandbits(120)) / mpf(2) ** 120
 
-    def _candidate(self, width: mpf, varied: bool) -> Drawn:
-        point = {self._t: self._uniform(0, 1)}
-        for q in self._coordinates:
+    def candidate(self, width: mpf, varied: bool = False) -> Drawn:
+        """A random point that need not be feasible."""
+        point = {self.t: self._uniform(0, 1)}
+        for q in self.coordinates:
             point[q] = self._center[q] + width * self._spread[q] * self._uniform(-1, 1)
         for p, value in self._values.items():
             point[p] = value * self._uniform(0.5, 1.5) if varied else value

@@ -6,11 +6,13 @@ from collections.abc import Callable, Sequence
 
 from mpmath import mpf
 
+from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import refusals
 from lagrange_cli.mechanics.geometry import Geometry
 from lagrange_cli.mechanics.manifold import Manifold
+from lagrange_cli.mechanics.partly import hold_around
 from lagrange_cli.mechanics.ranks import TOLERANCE, dense, dependent_rows, rank, scaled_doubles
-from lagrange_cli.mechanics.sampling import Drawn, Sampler
+from lagrange_cli.mechanics.sampling import Drawn, Sampler, double
 from lagrange_cli.mechanics.steps import Row
 
 __all__ = ["independent_closures", "require_determined"]
@@ -47,17 +49,32 @@ def independent_closures(
         Equations that are singular wherever they hold.
     """
     slopes = [manifold.slopes(p) for p in points]
-    beside = [manifold.slopes(sampler.near(p, mpf(1))) for p in points]
+    places = [q for p in points for q in sampler.around(p, mpf(1))]
+    beside = [manifold.slopes(p) for p in places]
     for k, number in enumerate(related):
-        if all(
-            _size(on[k]) <= _FLAT * _size(off[k]) for on, off in zip(slopes, beside, strict=True)
-        ):
-            raise refusals.singular(geometry.found, [number])
+        steepest = max(_size(off[k]) for off in beside)
+        if all(_size(on[k]) <= _FLAT * steepest for on in slopes):
+            raise _without_slope(geometry, number, sampler, [*points, *places])
     everywhere = [dependent_rows([*map(scaled_doubles, rows)], _DEPENDENT) for rows in slopes]
     dropped = {k: by for k, by in everywhere[0].items() if all(k in other for other in everywhere)}
     kept = [k for k in manifold.all if k not in dropped]
     _require_implied(geometry, related, manifold, sampler, points, dropped)
     return tuple(related[k] for k in kept)
+
+
+def _without_slope(
+    geometry: Geometry, number: int, sampler: Sampler, places: Sequence[Drawn]
+) -> InputError:
+    """The error of an equation whose gradient vanishes wherever it holds, or on a part of it."""
+    sides = geometry.found.pending[number]
+    held = [q for q in geometry.coordinates if q in (sides[0] - sides[1]).free_symbols]
+    for place in places:
+        values = {q: mpf(f"{double(place[q]):.2g}") for q in held}
+        if hold_around({number: sides}, sampler, {**place, **values}):
+            shown = {q.name: f"{double(x):.2g}" for q, x in values.items()}
+            stated = geometry.found.stated[number]
+            return refusals.satisfied_elsewhere(geometry.names.scene, stated, shown)
+    return refusals.singular(geometry.found, [number])
 
 
 def _size(row: Row) -> mpf:
