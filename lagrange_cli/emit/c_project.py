@@ -28,6 +28,30 @@ static @REAL@ @NAME@_residual(int m, const @REAL@ *out)
 }
 """
 
+_COUPLED = """\
+/*
+ * The same, where changes of all coordinates are found together, and rounded together: the
+ * magnitude of one residual counts for another as far as a change of the coordinates that
+ * makes the one does the other. One that is the difference of nothing (a height that is zero)
+ * has no magnitude of its own. Behind the magnitudes stand squares of gradients.
+ */
+static @REAL@ @NAME@_coupled_residual(int m, @REAL@ *out)
+{
+    const @REAL@ *const square = out + 2*m;
+    @REAL@ reach = @ZERO@;
+    int k;
+    for (k = 0; k < m; ++k) {
+        const @REAL@ length = square[k] > @ZERO@ ? out[m + k]/@SQRT@(square[k]) : @ZERO@;
+        reach = length > reach ? length : reach;
+    }
+    for (k = 0; k < m; ++k) {
+        const @REAL@ beside = reach*@SQRT@(square[k]);
+        out[m + k] = beside > out[m + k] && beside < (@REAL@)INFINITY ? beside : out[m + k];
+    }
+    return @NAME@_residual(m, out);
+}
+"""
+
 _HEAD = """\
 @STATIC@int @NAME@_@OF@project(@ARGUMENTS@)
 {
@@ -35,7 +59,7 @@ _HEAD = """\
 """
 
 _POSITIONS = """\
-    @REAL@ size, last = @ZERO@;
+    @REAL@ size, last = INFINITY;
     int i, round, status;
     for (round = 0; ; ++round) {
         status = @NAME@_@OF@position_error(@PASSED@, work, out);
@@ -44,8 +68,18 @@ _POSITIONS = """\
         }
         size = @NAME@_residual(@POSITIONS@, out);
         /* Only rounding is left, or little more that no change makes smaller. */
-        if (size <= @NEAR@ || (round > 0 && size <= @FAR@ && @TWO@*size > last)) {
+        if (size <= @NEAR@) {
             break;
+        }
+        if (round > 0) {
+            status = @NAME@_@OF@position_reach(@PASSED@, work, out + 2*@POSITIONS@);
+            if (status != 0) {
+                return status;
+            }
+            size = @NAME@_coupled_residual(@POSITIONS@, out);
+            if (size <= @NEAR@ || (size <= @FAR@ && @TWO@*size > last)) {
+                break;
+            }
         }
         if (round == @ROUNDS@) {
             return 3;
@@ -89,10 +123,12 @@ ROUNDS = 50
 
 
 def residual_text(programs: Mapping[str, Program], names: CNames, real: Real) -> str:
-    """The helper of all projections, empty where there is none."""
+    """The helpers of all projections, empty where there is none."""
     used = any(name.endswith("velocity_change") for name in programs)
     more = {"@NEXT@": "nextafter" + real.suffix}
-    return fill(_SIZE, names, real, more) if used else ""
+    text = fill(_SIZE, names, real, more) if used else ""
+    positions = any(name.endswith("position_change") for name in programs)
+    return "\n".join([text, fill(_COUPLED, names, real)]) if positions else text
 
 
 def project_text(programs: Mapping[str, Program], names: CNames, real: Real, of: str = "") -> str:
@@ -138,7 +174,7 @@ def _workspace(programs: Mapping[str, Program], of: str) -> int:
     if f"{of}velocity_change" not in programs:
         return 0
     closures = _closures(programs, f"{of}velocity_change")
-    results = max(programs[f"{of}velocity_change"].coordinates, 2 * closures)
+    results = max(programs[f"{of}velocity_change"].coordinates, 3 * closures)
     return _inner(programs, of) + results
 
 

@@ -23,7 +23,14 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Closure, Equations
 
-__all__ = ["CLOSURE_OUTPUTS", "CLOSURE_SYSTEMS", "rate_of", "rate_size", "residual_size"]
+__all__ = [
+    "CLOSURE_OUTPUTS",
+    "CLOSURE_SYSTEMS",
+    "gradient_square",
+    "rate_of",
+    "rate_size",
+    "residual_size",
+]
 
 
 def _position_closures(e: Equations) -> list[Closure]:
@@ -93,6 +100,14 @@ def residual_size(closure: Closure, e: Equations) -> Expr:
     return _magnitude([*terms, *_products(closure, [c.q for c in e.coordinates])])
 
 
+def gradient_square(gradient: Sequence[Expr], e: Equations) -> Expr:
+    """Σ gradient²/M over the diagonal of the mass matrix: the square of what a change of norm 1,
+    in the metric of the kinetic energy, does to a residual, but for couplings."""
+    masses = {j: e.mass_matrix[j][j] for j in entries(gradient)}
+    squares = (g**2 / masses[j] for j, g in entries(gradient).items() if masses[j] != 0)
+    return sympy.Add(*squares)
+
+
 def rate_size(closure: Closure, e: Equations) -> Expr:
     """Sum of the magnitudes that gradient·v + rate is the difference of."""
     return _magnitude(_rate_terms(closure, e))
@@ -109,6 +124,9 @@ def _magnitude(terms: Sequence[Expr]) -> Expr:
 CLOSURE_OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "closures": lambda e: [c.expression for c in _position_closures(e)],
     "closure_sizes": lambda e: [residual_size(c, e) for c in _position_closures(e)],
+    "closure_gradient_squares": lambda e: [
+        gradient_square(c.gradient, e) for c in _position_closures(e)
+    ],
     "closure_rates": _rates,
     "closure_rate_sizes": lambda e: [rate_size(c, e) for c in e.closures],
 }

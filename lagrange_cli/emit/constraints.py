@@ -2,7 +2,8 @@
 
 ``multipliers`` and ``constraints`` belong to the interface. The others are what
 ``project`` is made of: changes of q and of v that lead back to the closures,
-and the residuals with the sums of magnitudes that tell them from rounding. One-sided
+the residuals with the sums of magnitudes that tell them from rounding, and what compares
+the magnitudes of different closures. One-sided
 constraints have more (:mod:`lagrange_cli.emit.contacts`): ``gaps`` with their
 magnitudes; ``gap_terms``, which are their gradients by rows, rates, biases and
 restitutions; and ``impulse``, the change of v that changes the rates of what is in
@@ -33,6 +34,7 @@ _OUTPUTS: dict[str, tuple[str, ...]] = {
     "multipliers": ("multipliers",),
     "constraints": ("closures", "closure_rates"),
     "position_error": ("closures", "closure_sizes"),
+    "position_reach": ("closure_gradient_squares",),
     "position_change": ("position_change",),
     "velocity_error": ("closure_rates", "closure_rate_sizes"),
     "velocity_change": ("velocity_change",),
@@ -44,6 +46,7 @@ _OF_CONTACTS: dict[str, tuple[str, ...]] = {
     "contact_multipliers": ("contact_multipliers",),
     "contact_constraints": ("contact_closures", "contact_closure_rates"),
     "contact_position_error": ("contact_closures", "contact_closure_sizes"),
+    "contact_position_reach": ("contact_closure_gradient_squares",),
     "contact_position_change": ("contact_position_change",),
     "contact_velocity_error": ("contact_closure_rates", "contact_closure_rate_sizes"),
     "contact_velocity_change": ("contact_velocity_change",),
@@ -56,7 +59,13 @@ _OF_CONTACTS: dict[str, tuple[str, ...]] = {
 INTERNAL = frozenset(
     f"{contact}{what}"
     for contact in ("", "contact_")
-    for what in ("position_error", "position_change", "velocity_error", "velocity_change")
+    for what in (
+        "position_error",
+        "position_reach",
+        "position_change",
+        "velocity_error",
+        "velocity_change",
+    )
 ) | {"flight_rhs"}
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.emit.closures import rate_of, rate_size, residual_size
+from lagrange_cli.emit.closures import gradient_square, rate_of, rate_size, residual_size
 from lagrange_cli.emit.solve import System
 from lagrange_cli.mechanics.equations import Parameter
 from lagrange_cli.mechanics.sparse import SparseRow, entries
@@ -180,6 +180,9 @@ def _gradients(e: Equations) -> Iterable[Expr]:
 CONTACT_OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "contact_closures": lambda e: [s * c.expression for c, s in _positions(e)],
     "contact_closure_sizes": lambda e: [s * residual_size(c, e) for c, s in _positions(e)],
+    "contact_closure_gradient_squares": lambda e: [
+        gradient_square(_times(s, c.gradient), e) for c, s in _positions(e)
+    ],
     "contact_closure_rates": lambda e: [s * rate_of(c, e) for c, s in _weighted(e)],
     "contact_closure_rate_sizes": lambda e: [s * rate_size(c, e) for c, s in _weighted(e)],
     "gaps": lambda e: [contact.closure.expression for contact in e.contacts],

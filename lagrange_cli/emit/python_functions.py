@@ -108,6 +108,7 @@ _DOCS = {
     "multipliers": "Multipliers, in the order of MULTIPLIERS; all NaN where they do not exist.",
     "constraints": "What is zero: lhs - rhs of closures of positions, then rates of all closures.",
     "position_error": "Closures of positions, then the magnitudes behind them.",
+    "position_reach": "Squares of the gradients of closures of positions, over the masses.",
     "position_change": "The change of q that makes the linearized closures vanish.",
     "shifted_change": "The same of positions in place of v, along the gradients at q.",
     "velocity_error": "Rates of the closures, then the magnitudes behind them.",

@@ -81,6 +81,18 @@ def _residual(out):
     m = len(out) // 2
     return (np.abs(out[:m]) / np.spacing(out[m:])).max()
 ''',
+    "_coupled_residual": '''\
+def _coupled_residual(out, squares):
+    """The same where changes of all coordinates are found together, and rounded together: the
+    magnitude of one residual counts for another as far as a change of the coordinates that
+    makes the one does the other; ``squares`` are those of the gradients.
+    """
+    m = len(out) // 2
+    slopes = np.sqrt(squares)
+    reach = np.max(out[m:][slopes > 0.0] / slopes[slopes > 0.0], initial=0.0)
+    beside = np.where(np.isfinite(reach * slopes), reach * slopes, 0.0)
+    return _residual(np.concatenate([out[:m], np.maximum(out[m:], beside)]))
+''',
 }
 
 _HEAD = '''\
@@ -95,11 +107,16 @@ def @NAME@(t, y, @P@):
 '''
 
 _POSITIONS = """\
-        last = 0.0
+        last = np.inf
         for number in range(@ROUNDS@ + 1):
-            size = _residual(_@OF@position_error(t, y, @CALL@))
-            if size <= @NEAR@ or (number and size <= @FAR@ and 2.0 * size > last):
+            error = _@OF@position_error(t, y, @CALL@)
+            size = _residual(error)
+            if size <= @NEAR@:
                 break
+            if number:
+                size = _coupled_residual(error, _@OF@position_reach(t, y, @CALL@))
+                if size <= @NEAR@ or (size <= @FAR@ and 2.0 * size > last):
+                    break
             if number == @ROUNDS@ or size != size:
                 return np.full(2 * n, nan)
             last = size

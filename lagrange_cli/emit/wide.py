@@ -82,6 +82,8 @@ def wide(asked: Among, plain: Callable[[str], Sequence[Expr]]) -> Wide | None:
             formulas += _mass_matrix(kernels, equations)
         elif name == "gap_gradients":
             formulas += _gradients(kernels, equations)
+        elif name == "closure_gradient_squares":
+            formulas += _gradient_squares(equations)
         elif name in _OF_CLOSURES:
             formulas += _of_closures(equations, *_OF_CLOSURES[name])
         else:
@@ -145,6 +147,33 @@ def _gradients(kernels: Kernels, equations: Equations) -> list[Formula]:
         for k, contact in enumerate(equations.contacts)
         for j, e in entries(contact.closure.gradient).items()
     ]
+
+
+@dataclass(frozen=True)
+class _GradientSquare:
+    """Puts Σ gradient²/M into a program."""
+
+    gradient: tuple[Expr, ...]
+    masses: tuple[Expr, ...]
+
+    def __call__(self, values: Values) -> list[Scaled]:
+        pairs = zip(self.gradient, self.masses, strict=True)
+        terms = [
+            values.multiply([(values.convert(g), 2), (values.convert(m), -1)]) for g, m in pairs
+        ]
+        return [values.add(terms)]
+
+
+def _gradient_squares(equations: Equations) -> list[Formula]:
+    """Those of the closures of positions."""
+    formulas = []
+    for closure in equations.closures:
+        if closure.kind == "position":
+            row = entries(closure.gradient)
+            masses = tuple(equations.mass_matrix[j][j] for j in row)
+            make = _GradientSquare(tuple(row.values()), masses)
+            formulas.append(Formula("square", (*make.gradient, *masses), make))
+    return formulas
 
 
 _OfClosure: TypeAlias = "Callable[[Values, Closure, Sequence[Coordinate]], Scaled]"

@@ -9,7 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.integrators.switching import LOCATED, TOUCHING, Switch, SwitchedRhs
+from lagrange_cli.simulate.integrators.switching import (
+    LOCATED,
+    TOUCHING,
+    Flags,
+    Switch,
+    SwitchedRhs,
+)
 
 __all__ = ["Agreement", "Unclear", "agreement", "at_the_end", "end_of_bounces"]
 
@@ -124,11 +130,15 @@ def agreement(
     )
 
 
-def at_the_end(rhs: SwitchedRhs, t: float, y: Array, errors: Array) -> tuple[Array, Array]:
+def at_the_end(
+    rhs: SwitchedRhs, closed: Flags, t: float, y: Array, errors: Array
+) -> tuple[Array, Array]:
     """Times of contacts that may as well close before a run ends, at t, as behind that.
 
     Parameters
     ----------
+    closed
+        Contacts that are closed already.
     y, errors
         The last state and the errors of its coordinates, shapes (2n,) and (n,).
 
@@ -139,7 +149,7 @@ def at_the_end(rhs: SwitchedRhs, t: float, y: Array, errors: Array) -> tuple[Arr
     gaps, n = rhs.gaps(t, y), len(errors)
     speeds, sizes = gaps.speeds(y[n:])
     noise = gaps.noise(errors)
-    falls = (speeds < -TOUCHING * sizes) & (np.abs(gaps.values) <= noise)
+    falls = (speeds < -TOUCHING * sizes) & (np.abs(gaps.values) <= noise) & ~np.array(closed)
     times = t - gaps.values[falls] / speeds[falls]
     return times, np.abs(times - t) + noise[falls] / np.abs(speeds[falls])
 

@@ -59,10 +59,11 @@ def along(model: Model, functions: RightHandSide, start: float, measured: Measur
         multipliers=_by_mode(history, lambda c: rhs.table("contact_multipliers", count, c), count),
     )
     columns = model.residuals + 2 * len(rhs.free)
+    kept = _behind_the_start(measured.switches, start, rhs.free) or history
 
     def drift(times: Rows, states: Rows, scales: Array) -> float | None:
         found = []
-        for closed, ranges in history.ranges(times, len(states)):
+        for closed, ranges in kept.ranges(times, len(states)):
             table = rhs.table("contact_constraints", columns, closed)
             if any(closed) or model.multipliers:
                 of = Ranges(times, ranges), Ranges(states, ranges)
@@ -104,6 +105,15 @@ class _History:
             if first < last:
                 found.setdefault(closed, []).append((first, last))
         return list(found.items())
+
+
+def _behind_the_start(switches: Sequence[Switch], start: float, free: Flags) -> _History | None:
+    """Which contacts are closed when, where an impact at the start closes them: the first
+    sample is the state before it. None where there is no such impact."""
+    if not any(s.jumps for s in switches if s.t == start):
+        return None
+    behind = float(np.nextafter(start, np.inf))
+    return _History([replace(s, t=max(s.t, behind)) for s in switches], free)
 
 
 def _by_mode(history: _History, table: Callable[[Flags], Table], columns: int) -> Table:

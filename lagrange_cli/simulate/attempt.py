@@ -352,7 +352,7 @@ class Attempt:
             return found
         last, n = len(problem.times) - 1, len(problem.kinds)
         errors = self._errors(last, last + 1, None)[0, :n]
-        return found.also(*at_the_end(rhs, problem.until, self.run.y, errors))
+        return found.also(*at_the_end(rhs, self.run.closed, problem.until, self.run.y, errors))
 
     def _hopeless(self, first: int) -> bool:
         """Whether the newest errors are (far) beyond eps on any scale to be expected."""

@@ -122,6 +122,11 @@ class Run:
         return self._integrator.began if isinstance(self._integrator, Switching) else ()
 
     @property
+    def closed(self) -> Flags:
+        """The contacts that are closed where the run stands."""
+        return self._integrator.closed if isinstance(self._integrator, Switching) else ()
+
+    @property
     def _in_the_way(self) -> tuple[int, ...]:
         stuck = self._integrator.stuck if isinstance(self._integrator, Switching) else None
         return () if stuck is None else stuck.contacts

@@ -268,6 +268,11 @@ class Switching(Integrator):
             filled = len(times)
         return Advance(filled, None if self.stuck is None else self.stuck.reason)
 
+    @property
+    def closed(self) -> Flags:
+        """The contacts that are closed now."""
+        return self._closed
+
     def _read(self, run: Integrator) -> None:
         self.t, self.y = run.t, run.y
         self.steps, self.evaluations = self._past[0] + run.steps, self._past[1] + run.evaluations
