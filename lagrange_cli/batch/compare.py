@@ -17,6 +17,7 @@ import sympy
 from sympy import Expr, Rational, Symbol
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.calculus import derivative
 from lagrange_cli.mechanics.equations import Equations
 
 __all__ = ["lagrangians_agree", "proportional"]
@@ -35,7 +36,7 @@ Row: TypeAlias = list[Expr]
 def _row(residual: Expr, equations: Equations) -> Row | None:
     """Coefficients of the accelerations and the rest, of a residual linear in them; else None."""
     accelerations = [c.a for c in equations.coordinates]
-    row = [sympy.diff(residual, a) for a in accelerations]
+    row = [derivative(residual, a) for a in accelerations]
     if any(entry.has(a) for entry in row for a in accelerations):
         return None
     return [*row, residual.xreplace(dict.fromkeys(accelerations, sympy.S.Zero))]
@@ -108,13 +109,13 @@ def _euler_lagrange(lagrangian: Expr, equations: Equations) -> Row:
     """d/dt ∂L/∂v − ∂L/∂q for each coordinate, over (q, v, a, t)."""
 
     def rate(expression: Expr) -> Expr:
-        terms = [sympy.diff(expression, equations.t)]
+        terms = [derivative(expression, equations.t)]
         for c in equations.coordinates:
-            terms.append(sympy.diff(expression, c.q) * c.v + sympy.diff(expression, c.v) * c.a)
+            terms.append(derivative(expression, c.q) * c.v + derivative(expression, c.v) * c.a)
         return sympy.Add(*terms)
 
     return [
-        rate(sympy.diff(lagrangian, c.v)) - sympy.diff(lagrangian, c.q)
+        rate(derivative(lagrangian, c.v)) - derivative(lagrangian, c.q)
         for c in equations.coordinates
     ]
 

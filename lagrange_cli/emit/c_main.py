@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.c_main_contacts import REASON, contact_replacements
 from lagrange_cli.emit.c_names import CNames, Real, c_string
 from lagrange_cli.emit.recorded import c_recorded
-from lagrange_cli.emit.starting import TOLERANCE, residual_labels
+from lagrange_cli.emit.starting import TOLERANCE, residual_labels, steps_per_row
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -282,11 +282,8 @@ def _state_replacements(equations: Equations, real: Real) -> dict[str, str]:
 def _run_replacements(equations: Equations, real: Real) -> dict[str, str]:
     defaults = equations.simulate
     until = defaults.start + 10.0 if defaults.until is None else defaults.until
-    steps = STEPS_PER_ROW
-    if defaults.step:
-        steps = max(1, round((until - defaults.start) / ROWS / defaults.step))
     return {
         "@START@": real.value(defaults.start),
         "@UNTIL@": real.value(until),
-        "@STEPS@": str(steps),
+        "@STEPS@": str(steps_per_row(equations, ROWS, STEPS_PER_ROW)),
     }

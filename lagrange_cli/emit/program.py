@@ -33,6 +33,7 @@ from lagrange_cli.emit.schedule import LARGEST_IN_ORDER, order_of, schedule
 from lagrange_cli.emit.solve import Block, solve_blocks
 from lagrange_cli.emit.values import Scaled, Values
 from lagrange_cli.emit.wide import Wide, is_wide, wide
+from lagrange_cli.mechanics.calculus import derivative
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -99,7 +100,7 @@ def results_of(program: Program) -> int:
 
 
 def _momenta(e: Equations) -> Iterable[Expr]:
-    return (e.lagrangian.diff(c.v) for c in e.coordinates)
+    return (derivative(e.lagrangian, c.v) for c in e.coordinates)
 
 
 def _upper_triangle(e: Equations) -> Iterable[Expr]:

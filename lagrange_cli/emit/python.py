@@ -26,7 +26,7 @@ from lagrange_cli.emit.python_kernels import tables_source
 from lagrange_cli.emit.python_project import project_source
 from lagrange_cli.emit.python_solution import ROUNDING
 from lagrange_cli.emit.recorded import python_recorded
-from lagrange_cli.emit.starting import TOLERANCE, rates_note, residual_labels
+from lagrange_cli.emit.starting import TOLERANCE, rates_note, residual_labels, steps_per_row
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -296,9 +296,7 @@ def _constants(equations: Equations) -> str:
     initial = equations.initial
     defaults = equations.simulate
     until = defaults.start + 10.0 if defaults.until is None else defaults.until
-    steps = STEPS_PER_ROW
-    if defaults.step:
-        steps = max(1, round((until - defaults.start) / ROWS / defaults.step))
+    steps = steps_per_row(equations, ROWS, STEPS_PER_ROW)
     state = None if initial is None else [*initial.positions, *initial.velocities]
     return "\n".join(
         [

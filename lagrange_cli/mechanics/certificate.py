@@ -19,7 +19,7 @@ coordinates are cyclic and whether the energy function is conserved.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import mpmath
@@ -34,8 +34,9 @@ from lagrange_cli.mechanics.sampling import double, working_digits
 from lagrange_cli.mechanics.steps import Row
 from lagrange_cli.mechanics.tape import DomainError, Series, Tape
 from lagrange_cli.mechanics.tapes import Observation, Point, Tapes
+from lagrange_cli.scene.model import Scene
 
-__all__ = ["Evidence", "certify", "certify_shown"]
+__all__ = ["Evidence", "certify", "certify_shown", "not_real"]
 
 _ZERO = mpf(0)
 
@@ -51,6 +52,10 @@ _DRAWS = 60
 #: Below this part of L a number is looked at again with more digits.
 _SMALL = mpf(10) ** -8
 _MORE_DIGITS = 30
+
+#: Digits at which a mismatch is looked at again: two numbers that doubles hold, with their squares,
+#: are 10^1200 apart at most.
+_CLOSE_DIGITS = 1300
 
 #: States at which what is reported is compared with what is declared.
 _THOROUGH = 2
@@ -79,8 +84,9 @@ class Evidence:
         M at each state, as doubles, by rows without zeros.
     states
         The states themselves (symbol → value).
-    residuals
-        M q̈ − f − Σ λ·gradient at the first state, each with the size of its terms.
+    residuals, close_residuals
+        M q̈ − f − Σ λ·gradient at the first state, each with the size of its terms; and the same
+        worked out with so many digits that rounding is nothing.
     gradients
         Gradients of the closures at each state, in the same way.
     beyond
@@ -95,6 +101,7 @@ class Evidence:
     mass_matrices: tuple[list[dict[int, float]], ...]
     states: tuple[Point, ...]
     residuals: tuple[tuple[mpf, mpf], ...]
+    close_residuals: Callable[[], Sequence[tuple[mpf, mpf]]]
     gradients: tuple[list[dict[int, float]], ...]
     beyond: tuple[int, mpf] | None
 
@@ -138,21 +145,26 @@ def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
             tapes = Tapes(derivation)
             restraints = Restraints(derivation, tapes)
         except DomainError as error:
-            raise _nowhere(derivation) from error
+            raise not_real(derivation.reduced.scene) from error
+        tolerance = mpf(10) ** (5 - digits)
         states: list[Point] = []
         seen: list[_State] = []
         for point in _points(derivation, restraints, points):
             try:
-                seen.append(_look(tapes, restraints, point, thorough=len(seen) < _THOROUGH))
+                thorough = len(seen) < _THOROUGH
+                state = _look(tapes, restraints, point, thorough=thorough)
+                if state.mismatch > tolerance:
+                    state = _looked_at_closely(tapes, restraints, point, thorough=thorough)
+                seen.append(state)
                 states.append(point)
             except (DomainError, ZeroDivisionError, OverflowError):
                 continue
             if len(seen) == points:
                 break
         if len(seen) < points:
-            raise _nowhere(derivation)
+            raise not_real(derivation.reduced.scene)
         worst = max((s.mismatch for s in seen), default=_ZERO)
-    if worst > mpf(10) ** (5 - digits):
+    if worst > tolerance:
         raise InternalError(
             Problem(
                 "the derived equations disagree with Newton's law:"
@@ -160,7 +172,11 @@ def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
             )
         )
     certificate = Certificate(points, digits, double(worst))
-    return _evidence(derivation.pushing, certificate, states, seen)
+
+    def close_residuals() -> Sequence[tuple[mpf, mpf]]:
+        return _looked_at_closely(tapes, restraints, states[0], thorough=False).residuals
+
+    return _evidence(derivation.pushing, certificate, states, seen, close_residuals)
 
 
 def _evidence(
@@ -168,6 +184,7 @@ def _evidence(
     certificate: Certificate,
     states: Sequence[Point],
     seen: Sequence[_State],
+    close_residuals: Callable[[], Sequence[tuple[mpf, mpf]]],
 ) -> Evidence:
     n = range(len(seen[0].cyclic)) if seen else range(0)
     acted_on = {j for closure in closures for j in closure.held}
@@ -180,6 +197,7 @@ def _evidence(
         tuple(s.mass for s in seen),
         tuple(states),
         tuple(seen[0].residuals) if seen else (),
+        close_residuals,
         tuple(s.gradients for s in seen),
         next((s.beyond for s in seen if s.beyond is not None), None),
     )
@@ -195,22 +213,37 @@ def certify_shown(evidence: Evidence, shown: Sequence[ShownEquation]) -> None:
     """
     digits = evidence.certificate.digits
     parts = [e for s in shown for pair in (*s.terms, (s.divided_by, _UNIT)) for e in pair]
+    wrong = _not_derived(evidence, evidence.residuals, shown, parts, working_digits(digits))
+    if wrong is not None:
+        # Rounding alone may tell them apart: see _looked_at_closely.
+        wrong = _not_derived(evidence, evidence.close_residuals(), shown, parts, _CLOSE_DIGITS)
+    if wrong is not None:
+        raise InternalError(Problem(f"the equation shown for '{wrong}' is not that derived"))
+
+
+def _not_derived(
+    evidence: Evidence,
+    residuals: Sequence[tuple[mpf, mpf]],
+    shown: Sequence[ShownEquation],
+    parts: Sequence[sp.Expr],
+    digits: int,
+) -> str | None:
+    """The coordinate of the first equation that differs from its residual, with so many digits."""
     state = evidence.states[0]
-    with mpmath.workdps(working_digits(digits)):
+    with mpmath.workdps(digits):
         run = Tape(parts, list(state)).run([(x, _ZERO, _ZERO) for x in state.values()], 0)
         pending = iter(run.values)
-        for equation, (residual, scale) in zip(shown, evidence.residuals, strict=True):
+        for equation, (residual, scale) in zip(shown, residuals, strict=True):
             products = [next(pending) * next(pending) for _ in equation.terms]
             divisor = next(pending) * next(pending)
             difference = abs(sum(products) * divisor - residual)
-            if difference > mpf(10) ** (5 - digits) * scale:
-                raise InternalError(
-                    Problem(f"the equation shown for '{equation.coordinate}' is not that derived")
-                )
+            if difference > mpf(10) ** (5 - evidence.certificate.digits) * scale:
+                return equation.coordinate
+    return None
 
 
-def _nowhere(derivation: Derivation) -> InputError:
-    scene = derivation.reduced.scene
+def not_real(scene: Scene) -> InputError:
+    """The refusal of a scene whose expressions have no values around its configuration."""
     mark = scene.initial[0].mark if scene.initial else Mark(scene.file, 1, 1)
     return InputError(
         Problem(
@@ -279,6 +312,18 @@ def _look(tapes: Tapes, restraints: Restraints, point: Point, thorough: bool) ->
         _doubles(restraints.gradients(point)),
         _beyond(mass),
     )
+
+
+def _looked_at_closely(
+    tapes: Tapes, restraints: Restraints, point: Point, thorough: bool
+) -> _State:
+    """The same with so many digits that rounding alone makes no mismatch.
+
+    Where numbers of very different sizes meet, as 1 and a displacement of 1e-150, terms cancel
+    to more digits than are carried; what disagrees then too, is wrong.
+    """
+    with mpmath.workdps(_CLOSE_DIGITS):
+        return _look(tapes, restraints, point, thorough)
 
 
 def _beyond(rows: Sequence[Row]) -> tuple[int, mpf] | None:

@@ -16,6 +16,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.equations import Closure, Contact
 from lagrange_cli.mechanics.geometry import Restriction, gap_over_names
 from lagrange_cli.mechanics.no_room import require_room
+from lagrange_cli.mechanics.parameters import nearest_double
 from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.sampling import Drawn, working_digits
 from lagrange_cli.mechanics.tape import DomainError, values
@@ -63,11 +64,12 @@ def _restitution(reduced: Reduced, one_sided: Unilateral) -> sp.Expr:
     if written is None:
         return sp.Integer(0)
     value = reduced.values.number(written)
-    if value is not None and not 0 <= value <= 1:
+    number = None if value is None else nearest_double(value)
+    if number is not None and not 0 <= number <= 1:
         raise InputError(
             Problem(
                 f"the restitution of '{one_sided.name}' is from 0 to 1,"
-                f" found {written.text} = {float(value):g}",
+                f" found {written.text} = {number:g}",
                 written.mark(),
                 rule="restitution",
             )

@@ -17,6 +17,7 @@ import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.branches import Solution
+from lagrange_cli.mechanics.calculus import derivative
 from lagrange_cli.mechanics.definitions import dependency_order
 from lagrange_cli.mechanics.renaming import shape
 from lagrange_cli.mechanics.solving import (
@@ -269,7 +270,7 @@ class Elimination:
             if parts is not None and not self._everywhere(*parts):
                 continue
             if branches and not self._loses(number, unknown, branches):
-                found.append((phi.diff(unknown), unknown, branches))
+                found.append((derivative(phi, unknown), unknown, branches))
         if not solved:
             self._useless.add(("closed form", self._shape(number)))
         if not found:
@@ -291,7 +292,9 @@ class Elimination:
         """Whether a factor over parameters vanishes within small parts of their values."""
         if factor not in self._zeros:
             symbols = sorted(factor.free_symbols, key=str)
-            value, *changes = self._at_reference([factor, *(s * factor.diff(s) for s in symbols)])
+            value, *changes = self._at_reference(
+                [factor, *(s * derivative(factor, s) for s in symbols)]
+            )
             size = sum(abs(x) for x in changes if x is not None)
             unknown = value is None or not symbols
             self._zeros[factor] = not unknown and bool(abs(value or 0) <= _VANISHES * size)

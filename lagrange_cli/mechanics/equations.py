@@ -335,7 +335,7 @@ class InitialState:
 
 @dataclass(frozen=True)
 class SimulationDefaults:
-    """The scene's section ``simulate`` as numbers (None: absent)."""
+    """The scene's section ``simulate`` as numbers (None: absent), and its place."""
 
     until: float | None = None
     start: float = 0.0
@@ -346,6 +346,7 @@ class SimulationDefaults:
     rtol: float | None = None
     atol: float | None = None
     formulation: str | None = None
+    mark: Mark | None = None
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,14 @@ _ZERO = Decimal(0)
 _NAN = Decimal("NaN")
 _FLAT: Triple = (_ZERO, _ZERO, _ZERO)
 
+#: Beyond this an exponential leaves the range of decimals (10^±10^18), and below its negative it
+#: is 0 to every digit. Towers of exponentials would else take all memory.
+_LARGEST_EXPONENT = mpf(10) ** 17
+
+#: Decimal digits before the point of an angle that is reduced to a turn.
+_LONGEST_ANGLE = 5_000
+_LARGEST_ANGLE = mpf(10) ** _LONGEST_ANGLE
+
 
 class DomainError(ArithmeticError):
     """A value is not a finite real number at this point."""
@@ -108,9 +116,17 @@ def _reciprocal(x: Number) -> Number:
     return 1 / x if x else mpmath.nan  # an infinite slope at a finite value
 
 
+def _bounded(x: Number, largest: Number) -> Number:
+    if abs(x) > largest:
+        raise DomainError
+    return x
+
+
 @lru_cache(maxsize=4096)
 def _cos_sin(x: Decimal, digits: int) -> tuple[Decimal, Decimal]:
     """Both at once: an angle's sine and cosine are asked for again and again."""
+    if x.adjusted() > _LONGEST_ANGLE:
+        raise DomainError
     c, s = mpmath.cos_sin(outward(x))
     return inward(c), inward(s)
 
@@ -126,7 +142,7 @@ def _cos(x: Decimal) -> Triple:
 
 
 def _tan(x: Number) -> Mpfs:
-    y = mpmath.tan(x)
+    y = mpmath.tan(_bounded(x, _LARGEST_ANGLE))
     return y, 1 + y * y, 2 * y * (1 + y * y)
 
 
@@ -146,12 +162,13 @@ def _atan(x: Number) -> Mpfs:
 
 
 def _sinh(x: Number) -> Mpfs:
+    x = _bounded(x, _LARGEST_EXPONENT)
     s, c = mpmath.sinh(x), mpmath.cosh(x)
     return s, c, s
 
 
 def _cosh(x: Number) -> Mpfs:
-    s, c = mpmath.sinh(x), mpmath.cosh(x)
+    s, c, _ = _sinh(x)
     return c, s, c
 
 
@@ -176,7 +193,9 @@ def _atanh(x: Number) -> Mpfs:
 
 
 def _exp(x: Number) -> Mpfs:
-    y = mpmath.exp(x)
+    if x < -_LARGEST_EXPONENT:
+        return _MPF_ZERO, _MPF_ZERO, _MPF_ZERO
+    y = mpmath.exp(_bounded(x, _LARGEST_EXPONENT))
     return y, y, y
 
 

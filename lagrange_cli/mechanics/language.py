@@ -14,6 +14,8 @@ from fractions import Fraction
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.calculus import derivative
+from lagrange_cli.mechanics.roots import LONGEST_ROOT, has_long_root
 from lagrange_cli.scene.expression import (
     Add,
     Call,
@@ -54,7 +56,6 @@ _FUNCTIONS: dict[str, Callable[..., sp.Expr]] = {
     "atanh": sp.atanh,
     "exp": sp.exp,
     "log": sp.log,
-    "sqrt": sp.sqrt,
     "abs": sp.Abs,
     "sign": sp.sign,
     "min": sp.Min,
@@ -151,6 +152,13 @@ class _Conversion:
             bits = max(int(base.p).bit_length(), int(base.q).bit_length())
             if abs(exponent) * bits > _POWER_BITS:
                 raise self.refuse(node, "this power is too large", "too-large")
+        return self.root(node, base, exponent)
+
+    def root(self, node: Node, base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
+        """A power that may be a root."""
+        if has_long_root(base, exponent):
+            says = f"this root is of a number of more than {LONGEST_ROOT} digits"
+            raise self.refuse(node, says, "too-large")
         return sp.Pow(base, exponent)
 
     def call(self, node: Call) -> sp.Expr:
@@ -161,7 +169,9 @@ class _Conversion:
             value = self.rate(arguments[0])
             return self.rate(value) if node.function == "ddot" else value
         if node.function == "norm":
-            return sp.sqrt(sp.Add(*(a**2 for a in arguments)))
+            return self.root(node, sp.Add(*(a**2 for a in arguments)), sp.S.Half)
+        if node.function == "sqrt":
+            return self.root(node, arguments[0], sp.S.Half)
         return _FUNCTIONS[node.function](*arguments)
 
 
@@ -170,8 +180,8 @@ def total_derivative(
 ) -> sp.Expr:
     """``∂/∂t + Σ rate·∂/∂symbol`` over the symbols that occur in ``expr``."""
     present = expr.free_symbols
-    terms = [expr.diff(t)] if t in present else []
-    terms.extend(expr.diff(s) * rate for s, rate in chain if s in present)
+    terms = [derivative(expr, t)] if t in present else []
+    terms.extend(derivative(expr, s) * rate for s, rate in chain if s in present)
     return sp.Add(*terms)
 
 

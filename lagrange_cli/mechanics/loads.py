@@ -69,9 +69,10 @@ class _Reader:
     def loads(self) -> Loads:
         scene = self.reduced.scene
         for name, raw in self._converted(scene.potentials):
-            self._add_energy(name, -raw)
+            moving = not raw.free_symbols.isdisjoint(self.rates.values())
+            self._add_energy(name, -raw, self.other if moving else self.positional)
         for name, raw in self._converted(scene.kinetic):
-            self._add_energy(name, raw)
+            self._add_energy(name, raw, self.other)
         for name, raw in self._converted(scene.dissipation):
             for s, rate in self.rates.items():
                 self._add(name, s, derivative(raw, rate), self.other)
@@ -89,10 +90,8 @@ class _Reader:
     def _rate(self, expr: sp.Expr) -> sp.Expr:
         return total_derivative(expr, self.reduced.names.t, list(self.rates.items()))
 
-    def _add_energy(self, name: str, term: sp.Expr) -> None:
+    def _add_energy(self, name: str, term: sp.Expr, into: dict[sp.Symbol, list[sp.Expr]]) -> None:
         """d/dt ∂L/∂ṡ − ∂L/∂s of a term of L."""
-        moving = not term.free_symbols.isdisjoint(self.rates.values())
-        into = self.other if moving else self.positional
         for s, rate in self.rates.items():
             self._add(name, s, -derivative(term, s), into)
             momentum = derivative(term, rate)

@@ -8,8 +8,10 @@ import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.language import to_sympy
-from lagrange_cli.scene.expression import Expression
+from lagrange_cli.scene.bounds import require_bounded
+from lagrange_cli.scene.expression import Expression, names_in
 from lagrange_cli.scene.model import Scene
+from lagrange_cli.scene.tokens import ExpressionError
 
 __all__ = ["Values"]
 
@@ -34,8 +36,11 @@ class Values:
         self.exact: dict[str, sp.Expr] = {}
         self._open: list[str] = []
         self._known: dict[Expression, sp.Expr | None] = {}
-        for name, parameter in self._written.items():
+        for name in self._written:
             self._resolve(name)
+        for expression in scene.expressions():
+            self._require_bounded(expression)
+        for name, parameter in self._written.items():
             value = self.exact.get(name)
             if parameter.value is not None and parameter.positive and value is not None:
                 self._require_positive(parameter.value, value, f"parameter '{name}'")
@@ -86,6 +91,9 @@ class Values:
                 return sp.Integer(1)
             return value
 
+        for name in names_in(expression.node):
+            lookup(name.name)
+        self._require_bounded(expression)
         value = to_sympy(expression, lookup)
         if missing:
             return None
@@ -99,10 +107,23 @@ class Values:
             )
         return value
 
+    def _require_bounded(self, expression: Expression) -> None:
+        """Refuse what grows too large to be worked out once parameters have their values."""
+        known = {n.name for n in names_in(expression.node)} & self.exact.keys()
+        try:
+            require_bounded(expression.node, {n: _rational_or_float(self.exact[n]) for n in known})
+        except ExpressionError as error:
+            problem = Problem(error.message, expression.mark(error.span), error.hint, error.rule)
+            raise InputError(problem) from None
+
     def float(self, expression: Expression) -> float | None:
         """The double nearest to an expression's value."""
         value = self.number(expression)
         return None if value is None else nearest_double(value)
+
+
+def _rational_or_float(value: sp.Expr) -> Fraction | float:
+    return Fraction(int(value.p), int(value.q)) if value.is_Rational else nearest_double(value)
 
 
 def _magnitude(value: sp.Expr) -> sp.Expr | Fraction:

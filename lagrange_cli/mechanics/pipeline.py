@@ -9,8 +9,9 @@ import mpmath
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.certificate import Evidence, certify, certify_shown
+from lagrange_cli.mechanics.certificate import Evidence, certify, certify_shown, not_real
 from lagrange_cli.mechanics.charts import singular_places
+from lagrange_cli.mechanics.defaults import simulation_defaults
 from lagrange_cli.mechanics.derivation import Derivation, derive_uncertified
 from lagrange_cli.mechanics.equations import (
     CartesianName,
@@ -20,7 +21,6 @@ from lagrange_cli.mechanics.equations import (
     Parameter,
     ParticleMotion,
     ShownEquation,
-    SimulationDefaults,
 )
 from lagrange_cli.mechanics.formulation import formulated, reduced_for, replaced_chart, start
 from lagrange_cli.mechanics.language import decimal_literals, to_sympy, total_derivative
@@ -83,6 +83,17 @@ def derive(
     InternalError
         The derivation failed its certificate.
     """
+    try:
+        return _in_formulation(scene, digits, points, forces, formulation)
+    except DomainError:
+        # Which part it was is known where the error is caught; here only that it is one of them.
+        raise not_real(scene) from None
+
+
+def _in_formulation(
+    scene: Scene, digits: int, points: int, forces: bool, formulation: Formulation
+) -> Equations:
+    """The equations in the formulation asked for, or, for ``auto``, in one that has a start."""
     reduced, remarks = reduced_for(scene, formulation)
 
     def derived(wanted: Formulation) -> Equations:
@@ -151,11 +162,11 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
         certificate=evidence.certificate,
         initial=initial,
         suggested=tuple(possible_start(derivation.reduced).items()) if initial is None else (),
-        simulate=_simulation_defaults(reduced),
+        simulate=simulation_defaults(reduced.scene, reduced.values),
         abbreviations=tuple(_abbreviations(reduced)),
         outputs=tuple(_outputs(reduced)),
         inputs=tuple(_inputs(reduced)),
-        literals=decimal_literals(_expressions(scene)),
+        literals=decimal_literals(scene.expressions()),
         warnings=(
             *reduced.warnings,
             *_unused_warnings(scene, structure.unused_parameters),
@@ -249,49 +260,6 @@ def _inputs(reduced: Reduced) -> Iterator[Input]:
 def _outputs(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
     for term in reduced.scene.outputs:
         yield term.name, reduced.resolve(reduced.names.convert(term.expression, reduced.rate))
-
-
-def _expressions(scene: Scene) -> Iterator[Expression]:
-    for position in (*(p.position for p in scene.particles), *(p.position for p in scene.points)):
-        yield from position
-    yield from (p.mass for p in scene.particles)
-    yield from (s for c in scene.constraints for e in c.equations for s in (e.left, e.right))
-    for one_sided in scene.unilateral:
-        yield from (one_sided.inequality.left, one_sided.inequality.right)
-        yield from filter(None, [one_sided.restitution])
-    yield from (d.expression for d in scene.definitions)
-    yield from (u.expression for u in scene.inputs if u.expression is not None)
-    for term in (*scene.potentials, *scene.kinetic, *scene.dissipation, *scene.outputs):
-        yield term.expression
-    yield from (c for f in scene.forces for c in f.components)
-
-
-def _simulation_defaults(reduced: Reduced) -> SimulationDefaults:
-    section, value = reduced.scene.simulate, reduced.values
-
-    def number(expression: Expression | None) -> float | None:
-        return None if expression is None else value.float(expression)
-
-    samples = value.number(section.samples) if section.samples is not None else None
-    if section.samples is not None and samples is not None and not samples.is_Integer:
-        raise InputError(
-            Problem(
-                f"samples must be a whole number, found {section.samples.text}",
-                section.samples.mark(),
-                rule="simulate",
-            )
-        )
-    return SimulationDefaults(
-        until=number(section.until),
-        start=number(section.start) or 0.0,
-        accuracy=number(section.accuracy),
-        samples=None if samples is None else int(samples),
-        step=number(section.step),
-        method=section.method,
-        rtol=number(section.rtol),
-        atol=number(section.atol),
-        formulation=section.formulation,
-    )
 
 
 # The textbook form.

@@ -28,7 +28,7 @@ from lagrange_cli.scene.expression import (
 )
 from lagrange_cli.scene.tokens import MAX_EXPONENT, ExpressionError
 
-__all__ = ["ANY_EXTENT", "MAX_POWER", "Extent", "check_depth", "extent_of"]
+__all__ = ["ANY_EXTENT", "MAX_POWER", "Extent", "check_depth", "extent_of", "require_bounded"]
 
 MAX_POWER = 100
 #: Bits of numerator or denominator of a constant: 20,000 digits.
@@ -98,6 +98,35 @@ def extent_of(node: Node, names: Mapping[str, Extent]) -> Extent:
         except ValueError:
             raise _not_real(part) from None
     return found[id(node)]
+
+
+def require_bounded(node: Node, values: Mapping[str, Fraction | float]) -> None:
+    """Refuse what becomes too large a constant once names have their values.
+
+    What is not real or not constant then is left to those who know more than rounded values.
+
+    Raises
+    ------
+    ExpressionError
+        At the part that exceeds a limit.
+    """
+    names = {name: Extent(value) for name, value in values.items()}
+    found: dict[int, Extent] = {}
+    for part in reversed(list(walk(node))):
+        below = [found[id(inner)] for inner in children(part)]
+        if not all(extent.value is not None for extent in below):
+            found[id(part)] = ANY_EXTENT
+            continue
+        try:
+            found[id(part)] = _extent(part, found, names)
+        except OverflowError:
+            raise _too_large(part) from None
+        except (ZeroDivisionError, ValueError):
+            found[id(part)] = ANY_EXTENT
+        except ExpressionError as error:
+            if error.rule == "limit":
+                raise
+            found[id(part)] = ANY_EXTENT
 
 
 def _extent(node: Node, found: Mapping[int, Extent], names: Mapping[str, Extent]) -> Extent:

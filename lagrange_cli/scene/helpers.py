@@ -201,9 +201,10 @@ def _is_unit(components: list[Node]) -> bool:
         }
         try:
             lengths = [extent_of(part, values).value for part in components]
-        except ExpressionError:
+            length = math.hypot(*(math.nan if v is None else float(v) for v in lengths))
+        except (ExpressionError, OverflowError):
             return False
-        if None in lengths or abs(math.hypot(*(float(v or 0) for v in lengths)) - 1) > 1e-13:
+        if not abs(length - 1) <= 1e-13:
             return False
     return True
 

@@ -8,6 +8,7 @@ its own such as ``p[3]``. Nothing else is evaluated.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
@@ -266,3 +267,18 @@ class Scene:
     simulate: SimulateDefaults = field(default_factory=SimulateDefaults)
     expect: Expect = field(default_factory=Expect)
     warnings: tuple[Problem, ...] = ()
+
+    def expressions(self) -> Iterator[Expression]:
+        """What is derived from, in the order of the sections: without values and expectations."""
+        for position in (*(p.position for p in self.particles), *(p.position for p in self.points)):
+            yield from position
+        yield from (p.mass for p in self.particles)
+        yield from (s for c in self.constraints for e in c.equations for s in (e.left, e.right))
+        for one_sided in self.unilateral:
+            yield from (one_sided.inequality.left, one_sided.inequality.right)
+            yield from filter(None, [one_sided.restitution])
+        yield from (d.expression for d in self.definitions)
+        yield from (u.expression for u in self.inputs if u.expression is not None)
+        for term in (*self.potentials, *self.kinetic, *self.dissipation, *self.outputs):
+            yield term.expression
+        yield from (c for f in self.forces for c in f.components)

@@ -8,6 +8,7 @@ what is asked.
 
 from __future__ import annotations
 
+import numbers
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
@@ -22,7 +23,8 @@ __all__ = ["DISCS", "Disc"]
 class Disc:
     """All complex numbers within ``radius`` of ``middle``.
 
-    The radius is infinite, or not a number, where what made it is not analytic.
+    The radius is infinite, or not a number, where what made it is not analytic. Operands that
+    are neither discs nor real numbers answer for themselves.
     """
 
     __slots__ = ("middle", "radius")
@@ -38,7 +40,7 @@ class Disc:
     def __add__(self, other: Disc | float) -> Disc:
         if isinstance(other, Disc):
             return Disc(self.middle + other.middle, self.radius + other.radius)
-        return Disc(self.middle + other, self.radius)
+        return Disc(self.middle + other, self.radius) if _is_real(other) else NotImplemented
 
     __radd__ = __add__
 
@@ -48,13 +50,15 @@ class Disc:
     def __sub__(self, other: Disc | float) -> Disc:
         if isinstance(other, Disc):
             return Disc(self.middle - other.middle, self.radius + other.radius)
-        return Disc(self.middle - other, self.radius)
+        return Disc(self.middle - other, self.radius) if _is_real(other) else NotImplemented
 
     def __rsub__(self, other: float) -> Disc:
         return Disc(other - self.middle, self.radius)
 
     def __mul__(self, other: Disc | float) -> Disc:
         if not isinstance(other, Disc):
+            if not _is_real(other):
+                return NotImplemented
             return Disc(self.middle * other, self.radius * abs(other))
         crossed = np.abs(self.middle) * other.radius + other.largest * self.radius
         return Disc(self.middle * other.middle, crossed)
@@ -70,12 +74,16 @@ class Disc:
     def __truediv__(self, other: Disc | float) -> Disc:
         if isinstance(other, Disc):
             return self * other.inverse()
+        if not _is_real(other):
+            return NotImplemented
         return Disc(self.middle / other, self.radius / abs(other))
 
     def __rtruediv__(self, other: float) -> Disc:
         return self.inverse() * other
 
     def __pow__(self, other: Disc | float) -> Disc:
+        if not isinstance(other, Disc) and not _is_real(other):
+            return NotImplemented
         if isinstance(other, Disc) or other != int(other):
             return exp(log(self) * other)
         if other < 0:
@@ -85,6 +93,10 @@ class Disc:
 
     def __rpow__(self, other: float) -> Disc:
         return exp(self * float(np.log(other)))
+
+
+def _is_real(value: object) -> bool:
+    return isinstance(value, numbers.Real)
 
 
 def _where(analytic: Any, radius: Any) -> Any:

@@ -27,7 +27,7 @@ class ModelParameter:
 
 @dataclass(frozen=True)
 class Defaults:
-    """The scene's section ``simulate`` (None: absent)."""
+    """The scene's section ``simulate`` (None: absent); ``mark`` is its place, or the scene's."""
 
     until: float | None = None
     start: float = 0.0
@@ -38,6 +38,7 @@ class Defaults:
     rtol: float | None = None
     atol: float | None = None
     formulation: str | None = None
+    mark: Mark | None = None
 
 
 @dataclass(frozen=True)
@@ -153,11 +154,15 @@ class Model:
         found["suggested"] = tuple((name, value) for name, value in found["suggested"])
         found["initial"] = None if found["initial"] is None else tuple(found["initial"])
         found["recordings"] = tuple(_recording(**r) for r in found["recordings"])
-        found["defaults"] = Defaults(**found["defaults"])
+        found["defaults"] = _defaults(**found["defaults"])
         found["code"] = Code(**found["code"])
         found["singular"] = tuple(_place(**place) for place in found["singular"])
         found["chart"] = None if found["chart"] is None else _chart(**found["chart"])
         return cls(**found)
+
+
+def _defaults(mark: dict[str, Any] | None, **fields: Any) -> Defaults:
+    return Defaults(mark=None if mark is None else Mark(**mark), **fields)
 
 
 def _place(where: str, lost: list[str], ends: bool) -> SingularPlace:

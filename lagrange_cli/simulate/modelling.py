@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, replace
 from typing import TYPE_CHECKING
 
 from sympy import I, Integer, Symbol, nan, oo, zoo
@@ -62,7 +62,7 @@ def model_of(equations: Equations) -> Model:
             ModelParameter(p.name, p.value, p.name not in unused) for p in equations.parameters
         ),
         initial=None if initial is None else (*initial.positions, *initial.velocities),
-        defaults=Defaults(**asdict(equations.simulate)),
+        defaults=_defaults(equations),
         conserved=tuple(c.kind for c in equations.conserved),
         facts=facts,
         formulation=equations.formulation,
@@ -79,6 +79,11 @@ def model_of(equations: Equations) -> Model:
         chart=former_chart(equations),
         massless=_massless(equations),
     )
+
+
+def _defaults(equations: Equations) -> Defaults:
+    section = equations.simulate
+    return Defaults(**{field.name: getattr(section, field.name) for field in fields(Defaults)})
 
 
 def _massless(equations: Equations) -> tuple[str, ...]:

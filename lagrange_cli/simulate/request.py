@@ -6,6 +6,7 @@ import importlib.util
 import math
 import shlex
 from dataclasses import dataclass, replace
+from decimal import Decimal
 
 import numpy as np
 
@@ -85,7 +86,35 @@ def resolve(
     and tolerances) replaces the scene's; both ways at once are refused. Where the states of
     all samples are more than ``in_memory`` numbers, their times are a :class:`.rows.Grid`; by
     default they are refused.
+
+    Raises
+    ------
+    InputError
+        It cannot be served: told at the place of the scene's section where no option is given.
     """
+    options = (until, accuracy, method, rtol, atol, step, samples, budget)
+    try:
+        return _resolved(model, *options, in_memory)
+    except InputError as refusal:
+        mark = model.defaults.mark
+        if any(option is not None for option in options):
+            raise
+        placed = (p if p.mark is not None else replace(p, mark=mark) for p in refusal.problems)
+        raise InputError(*placed) from refusal
+
+
+def _resolved(
+    model: Model,
+    until: float | None,
+    accuracy: float | None,
+    method: str | None,
+    rtol: float | None,
+    atol: float | None,
+    step: float | None,
+    samples: int | None,
+    budget: float | None,
+    in_memory: int | None,
+) -> Request:
     defaults = model.defaults
     _require_motion(model)
     initial = _initial(model)
@@ -229,7 +258,7 @@ def _grid(
         # Beyond the largest number of samples it only matters that there are too many.
         return Grid(start, until, step, math.ceil(min(intervals, 10.0 * MOST_STREAMED)) + 1)
     samples = DEFAULT_SAMPLES if samples is None else samples
-    if samples < 2:
+    if not 2 <= samples <= MOST_STREAMED:
         raise _not_so_many(samples, MOST_SAMPLES)
     return Grid(start, until, (until - start) / (samples - 1), samples)
 
@@ -257,7 +286,12 @@ def _times(
 
 
 def _not_so_many(samples: int, most: int) -> InputError:
-    return _refused(f"samples must be from 2 to {most:,}, not {samples}", "--samples 501")
+    return _refused(f"samples must be from 2 to {most:,}, not {_counted(samples)}", "--samples 501")
+
+
+def _counted(number: int) -> str:
+    """A number as a person reads it, of a few digits where it is long."""
+    return f"{number}" if abs(number) < 10**12 else f"{Decimal(number):.3g}"
 
 
 def require_fit(model: Model, method: type[Integrator]) -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import cmath
+from operator import add, mul, sub, truediv
 
 import numpy as np
 import pytest
 
 from lagrange_cli.simulate.discs import DISCS, Disc
+from lagrange_cli.simulate.integrators.algebra import Algebra, Traced
 from lagrange_cli.simulate.integrators.base import UnfitError
 
 #: Name, the function over complex numbers, middles that suit it.
@@ -97,3 +99,15 @@ def test_many_discs_at_once_are_the_same_as_one_by_one():
 def test_functions_that_are_not_known_are_refused():
     with pytest.raises(UnfitError, match="asin"):
         DISCS.asin(Disc(0.1, 0.1))
+
+
+@pytest.mark.parametrize("operation", ["+", "-", "*", "/", "**"])
+def test_what_is_not_smooth_stays_so_beside_discs(operation):
+    """A disc and a value that has no derivative make one that has none, in either order."""
+    algebra = Algebra(DISCS)
+    rough = algebra.functions["sign"](Traced(1.0, algebra))
+    disc = Traced(Disc(np.array([1.0, 2.0]), np.array([0.1, 0.2])), algebra)
+    of = {"+": add, "-": sub, "*": mul, "/": truediv, "**": pow}[operation]
+    for left, right in ((disc, rough), (rough, disc)):
+        with pytest.raises(UnfitError, match="not smooth"):
+            algebra.plain(of(left, right))

@@ -1,0 +1,55 @@
+"""Roots of exact numbers, which SymPy takes apart into factors: limits, and a cache mended.
+
+SymPy writes sqrt(12) as 2*sqrt(3), and looks for factors below 2^15 of any number under a root.
+That is quick for what a person writes, and takes minutes for numbers of thousands of digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import sympy as sp
+from sympy.ntheory import factor_
+
+__all__ = ["LONGEST_ROOT", "has_long_root"]
+
+#: Decimal digits of numerator and denominator of a number under a root, without powers of ten.
+LONGEST_ROOT = 600
+
+_BITS = LONGEST_ROOT * 3322 // 1000
+
+
+def has_long_root(base: sp.Expr, exponent: sp.Expr) -> bool:
+    """Say whether a power is a root of a number that is too long to be taken apart."""
+    if not (base.is_Rational and exponent.is_Rational) or exponent.is_Integer:
+        return False
+    return any(_bits_beside_tens(int(n)) > _BITS for n in (base.p, base.q))
+
+
+def _bits_beside_tens(number: int) -> int:
+    """Bits of a number without its powers of ten, which take no time to be found."""
+    number = abs(number)
+    tens = _BITS
+    while tens and number.bit_length() > _BITS:
+        if number % 10**tens == 0:
+            number //= 10**tens
+        else:
+            tens //= 2
+    return number.bit_length()
+
+
+class _Factors(getattr(factor_, "FactorCache", object)):  # type: ignore[misc]
+    """SymPy's cache of factors, which takes what was not factored further for no prime.
+
+    A product of two close numbers is taken apart by Fermat's method; with the limit that roots
+    ask for, its parts may be composite. SymPy 1.14 then raises instead of leaving them out.
+    """
+
+    def add(self, n: int, factors: Iterable[int]) -> None:
+        """Keep the factors of a number where all of them are prime."""
+        if all(sp.isprime(factor) for factor in factors):
+            super().add(n, factors)
+
+
+if hasattr(factor_, "factor_cache"):
+    factor_.factor_cache = _Factors(maxsize=1000)
