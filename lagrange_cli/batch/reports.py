@@ -33,7 +33,9 @@ def text(report: Report) -> str:
 
 
 def _escape(value: str, *more: tuple[str, str]) -> str:
-    """Escape a value as GitHub's workflow commands ask, ``%`` first."""
+    """Escape a value as GitHub's workflow commands ask, ``%`` first, and control characters in
+    its lines as everywhere."""
+    value = "\n".join(map(escape_controls, value.split("\n")))
     for character, escaped in (("%", "%25"), ("\r", "%0D"), ("\n", "%0A"), *more):
         value = value.replace(character, escaped)
     return value

@@ -9,7 +9,7 @@ import click
 
 from lagrange_cli.cache import LARGEST, Cache, Removed
 from lagrange_cli.cli import options
-from lagrange_cli.cli.output import print_text
+from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.session import Session
 from lagrange_cli.errors import InputError, Problem, escape_controls
 
@@ -69,7 +69,7 @@ def _cleared(cache: Cache) -> Removed:
     return removed
 
 
-@click.command(short_help="What is kept from earlier runs, and how to clear it.")
+@click.command(cls=Command, short_help="What is kept from earlier runs, and how to clear it.")
 @click.option("--clear", is_flag=True, help="Remove all that is kept.  [default: off]")
 @options.json_flag("Report as JSON.")
 @options.traceback

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lagrange_cli.cli import options
-from lagrange_cli.cli.output import print_text
+from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.session import Session
 from lagrange_cli.files import write_file
 
@@ -37,7 +37,7 @@ def _checked(
         )
 
 
-@click.command(short_help="Scenes and folders against what they expect.")
+@click.command(cls=Command, short_help="Scenes and folders against what they expect.")
 @click.argument(
     "paths", nargs=-1, required=True, type=click.Path(allow_dash=True), metavar="PATH..."
 )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lagrange_cli.cli import options
-from lagrange_cli.cli.output import can_encode, print_text, stdout_encoding
+from lagrange_cli.cli.output import Command, can_encode, print_text, stdout_encoding
 from lagrange_cli.cli.remembered import Answer, Source, read_source, remembered
 from lagrange_cli.cli.session import Session
 from lagrange_cli.files import write_file
@@ -79,7 +79,7 @@ def _latex(equations: Equations, form: str) -> str:
     return text
 
 
-@click.command(short_help="Degrees of freedom, Lagrangian and equations of motion.")
+@click.command(cls=Command, short_help="Degrees of freedom, Lagrangian and equations of motion.")
 @options.scene
 @click.option(
     "--format",

@@ -10,7 +10,7 @@ import click
 
 from lagrange_cli.cli import options
 from lagrange_cli.cli.derive import derived
-from lagrange_cli.cli.output import print_text
+from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.session import Session
 from lagrange_cli.emit.registry import EMITTERS, Emitter, Option, emitter
@@ -70,7 +70,7 @@ def _refuse_several(chosen: Emitter, scene: str) -> None:
     )
 
 
-@click.command(short_help="Code or a document: LaTeX, C, Python.")
+@click.command(cls=Command, short_help="Code or a document: LaTeX, C, Python.")
 @options.scene
 @click.option(
     "--to",

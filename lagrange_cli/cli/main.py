@@ -13,6 +13,7 @@ from types import FrameType
 import click
 
 from lagrange_cli.cli.session import INTERRUPTED, TERMINATED, Session, report_error
+from lagrange_cli.cli.streams import prepare_streams
 from lagrange_cli.errors import InternalError, LagrangeError, Problem
 from lagrange_cli.version import __version__
 
@@ -119,5 +120,6 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 def main() -> None:
     """Entry point of the command ``lagrange``."""
+    prepare_streams()
     gc.set_threshold(*COLLECTION)
     sys.exit(run())

@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 import os
-import sys
+from typing import Any, TextIO
 
+import click
+
+from lagrange_cli.cli.streams import results, results_apart
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write
 
-__all__ = ["can_encode", "print_text", "stdout_encoding"]
+__all__ = ["Command", "can_encode", "print_text", "stdout_encoding"]
 
 #: What a shell reports for a process that SIGPIPE ended.
 CLOSED_PIPE = 141
 
 
+class Command(click.Command):
+    """A subcommand: while it works, what packages print goes to stderr."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        with results_apart():
+            return super().invoke(ctx)
+
+
 def stdout_encoding() -> str:
     """Return the encoding of standard output, in lower case."""
-    encoding = getattr(sys.stdout, "encoding", None) or "ascii"
+    encoding = getattr(results(), "encoding", None) or "ascii"
     return str(encoding).lower()
 
 
@@ -40,23 +51,24 @@ def print_text(text: str) -> None:
     InputError
         Standard output cannot be written (a full disk).
     """
-    if sys.stdout is None:
+    stream = results()
+    if stream is None:
         raise InputError(Problem("cannot write standard output: it is closed", rule="output"))
     encoding = stdout_encoding()
     printable = text.encode(encoding, "backslashreplace").decode(encoding)
     try:
-        sys.stdout.write(printable if printable.endswith("\n") else printable + "\n")
-        sys.stdout.flush()
+        stream.write(printable if printable.endswith("\n") else printable + "\n")
+        stream.flush()
     except BrokenPipeError:
-        _abandon_stdout()
+        _abandon(stream)
         raise SystemExit(CLOSED_PIPE) from None
     except OSError as error:
-        _abandon_stdout()
+        _abandon(stream)
         raise cannot_write("standard output", error) from error
 
 
-def _abandon_stdout() -> None:
+def _abandon(stream: TextIO) -> None:
     """Point standard output at nothing, so that the flush at exit cannot fail again."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, sys.stdout.fileno())
+    os.dup2(nowhere, stream.fileno())
     os.close(nowhere)

@@ -15,7 +15,7 @@ import click
 from lagrange_cli.cli import ensemble, options
 from lagrange_cli.cli.interrupts import Interrupts, interrupts
 from lagrange_cli.cli.models import model_of_scene
-from lagrange_cli.cli.output import print_text
+from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.session import Session
 from lagrange_cli.errors import InputError, Problem
@@ -164,7 +164,7 @@ def _json(trajectory: Trajectory, derive_seconds: float, extra: Sequence[str]) -
     return json.dumps(_finite(summary), indent=2, ensure_ascii=False) + "\n"
 
 
-@click.command(short_help="A trajectory to the accuracy that you state.")
+@click.command(cls=Command, short_help="A trajectory to the accuracy that you state.")
 @options.scene
 @options.until
 @click.option(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lagrange_cli.cli import options
-from lagrange_cli.cli.output import print_text
+from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.session import Session
 from lagrange_cli.files import write_file
@@ -30,7 +30,7 @@ class _Axes(click.Option):
         return super().get_help_record(ctx)
 
 
-@click.command(short_help="Where results hold, degrade or are refused at extremes.")
+@click.command(cls=Command, short_help="Where results hold, degrade or are refused at extremes.")
 @options.scene
 @click.option("--axes", cls=_Axes, callback=options.listed, metavar="LIST")
 @options.until

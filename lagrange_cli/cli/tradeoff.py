@@ -10,7 +10,7 @@ import click
 
 from lagrange_cli.cli import options
 from lagrange_cli.cli.models import model_of_scene
-from lagrange_cli.cli.output import print_text
+from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.session import Session
 from lagrange_cli.files import write_file
@@ -36,7 +36,7 @@ def _json(found: dict[str, Any]) -> str:
     return json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-@click.command(short_help="Speed against accuracy of every method, measured.")
+@click.command(cls=Command, short_help="Speed against accuracy of every method, measured.")
 @options.scene
 @click.option(
     "--methods",

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from lagrange_cli.batch import Report, SceneReport
 from lagrange_cli.batch.reports import FORMATS, github, json_text, junit, text
-from lagrange_cli.errors import Mark, Problem
+from lagrange_cli.cli.main import run
+from lagrange_cli.errors import Mark, Problem, escape_controls
 
 MARK = Mark("dir/a.yaml", 3, 7, "  dof: 2", 1)
 FAILED = SceneReport(
@@ -86,6 +87,29 @@ def test_github_annotations_stay_on_one_line_each(path, message, hint):
     assert [line.startswith("::") for line in lines] == [True, False, False]
     properties = lines[0].split("::")[1]
     assert properties.count(",") == 1
+
+
+@given(st.text(), st.text(), st.text())
+@example("a\x07b", "\x1b[31m\n::error::bar", "\u202e\u2028\x9b2J")
+def test_no_report_steers_a_terminal(path, message, hint):
+    scene = SceneReport(path, "fail", 0.0, (Problem(message, None, hint, "x"),))
+    for form in (text, github):
+        shown = form(Report((scene,)))
+        assert escape_controls(shown.replace("\n", "")) == shown.replace("\n", "")
+
+
+def test_a_scene_of_control_characters_is_annotated_in_plain_text(tmp_path, capsys):
+    scene = tmp_path / "controls.yaml"
+    scene.write_text(
+        "name: q\n"
+        r'"::error::foo%0A\e[31m\n::error::bar": x' + "\n"
+        r'potentials: {"a\u0007b\n::error x": "]]>&<"}' + "\n"
+    )
+    assert run(["check", str(scene), "--format", "github"]) == 1
+    shown = capsys.readouterr().out
+    starts = [line.startswith("::error file=") for line in shown.splitlines()]
+    assert starts == [True, True, False]
+    assert all(character.isprintable() for line in shown.splitlines() for character in line)
 
 
 @given(st.text(), st.text(), st.text())
