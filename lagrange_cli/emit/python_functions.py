@@ -115,6 +115,9 @@ _DOCS = {
     "velocity_change": "The change of v that makes the rates of the closures vanish.",
     "gaps": "The gaps of all one-sided constraints, then the magnitudes behind them.",
     "gap_terms": "Gradients of the gaps, by rows; their rates; biases; restitutions.",
+    "surfaces": "What is positive on this side of each switching surface.",
+    "surface_values": "What vanishes on switching surfaces, then the magnitudes behind it.",
+    "surface_rates": "First and second rates of what vanishes on surfaces, then the magnitudes.",
     "impulse": "The change of v that changes the rates of what is in contact by the targets.",
 }
 
@@ -249,7 +252,7 @@ def _of_parts(program: Program, name: str, apart: int | None) -> list[str]:
 def _defined(name: str, parameter: str, body: Sequence[str], failure: str) -> str:
     """The definition of a function with a body."""
     label = f"_{name}" if name in INTERNAL or parameter.endswith("contact") else name
-    doc = _DOCS[name.removeprefix("contact_").removeprefix("flight_")]
+    doc = _DOCS[name.removeprefix("sided_").removeprefix("contact_").removeprefix("flight_")]
     lines = [f"def {label}(t, y, {parameter}):", f'    """{doc}"""', "    try:"]
     lines.extend(f"        {line}" for line in body)
     lines.append("    except (ArithmeticError, ValueError, np.linalg.LinAlgError):")

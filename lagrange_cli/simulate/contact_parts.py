@@ -24,6 +24,7 @@ from lagrange_cli.simulate.integrators.native import (
 )
 from lagrange_cli.simulate.integrators.pieces import Pieces, with_projection
 from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.parameters import SIDES
 from lagrange_cli.simulate.tables import Table, bound, interpreted_table, native_table
 from lagrange_cli.simulate.tracing import tracing
 
@@ -184,4 +185,5 @@ def _traced(model: Model, name: str, parameters: Array) -> Expressions:
 
 def _flags(model: Model) -> slice:
     """Where the flags of closed contacts are among the parameters."""
-    return slice(len(model.parameters), len(model.parameters) + len(model.contacts))
+    first = len(model.parameters) + SIDES * len(model.surfaces)
+    return slice(first, first + len(model.contacts))

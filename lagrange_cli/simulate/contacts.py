@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from lagrange_cli.simulate.contact_parts import ContactParts
 from lagrange_cli.simulate.integrators.base import Array, Rhs, projection
+from lagrange_cli.simulate.integrators.crossing import Surfaces
 from lagrange_cli.simulate.integrators.expressions import Expressions
 from lagrange_cli.simulate.integrators.falling import Falling
 from lagrange_cli.simulate.integrators.switching import Flags, Gaps, SwitchedRhs
+from lagrange_cli.simulate.surfaces import with_surfaces
 from lagrange_cli.simulate.tables import Table
 
 __all__ = ["ContactRhs"]
@@ -25,6 +29,8 @@ class ContactRhs(SwitchedRhs):
         Of the function that is it with contacts closed, as ``parts`` know it.
     parameters
         All that it reads; the flags of ``contacts`` contacts begin at ``first``.
+    surfaces
+        What makes the switching surfaces for these parameters, None where there are none.
     """
 
     def __init__(
@@ -35,6 +41,7 @@ class ContactRhs(SwitchedRhs):
         parameters: Array,
         first: int,
         contacts: int,
+        surfaces: Callable[[Array], Surfaces] | None = None,
     ) -> None:
         self.free = (False,) * contacts
         self._flight, self._parts, self._name = flight, parts, name
@@ -42,6 +49,7 @@ class ContactRhs(SwitchedRhs):
         self._sides: dict[Flags, Rhs] = {self.free: flight}
         self._gaps = parts.table("gaps", 2 * contacts, parameters)
         self._terms: Table | None = None
+        self._surfaces = surfaces
 
     def __call__(self, t: float, y: Array) -> Array:
         return self._flight(t, y)
@@ -52,7 +60,10 @@ class ContactRhs(SwitchedRhs):
 
     def side(self, closed: Flags) -> Rhs:
         if closed not in self._sides:
-            self._sides[closed] = self._parts.side(self._name, self._with(closed))
+            side = self._parts.side(self._name, self._with(closed))
+            if self._surfaces is not None:
+                side = with_surfaces(side, self._surfaces(self._with(closed)))
+            self._sides[closed] = side
         return self._sides[closed]
 
     def _with(self, closed: Flags) -> Array:

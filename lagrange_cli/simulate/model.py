@@ -113,7 +113,9 @@ class Model:
     functions the code has (:mod:`lagrange_cli.emit.contacts`). ``singular``: places that the
     coordinates do not cover; the Python text ``Code.singular`` has a function ``outputs`` whose
     numbers vanish there. ``chart``: coordinates that these have replaced. ``massless``: those
-    whose inertia vanishes everywhere with the parameters that are 0.
+    whose inertia vanishes everywhere with the parameters that are 0. ``surfaces`` has an
+    entry for each switching surface of ``abs``, ``sign``, ``min`` and ``max``: whether it hangs on
+    positions and time alone (:mod:`lagrange_cli.simulate.surface_code`).
     """
 
     name: str
@@ -138,6 +140,7 @@ class Model:
     singular: tuple[SingularPlace, ...] = ()
     chart: FormerChart | None = None
     massless: tuple[str, ...] = ()
+    surfaces: tuple[bool, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The model as values that JSON holds; doubles keep all their digits."""
@@ -147,8 +150,9 @@ class Model:
     def from_json(cls, value: Mapping[str, Any]) -> Model:
         """The model that :meth:`to_json` gave."""
         found = dict(value)
-        lists = ("coordinates", "kinds", "cartesian", "conserved")
-        for name in (*lists, "multipliers", "symbols", "outputs", "forces", "contacts", "massless"):
+        lists: tuple[str, ...] = ("coordinates", "kinds", "cartesian", "conserved")
+        lists += ("multipliers", "symbols", "outputs", "forces", "contacts", "massless", "surfaces")
+        for name in lists:
             found[name] = tuple(found[name])
         found["parameters"] = tuple(ModelParameter(**p) for p in found["parameters"])
         found["suggested"] = tuple((name, value) for name, value in found["suggested"])

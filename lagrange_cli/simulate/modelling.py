@@ -23,6 +23,7 @@ from lagrange_cli.emit.constraints import (
 from lagrange_cli.emit.contacts import flagged
 from lagrange_cli.emit.disturbed import disturb
 from lagrange_cli.emit.forces import force_columns
+from lagrange_cli.emit.program import build_program
 from lagrange_cli.emit.python_functions import module_source, program_of
 from lagrange_cli.emit.recorded import COEFFICIENTS
 from lagrange_cli.errors import InputError, Problem
@@ -34,6 +35,7 @@ from lagrange_cli.simulate.chart_code import (
     singular_text,
 )
 from lagrange_cli.simulate.model import Code, Defaults, Model, ModelParameter
+from lagrange_cli.simulate.surface_code import OneSided, located, one_sided, rates, values
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -78,6 +80,7 @@ def model_of(equations: Equations) -> Model:
         singular=singular_places(equations),
         chart=former_chart(equations),
         massless=_massless(equations),
+        surfaces=_surfaces(equations),
     )
 
 
@@ -167,8 +170,26 @@ def programs_of(equations: Equations) -> dict[str, Program]:
 
 
 def _evaluated(equations: Equations) -> Equations:
-    """The equations as they are evaluated: with flags of contacts and functions of time."""
-    return driven(flagged(equations) if equations.contacts else equations)
+    """The equations as they are evaluated: with functions of time in place of inputs, weights of
+    the sides of surfaces, and flags of contacts."""
+    known, sided = _sided(equations)
+    if sided is not None:
+        known = replace(known, parameters=sided.equations.parameters)
+    return flagged(known) if known.contacts else known
+
+
+def _sided(equations: Equations) -> tuple[Equations, OneSided | None]:
+    """The equations with functions of time in place of inputs, and those on one side."""
+    known = driven(equations)
+    return known, one_sided(known)
+
+
+def _surfaces(equations: Equations) -> tuple[bool, ...]:
+    """Of each switching surface whether it hangs on positions and time alone."""
+    _, sided = _sided(equations)
+    velocities = {c.v for c in equations.coordinates}
+    surfaces = () if sided is None else sided.surfaces
+    return tuple(s.free_symbols.isdisjoint(velocities) for s in surfaces)
 
 
 def _programs(equations: Equations) -> dict[str, Program]:
@@ -178,13 +199,33 @@ def _programs(equations: Equations) -> dict[str, Program]:
     return programs | constraint_programs(equations) | contact_programs(equations)
 
 
+def _sided_programs(equations: Equations) -> dict[str, Program]:
+    """Right-hand sides on one side of each surface, and what tells where it is crossed; none
+    where nothing has a kink."""
+    _, sided = _sided(equations)
+    if sided is None:
+        return {}
+    programs = {}
+    if sided.equations.contacts:
+        sided = replace(sided, equations=flagged(sided.equations))
+        programs["sided_contact_rhs"] = build_program(sided.equations, ("contact_acceleration",))
+    return programs | {
+        "sided_rhs": build_program(sided.equations, ("acceleration",)),
+        "sided_energy": build_program(sided.equations, ("energy",)),
+        "surfaces": program_of(replace(sided.equations, outputs=located(sided)), "outputs"),
+        "surface_values": program_of(replace(sided.equations, outputs=values(sided)), "outputs"),
+        "surface_rates": program_of(rates(sided).equations, "outputs"),
+    }
+
+
 def _code(equations: Equations) -> Code:
     forces = _forces(equations)
+    sided = _sided_programs(equations)
     equations = _evaluated(equations)
-    programs = _programs(equations)
+    programs = _programs(equations) | sided
     disturbed = {
         name.replace("rhs", "disturbed"): disturb(programs[name])
-        for name in ("rhs", "contact_rhs")
+        for name in ("rhs", "contact_rhs", "sided_rhs", "sided_contact_rhs")
         if name in programs
     }
     programs |= disturbed | shifting_programs(equations)
@@ -192,7 +233,7 @@ def _code(equations: Equations) -> Code:
     return Code(
         c=library_source(compiled),
         lanes=lanes_source(programs),
-        taylor=taylor_source(programs),
+        taylor="" if sided else taylor_source(programs),
         tables=tables_source(programs),
         python=module_source(programs),
         work=workspace(compiled),

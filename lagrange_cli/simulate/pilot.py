@@ -10,6 +10,7 @@ import numpy as np
 
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.integrators.base import Array, Rhs, State
+from lagrange_cli.simulate.integrators.crossing import surfaces_of
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.pieces import pieces
 from lagrange_cli.simulate.integrators.taylor import Taylor
@@ -134,6 +135,8 @@ def pilot(
     stride = -(-len(problem.times) * len(problem.y0) // MOST) if many else 1
     problem, spent = replace(problem, times=thinned(problem.times, stride)), 0
     sight = Sight(problem)
+    # What has a kink is analytic in no disc around it.
+    looks = looks and surfaces_of(problem.rhs) is None
     reach = sight.first(Tracker(problem, watch, COARSE).places[0]) if looks else 0.0
     for coarse in COARSE_TOLERANCES:
         tracker, run, method, more = _tracked(problem, coarse, tolerance, reach, watch)

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,6 @@ from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.contact_parts import ContactParts, InterpretedParts, NativeParts
 from lagrange_cli.simulate.contacts import ContactRhs
-from lagrange_cli.simulate.disturbance import off_by_one_ulp, rounding_factors
 from lagrange_cli.simulate.driving import Drive, drive_of
 from lagrange_cli.simulate.integrators.base import Array, Rhs, Shift
 from lagrange_cli.simulate.integrators.native import (
@@ -33,6 +33,14 @@ from lagrange_cli.simulate.integrators.native import (
 from lagrange_cli.simulate.integrators.pieces import Pieces, with_projection
 from lagrange_cli.simulate.library import Source, load
 from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.parameters import SIDES, given, off
+from lagrange_cli.simulate.surfaces import (
+    InterpretedCode,
+    MakeSurfaces,
+    NativeCode,
+    makes_surfaces,
+    with_surfaces,
+)
 from lagrange_cli.simulate.tables import (
     Knowing,
     Table,
@@ -57,9 +65,6 @@ __all__ = [
 
 #: int64_t lagrange_digits(void)
 _DIGITS = ctypes.CFUNCTYPE(ctypes.c_int64)
-
-#: Numbers that code reads of each contact: whether it is closed, and what an impulse aims at.
-CONTACT_NUMBERS = 2
 
 #: Options for the text of a system.
 OPTIONS = ("-O2",)
@@ -134,20 +139,32 @@ def right_hand_side(
         return interpreted(model, error.reason)
 
 
-def _given(model: Model) -> Array:
-    """Parameters, and behind them what is read of each contact."""
-    given = [0.0 if p.value is None else p.value for p in model.parameters]
-    return np.array([*given, *[0.0] * (CONTACT_NUMBERS * len(model.contacts))])
+def _sided(
+    model: Model, functions: RightHandSide, surfaces: MakeSurfaces | None
+) -> RightHandSide:
+    """The functions with right-hand sides on either side of switching surfaces, if there are any."""
+    if surfaces is None:
+        return functions
 
+    def side(rhs: Rhs, pattern: int) -> Rhs:
+        parameters = off(model, pattern) if pattern else given(model)
+        return with_surfaces(rhs, surfaces(pattern, "", parameters))
 
-def _off(model: Model, pattern: int, real: NativeReal = DOUBLE) -> Array:
-    """Parameters off by their rounding error, then the factors of a pattern."""
-    given = off_by_one_ulp(_given(model), pattern)
-    return np.concatenate([given, rounding_factors(model.code.factors, pattern, real)])
+    one, other = functions.disturbed
+    return replace(
+        functions,
+        rhs=side(functions.rhs, 0),
+        disturbed=(side(one, 1), side(other, 2)),
+        wider=lambda: None,
+        widens=False,
+    )
 
 
 def _with_contacts(
-    model: Model, functions: RightHandSide, parts: Callable[[int], ContactParts]
+    model: Model,
+    functions: RightHandSide,
+    parts: Callable[[int], ContactParts],
+    surfaces: MakeSurfaces | None,
 ) -> RightHandSide:
     """The functions with right-hand sides for every set of closed contacts, if there are any.
 
@@ -158,9 +175,11 @@ def _with_contacts(
 
     def side(flight: Rhs, pattern: int) -> ContactRhs:
         name = "contact_disturbed" if pattern else "contact_rhs"
-        parameters = _off(model, pattern) if pattern else _given(model)
-        first, count = len(model.parameters), len(model.contacts)
-        return ContactRhs(flight, parts(pattern), name, parameters, first, count)
+        parameters = off(model, pattern) if pattern else given(model)
+        first = len(model.parameters) + SIDES * len(model.surfaces)
+        of_contacts = None if surfaces is None else partial(surfaces, pattern, "contact_")
+        count = len(model.contacts)
+        return ContactRhs(flight, parts(pattern), name, parameters, first, count, of_contacts)
 
     one, other = functions.disturbed
     return replace(
@@ -221,7 +240,7 @@ class _Libraries:
         ``parameters``: those that it reads, if not the model's.
         """
         if parameters is None:
-            parameters = _off(self.model, pattern, self._real) if pattern else _given(self.model)
+            parameters = off(self.model, pattern, self._real) if pattern else given(self.model)
         pieces = _pieces(self.drive, pattern)
         entry = function_type(self._real)((f"system_{name}", self.system))
         lanes = f"system_{name}_lanes"
@@ -266,8 +285,8 @@ class _Libraries:
 
     def sides(self) -> tuple[NativeRhs, tuple[NativeRhs, NativeRhs]]:
         """The right-hand side, and the two disturbed ones."""
-        off = [self.function("disturbed", pattern) for pattern in (1, 2)]
-        return self.function("rhs"), (off[0], off[1])
+        one, other = (self.function("disturbed", pattern) for pattern in (1, 2))
+        return self.function("rhs"), (one, other)
 
     @property
     def digits(self) -> int:
@@ -344,12 +363,15 @@ def _native(libraries: _Libraries, cache: Cache, deadline: float) -> RightHandSi
         drive=drive,
         forces=forces(),
     )
+    surfaces = makes_surfaces(model, partial(NativeCode, libraries))
+    found = _sided(model, found, surfaces)
     return _with_contacts(
         model,
         found,
         lambda pattern: NativeParts(
             model, libraries.system, libraries.holding, _pieces(drive, pattern)
         ),
+        surfaces,
     )
 
 
@@ -397,7 +419,7 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
     drive = drive_of(model.recordings)
 
     def given_to(name: str, pattern: int = 0) -> Rhs:
-        parameters = _off(model, pattern) if pattern else _given(model)
+        parameters = off(model, pattern) if pattern else given(model)
         trace = tracing(model.code.python, name)
         return bound(functions[name], parameters.tolist(), _pieces(drive, pattern), trace)
 
@@ -408,8 +430,8 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         rhs = given_to(name, pattern)
         if not model.multipliers:
             return rhs
-        parameters = _off(model, pattern) if pattern else _given(model)
-        given = parameters[: len(_given(model))].tolist()
+        parameters = off(model, pattern) if pattern else given(model)
+        given = parameters[: len(given(model))].tolist()
         project = bound(functions["project"], given, None)
         return with_projection(rhs, project, _shift(functions, given))
 
@@ -425,8 +447,13 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         implementation=f"interpreted Python: {reason}",
         drive=drive,
     )
+    surfaces = makes_surfaces(
+        model, lambda pattern: InterpretedCode(functions, _pieces(drive, pattern))
+    )
+    found = _sided(model, found, surfaces)
     return _with_contacts(
         model,
         found,
         lambda pattern: InterpretedParts(model, functions, _pieces(drive, pattern)),
+        surfaces,
     )

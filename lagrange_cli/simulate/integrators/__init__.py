@@ -13,6 +13,7 @@ from lagrange_cli.simulate.integrators.base import (
     projection,
 )
 from lagrange_cli.simulate.integrators.compiled import COMPILED
+from lagrange_cli.simulate.integrators.crossing import Crossing, surfaces_of
 from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.ida import IDA
 from lagrange_cli.simulate.integrators.implicit import BDF, LSODA, Radau
@@ -45,6 +46,8 @@ def start(
         raise ValueError(f"{method.name} cannot move its states onto constraints")
     if isinstance(rhs, SwitchedRhs):
         return Switching(partial(start, method), rhs, t0, y0, t_end, control)
+    if surfaces_of(rhs) is not None and method.interpolates:
+        return Crossing(partial(start, method), rhs, t0, y0, t_end, control)
     implementation = _implementation(method, rhs)
     if implementation is method and pieces(rhs) is not None:
         return in_pieces(method, rhs, t0, y0, t_end, control)

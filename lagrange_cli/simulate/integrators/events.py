@@ -66,8 +66,8 @@ class _Events(ctypes.Structure):
 
     _fields_ = (
         *((name, _POINTER) for name in ("function", "u", "p", "work", "direction", "terminal")),
-        *((name, _POINTER) for name in ("sign", "noise", "values", "state")),
-        *((name, _LONG) for name in ("count", "capacity", "found")),
+        *((name, _POINTER) for name in ("sign", "noise", "before", "values", "state")),
+        *((name, _LONG) for name in ("count", "capacity", "found", "first")),
         *((name, _POINTER) for name in ("times", "indices", "states")),
     )
 
@@ -94,6 +94,7 @@ class EventBuffer:
             "terminal": np.array(events.terminal, dtype=np.int64),
             "sign": np.array(events.signs or np.zeros(count), dtype),
             "noise": np.array(events.noise or np.zeros(count), dtype),
+            "before": np.zeros(count, dtype),
             "values": np.empty((PARTS + 4, count), dtype),
             "state": np.empty(dimension, dtype),
             "times": self._times,

@@ -3,6 +3,12 @@
 
 #include <math.h>
 
+/* A step whose event lies in less than this part of it is made again, to this many times the time
+ * until the event, so often at most. */
+#define EARLY 0.5
+#define BEHIND 1.25
+enum { AGAIN = 64 };
+
 /* Binary digits of the numbers that this is compiled for. */
 int64_t lagrange_digits(void)
 {
@@ -114,6 +120,33 @@ static int step_in_piece(lagrange_run *run, lagrange_step step, double limit)
     return status;
 }
 
+/* Whether a terminal event lies so early in the last step that its state, which is read off the
+ * interpolant, need not be as accurate as a step: what follows the event may be much steeper. */
+static int early(const lagrange_run *run)
+{
+    const double part = run->t - run->t_old, smallest = 32.0*(nextafter(run->t, HUGE_VAL) - run->t);
+    return part < EARLY*(run->t_new - run->t_old) && part > smallest;
+}
+
+/* Make the last step again, so that it ends just behind the event that was found in it. */
+static int shorter(lagrange_run *run, lagrange_begin start, lagrange_step step)
+{
+    const int64_t n = DIM(run);
+    const double end = run->t_old + BEHIND*(run->t - run->t_old);
+    int64_t i;
+    lagrange_unlocate(run);
+    for (i = 0; i < n; ++i) {
+        lagrange_row(run, HI)[i] = lagrange_row(run, START_HI)[i];
+        lagrange_row(run, LOW)[i] = lagrange_row(run, START_LOW)[i];
+    }
+    run->t = run->t_new = run->t_old;
+    if (start && start(run)) {
+        return LAGRANGE_NOT_FINITE;
+    }
+    run->h = end - run->t;
+    return step(run, end);
+}
+
 /* Step on until all samples are filled or a limit is reached.
  *
  * times: ascending, none before the start of the last step. states: count rows.
@@ -143,9 +176,14 @@ int lagrange_advance(lagrange_run *run, lagrange_begin start, lagrange_step step
             status = step_in_piece(run, step, interpolate ? run->t_end : times[*filled]);
         }
         if (!status) {
-            const int ended = run->events ? lagrange_locate(run, interpolate) : LAGRANGE_OK;
+            int ended = run->events ? lagrange_locate(run, interpolate) : LAGRANGE_OK;
+            int again = 0;
+            for (; !status && ended == LAGRANGE_ENDED && early(run) && again < AGAIN; ++again) {
+                status = shorter(run, start, step);
+                ended = status ? status : lagrange_locate(run, interpolate);
+            }
             run->steps += 1;
-            status = take(run, interpolate, times, count, states, filled);
+            status = status ? status : take(run, interpolate, times, count, states, filled);
             status = status ? status : ended;
         }
     }

@@ -228,6 +228,13 @@ int lagrange_events_full(const lagrange_run *run)
     return run->events->capacity - run->events->found < MOST*run->events->count;
 }
 
+void lagrange_unlocate(lagrange_run *run)
+{
+    lagrange_events *e = run->events;
+    memcpy(e->sign, e->before, (size_t)e->count*sizeof(double));
+    e->found = e->first;
+}
+
 int lagrange_locate(lagrange_run *run, lagrange_interpolate interpolate)
 {
     lagrange_events *e = run->events;
@@ -236,6 +243,8 @@ int lagrange_locate(lagrange_run *run, lagrange_interpolate interpolate)
     double t[PARTS + 3], v[PARTS + 3];
     along g;
     int k;
+    memcpy(e->before, e->sign, (size_t)e->count*sizeof(double));
+    e->first = first;
     for (k = 0; k < PARTS + 3; ++k) {
         t[k] = k == PARTS + 1 ? run->t_new : run->t_old + part*(k - 1);
         evaluate(run, interpolate, t[k], e->values + k*e->count);

@@ -22,11 +22,13 @@ typedef struct lagrange_events {
     const int64_t *terminal;
     double *sign;   /* count: of each g when it was last not 0 */
     const double *noise; /* count: of each g where it rises from 0 */
+    double *before; /* count: the signs before the last step */
     double *values; /* (LAGRANGE_PARTS + 4) rows of count */
     double *state;  /* n */
     int64_t count;
     int64_t capacity;
     int64_t found;
+    int64_t first; /* where those of the last step begin */
     double *times; /* found, ascending */
     int64_t *indices;
     double *states;

@@ -133,6 +133,8 @@ int lagrange_advance(lagrange_run *run, lagrange_begin start, lagrange_step step
 
 /* The last step's events; LAGRANGE_ENDED where a terminal one has cut it. */
 int lagrange_locate(lagrange_run *run, lagrange_interpolate interpolate);
+/* Forget the last step's events. */
+void lagrange_unlocate(lagrange_run *run);
 /* Whether there is no room for the events of another step. */
 int lagrange_events_full(const lagrange_run *run);
 

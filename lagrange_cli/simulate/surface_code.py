@@ -1,0 +1,256 @@
+"""Expressions with kinks, each held on one side of its switching surface.
+
+``abs``, ``sign``, ``min``, ``max`` and their slopes have a kink or a jump where an argument
+vanishes. A step across loses its order there, and one that enters and leaves what is narrow sees
+nothing of it. So a simulation works with equations in which each such function is replaced by
+what it is on one side, a smooth function that goes on past the surface; weights of both sides,
+parameters of the code, say which side it is. Where a weight lies between 0 and 1 the motion
+stays on the surface (A. F. Filippov, *Differential Equations with Discontinuous Righthand Sides*,
+1988, §4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import sympy
+
+from lagrange_cli.mechanics.equations import Parameter
+from lagrange_cli.mechanics.sparse import SparseRow, entries
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
+
+    from lagrange_cli.mechanics.equations import Closure, Contact, Equations
+
+__all__ = ["OneSided", "located", "one_sided", "rates", "values"]
+
+_ONE = sympy.Integer(1)
+
+#: Functions with a kink or a jump.
+_KINKED = (sympy.Abs, sympy.sign, sympy.Heaviside, sympy.Min, sympy.Max)
+
+#: Functions that need not be real past a zero of their argument: what stands in them stays as it
+#: is, and its surfaces only end steps.
+_BOUNDED = (sympy.log, sympy.asin, sympy.acos, sympy.acosh, sympy.atanh)
+
+
+@dataclass(frozen=True)
+class OneSided:
+    """Equations over the weights of sides, and the surfaces.
+
+    Attributes
+    ----------
+    equations
+        With two further parameters a surface, behind the scene's: first the weights of all
+        positive sides, then those of all negative ones.
+    surfaces
+        Expressions that vanish on the surfaces, over q, v, t, parameters and weights. An
+        expression holds weights of surfaces before it alone.
+    signs
+        The difference of the weights of each surface: 1 or −1, between them on the surface.
+    """
+
+    equations: Equations
+    surfaces: tuple[Expr, ...]
+    signs: tuple[Expr, ...]
+
+
+def one_sided(equations: Equations) -> OneSided | None:
+    """The equations on one side of each surface; None where nothing has a kink on the way."""
+    moving = {equations.t, *(u.symbol for u in equations.inputs)}
+    moving |= {s for c in equations.coordinates for s in (c.q, c.v)}
+    sides = _Sides(frozenset(moving))
+    mass = tuple(_row(row, sides.smooth) for row in equations.mass_matrix)
+    forcing = tuple(map(sides.smooth, equations.forcing))
+    closures = tuple(_closure(closure, sides.smooth) for closure in equations.closures)
+    contacts = tuple(_contact(contact, sides.smooth) for contact in equations.contacts)
+    energy = sides.smooth(equations.energy)
+    if not sides.surfaces:
+        return None
+    weights = [*sides.above, *sides.below]
+    return OneSided(
+        replace(
+            equations,
+            mass_matrix=mass,
+            forcing=forcing,
+            closures=closures,
+            contacts=contacts,
+            energy=energy,
+            parameters=(*equations.parameters, *(Parameter(w.name, w) for w in weights)),
+        ),
+        tuple(sides.surfaces),
+        tuple(up - down for up, down in zip(sides.above, sides.below, strict=True)),
+    )
+
+
+def _row(row: Sequence[Expr], smooth: Callable[[Expr], Expr]) -> Sequence[Expr]:
+    if isinstance(row, SparseRow):
+        return SparseRow(len(row), {j: smooth(entry) for j, entry in entries(row).items()})
+    return tuple(map(smooth, row))
+
+
+def _closure(closure: Closure, smooth: Callable[[Expr], Expr]) -> Closure:
+    return replace(
+        closure,
+        expression=smooth(closure.expression),
+        gradient=_row(closure.gradient, smooth),
+        rate=smooth(closure.rate),
+        bias=smooth(closure.bias),
+    )
+
+
+def _contact(contact: Contact, smooth: Callable[[Expr], Expr]) -> Contact:
+    return replace(contact, closure=_closure(contact.closure, smooth))
+
+
+@dataclass
+class _Sides:
+    """The surfaces met so far, and what became of expressions."""
+
+    moving: frozenset[Symbol]
+    surfaces: list[Expr] = field(default_factory=list)
+    above: list[Symbol] = field(default_factory=list)
+    below: list[Symbol] = field(default_factory=list)
+    _numbers: dict[Expr, int] = field(default_factory=dict)
+    _smooth: dict[Expr, Expr] = field(default_factory=dict)
+
+    def smooth(self, expression: Expr) -> Expr:
+        """The expression with every kinked function on one side of its surface."""
+        if not expression.has(*_KINKED):
+            return expression
+        if expression not in self._smooth:
+            self._smooth[expression] = self._smoothed(expression)
+        return self._smooth[expression]
+
+    def _smoothed(self, e: Expr) -> Expr:
+        if self._is_bounded(e):
+            self._only_located(e)
+            return e
+        if not isinstance(e, _KINKED):
+            return e.func(*map(self.smooth, e.args))
+        if self.moving.isdisjoint(e.free_symbols):
+            return e
+        if isinstance(e, (sympy.Min, sympy.Max)):
+            return self._extremum(e)
+        up, down, sign = self._sides_of(e.args[0], self.smooth(e.args[0]))
+        if isinstance(e, sympy.Abs):
+            return (up - down) * sign * self.smooth(e.args[0])
+        if isinstance(e, sympy.sign):
+            return (up - down) * sign
+        return up if sign > 0 else down
+
+    def _extremum(self, e: Expr) -> Expr:
+        """The one that is the largest, or the least, of arguments two by two."""
+        kind = e.func
+        plain, chosen = e.args[0], self.smooth(e.args[0])
+        for argument in e.args[1:]:
+            other = self.smooth(argument)
+            up, down, sign = self._sides_of(plain - argument, chosen - other)
+            first = up if (sign > 0) == (kind is sympy.Max) else down
+            second = down if first is up else up
+            plain, chosen = kind(plain, argument), first * chosen + second * other
+        return chosen
+
+    def _is_bounded(self, e: Expr) -> bool:
+        if e.is_Pow and e.base is not sympy.E:
+            return not e.exp.is_Integer
+        return isinstance(e, _BOUNDED)
+
+    def _only_located(self, e: Expr) -> None:
+        """Surfaces of the kinks within an expression that stays as it is."""
+        for part in _kinks(e):
+            if self.moving.isdisjoint(part.free_symbols):
+                continue
+            if isinstance(part, (sympy.Min, sympy.Max)):
+                plain = part.args[0]
+                for argument in part.args[1:]:
+                    self._sides_of(plain - argument, plain - argument)
+                    plain = part.func(plain, argument)
+            else:
+                self._sides_of(part.args[0], part.args[0])
+
+    def _sides_of(self, plain: Expr, smooth: Expr) -> tuple[Expr, Expr, int]:
+        """Weights above and below a surface, and the sign with which it stands in the list."""
+        sign = -1 if plain.could_extract_minus_sign() else 1
+        key = sign * plain
+        if key.is_Number:
+            weights = (_ONE, 1 - _ONE) if key >= 0 else (1 - _ONE, _ONE)
+            return *weights, sign
+        if key not in self._numbers:
+            number = self._numbers[key] = len(self.surfaces)
+            self.surfaces.append(sign * smooth)
+            self.above.append(sympy.Symbol(f"above({number})", real=True))
+            self.below.append(sympy.Symbol(f"below({number})", real=True))
+        k = self._numbers[key]
+        return self.above[k], self.below[k], sign
+
+
+def _kinks(e: Expr) -> Iterator[Expr]:
+    """Kinked functions in an expression, inner ones first, in an order that does not vary."""
+    for argument in e.args:
+        yield from _kinks(argument)
+    if isinstance(e, _KINKED):
+        yield e
+
+
+def located(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
+    """What is positive on the present side of each surface."""
+    return _named([sign * s for sign, s in zip(sided.signs, sided.surfaces, strict=True)])
+
+
+def values(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
+    """What vanishes on each surface, then the magnitudes that each is the sum of."""
+    return _named([*sided.surfaces, *map(_magnitude, sided.surfaces)])
+
+
+def rates(sided: OneSided) -> OneSided:
+    """Equations with the accelerations as further parameters, whose outputs tell how what
+    :func:`values` gives changes: the first rate of each surface, then the second, 0 where the
+    surface hangs on velocities, then the magnitudes behind the first.
+    """
+    e = sided.equations
+    velocities = {c.v for c in e.coordinates}
+    first = [_rate(s, e) for s in sided.surfaces]
+    second = [
+        sympy.Integer(0) if s.free_symbols & velocities else _rate(r, e)
+        for s, r in zip(sided.surfaces, first, strict=True)
+    ]
+    accelerations = (Parameter(c.a.name, c.a) for c in e.coordinates)
+    outputs = _named([*first, *second, *map(_magnitude, first)])
+    known = replace(e, parameters=(*e.parameters, *accelerations), outputs=outputs)
+    return replace(sided, equations=known)
+
+
+def _named(expressions: Sequence[Expr]) -> tuple[tuple[str, Expr], ...]:
+    return tuple((f"surface({k})", e) for k, e in enumerate(expressions))
+
+
+def _rate(s: Expr, e: Equations) -> Expr:
+    """The total time derivative on one side."""
+    terms = [sympy.diff(s, e.t)]
+    for c in e.coordinates:
+        if c.q in s.free_symbols:
+            terms.append(_slope(s, c.q) * c.v)
+        if c.v in s.free_symbols:
+            terms.append(_slope(s, c.v) * c.a)
+    return sympy.Add(*terms)
+
+
+def _slope(s: Expr, symbol: Symbol) -> Expr:
+    from lagrange_cli.mechanics.calculus import derivative
+
+    return derivative(s, symbol)
+
+
+def _magnitude(e: Expr) -> Expr:
+    """What an expression would be if nothing in its sums cancelled."""
+    if e.is_Add:
+        return sympy.Add(*map(_magnitude, e.args))
+    if e.is_Mul:
+        return sympy.Mul(*map(_magnitude, e.args))
+    if e.is_Pow and e.exp.is_Integer and e.exp > 0:
+        return _magnitude(e.base) ** e.exp
+    return abs(e) if e.is_Number else sympy.Abs(e, evaluate=False)
