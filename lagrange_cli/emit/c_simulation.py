@@ -18,7 +18,7 @@ from lagrange_cli.emit.c_reset import reset_text
 from lagrange_cli.emit.c_solvers import fill, helper_text, solver_text
 from lagrange_cli.emit.c_taylor import TAYLOR_HEADER, taylor_text
 from lagrange_cli.emit.printing import Dialect
-from lagrange_cli.emit.program import Program
+from lagrange_cli.emit.program import Program, results_of
 
 __all__ = ["DOUBLE", "lanes_source", "library_source", "tables_source", "taylor_source"]
 
@@ -51,6 +51,17 @@ void system_table(function f, long rows, const @REAL@ *t, const @REAL@ *y, long 
 """
 
 
+#: What the surfaces of kinks and contacts are located by together.
+_BOTH = """\
+int system_events_and_surfaces(double t, const double *y, const double *u, const system_params *p,
+                               double *work, double *out)
+{
+    const int status = system_events(t, y, u, p, work, out);
+    return status != 0 ? status : system_surfaces(t, y, u, p, work, out + @CONTACTS@);
+}
+"""
+
+
 def library_source(programs: Mapping[str, Program], real: Real = DOUBLE) -> str:
     """A text of C with a function ``system_NAME`` for each program, and ``system_table``.
 
@@ -72,9 +83,17 @@ def library_source(programs: Mapping[str, Program], real: Real = DOUBLE) -> str:
         residual_text(programs, names, real),
         *(project_text(programs, names, real, of) for of in ("", "contact_")),
         reset_text(programs, names, real),
+        _both(programs),
         fill(_TABLE, names, real),
     ]
     return "\n".join(filter(None, parts))
+
+
+def _both(programs: Mapping[str, Program]) -> str:
+    """Event functions of contacts, then of surfaces, where there are both."""
+    if not {"gaps", "surfaces"} <= programs.keys():
+        return ""
+    return _BOTH.replace("@CONTACTS@", str(results_of(programs["gaps"]) // 2))
 
 
 def lanes_source(programs: Mapping[str, Program]) -> str:

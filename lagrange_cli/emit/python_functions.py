@@ -168,9 +168,10 @@ def module_source(programs: Mapping[str, Program]) -> str:
 
 
 def _given(programs: Mapping[str, Program], program: Program) -> list[tuple[str, int]]:
-    """Parameters of a program. With contacts, factors of rounding may stand behind them."""
+    """Parameters of a program. Others may have more: flags, weights, factors of rounding."""
     count = program.parameters
-    return [(f"p[:{count}]" if "gaps" in programs else "p", count)]
+    alike = {"gaps", "surfaces"}.isdisjoint(programs)
+    return [("p" if alike else f"p[:{count}]", count)]
 
 
 def prelude(body: str) -> tuple[list[str], list[str]]:

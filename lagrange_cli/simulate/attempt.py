@@ -12,6 +12,7 @@ from lagrange_cli.simulate.agreement import Agreement, agreement, at_the_end, en
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Array, State, projection
+from lagrange_cli.simulate.integrators.crossing import surfaces_of
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.switching import SwitchedRhs
 from lagrange_cli.simulate.pilot import Pilot, suits_gauss
@@ -166,6 +167,7 @@ class Attempt:
             return self.run.method if stiff else explicit
         other = INTEGRATORS["LSODA"]
         possible = self.tolerance >= OTHER_FROM and (other.projects or not projection(rhs))
+        possible = possible and surfaces_of(rhs) is None
         return other if possible else self.run.method
 
     def _disturb(self, method: type[Integrator]) -> Run:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.integrators.crossing import surfaces_of
 from lagrange_cli.simulate.problem import InitialValueProblem
 
 __all__ = ["NOISE_PART", "noise_of_step"]
@@ -31,11 +32,22 @@ def noise_of_step(problem: InitialValueProblem, t: float, y: Array, h: float) ->
     """
     if problem.disturbed is None:
         return np.zeros(len(y))
-    exact = problem.rhs(t, y)
-    moved = [off(t, y) for off in problem.disturbed]
-    moved += [problem.rhs(t, off_by_one_ulp(y, pattern)) for pattern in PATTERNS]
+    rhs, *disturbed = _on_one_side(problem.rhs, *problem.disturbed, t=t, y=y)
+    exact = rhs(t, y)
+    moved = [off(t, y) for off in disturbed]
+    moved += [rhs(t, off_by_one_ulp(y, pattern)) for pattern in PATTERNS]
     noise = h * np.abs(np.array(moved) - exact).max(axis=0)
     noise = np.where(np.isfinite(noise), noise, 0.0)
     n = len(y) // 2
     noise[:n] += h * noise[n:]
     return noise
+
+
+def _on_one_side(*sides: Rhs, t: float, y: Array) -> list[Rhs]:
+    """Right-hand sides without the jumps that the last place of a state may cross."""
+    surfaces = surfaces_of(sides[0])
+    if surfaces is None:
+        return list(sides)
+    around = surfaces.around(t, y)
+    every = [surfaces_of(rhs) for rhs in sides]
+    return [of.side(around) for of in every if of is not None]

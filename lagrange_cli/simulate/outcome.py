@@ -9,6 +9,7 @@ from typing import Literal
 from lagrange_cli.simulate.accuracy import Disproof, Measured, Obstacle
 from lagrange_cli.simulate.agreement import Unclear
 from lagrange_cli.simulate.integrators.base import projection
+from lagrange_cli.simulate.integrators.crossing import AMBIGUOUS, CROWDED, IMPULSIVE, UNSETTLED
 from lagrange_cli.simulate.integrators.switching import ENDLESS, IMPOSSIBLE, TOO_MANY, UNDETERMINED
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.problem import InitialValueProblem
@@ -56,6 +57,14 @@ _STUCK = {
         "the contact {} closes and opens more often than can be followed",
         "the contacts {} close and open more often than can be followed",
     ),
+}
+
+#: What a user can do where a motion ends at a kink.
+_KINKS = {
+    AMBIGUOUS: "begin beside it, or let what jumps grow within a width (tanh(x/w) for sign(x))",
+    CROWDED: "--until ends before, and tanh(x/w) for sign(x) goes on",
+    UNSETTLED: "tanh(x/w) for sign(x) makes it smooth",
+    IMPULSIVE: "let what jumps grow within a width (tanh(x/w) for sign(x))",
 }
 
 #: What a user can do about it.
@@ -129,6 +138,8 @@ def _failed(model: Model, problem: InitialValueProblem, failure: Failure) -> str
         before = failure.time - BEFORE * (failure.time - problem.start)
         ends = "" if failure.time == problem.start else f"--until {before:.6g} ends before, "
         return f"{past}: {says.format(_listed(model, failure.contacts))}; {ends}{way_out}"
+    if failure.reason in _KINKS:
+        return f"{past}: {failure.reason}; {_KINKS[failure.reason]}"
     kept = " a position where the constraints are singular," if projection(problem.rhs) else ""
     cause = f" (a singularity,{kept} or the edge of where the equations exist)"
     return f"{past}: {failure.reason}{cause}"

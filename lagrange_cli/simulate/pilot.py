@@ -229,8 +229,9 @@ def suits_gauss(rhs: Rhs) -> bool:
 
 def suits_taylor(rhs: Rhs, size: int) -> bool:
     """Whether series that heyoka compiles stand in for a compiler of C: it is installed, and the
-    right-hand side can be written in expressions."""
-    return not isinstance(rhs, NativeRhs) and Taylor.suits(rhs, size)
+    right-hand side can be written in expressions without kinks."""
+    smooth = surfaces_of(rhs) is None
+    return smooth and not isinstance(rhs, NativeRhs) and Taylor.suits(rhs, size)
 
 
 def explicit_method(problem: InitialValueProblem, tolerance: float) -> type[Integrator]:

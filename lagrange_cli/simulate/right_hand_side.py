@@ -139,10 +139,8 @@ def right_hand_side(
         return interpreted(model, error.reason)
 
 
-def _sided(
-    model: Model, functions: RightHandSide, surfaces: MakeSurfaces | None
-) -> RightHandSide:
-    """The functions with right-hand sides on either side of switching surfaces, if there are any."""
+def _sided(model: Model, functions: RightHandSide, surfaces: MakeSurfaces | None) -> RightHandSide:
+    """The functions with right-hand sides that have switching surfaces, if there are any."""
     if surfaces is None:
         return functions
 
@@ -431,9 +429,9 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         if not model.multipliers:
             return rhs
         parameters = off(model, pattern) if pattern else given(model)
-        given = parameters[: len(given(model))].tolist()
-        project = bound(functions["project"], given, None)
-        return with_projection(rhs, project, _shift(functions, given))
+        numbers = parameters[: len(given(model))].tolist()
+        project = bound(functions["project"], numbers, None)
+        return with_projection(rhs, project, _shift(functions, numbers))
 
     found = RightHandSide(
         rhs=side("rhs"),

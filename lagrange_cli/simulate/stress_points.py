@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.right_hand_side import CONTACT_NUMBERS, functions_of
+from lagrange_cli.simulate.parameters import given
+from lagrange_cli.simulate.right_hand_side import functions_of
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.dimensions import Base, Dimensions
@@ -131,8 +132,7 @@ class Ground:
 
 def _given(model: Model) -> list[float]:
     """Parameters, and contacts that are open."""
-    given = [0.0 if p.value is None else p.value for p in model.parameters]
-    return [*given, *[0.0] * (CONTACT_NUMBERS * len(model.contacts))]
+    return list(map(float, given(model)))
 
 
 def points_of(ground: Ground, axes: Sequence[str] | None = None) -> list[StressPoint]:

@@ -135,27 +135,27 @@ class ModelSurfaces(Surfaces):
     ) -> Falling:
         parameters = self._weighed(self._given, sides)
         table = self._code.table("surfaces", len(sides), parameters)
-        native = self._events(parameters, signs, noise) if beside is None else None
         if beside is None:
+            native = self._events("surfaces", parameters, signs, noise)
             return Falling(lambda t, y: _row(table, t, y), signs, noise, native)
         others = beside.values
+        signs, noise = (*beside.signs, *signs), (*beside.noise, *noise)
         return Falling(
             lambda t, y: np.concatenate([others(t, y), _row(table, t, y)]),
-            (*beside.signs, *signs),
-            (*beside.noise, *noise),
+            signs,
+            noise,
+            self._events("events_and_surfaces", parameters, signs, noise),
         )
 
     def _events(
-        self, parameters: Array, signs: tuple[float, ...], noise: tuple[float, ...]
+        self, name: str, parameters: Array, signs: tuple[float, ...], noise: tuple[float, ...]
     ) -> NativeEvents | None:
-        native = self._code.native("surfaces")
+        native = self._code.native(name)
         if native is None:
             return None
         function, work = native
-        count = len(signs)
-        return NativeEvents(
-            function, (-1,) * count, (True,) * count, parameters, work, signs, noise
-        )
+        falling, terminal = (-1,) * len(signs), (True,) * len(signs)
+        return NativeEvents(function, falling, terminal, parameters, work, signs, noise)
 
 
 class Libraries(Protocol):
@@ -164,9 +164,7 @@ class Libraries(Protocol):
     system: ctypes.CDLL
     model: Model
 
-    def function(
-        self, name: str, pattern: int = 0, parameters: Array | None = None
-    ) -> NativeRhs:
+    def function(self, name: str, pattern: int = 0, parameters: Array | None = None) -> NativeRhs:
         """A function of the system, with its parameters bound."""
 
 

@@ -141,8 +141,8 @@ class Runs:
 def together(model: Model, problem: InitialValueProblem, cache: Cache) -> Together | None:
     """What steps members that differ from a model in numbers alone; None where its equations
     have no such form, or there is no compiler."""
-    apart = (model.multipliers, model.contacts, model.surfaces, model.recordings, model.singular, model.chart)
-    if any(apart) or not model.code.taylor:
+    apart = (model.multipliers, model.contacts, model.surfaces, model.recordings)
+    if any((*apart, model.singular, model.chart)) or not model.code.taylor:
         return None
     system = Source({"system.c": model.code.c + model.code.lanes, **kernels.headers()}, OPTIONS)
     try:

@@ -170,7 +170,8 @@ class Integrator(ABC):
     systems do not force small steps); ``symplectic``; ``needs``, the structure
     facts it relies on (names of :class:`~lagrange_cli.mechanics.equations.Facts`);
     ``interpolates``, see the fourth promise; ``projects``, see the eleventh; ``kept`` and
-    ``resumes``, see the last. ``package``: an optional package by its name in Python, and the
+    ``resumes``, see the last. ``repeats``: a step is made again, shorter, whose event is early in
+    it. ``package``: an optional package by its name in Python, and the
     extra that installs it. ``traces``: it needs :mod:`.expressions` of the right-hand side, and
     raises :class:`UnfitError` where they are not to be had.
     """
@@ -187,6 +188,7 @@ class Integrator(ABC):
     projects: ClassVar[bool] = True
     kept: ClassVar[tuple[str, ...]] = ()
     resumes: ClassVar[bool] = True
+    repeats: ClassVar[bool] = False
     package: ClassVar[tuple[str, str] | None] = None
     traces: ClassVar[bool] = False
 
@@ -196,6 +198,7 @@ class Integrator(ABC):
     evaluations: int = 0
     steps: int = 0
     fallen: int | None = None
+    last_step: float = 0.0
     _projection: Projection | None = None
     _search: Search | None = None
 
@@ -247,7 +250,7 @@ class Integrator(ABC):
         most_steps, most_evaluations
             No further step begins after so many in this call.
         """
-        filled = self._take(times, states, 0)
+        filled = self.take(times, states, 0)
         first_steps, first_evaluations = self.steps, self.evaluations
         while (
             filled < len(times)
@@ -259,9 +262,10 @@ class Integrator(ABC):
                 start = self.t
                 self.step(self.t_end if self.interpolates else float(times[filled]))
                 self.steps += 1
+                self.last_step = self.t - start
                 event = self._event(start)
                 end = np.searchsorted(times, event[0], side="right") if event else len(times)
-                filled = self._take(times[:end], states, filled)
+                filled = self.take(times[:end], states, filled)
                 if event is not None:
                     self._stop(*event)
             except StepError as error:
@@ -281,7 +285,12 @@ class Integrator(ABC):
         self.y = self._within(t)
         self.t, self.fallen = t, event
 
-    def _take(self, times: Array, states: Array, filled: int) -> int:
+    @property
+    def signs(self) -> tuple[float, ...]:
+        """Those of the functions that end the run, as they are now."""
+        return () if self._search is None else tuple(self._search.signs)
+
+    def take(self, times: Array, states: Array, filled: int) -> int:
         """Fill the samples that the last step has passed; return how many are filled."""
         reached = int(np.searchsorted(times, self.t, side="right"))
         if reached <= filled:

@@ -88,6 +88,7 @@ class _Compiled:
 
     kernel: ClassVar[str]
     interpolates: ClassVar[bool]
+    repeats: ClassVar[bool] = True
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         assert isinstance(rhs, NativeRhs)

@@ -10,8 +10,9 @@ holds a body at rest. Where more than one of these is possible, the motion is no
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any, ClassVar, TypeAlias
@@ -21,7 +22,6 @@ import numpy as np
 from lagrange_cli.simulate.integrators.base import (
     Advance,
     Array,
-    ConstrainedRhs,
     Control,
     Integrator,
     Rhs,
@@ -32,7 +32,17 @@ from lagrange_cli.simulate.integrators.base import (
 from lagrange_cli.simulate.integrators.falling import RISES, Falling
 from lagrange_cli.simulate.integrators.switching import LOCATED, TOGETHER, Begin
 
-__all__ = ["AMBIGUOUS", "CROWDED", "IMPULSIVE", "UNSETTLED", "Crossing", "Rates", "Sides", "Surfaces", "surfaces_of"]
+__all__ = [
+    "AMBIGUOUS",
+    "CROWDED",
+    "IMPULSIVE",
+    "UNSETTLED",
+    "Crossing",
+    "Rates",
+    "Sides",
+    "Surfaces",
+    "surfaces_of",
+]
 
 #: On which side of each surface: 1, −1, or the part between that keeps the motion on it.
 Sides: TypeAlias = tuple[float, ...]
@@ -45,6 +55,12 @@ MOST_AT_ONCE = 3
 
 #: Crossings of each surface one upon the other that are taken for endless.
 CHATTER = 40
+
+#: A step whose event lies in less than this part of it is made again, to this many times the time
+#: until the event (advance.c does the same).
+EARLY, BEHIND = 0.5, 1.25
+
+ONE_STEP: Any = {"most_steps": 1, "most_evaluations": math.inf}
 
 #: Crossings that are followed.
 MOST_CROSSINGS = 250_000
@@ -120,9 +136,35 @@ class Surfaces(ABC):
 
     @abstractmethod
     def falling(
-        self, sides: Sides, signs: tuple[float, ...], noise: tuple[float, ...], beside: Falling | None
+        self,
+        sides: Sides,
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
+        beside: Falling | None,
     ) -> Falling:
         """Where the motion leaves these sides, behind what else is looked for."""
+
+    def placed(
+        self, t: float, y: Array, sides: Sides, met: Sequence[int] = ()
+    ) -> tuple[Sides, tuple[int, ...]]:
+        """The sides of surfaces on which a state is not, and the numbers of the others.
+
+        Those that are ``met`` are among them. A surface may hang on the sides of those before it.
+        """
+        on = set(met)
+        for _ in range(len(sides) + 1):
+            values, sizes = self.values(t, y, sides)
+            on = {*met, *map(int, np.flatnonzero(np.abs(values) <= ON_SURFACE * sizes))}
+            clear = [k for k in range(len(sides)) if k not in on and values[k] != 0]
+            placed = _put(sides, {k: float(np.sign(values[k])) for k in clear})
+            if placed == sides:
+                break
+            sides = placed
+        return sides, tuple(sorted(on))
+
+    def around(self, t: float, y: Array) -> Sides:
+        """The sides of a state; of surfaces on which it is the positive ones."""
+        return self.placed(t, y, (1.0,) * len(self.positional))[0]
 
 
 def surfaces_of(rhs: Rhs) -> Surfaces | None:
@@ -182,13 +224,14 @@ class Crossing(Integrator):
     ) -> Advance:
         filled, steps, evaluations = 0, self.steps, self.evaluations
         while self._run is not None:
-            run, waiting = self._run, self._run.fallen is not None
-            done = run.advance(
+            waiting = self._run.fallen is not None
+            done = self._go(
                 times[filled:],
                 states[filled:],
-                most_steps=0 if waiting else most_steps - (self.steps - steps),
-                most_evaluations=most_evaluations - (self.evaluations - evaluations),
+                0 if waiting else most_steps - (self.steps - steps),
+                most_evaluations - (self.evaluations - evaluations),
             )
+            run = self._run
             filled += done.filled
             self._read(run)
             if done.failure is not None or run.fallen is None:
@@ -213,6 +256,57 @@ class Crossing(Integrator):
             states[filled:] = self.y
             filled = len(times)
         return Advance(filled, self._stuck)
+
+    def _go(self, times: Array, states: Array, most_steps: int, most_evaluations: float) -> Advance:
+        """Step on in this piece. The compiled integrators make a step again whose event is early
+        in it (kernels/advance.c); for others that is done here."""
+        run = self._run
+        assert run is not None
+        if run.repeats or most_steps == 0:
+            return run.advance(
+                times, states, most_steps=most_steps, most_evaluations=most_evaluations
+            )
+        filled, steps, evaluations = run.take(times, states, 0), run.steps, run.evaluations
+        while (
+            filled < len(times)
+            and run.fallen is None
+            and run.steps - steps < most_steps
+            and run.evaluations - evaluations < most_evaluations
+        ):
+            start, signs = (run.t, run.y), run.signs
+            done = run.advance(np.array([np.inf]), np.empty((1, len(self.y))), **ONE_STEP)
+            if done.failure is not None:
+                return Advance(filled, done.failure)
+            part = self._part_of_step(run, start[0])
+            if part < EARLY:
+                run = self._again(start, signs, BEHIND * (run.t - start[0]))
+                steps, evaluations = 0, 0
+                continue
+            end = len(times) if run.fallen is None else np.searchsorted(times, run.t, "right")
+            filled = run.take(times[:end], states, filled)
+        return Advance(filled)
+
+    def _part_of_step(self, run: Integrator, start: float) -> float:
+        """How far into its step an event is; 1 where there is none, or it cannot be earlier."""
+        if run.fallen is None or run.t - start <= TOGETHER * np.spacing(abs(run.t)):
+            return 1.0
+        return (run.t - start) / run.last_step
+
+    def _again(
+        self, start: tuple[float, Array], signs: tuple[float, ...], first_step: float
+    ) -> Integrator:
+        """Begin the piece anew where its last step began, with a shorter one."""
+        assert self._run is not None
+        self._past = self._past[0] + self._run.steps - 1, self._past[1] + self._run.evaluations
+        self.t, self.y = start
+        sliding = self._sliding(self._sides)
+        others = 0 if self._beside is None else len(self._beside.signs)
+        # Behind those of the surfaces stand the ends of what holds the motion on some of them.
+        kept = [k for k in range(len(self._sides)) if k not in sliding]
+        whole = list(self._piece["signs"])
+        for k, sign in zip(kept, signs[others:], strict=False):
+            whole[k] = sign
+        return self._begin_piece(tuple(whole), self._piece["noise"], first_step)
 
     def _read(self, run: Integrator) -> None:
         self.t, self.y = run.t, run.y
@@ -246,10 +340,13 @@ class Crossing(Integrator):
         k, upper = sliding[place // 2], place % 2 == 0
         self._stand(_put(self._sides, {k: 1.0 if upper else -1.0}), (k,))
 
-    def _begin_piece(self, signs: tuple[float, ...], noise: tuple[float, ...]) -> Integrator:
+    def _begin_piece(
+        self, signs: tuple[float, ...], noise: tuple[float, ...], first_step: float = np.inf
+    ) -> Integrator:
         """Begin a piece here on the present sides."""
         self._piece = {"from": (self.t, self.y), "signs": signs, "noise": noise}
-        first_step = min(self._control.first_step, self.t_end - self.t)
+        self._piece["first_step"] = first_step
+        first_step = min(self._control.first_step, self.t_end - self.t, first_step)
         control = replace(self._control, first_step=first_step)
         sliding = self._sliding(self._sides)
         side = self._slide(sliding) if sliding else self._surfaces.side(self._sides)
@@ -287,7 +384,7 @@ class Crossing(Integrator):
     def _settle(self, met: Sequence[int]) -> None:
         """Find the sides that hold behind surfaces that are met, and begin the next piece."""
         before = self._sides
-        self._sides, on = self._placed(met)
+        self._sides, on = self._surfaces.placed(self.t, self.y, before, met)
         if not on:
             self._stand(self._sides, ())
             return
@@ -301,19 +398,6 @@ class Crossing(Integrator):
             self._run, self._stuck = None, IMPULSIVE
         else:
             self._stand(chosen.sides, on)
-
-    def _placed(self, met: Sequence[int]) -> tuple[Sides, tuple[int, ...]]:
-        """The sides of surfaces that are not met, and those that are."""
-        sides, on = self._sides, set(met)
-        for _ in range(len(sides) + 1):
-            values, sizes = self._surfaces.values(self.t, self.y, sides)
-            on = {*met, *map(int, np.flatnonzero(np.abs(values) <= ON_SURFACE * sizes))}
-            clear = [k for k in range(len(sides)) if k not in on and values[k] != 0]
-            placed = _put(sides, {k: float(np.sign(values[k])) for k in clear})
-            if placed == sides:
-                break
-            sides = placed
-        return sides, tuple(sorted(on))
 
     def _passed(self, on: Sequence[int]) -> _Way | None:
         """The way through surfaces of positions, which are passed whatever acts; None where one
@@ -419,7 +503,8 @@ class Crossing(Integrator):
         self._run = None
         if state["run"] is not None:
             self.t, self.y = state["from"]
-            self._begin_piece(state["signs"], state["noise"]).restore(state["run"])
+            begun = state["signs"], state["noise"], state["first_step"]
+            self._begin_piece(*begun).restore(state["run"])
         super().restore(state)
 
 

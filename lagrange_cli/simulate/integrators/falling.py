@@ -16,6 +16,9 @@ from lagrange_cli.simulate.integrators.events import PARTS, NativeEvents
 
 __all__ = ["RISES", "Falling", "Search"]
 
+#: A function whose least value is more than so many times what it changes by does not dip to zero.
+SHALLOW = 4.0
+
 #: The sign of a function that is zero at first, but for rounding, and then positive (events.h).
 RISES = 2.0
 
@@ -112,6 +115,8 @@ def _dip(g: Callable[[float], float], part: Array, around: Array) -> float | Non
     """A time within the part where g is negative, though positive at its ends, if there is one."""
     inner = np.argmin(around)
     if len(around) < 3 or inner in (0, len(around) - 1):
+        return None
+    if around[inner] > SHALLOW * (around.max() - around[inner]):
         return None
     from scipy.optimize import minimize_scalar
 

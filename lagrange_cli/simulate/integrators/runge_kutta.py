@@ -10,7 +10,7 @@ kept and added to the next step instead of being lost.
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from lagrange_cli.simulate.integrators.base import (
     StepError,
 )
 from lagrange_cli.simulate.integrators.solvers import restore_solver, solver_state
+
+if TYPE_CHECKING:
+    from scipy.integrate import DenseOutput
 
 __all__ = ["DOP853", "RK4", "RK45"]
 
@@ -45,6 +48,7 @@ class _ScipyPair(Integrator):
 
         self._rhs = self._counted(rhs)
         self._control = control
+        self._dense: DenseOutput | None = None
         self._base = np.array(y0, dtype=float)
         self._solver = getattr(integrate, self.pair)(
             self._of_increment,
@@ -86,7 +90,10 @@ class _ScipyPair(Integrator):
         restore_solver(self._solver, state["solver"])
 
     def interpolate(self, times: Array) -> Array:
-        return np.asarray(self._base[:, None] + self._solver.dense_output()(times)).T
+        # Events are looked for at many times of a step, and an interpolant costs slopes.
+        if self._dense is None or self._dense.t != self._solver.t:
+            self._dense = self._solver.dense_output()
+        return np.asarray(self._base[:, None] + self._dense(times)).T
 
 
 class RK45(_ScipyPair):
