@@ -21,13 +21,16 @@ from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import SingularPlace
 from lagrange_cli.mechanics.tape import DomainError, values
 
-__all__ = ["singular_places"]
+__all__ = ["MOST_COORDINATES", "kept_momenta", "singular_places"]
 
 #: Coordinates of a block that is looked at, and operations of its entries.
 LARGEST_BLOCK, ENTRY_BUDGET = 3, 400
 
 #: Operations of a sum that is looked for factors.
 FACTOR_BUDGET = 60
+
+#: Coordinates of a system whose momenta are looked at.
+MOST_COORDINATES = 6
 
 _ZERO = sp.Integer(0)
 
@@ -66,6 +69,28 @@ def singular_places(derivation: Derivation) -> tuple[SingularPlace, ...]:
         SingularPlace(tuple(names), where.xreplace(named), infinite)
         for (where, infinite), names in found.items()
     )
+
+
+def kept_momenta(derivation: Derivation) -> tuple[str, ...]:
+    """Coordinates whose momentum is proven to be conserved and to be their rate times an inertia.
+
+    Where such a rate is not zero it keeps its sign, and the inertia does not vanish on the way. No
+    coordinate is named where closures act, or in systems of many coordinates.
+    """
+    coordinates = derivation.reduced.coordinates
+    if derivation.closures or derivation.reduced.gaps or len(coordinates) > MOST_COORDINATES:
+        return ()
+    found = []
+    for j, (coordinate, row) in enumerate(zip(coordinates, derivation.mass, strict=True)):
+        inertia = sp.Add(*row.get(j, ()))
+        force = sp.Add(*derivation.forcing[j])
+        if set(row) != {j} or inertia.count_ops() + force.count_ops() > ENTRY_BUDGET:
+            continue
+        change = inertia.diff(derivation.reduced.names.t)
+        change += sp.Add(*(inertia.diff(c.q) * c.v for c in coordinates))
+        if sp.expand(force + change * coordinate.v) == 0:
+            found.append(coordinate.name)
+    return tuple(found)
 
 
 def _with_signs(derivation: Derivation) -> dict[sp.Symbol, sp.Symbol]:

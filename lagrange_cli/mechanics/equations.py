@@ -354,12 +354,14 @@ class Chart:
     """Coordinates that others have replaced, from which each of those follows.
 
     ``places`` are the present coordinates over the former ones; ``start`` is the initial
-    state in these, None where it is not known.
+    state in these, None where it is not known. ``steady``: those of which
+    :func:`.charts.kept_momenta` proves that their rates keep their signs.
     """
 
     coordinates: tuple[Coordinate, ...]
     places: tuple[CartesianName, ...]
     start: InitialState | None
+    steady: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from mpmath import mpf
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.calculus import Kinematics
 from lagrange_cli.mechanics.cartesian import cartesian_form, incidence
+from lagrange_cli.mechanics.charts import MOST_COORDINATES, kept_momenta
 from lagrange_cli.mechanics.derivation import Derivation, derive_uncertified
 from lagrange_cli.mechanics.equations import CartesianName, Chart, Choice, InitialState
 from lagrange_cli.mechanics.initial import initial_state
@@ -260,7 +261,9 @@ def replaced_chart(derivation: Derivation) -> Chart | None:
         CartesianName(s.name, place, sp.Add(*kinematics.velocity(s)))
         for s, place in positions.items()
     )
-    return Chart(origin.coordinates, named, given)
+    few = len(origin.coordinates) <= MOST_COORDINATES
+    steady = kept_momenta(derive_uncertified(origin)) if few else ()
+    return Chart(origin.coordinates, named, given, steady)
 
 
 def _carried_over(origin: Reduced, chart: Chart, given: InitialState) -> InitialState:

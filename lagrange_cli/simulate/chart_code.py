@@ -11,9 +11,10 @@ from lagrange_cli.emit.report import in_scene_language
 from lagrange_cli.simulate.model import FormerChart, SingularPlace
 
 if TYPE_CHECKING:
+    from lagrange_cli.emit.program import Program
     from lagrange_cli.mechanics.equations import Coordinate, Equations
 
-__all__ = ["former_chart", "kinds", "singular_places", "singular_text"]
+__all__ = ["former_chart", "guarded_places", "kinds", "singular_places", "singular_text"]
 
 
 def kinds(coordinates: Iterable[Coordinate]) -> tuple[str, ...]:
@@ -39,6 +40,19 @@ def singular_text(equations: Equations) -> str:
     return module_source({"outputs": program_of(replace(equations, outputs=asked), "outputs")})
 
 
+def guarded_places(equations: Equations) -> tuple[Program, list[list[int]]] | None:
+    """A program whose numbers vanish where coordinates lose their meaning but do not end, and for
+    each such place the numbers, in the state, of the rates that move nothing there; None where
+    there is none."""
+    places = [place for place in equations.singular if not place.infinite]
+    if not places:
+        return None
+    names = [c.name for c in equations.coordinates]
+    asked = tuple((f"place{k}", place.where) for k, place in enumerate(places))
+    rates = [[len(names) + names.index(name) for name in place.coordinates] for place in places]
+    return program_of(replace(equations, outputs=asked), "outputs"), rates
+
+
 def former_chart(equations: Equations) -> FormerChart | None:
     """The coordinates that present ones have replaced, with the functions that lead to these."""
     chart = equations.chart
@@ -59,4 +73,5 @@ def former_chart(equations: Equations) -> FormerChart | None:
         kinds(chart.coordinates),
         None if start is None else (*start.positions, *start.velocities),
         module_source(programs),
+        chart.steady,
     )

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.simulate.following import Followed, Samples, follow
+from lagrange_cli.simulate.following import Followed, Samples, Turning, follow
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.meeting import (
     NEAR,
@@ -230,7 +230,7 @@ def _run_and_followed(
         whole = simulate(model, every=every, **options)
     run = _with_costs(_as_far_as(chart, found, run, deadline), before)
     m = len(run.t)
-    known = Followed(found.q[:m], found.v[:m], found.amplification[:m], found.lost)
+    known = replace(found, q=found.q[:m], v=found.v[:m], amplification=found.amplification[:m])
     return replace(run, seconds={**run.seconds, "follow": spent}), known, every
 
 
@@ -250,9 +250,10 @@ def _moves(chart: FormerChart, found: Followed, run: Trajectory) -> Array:
 
 def _wanted(chart: FormerChart, found: Followed, run: Trajectory, intervals: int) -> int:
     """Intervals in which coordinates can be followed, where they have been tried in some."""
-    wanted = FOLLOWED if found.lost and run.status == "ok" else WATCHED
+    passes = found.lost or found.unknown is not None
+    wanted = FOLLOWED if passes and run.status == "ok" else WATCHED
     most = float(np.quantile(_moves(chart, found, run), USUALLY))
-    if len(found.v) < len(run.t):
+    if len(found.v) < len(run.t) and found.unknown is None:
         most = max(most, 2.0)
     if most <= 1:
         return wanted
@@ -269,6 +270,12 @@ def _as_far_as(chart: FormerChart, found: Followed, run: Trajectory, deadline: f
         return run
     late = run.status == "stopped" or time.perf_counter() > deadline
     last, names = f"t = {run.t[m - 1]:.9g}", ", ".join(chart.coordinates)
+    if found.unknown is not None and m == len(found.q):
+        said = (
+            f"{names} cannot be followed past t = {found.unknown:.9g}: the motion passes closer to"
+            " where they have no meaning than it is known"
+        )
+        return _until(run, m, said, "accuracy_not_reached")
     if late:
         return _until(run, m, f"stopped; what is kept ends at {last}", "stopped")
     said = f"{names} cannot be followed past {last}: the motion is too fast for {FINEST} samples"
@@ -375,6 +382,18 @@ def _follow(model: Model, chart: FormerChart, run: Trajectory, deadline: float) 
         lambda t, y: functions["positions"](t, y, given),
         lambda t, y: functions["velocities"](t, y, given),
         deadline,
+        _turning(chart),
+    )
+
+
+def _turning(chart: FormerChart) -> Turning | None:
+    """What decides where the motion passes a singular place closer than it is known."""
+    if chart.start is None:
+        return None
+    return Turning(
+        np.array([kind == "angle" for kind in chart.kinds]),
+        np.array([name in chart.steady for name in chart.coordinates]),
+        np.array(chart.start[len(chart.coordinates) :]),
     )
 
 

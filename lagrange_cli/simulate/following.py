@@ -4,7 +4,9 @@ From sample to sample the coordinates that give a position are found by Newton's
 beginning with those of the sample before, moved on with their rates. A step is trusted
 where the rates at its two ends account for it; else it is halved, on a cubic between the
 samples. Close to where the chart is singular, closer than the positions are known,
-halving ends: coordinates go on as smoothly as they came, which is one choice of several.
+halving ends. Where the motion is proven to turn round there, so do the coordinates; where it
+is proven to go through, they go on as smoothly as they came, which is one choice of several;
+else they are not followed further.
 """
 
 from __future__ import annotations
@@ -15,10 +17,11 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lagrange_cli.simulate.integrators.base import Array
 
-__all__ = ["Followed", "Samples", "follow"]
+__all__ = ["Followed", "Samples", "Turning", "follow"]
 
 #: A function of a chart: t, [q, v] → numbers.
 Function = Callable[[float, Array], Array]
@@ -46,6 +49,10 @@ HALVINGS, EACH, BESIDES = 60, 16, 4000
 #: A direction that moves the positions by less than this part of what others do moves nothing.
 NOTHING = 1e-9
 
+#: How much more than half a turn an angle may turn where the motion passes a singular place, for
+#: how well positions are known beside it.
+BEYOND = 0.3
+
 #: How many times the uncertainty of positions a chart must keep away from its singular places.
 CLEAR = 10.0
 
@@ -60,21 +67,40 @@ class Samples(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Turning:
+    """What is known of the coordinates whose rates move nothing at singular places.
+
+    ``angles`` (n,): which coordinates are angles. ``steady`` (n,): whose rates are proven to
+    keep the signs of ``rates`` (n,), those at the start, or to stay zero.
+    """
+
+    angles: NDArray[np.bool_]
+    steady: NDArray[np.bool_]
+    rates: Array
+
+
+@dataclass(frozen=True)
 class Followed:
     """Coordinates and rates (m, n) at the samples that were reached; sensitivities; losses.
 
     ``amplification`` (m, n): largest change of each coordinate for a change of the
     positions by their errors. ``lost``: times between which coordinates are a choice.
+    ``unknown``: the time after which they are not known, None where they are to the end.
     """
 
     q: Array
     v: Array
     amplification: Array
     lost: tuple[tuple[float, float], ...]
+    unknown: float | None = None
 
 
 class _GivenUpError(Exception):
     """The motion between samples takes too long to follow."""
+
+
+class _UnknownError(Exception):
+    """Nothing tells which of several coordinates a position has past a singular place."""
 
 
 def follow(
@@ -84,6 +110,7 @@ def follow(
     positions: Function,
     velocities: Function,
     deadline: float = np.inf,
+    turning: Turning | None = None,
 ) -> Followed:
     """Find coordinates and rates of a chart at all samples, or as many as can be followed.
 
@@ -99,16 +126,20 @@ def follow(
         What the chart gives for t and [q, v]; velocities are linear in v.
     deadline
         What :func:`time.perf_counter` tells when no further sample is followed.
+    turning
+        What decides at singular places. None: the motion goes through them.
     """
     with np.errstate(all="ignore"):
-        return _Follower(samples, positions, velocities, deadline).run(start, number)
+        return _Follower(samples, positions, velocities, deadline, turning).run(start, number)
 
 
 @dataclass
 class _Point:
-    """A time, coordinates, their rates and ∂r/∂q."""
+    """A time, positions and velocities, coordinates, their rates and ∂r/∂q."""
 
     t: float
+    r: Array
+    w: Array
     q: Array
     v: Array
     jacobian: Array
@@ -122,8 +153,14 @@ class _Follower:
     positions: Function
     velocities: Function
     deadline: float
+    turning: Turning | None = None
     looks: int = 0
     lost: list[tuple[float, float]] = field(default_factory=list)
+    unknown: float | None = None
+    # The last clear point, that before a place that is being passed, and the angle that turns.
+    _last_clear: _Point | None = None
+    _before: _Point | None = None
+    _angle: int = 0
 
     def run(self, start: Array | None, n: int) -> Followed:
         t, r, w, _ = self.samples
@@ -131,6 +168,7 @@ class _Follower:
             found = self._begun(n)
         else:
             here = self._arrive(float(t[0]), start[:n], r[0], w[0])
+            self._at_rest(self._jacobian(float(t[0]), start[:n])[0])
             # Coordinates that are given stay, also where they are one choice of several.
             found = [replace(here, q=start[:n], v=start[n:], amplification=np.zeros(n))]
         try:
@@ -139,12 +177,23 @@ class _Follower:
                 found.append(self._advance(found[-1], float(t[k]), r[k], w[k], between, HALVINGS))
         except _GivenUpError:
             pass
+        except _UnknownError:
+            # What was chosen since the place was reached is not known either.
+            self.unknown = self._before.t if self._before is not None else float(t[0])
+            found = [p for p in found if p.t <= self.unknown]
         return Followed(
             np.array([p.q for p in found]),
             np.array([p.v for p in found]),
             np.array([p.amplification for p in found]),
             tuple(self.lost),
+            self.unknown,
         )
+
+    def _at_rest(self, jacobian: Array) -> None:
+        """A coordinate that moves nothing at the start has no momentum, whatever its rate."""
+        if self.turning is not None:
+            rates = np.where(jacobian.any(axis=0), self.turning.rates, 0.0)
+            self.turning = replace(self.turning, rates=rates)
 
     def _begun(self, n: int) -> list[_Point]:
         """Points up to the first that can be told, those before it empty."""
@@ -167,12 +216,13 @@ class _Follower:
         step = t - here.t
         moved = here.v * step
         there = self._arrive(t, here.q + np.clip(moved, -MOST, MOST), r, w)
+        if here.clear and self._before is None:
+            self._last_clear = here
         if self._is_accounted_for(here, there, step):
-            return there
+            return there if self._before is None else self._turned(there)
         middle = here.t + step / 2
         if halvings == 0 or not here.t < middle < t or self._is_lost(here, there):
-            self.lost.append((here.t, t))
-            return there
+            return self._past(here, there)
         at, rate = self._between(middle, between)
         halfway = self._advance(here, middle, at, rate, between, halvings - 1)
         return self._advance(halfway, t, r, w, between, halvings - 1)
@@ -182,6 +232,63 @@ class _Follower:
         most = EACH * len(self.samples.t) + BESIDES
         if self.looks > most or time.perf_counter() > self.deadline:
             raise _GivenUpError
+
+    def _past(self, here: _Point, there: _Point) -> _Point:
+        """The coordinates of ``there``, on the way past a singular place.
+
+        Raises
+        ------
+        _UnknownError
+            Nothing tells them.
+        """
+        if self._before is None:
+            self._before = here if self._last_clear is None else self._last_clear
+            if self._goes_through(_moving_nothing(there if here.clear else here)):
+                self._before = None
+                self.lost.append((here.t, there.t))
+                return there
+        return self._turned(there)
+
+    def _goes_through(self, lost: NDArray[np.bool_]) -> bool:
+        """Whether a motion goes through a place where some coordinates move nothing, or turns.
+
+        Raises
+        ------
+        _UnknownError
+            Nothing tells.
+        """
+        if self.turning is None:
+            return True
+        at_rest = not self.turning.rates[lost].any()
+        turns = lost.sum() == 1 and bool(self.turning.angles[lost].all())
+        if not self.turning.steady[lost].all() or not (at_rest or turns):
+            raise _UnknownError
+        self._angle = int(np.flatnonzero(lost)[0])
+        return at_rest
+
+    def _turned(self, there: _Point) -> _Point:
+        """The coordinates of a position past a place, one of which has made half a turn.
+
+        Raises
+        ------
+        _UnknownError
+            None are found in which it has.
+        """
+        if not there.clear:
+            return there
+        before, number = self._before, self._angle
+        assert before is not None
+        assert self.turning is not None
+        sense = float(np.sign(self.turning.rates[number]))
+        guess = before.q.copy()
+        guess[number] += sense * np.pi
+        found = self._arrive(there.t, guess, there.r, there.w)
+        turn = sense * float(found.q[number] - before.q[number])
+        alike = _alikeness(before.jacobian, found.jacobian) >= ALIKE
+        if not (before.clear and found.clear and alike and 0 < turn < np.pi + BEYOND):
+            raise _UnknownError
+        self._before = None
+        return found
 
     @staticmethod
     def _is_accounted_for(here: _Point, there: _Point, step: float) -> bool:
@@ -226,13 +333,13 @@ class _Follower:
         miss = np.abs(r - self.positions(t, np.concatenate([q, np.zeros(n)]))).max()
         there = bool(miss <= MISFIT * size)
         if not np.isfinite(jacobian).all():
-            return _Point(t, q, v, jacobian, False, np.full(n, np.inf))
+            return _Point(t, r, w, q, v, jacobian, False, np.full(n, np.inf))
         sizes = np.linalg.svd(jacobian, compute_uv=False)
         clear = bool(sizes[-1] > NOTHING * sizes[0])
         spread = np.abs(np.linalg.pinv(jacobian)) @ self.samples.errors
         amplification = spread if clear and there else np.full(n, np.inf)
         away = clear and bool((CLEAR * spread < 1).all())
-        return _Point(t, q, v, jacobian, away, amplification)
+        return _Point(t, r, w, q, v, jacobian, away, amplification)
 
     def _jacobian(self, t: float, q: Array) -> tuple[Array, Array]:
         """∂r/∂q and ∂r/∂t."""
@@ -244,6 +351,14 @@ class _Follower:
             unit[j] = 1.0
             columns.append(self.velocities(t, np.concatenate([q, unit])) - drift)
         return np.array(columns).T, drift
+
+
+def _moving_nothing(point: _Point) -> NDArray[np.bool_]:
+    """Which coordinates take part in what moves the positions least, shape (n,)."""
+    if not np.isfinite(point.jacobian).all():
+        return np.ones(len(point.q), dtype=bool)
+    least = np.linalg.svd(point.jacobian)[2][-1]
+    return np.asarray(np.abs(least) > NOTHING)
 
 
 def _alikeness(one: Array, two: Array) -> float:

@@ -84,13 +84,15 @@ class FormerChart:
 
     ``python``: text whose functions ``positions`` and ``velocities`` give the coordinates
     of the model, in their order, for a state of these; ``start`` is such a state at the
-    beginning, None where it is not known.
+    beginning, None where it is not known. ``steady``: coordinates whose rates are proven to
+    keep their signs, or to stay zero.
     """
 
     coordinates: tuple[str, ...]
     kinds: tuple[str, ...]
     start: tuple[float, ...] | None
     python: str
+    steady: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -174,10 +176,14 @@ def _place(where: str, lost: list[str], ends: bool) -> SingularPlace:
 
 
 def _chart(
-    coordinates: list[str], kinds: list[str], start: list[float] | None, python: str
+    coordinates: list[str],
+    kinds: list[str],
+    start: list[float] | None,
+    python: str,
+    steady: list[str],
 ) -> FormerChart:
     begun = None if start is None else tuple(start)
-    return FormerChart(tuple(coordinates), tuple(kinds), begun, python)
+    return FormerChart(tuple(coordinates), tuple(kinds), begun, python, tuple(steady))
 
 
 def _recording(mark: dict[str, Any], column_mark: dict[str, Any], **fields: Any) -> Recording:

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 
 from sympy import I, Integer, Symbol, nan, oo, zoo
 
+from lagrange_cli.emit.c_guard import PLACES, guard_source
 from lagrange_cli.emit.c_project import workspace
 from lagrange_cli.emit.c_simulation import (
+    DOUBLE,
     lanes_source,
     library_source,
     tables_source,
@@ -30,6 +32,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.equations import Input, Parameter
 from lagrange_cli.simulate.chart_code import (
     former_chart,
+    guarded_places,
     kinds,
     singular_places,
     singular_text,
@@ -230,9 +233,13 @@ def _code(equations: Equations) -> Code:
     }
     programs |= disturbed | shifting_programs(equations)
     compiled = programs | ({} if forces is None else {"forces": forces})
+    guarded = guarded_places(equations)
+    places, rates = ({}, []) if guarded is None else ({PLACES: guarded[0]}, guarded[1])
+    compiled |= places
+    lanes = lanes_source(programs)
     return Code(
-        c=library_source(compiled),
-        lanes=lanes_source(programs),
+        c=library_source(compiled) + guard_source(compiled, rates, DOUBLE),
+        lanes=lanes + guard_source(compiled, rates, DOUBLE, lanes),
         taylor="" if sided else taylor_source(programs),
         tables=tables_source(programs),
         python=module_source(programs),

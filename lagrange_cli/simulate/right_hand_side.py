@@ -20,7 +20,9 @@ from lagrange_cli.simulate.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.contact_parts import ContactParts, InterpretedParts, NativeParts
 from lagrange_cli.simulate.contacts import ContactRhs
 from lagrange_cli.simulate.driving import Drive, drive_of
+from lagrange_cli.simulate.guard import beside_places
 from lagrange_cli.simulate.integrators.base import Array, Rhs, Shift
+from lagrange_cli.simulate.integrators.expressions import Tracing
 from lagrange_cli.simulate.integrators.native import (
     DOUBLE,
     EXTENDED,
@@ -101,7 +103,8 @@ class RightHandSide:
     equations have a projection, see :func:`.base.projection`, those of systems with inputs from
     files pieces, see :func:`.pieces.pieces`; ``drive`` is what was read. Those with contacts are
     :class:`.contacts.ContactRhs`. ``forces`` gives constraint forces, in machine code alone,
-    where they were derived.
+    where they were derived. ``guarded``: the same with right-hand sides that do not exist beyond
+    singular places of the coordinates, for the numbers of :func:`.guard.guards`.
     """
 
     rhs: Rhs
@@ -118,6 +121,7 @@ class RightHandSide:
     widens: bool = False
     drive: Drive | None = None
     forces: Knowing | None = None
+    guarded: Callable[[Array], RightHandSide] | None = None
 
 
 def right_hand_side(
@@ -199,6 +203,11 @@ def _pieces(drive: Drive | None, pattern: int) -> Pieces | None:
 # Machine code.
 
 
+def _reading(trace: Tracing, count: int) -> Tracing:
+    """The same of the first ``count`` parameters."""
+    return lambda known, t, y, p, u: trace(known, t, y, p[:count], u)
+
+
 class _Libraries:
     """A model's functions and the integrators for it, loaded for one type of numbers.
 
@@ -232,16 +241,27 @@ class _Libraries:
         found.model = model
         return found
 
-    def function(self, name: str, pattern: int = 0, parameters: Array | None = None) -> NativeRhs:
+    def function(
+        self,
+        name: str,
+        pattern: int = 0,
+        parameters: Array | None = None,
+        guards: Array | None = None,
+    ) -> NativeRhs:
         """A function of the system; its numbers are off by their rounding in a pattern not 0.
 
-        ``parameters``: those that it reads, if not the model's.
+        ``parameters``: those that it reads, if not the model's; ``guards``: numbers of
+        :func:`.guard.guards`, for the guarded form of a right-hand side.
         """
         if parameters is None:
             parameters = off(self.model, pattern, self._real) if pattern else given(self.model)
+        guarded, trace = "", tracing(self.model.code.python, name)
+        if guards is not None:
+            guarded, trace = "guarded_", _reading(trace, len(parameters))
+            parameters = np.concatenate([parameters, guards])
         pieces = _pieces(self.drive, pattern)
-        entry = function_type(self._real)((f"system_{name}", self.system))
-        lanes = f"system_{name}_lanes"
+        entry = function_type(self._real)((f"system_{guarded}{name}", self.system))
+        lanes = f"system_{guarded}{name}_lanes"
         at_once = self.system[lanes] if lanes in self._functions else None
         work = np.empty(self.model.code.work)
         projection = self._projection if self.model.multipliers else None
@@ -254,7 +274,7 @@ class _Libraries:
             self._real,
             projection,
             None if pieces is None else Driving(pieces, self._real),
-            tracing(self.model.code.python, name),
+            trace,
             self._shift,
         )
 
@@ -281,10 +301,10 @@ class _Libraries:
         entry = ("system_shifted_change", self.system)
         return function_type(self._real)(entry) if known else None
 
-    def sides(self) -> tuple[NativeRhs, tuple[NativeRhs, NativeRhs]]:
-        """The right-hand side, and the two disturbed ones."""
-        one, other = (self.function("disturbed", pattern) for pattern in (1, 2))
-        return self.function("rhs"), (one, other)
+    def sides(self, guards: Array | None = None) -> tuple[NativeRhs, tuple[NativeRhs, NativeRhs]]:
+        """The right-hand side, and the two disturbed ones; guarded with some ``guards``."""
+        one, other = (self.function("disturbed", pattern, guards=guards) for pattern in (1, 2))
+        return self.function("rhs", guards=guards), (one, other)
 
     @property
     def digits(self) -> int:
@@ -344,8 +364,15 @@ def _native(libraries: _Libraries, cache: Cache, deadline: float) -> RightHandSi
         function = libraries.function("forces", parameters=known)
         return native_knowing(libraries.system, function, width, len(model.forces))
 
+    def guarded(guards: Array) -> RightHandSide:
+        rhs, disturbed = libraries.sides(guards)
+        wider = partial(_wider, model, drive, cache, deadline, guards)
+        within = replace(plain, rhs=rhs, disturbed=disturbed, wider=wider, guarded=None)
+        code = partial(NativeCode, libraries, guards=guards)
+        return _sided(model, within, makes_surfaces(model, code))
+
     rhs, disturbed = libraries.sides()
-    found = RightHandSide(
+    plain = RightHandSide(
         rhs=rhs,
         disturbed=disturbed,
         energy=table("energy", 1),
@@ -360,9 +387,10 @@ def _native(libraries: _Libraries, cache: Cache, deadline: float) -> RightHandSi
         widens=EXTENDED.epsilon < DOUBLE.epsilon,
         drive=drive,
         forces=forces(),
+        guarded=guarded,
     )
     surfaces = makes_surfaces(model, partial(NativeCode, libraries))
-    found = _sided(model, found, surfaces)
+    found = _sided(model, plain, surfaces)
     return _with_contacts(
         model,
         found,
@@ -373,7 +401,9 @@ def _native(libraries: _Libraries, cache: Cache, deadline: float) -> RightHandSi
     )
 
 
-def _wider(model: Model, drive: Drive | None, cache: Cache, deadline: float) -> Wider | None:
+def _wider(
+    model: Model, drive: Drive | None, cache: Cache, deadline: float, guards: Array | None = None
+) -> Wider | None:
     """Right-hand sides in long doubles, where they have more digits here and in C.
 
     Raises
@@ -391,7 +421,7 @@ def _wider(model: Model, drive: Drive | None, cache: Cache, deadline: float) -> 
         return None
     if 2.0 ** (1 - libraries.digits) != EXTENDED.epsilon:
         return None
-    return Wider(*libraries.sides(), EXTENDED.epsilon)
+    return Wider(*libraries.sides(guards), EXTENDED.epsilon)
 
 
 # Interpreted.
@@ -433,7 +463,18 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         project = bound(functions["project"], numbers, None)
         return with_projection(rhs, project, _shift(functions, numbers))
 
-    found = RightHandSide(
+    def guarded(guards: Array) -> RightHandSide:
+        beside = partial(beside_places, model, guards)
+        one, other = map(beside, plain.disturbed)
+        within = replace(plain, rhs=beside(plain.rhs), disturbed=(one, other), guarded=None)
+        return _sided(model, within, surfaces_beside(beside))
+
+    def surfaces_beside(beside: Callable[[Rhs], Rhs]) -> MakeSurfaces | None:
+        return makes_surfaces(
+            model, lambda pattern: InterpretedCode(functions, _pieces(drive, pattern), beside)
+        )
+
+    plain = RightHandSide(
         rhs=side("rhs"),
         disturbed=(side("disturbed", 1), side("disturbed", 2)),
         energy=table("energy", 1),
@@ -444,11 +485,10 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         outputs=table("outputs", len(model.outputs)),
         implementation=f"interpreted Python: {reason}",
         drive=drive,
+        guarded=guarded,
     )
-    surfaces = makes_surfaces(
-        model, lambda pattern: InterpretedCode(functions, _pieces(drive, pattern))
-    )
-    found = _sided(model, found, surfaces)
+    surfaces = surfaces_beside(lambda rhs: rhs)
+    found = _sided(model, plain, surfaces)
     return _with_contacts(
         model,
         found,

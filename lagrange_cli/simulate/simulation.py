@@ -16,6 +16,7 @@ from lagrange_cli.simulate.checkpoint import Checkpoint, Keeper, identity
 from lagrange_cli.simulate.chosen import integrate_with_method
 from lagrange_cli.simulate.columns import sampled, state_columns
 from lagrange_cli.simulate.disproof import energy_drift, undisproved
+from lagrange_cli.simulate.guard import guards
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.compiled import COMPILED
 from lagrange_cli.simulate.integrators.taylor import Taylor
@@ -179,6 +180,9 @@ def problem_of(
     room: Callable[[], Samples] | None = None,
 ) -> InitialValueProblem:
     """What is to be integrated, as numbers."""
+    if request.accuracy is not None and functions.guarded is not None:
+        kept = guards(model, float(request.times[0]), request.initial)
+        functions = functions if kept is None else functions.guarded(kept)
     problem = InitialValueProblem(
         functions.rhs,
         request.initial,

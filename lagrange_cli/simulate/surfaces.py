@@ -164,18 +164,27 @@ class Libraries(Protocol):
     system: ctypes.CDLL
     model: Model
 
-    def function(self, name: str, pattern: int = 0, parameters: Array | None = None) -> NativeRhs:
+    def function(
+        self,
+        name: str,
+        pattern: int = 0,
+        parameters: Array | None = None,
+        guards: Array | None = None,
+    ) -> NativeRhs:
         """A function of the system, with its parameters bound."""
 
 
 class NativeCode:
-    """The functions of a library, inputs off by their rounding error in a pattern not 0."""
+    """The functions of a library, inputs off by their rounding error in a pattern not 0.
 
-    def __init__(self, libraries: Libraries, pattern: int) -> None:
-        self._libraries, self._pattern = libraries, pattern
+    ``guards``: numbers of :func:`.guard.guards`, for right-hand sides that end there.
+    """
+
+    def __init__(self, libraries: Libraries, pattern: int, guards: Array | None = None) -> None:
+        self._libraries, self._pattern, self._guards = libraries, pattern, guards
 
     def side(self, name: str, parameters: Array) -> Rhs:
-        return self._libraries.function(name, self._pattern, parameters)
+        return self._libraries.function(name, self._pattern, parameters, self._guards)
 
     def table(self, name: str, columns: int, parameters: Array) -> Table:
         function = self._libraries.function(name, self._pattern, parameters)
@@ -188,13 +197,18 @@ class NativeCode:
 
 
 class InterpretedCode:
-    """The functions of a module of Python."""
+    """The functions of a module of Python; ``beside`` ends right-hand sides somewhere."""
 
-    def __init__(self, functions: Mapping[str, Callable[..., Any]], pieces: Pieces | None) -> None:
-        self._functions, self._pieces = functions, pieces
+    def __init__(
+        self,
+        functions: Mapping[str, Callable[..., Any]],
+        pieces: Pieces | None,
+        beside: Callable[[Rhs], Rhs] = lambda rhs: rhs,
+    ) -> None:
+        self._functions, self._pieces, self._beside = functions, pieces, beside
 
     def side(self, name: str, parameters: Array) -> Rhs:
-        rhs = bound(self._functions[name], parameters.tolist(), self._pieces)
+        rhs = self._beside(bound(self._functions[name], parameters.tolist(), self._pieces))
         projection = self._functions.get("project")
         if projection is None:
             return rhs
