@@ -1,36 +1,54 @@
 """Decide whether equations of motion, or Lagrangians, say the same.
 
-What a normal form does not decide is decided at random states in high
-precision. Two analytic expressions that agree there to 20 of 50 digits are
-equal but with a probability that is nil for any practical purpose
-(Schwartz, J. ACM 27 (1980) 701, states it for polynomials).
+Agreement is proven by zero tests that look at every side of every switching function
+(:mod:`lagrange_cli.mechanics.vanishing`). Real states at which two expressions differ refute it.
+Analytic expressions with functions of which the tests know little (logarithms, inverse
+functions) are compared at real states over many magnitudes, unless a term could be too small
+there to be seen. What is left is undecided, and never passes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from enum import Enum
 from fractions import Fraction
+from itertools import chain
 from random import Random
 from typing import TypeAlias
 
+import mpmath
 import sympy
+from mpmath import mpf
 from sympy import Expr, Rational, Symbol
 
-from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.calculus import derivative
+from lagrange_cli.mechanics.continuity import is_analytic, is_continuous
 from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.mechanics.refutation import is_nonzero, states
+from lagrange_cli.mechanics.tape import DomainError, values
+from lagrange_cli.mechanics.vanishing import UndecidableError, holds, same, sides, vanish
 
-__all__ = ["lagrangians_agree", "proportional"]
+__all__ = ["Verdict", "lagrangians_agree", "proportional"]
 
-POINTS = 4
-TRIES = 200
-DIGITS = 50
-TOLERANCE = sympy.Float(10) ** -20
-#: Normal forms are computed only below this number of operations.
-NORMAL_FORM_BUDGET = 400
+#: Real states that must agree where states prove it, and decimal digits there.
+POINTS, DIGITS = 12, 120
+#: Relative difference that refutes, beside rounding errors of 1e-120 and what cancels.
+TOLERANCE = mpf(10) ** -90
+#: States near the scene's own, of order one, and far away.
+NEAR, FAR = 48, 48
+#: Numbers and exponents beyond which a term may be too small to be seen at random states.
+EXTREME, STEEP = 10**12, 12
 
-State: TypeAlias = dict[Symbol, Rational]
+State: TypeAlias = dict[Symbol, mpf]
 Row: TypeAlias = list[Expr]
+
+
+class Verdict(Enum):
+    """What is known of two expressions."""
+
+    SAME = "same"
+    DIFFERENT = "different"
+    UNDECIDED = "undecided"
 
 
 def _row(residual: Expr, equations: Equations) -> Row | None:
@@ -42,67 +60,91 @@ def _row(residual: Expr, equations: Equations) -> Row | None:
     return [*row, residual.xreplace(dict.fromkeys(accelerations, sympy.S.Zero))]
 
 
-def proportional(first: Expr, second: Expr, equations: Equations) -> bool:
+def proportional(first: Expr, second: Expr, equations: Equations) -> Verdict:
     """Say whether one residual is a nonzero factor times the other.
 
-    The factor may hold positions, velocities and time, as equations multiplied
-    by a coordinate do, but no acceleration: residuals linear in accelerations
-    are compared by their rows of coefficients, which must be parallel.
+    The factor may hold positions, velocities and time, as equations multiplied by a coordinate
+    do, but no acceleration: residuals linear in accelerations are compared by their rows of
+    coefficients, which must be parallel. It may vanish at single places, and nowhere else: not
+    on a side of a switching function.
     """
     one, other = _row(first, equations), _row(second, equations)
     if one is None or other is None:
+        return Verdict.DIFFERENT
+    places = [k for k, pair in enumerate(zip(one, other, strict=True)) if any(pair)]
+    one, other = [one[k] for k in places], [other[k] for k in places]
+    if not any(one) or not any(other):
+        return Verdict.DIFFERENT
+    n = len(places)
+    if holds([*one, *other], lambda found, p: _parallel(found[:n], found[n:], p)):
+        return Verdict.SAME if _have_nonzero_factor(one, other) else Verdict.UNDECIDED
+
+    def parallel(found: Sequence[mpf]) -> bool:
+        a, b = found[:n], found[n:]
+        sizes = max(map(abs, a)), max(map(abs, b))
+        return 0 not in sizes and all(
+            abs(a[i] * b[j] - a[j] * b[i]) <= TOLERANCE * sizes[0] * sizes[1]
+            for i in range(n)
+            for j in range(i)
+        )
+
+    verdict = _by_states([*one, *other], parallel, equations)
+    if verdict is Verdict.SAME and not _have_nonzero_factor(one, other):
+        return Verdict.UNDECIDED
+    return verdict
+
+
+def _parallel(a: Sequence[int], b: Sequence[int], p: int) -> bool:
+    """Whether two rows are parallel modulo p."""
+    return not any((a[i] * b[j] - a[j] * b[i]) % p for i in range(len(a)) for j in range(i))
+
+
+def _have_nonzero_factor(one: Row, other: Row) -> bool:
+    """Whether rows that are parallel are zero nowhere but at single places.
+
+    An analytic entry that is not zero somewhere is so almost everywhere.
+    """
+    for pair in zip(one, other, strict=True):
+        held = set().union(*(e.free_symbols for e in pair))
+        if all(is_analytic(e, held) and is_nonzero(e) for e in pair):
+            return True
+    opaque = (sympy.log, sympy.asin, sympy.acos, sympy.atan, sympy.atan2)
+    if any(e.has(*opaque, sympy.asinh, sympy.acosh, sympy.atanh) for e in (*one, *other)):
         return False
-    if _parallel_by_normal_form(one, other):
-        return True
-
-    def parallel(state: State) -> bool | None:
-        a, b = _evaluate(one, state), _evaluate(other, state)
-        return None if a is None or b is None else _parallel(a, b)
-
-    return _everywhere(parallel, equations)
-
-
-def _parallel_by_normal_form(one: Row, other: Row) -> bool:
-    """Whether equality up to a constant sign or nothing shows by expanding."""
-    if sum(sympy.count_ops(e) for e in (*one, *other)) > NORMAL_FORM_BUDGET:
+    n = len(one)
+    try:
+        return all(
+            any(v % p for v in found[:n]) and any(v % p for v in found[n:])
+            for found, p in sides([*one, *other])
+        )
+    except UndecidableError:
         return False
-    if not any(sympy.expand(e) != 0 for e in one):
-        return False
-    return all(
-        sympy.expand(one[i] * other[j] - one[j] * other[i]) == 0
-        for i in range(len(one))
-        for j in range(i)
-    )
 
 
-def _parallel(one: Row, other: Row) -> bool:
-    """Whether two rows of numbers are nonzero and parallel."""
-    size, size_other = max(map(abs, one)), max(map(abs, other))
-    if size == 0 or size_other == 0:
-        return False
-    return all(
-        abs(one[i] * other[j] - one[j] * other[i]) <= TOLERANCE * size * size_other
-        for i in range(len(one))
-        for j in range(i)
-    )
-
-
-def lagrangians_agree(expected: Expr, equations: Equations) -> bool:
+def lagrangians_agree(expected: Expr, equations: Equations) -> Verdict:
     """Say whether a Lagrangian is the derived one up to a total time derivative.
 
     It is if and only if both have the same Euler–Lagrange expressions
-    (Courant and Hilbert, Methods of Mathematical Physics I, IV §3.5).
+    (Courant and Hilbert, Methods of Mathematical Physics I, IV §3.5), and neither what they
+    differ by nor its momenta jump: the impulses are not in these expressions.
     """
+    if same(expected, equations.lagrangian):
+        return Verdict.SAME
+    difference = expected - equations.lagrangian
+    moving = {equations.t, *(s for c in equations.coordinates for s in (c.q, c.v))}
     ours = _euler_lagrange(equations.lagrangian, equations)
     theirs = _euler_lagrange(expected, equations)
+    if vanish(*(a - b for a, b in zip(ours, theirs, strict=True))):
+        impulsive = (difference, *(derivative(difference, c.v) for c in equations.coordinates))
+        calm = all(is_continuous(e, moving) for e in impulsive)
+        return Verdict.SAME if calm else Verdict.UNDECIDED
+    n = len(ours)
 
-    def same(state: State) -> bool | None:
-        a, b = _evaluate(ours, state), _evaluate(theirs, state)
-        if a is None or b is None:
-            return None
-        return all(abs(x - y) <= TOLERANCE * (abs(x) + abs(y)) for x, y in zip(a, b, strict=True))
+    def agree(found: Sequence[mpf]) -> bool:
+        pairs = zip(found[:n], found[n:], strict=True)
+        return all(abs(x - y) <= TOLERANCE * (abs(x) + abs(y)) for x, y in pairs)
 
-    return _everywhere(same, equations)
+    return _by_states([*ours, *theirs], agree, equations)
 
 
 def _euler_lagrange(lagrangian: Expr, equations: Equations) -> Row:
@@ -120,51 +162,63 @@ def _euler_lagrange(lagrangian: Expr, equations: Equations) -> Row:
     ]
 
 
-def _evaluate(row: Row, state: State) -> Row | None:
-    """Evaluate expressions in high precision; None where one is not real and finite."""
-    values = [entry.evalf(DIGITS, subs=state) for entry in row]
-    return values if all(v.is_real and v.is_finite for v in values) else None
+def _by_states(
+    expressions: Row, agree: Callable[[Sequence[mpf]], bool], equations: Equations
+) -> Verdict:
+    """What real states say: one can refute, and many prove of what is analytic and tame."""
+    points = 0
+    with mpmath.workdps(DIGITS):
+        for state in chain(_states(equations), states(_symbols(equations), FAR)):
+            try:
+                found = values(expressions, state)
+            except (DomainError, ZeroDivisionError, OverflowError):
+                continue
+            if not agree(found):
+                return Verdict.DIFFERENT
+            points += 1
+    if points >= POINTS and all(_shows_at_states(e) for e in expressions):
+        return Verdict.SAME
+    return Verdict.UNDECIDED
 
 
-def _everywhere(holds: Callable[[State], bool | None], equations: Equations) -> bool:
-    """Whether a comparison holds at random states; states where it is undefined are passed over."""
-    found = 0
-    for state in _states(equations):
-        verdict = holds(state)
-        if verdict is False:
-            return False
-        found += verdict is True
-        if found == POINTS:
-            return True
-    raise InputError(
-        Problem("cannot be compared: no random state gives real values", rule="undecided")
+def _shows_at_states(e: Expr) -> bool:
+    """Whether an expression that is not zero cannot be next to zero at many random states."""
+    steep = (sympy.exp, sympy.sinh, sympy.cosh, sympy.tanh)
+    return (
+        is_analytic(e, e.free_symbols)
+        and not e.has(*steep)
+        and all(max(abs(n.p), n.q) < EXTREME for n in e.atoms(Rational))
+        and all(f.exp.is_Rational and abs(f.exp) <= STEEP for f in e.atoms(sympy.Pow))
     )
+
+
+def _symbols(equations: Equations) -> list[Symbol]:
+    moving = [s for c in equations.coordinates for s in (c.q, c.v, c.a)]
+    driven = [closure.multiplier for closure in equations.pushing]
+    driven += [given.symbol for given in equations.inputs]
+    return [equations.t, *moving, *(p.symbol for p in equations.parameters), *driven]
 
 
 def _states(equations: Equations) -> Iterator[State]:
     """Random states: of order one, and in turn near the scene's parameters and initial state."""
     random = Random(1788)
 
-    def between(low: int, high: int) -> Rational:
-        return Rational(random.randint(low * 9973, high * 9973), 9973)
+    def between(low: int, high: int) -> mpf:
+        return low + (high - low) * mpf(random.getrandbits(400)) / mpf(2) ** 400
 
-    for number in range(TRIES):
-        state: State = {equations.t: between(0, 1)}
-        near = number % 2 == 1
+    def near(value: float) -> mpf:
+        exact = Fraction(value)
+        center = mpf(exact.numerator) / exact.denominator
+        return center * (1 + between(-1, 1) / 10) if center else between(-1, 1) / 10
+
+    for number in range(NEAR):
+        close = number % 2 == 1
+        state: State = {s: between(-1, 1) for s in _symbols(equations)}
+        state[equations.t] = between(0, 1)
         for p in equations.parameters:
-            given = p.value if near else None
-            state[p.symbol] = between(1, 2) if given is None else _near(given, between(-1, 1))
-        start = equations.initial.positions if near and equations.initial else None
+            value = p.value if close else None
+            state[p.symbol] = between(1, 2) if value is None else near(value)
+        start = equations.initial.positions if close and equations.initial else None
         for k, c in enumerate(equations.coordinates):
-            state[c.q] = between(0, 1) if start is None else _near(start[k], between(-1, 1))
-            state[c.v], state[c.a] = between(-1, 1), between(-1, 1)
-        state.update((closure.multiplier, between(-1, 1)) for closure in equations.pushing)
-        state.update((given.symbol, between(-1, 1)) for given in equations.inputs)
+            state[c.q] = between(0, 1) if start is None else near(start[k])
         yield state
-
-
-def _near(value: float, offset: Rational) -> Rational:
-    """A number within a tenth of another."""
-    exact = Fraction(value)
-    given = Rational(exact.numerator, exact.denominator)
-    return given * (1 + offset / 10) if given else offset / 10

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from sympy import Expr
 
-from lagrange_cli.batch.compare import lagrangians_agree, proportional
+from lagrange_cli.batch.compare import Verdict, lagrangians_agree, proportional
 from lagrange_cli.batch.events import Wanted, missing_events
 from lagrange_cli.emit.scene_language import to_scene_language
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
@@ -53,11 +53,22 @@ def _listed(names: tuple[str, ...]) -> str:
 
 
 def _cyclic(expect: Expect, equations: Equations) -> Iterator[Problem]:
-    if expect.cyclic is not None and set(expect.cyclic) != set(equations.cyclic):
+    if expect.cyclic is None:
+        return
+    if set(expect.cyclic) != set(equations.cyclic):
         yield Problem(
             f"expected cyclic coordinates: {_listed(expect.cyclic)}; "
             f"found: {_listed(equations.cyclic)}",
             expect.cyclic_mark,
+            rule="cyclic",
+        )
+        return
+    names = {c.name for c in equations.coordinates}
+    for name in filter(names.__contains__, equations.open_questions):
+        yield Problem(
+            f"it cannot be decided whether '{name}' is cyclic",
+            expect.cyclic_mark,
+            hint="leave 'cyclic' out: the list says of every coordinate whether it is",
             rule="cyclic",
         )
 
@@ -66,6 +77,16 @@ def _conserved(expect: Expect, equations: Equations) -> Iterator[Problem]:
     """Every quantity listed is conserved; an empty list says that none is."""
     if expect.conserved is None:
         return
+    names = {c.name for c in equations.coordinates}
+    if not expect.conserved:
+        for name in equations.open_questions:
+            if name not in names:
+                yield Problem(
+                    f"it cannot be decided whether '{name}' is conserved",
+                    expect.conserved_mark,
+                    hint="leave 'conserved' out: an empty list says that nothing is",
+                    rule="conserved",
+                )
     found = tuple(c.name for c in equations.conserved)
     if not expect.conserved and found:
         yield Problem(
@@ -87,18 +108,22 @@ def _equations(expect: Expect, equations: Equations) -> Iterator[Problem]:
     """Each expected equation is a nonzero multiple of a derived one, each of another."""
     left = list(equations.shown)
     for expected in expect.equations or ():
-        residual = _residual(equations, expected)
+        residual, undecided = _residual(equations, expected), False
         for derived in left:
-            if proportional(residual, derived.residual, equations):
+            verdict = proportional(residual, derived.residual, equations)
+            if verdict is Verdict.SAME:
                 left.remove(derived)
                 break
+            undecided = undecided or verdict is Verdict.UNDECIDED
         else:
             found = [
                 f"{derived.coordinate}: {to_scene_language(derived.residual, equations)} = 0"
                 for derived in equations.shown
             ]
             yield Problem(
-                "no derived equation is a multiple of this one",
+                "it cannot be decided whether this is a multiple of a derived equation"
+                if undecided
+                else "no derived equation is a multiple of this one",
                 expected.mark(),
                 hint="derived\n  " + "\n  ".join(found),
                 rule="equations",
@@ -113,9 +138,12 @@ def _lagrangian(expect: Expect, equations: Equations) -> Iterator[Problem]:
     if expect.lagrangian is None:
         return
     expected = interpret(equations, expect.lagrangian)
-    if not lagrangians_agree(expected, equations):
+    verdict = lagrangians_agree(expected, equations)
+    if verdict is not Verdict.SAME:
         yield Problem(
-            "expected Lagrangian is not the derived one, nor differs by a total time derivative",
+            "expected Lagrangian is not the derived one, nor differs by a total time derivative"
+            if verdict is Verdict.DIFFERENT
+            else "it cannot be decided whether the expected Lagrangian is the derived one",
             expect.lagrangian.mark(),
             hint=f"derived: {to_scene_language(equations.lagrangian, equations)}",
             rule="lagrangian",
@@ -212,7 +240,7 @@ def _drift(expect: Expect, equations: Equations) -> Iterator[Problem]:
         if name != "energy":
             message = f"no drift of '{name}' is known; expected 'energy'"
         elif found is None:
-            message = "energy is not conserved here; no drift is measured"
+            message = "energy is not found to be conserved; no drift is measured"
         elif not found <= bound:
             message = f"expected a drift of energy within {bound:g}, found {found:.3g}"
         else:

@@ -140,7 +140,8 @@ def _text(trajectory: Trajectory, model: Model, extra: Sequence[str]) -> str:
         *_listed(_further(trajectory, extra)),
         *_events(trajectory, shown),
         f"Accuracy  {_promise(trajectory)}",
-        f"{conserved:<10}{'not conserved' if drift is None else f'relative drift {drift:.1e}'}",
+        f"{conserved:<10}"
+        + ("not found to be conserved" if drift is None else f"relative drift {drift:.1e}"),
         *([] if off is None else [f"Constraints  largest drift {off:.1e}"]),
         *([f"Form      {trajectory.formulation}"] if trajectory.remarks else []),
         f"Method    {trajectory.method}, {trajectory.steps} steps, "

@@ -14,7 +14,8 @@ scene's as well, since equations alone do not tell an energy from one that
 differs by a total derivative.
 
 No derivative taken symbolically enters either. The same evaluations tell which
-coordinates are cyclic and whether the energy function is conserved.
+coordinates are not cyclic and whether the energy function is not conserved; what they
+leave open is proven elsewhere (:mod:`proofs`).
 """
 
 from __future__ import annotations
@@ -80,6 +81,8 @@ class Evidence:
         no closure or contact does work: none is moved in time.
     energy_is_sum
         Whether Σ q̇ ∂L/∂q̇ − L equals T + V (V without velocities) at every state.
+        These four are about states near the start until :func:`.proofs.proven` has proven
+        them of all.
     mass_matrices
         M at each state, as doubles, by rows without zeros.
     states

@@ -384,7 +384,9 @@ class Equations:
     the coordinates do not cover. ``chart``: what the coordinates have replaced.
     ``initial`` is None when the scene gives no initial state or a parameter
     lacks its value; ``suggested`` are values of coordinates that could be given then.
-    ``constraint_forces`` is None unless it was asked for.
+    ``constraint_forces`` is None unless it was asked for. ``open_questions`` names
+    coordinates that may be cyclic and quantities that may be conserved: it is neither proven
+    nor seen to be false.
     """
 
     name: str
@@ -426,6 +428,7 @@ class Equations:
     choice: Choice | None = None
     singular: tuple[SingularPlace, ...] = ()
     chart: Chart | None = None
+    open_questions: tuple[str, ...] = ()
 
     @property
     def formulation(self) -> Literal["minimal", "multiplier"]:

@@ -25,6 +25,7 @@ from lagrange_cli.mechanics.equations import (
 from lagrange_cli.mechanics.formulation import formulated, reduced_for, replaced_chart, start
 from lagrange_cli.mechanics.language import decimal_literals, to_sympy, total_derivative
 from lagrange_cli.mechanics.parameters import nearest_double
+from lagrange_cli.mechanics.proofs import open_questions, proven
 from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.sampling import working_digits
 from lagrange_cli.mechanics.shown import shown_equations
@@ -115,9 +116,12 @@ def _in_formulation(
 
 def _derived(derivation: Derivation, digits: int, points: int, forces: bool) -> Equations:
     require_no_rates_of_inputs(derivation)
-    evidence = certify(derivation, digits, points)
-    require_inertia(derivation, evidence)
-    equations = replace(_equations(derivation, evidence), singular=singular_places(derivation))
+    seen = certify(derivation, digits, points)
+    require_inertia(derivation, seen)
+    evidence = proven(derivation, seen)
+    equations = _equations(derivation, evidence)
+    questions = tuple(open_questions(derivation, seen, evidence, equations.conserved))
+    equations = replace(equations, singular=singular_places(derivation), open_questions=questions)
     if not forces:
         return equations
     from lagrange_cli.mechanics.forces import constraint_forces

@@ -13,6 +13,7 @@ from mpmath import mpf
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.calculus import derivative
 from lagrange_cli.mechanics.certificate import Evidence
+from lagrange_cli.mechanics.continuity import is_continuous
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import Conserved, Coordinate, Facts
 from lagrange_cli.mechanics.expansion import expand_terms
@@ -265,8 +266,11 @@ def cyclic_names(derivation: Derivation, evidence: Evidence) -> tuple[str, ...]:
 def conserved_quantities(
     derivation: Derivation, evidence: Evidence, energy: sp.Expr
 ) -> tuple[Conserved, ...]:
-    """Momenta of unforced cyclic coordinates, then the energy or Jacobi integral."""
-    found = [
+    """Momenta of unforced cyclic coordinates, then the energy or Jacobi integral.
+
+    One that may jump on the way is left out.
+    """
+    candidates = [
         Conserved(
             name=f"p_{c.name}",
             kind="momentum",
@@ -280,8 +284,10 @@ def conserved_quantities(
     inputs = derivation.reduced.names.inputs.values()
     if evidence.energy_conserved and derivation.lagrangian.free_symbols.isdisjoint(inputs):
         kind: Literal["energy", "jacobi"] = "energy" if evidence.energy_is_sum else "jacobi"
-        found.append(Conserved(kind, kind, energy, _reason(derivation)))
-    return tuple(found)
+        candidates.append(Conserved(kind, kind, energy, _reason(derivation)))
+    moving = {s for c in derivation.reduced.coordinates for s in (c.q, c.v)}
+    moving.add(derivation.reduced.names.t)
+    return tuple(c for c in candidates if is_continuous(c.expression, moving))
 
 
 def _reason(derivation: Derivation) -> str:

@@ -150,7 +150,7 @@ def test_state_is_compared_within_its_bound(state, found, tmp_path):
 def test_drift_of_what_is_not_conserved_fails(tmp_path):
     damped = FALL + "dissipation: {air: m*dot(z)^2/2}\nsimulate: {until: 1}\n"
     (problem,) = outcome(tmp_path, "  drift: {energy: 1}\n", damped).problems
-    assert "energy is not conserved" in problem.message
+    assert "energy is not found to be conserved" in problem.message
 
 
 def test_order_of_equations_does_not_matter(tmp_path):

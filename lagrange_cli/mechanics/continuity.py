@@ -1,0 +1,129 @@
+"""Whether an expression is proven to have no jump on the way of a motion.
+
+A quantity whose rate vanishes on both sides of a surface is conserved only if it does not jump
+there. Jumps come from ``sign`` and ``atan2``, and from quotients and functions of what becomes
+infinite: x/|x|, atan(1/x). Where a quantity itself becomes infinite no motion passes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import sympy as sp
+
+__all__ = ["is_analytic", "is_continuous"]
+
+#: Functions that are continuous wherever their argument is.
+_CONTINUOUS = (
+    *(sp.sin, sp.cos, sp.exp, sp.sinh, sp.cosh, sp.tanh),
+    *(sp.asin, sp.acos, sp.atan, sp.asinh, sp.acosh),
+)
+_INFINITE = (sp.tan, sp.log, sp.atanh)
+_INVERSE, _PERIODIC = (sp.asin, sp.acos, sp.atan), (sp.sin, sp.cos, sp.tan)
+_BENT = (sp.Abs, sp.Max, sp.Min)
+
+
+@dataclass(frozen=True)
+class _Nature:
+    """``infinite``: it may become so somewhere; ``bent``: it may be another analytic function
+    on the other side of a surface."""
+
+    infinite: bool = False
+    bent: bool = False
+
+
+_SMOOTH = _Nature()
+
+
+def is_continuous(expression: sp.Expr, moving: Collection[sp.Symbol]) -> bool:
+    """Whether an expression is proven to be continuous in ``moving`` wherever it is finite."""
+    return _Natures(frozenset(moving)).nature(expression) is not None
+
+
+def is_analytic(expression: sp.Expr, moving: Collection[sp.Symbol]) -> bool:
+    """Whether an expression is proven to be one analytic function on all of its domain."""
+    nature = _Natures(frozenset(moving)).nature(expression)
+    return nature is not None and not nature.bent
+
+
+class _Natures:
+    def __init__(self, moving: frozenset[sp.Symbol]) -> None:
+        self.moving = moving
+        self.known: dict[sp.Expr, _Nature | None] = {}
+
+    def nature(self, e: sp.Expr) -> _Nature | None:
+        """None where it may jump."""
+        if e not in self.known:
+            self.known[e] = self._nature(e)
+        return self.known[e]
+
+    def _nature(self, e: sp.Expr) -> _Nature | None:
+        if e.is_Symbol or e.is_number or self.moving.isdisjoint(e.free_symbols):
+            return _SMOOTH
+        if isinstance(e, sp.exp):
+            return self._function(e)
+        parts = [self.nature(a) for a in e.args]
+        kept = [p for p in parts if p is not None]
+        if len(kept) < len(parts):
+            return None
+        whole = _Nature(any(p.infinite for p in kept), any(p.bent for p in kept))
+        if e.is_Add:
+            return whole
+        if e.is_Mul:
+            return None if self._cancels(e, whole) else whole
+        if e.is_Pow:
+            return self._power(e, kept[0])
+        return self._function(e)
+
+    def _function(self, e: sp.Expr) -> _Nature | None:
+        natures = [self.nature(a) for a in e.args]
+        kept = [n for n in natures if n is not None]
+        if len(kept) < len(natures):
+            return None
+        infinite, bent = any(n.infinite for n in kept), any(n.bent for n in kept)
+        if e.func in _INVERSE and e.args[0].has(*_PERIODIC):
+            bent = True  # asin(sin(x)) is a sawtooth
+        if e.func in _BENT:
+            return _Nature(infinite, True)
+        if infinite or e.func not in (*_CONTINUOUS, *_INFINITE):
+            return None
+        return _Nature(e.func in _INFINITE, bent)
+
+    def _cancels(self, e: sp.Expr, whole: _Nature) -> bool:
+        """Whether something bent may vanish where another factor becomes infinite."""
+        if not (whole.infinite and whole.bent):
+            return False
+        open_factors = [f for f in e.args if f.free_symbols & self.moving and not f.is_nonzero]
+        return len(open_factors) > 1 or not self._is_plain_pole(open_factors)
+
+    def _is_plain_pole(self, factors: list[sp.Expr]) -> bool:
+        """What becomes infinite is the one factor that may vanish or do so."""
+        natures = [self.nature(f) for f in factors]
+        return all(n is not None and n.infinite for n in natures)
+
+    def _power(self, e: sp.Expr, base: _Nature) -> _Nature | None:
+        if not e.exp.is_Rational:
+            return self._general_power(e, base)
+        if base.infinite and (base.bent and e.exp.is_negative):
+            return None
+        whole = bool(e.exp.is_Integer)
+        bent = base.bent or not (whole or self._has_simple_zeros(e.base)) or base.infinite
+        bent = base.bent if whole else bent
+        infinite = base.infinite or bool(e.exp.is_negative and not e.base.is_nonzero)
+        return _Nature(infinite, bent)
+
+    def _general_power(self, e: sp.Expr, base: _Nature) -> _Nature | None:
+        exponent = self.nature(e.exp)
+        if exponent is None or exponent.infinite or base.infinite:
+            return None
+        return _Nature(not e.base.is_positive, base.bent or exponent.bent)
+
+    def _has_simple_zeros(self, e: sp.Expr) -> bool:
+        """Whether a radicand is positive or changes sign where it vanishes: no hidden |u|."""
+        if e.is_positive:
+            return True
+        held = sorted(e.free_symbols & self.moving, key=str)
+        if not e.is_polynomial(*held) or sp.count_ops(e) > 100:
+            return False
+        return bool(sp.Poly(e, *held).is_sqf)

@@ -1,0 +1,249 @@
+"""Expressions as programs over a finite field.
+
+Sums, products and integer powers are what they are. The rest is replaced by the weakest thing
+that obeys the identities to be recognized: the sine and cosine of an angle are a point of the
+unit circle, those of rational combinations of angles follow by the addition theorems, and
+exponentials multiply likewise; a root is an element with that power; a switching function is
+what it is on one side; a logarithm or inverse function is a number for each argument. What
+holds of the replacements holds of the functions. The idea is Gonnet's ("Determining equivalence
+of expressions in random polynomial time", STOC 1984; "New results for random determination of
+equivalence of expressions", SYMSAC 1986).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import sympy as sp
+
+__all__ = ["Atom", "FieldProgram", "UndecidableError"]
+
+#: Operations in an argument of sin or exp above which it is not multiplied out.
+_ARGUMENT_BUDGET = 300
+
+#: Numbers under a root are split into primes below this one.
+_FACTORED = 10**15
+
+#: Angles c·π with c a multiple of 1/12 have sines and cosines in square roots.
+_TURN = 12
+
+_OPAQUE = (sp.log, sp.asin, sp.atan, sp.atan2, sp.asinh, sp.acosh, sp.atanh)
+
+
+class UndecidableError(Exception):
+    """An expression holds what the field knows nothing of, or is beyond the budget."""
+
+
+@dataclass(eq=False)
+class Atom:
+    """What an angle, an exponent or a root is a rational multiple of.
+
+    Attributes
+    ----------
+    parts
+        Common denominator of its multiples: the field has a value for one part of it.
+    constant
+        A root of a prime number: its sign is a matter of convention.
+    fixed
+        A root of a number: it is in some fields and not in others.
+    rough
+        A root of what holds switching functions.
+    """
+
+    parts: int = 1
+    constant: bool = False
+    fixed: bool = False
+    rough: bool = False
+
+    def divide(self, c: sp.Rational) -> sp.Rational:
+        """Note a multiple."""
+        self.parts = math.lcm(self.parts, int(c.q))
+        return c
+
+
+@dataclass
+class FieldProgram:
+    """Operations, each a name with the numbers of earlier ones, of some expressions.
+
+    Attributes
+    ----------
+    operations
+        In order; an operation refers to earlier ones by number.
+    outputs
+        Numbers of the operations that have the values of the expressions.
+    """
+
+    operations: list[tuple[str, Any]] = field(default_factory=list)
+    outputs: list[int] = field(default_factory=list)
+    roots: dict[sp.Expr, Atom] = field(default_factory=dict)
+    angles: dict[sp.Expr, Atom] = field(default_factory=dict)
+    exponents: dict[sp.Expr, Atom] = field(default_factory=dict)
+    _index: dict[sp.Expr, int] = field(default_factory=dict)
+    _circles: dict[sp.Expr, int] = field(default_factory=dict)
+    _radicals: dict[sp.Expr, int] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, expressions: Iterable[sp.Expr]) -> FieldProgram:
+        """The program of some expressions.
+
+        Raises
+        ------
+        UndecidableError
+            One holds a function without a meaning here.
+        """
+        program = cls()
+        program.outputs = [program.number(sp.sympify(e)) for e in expressions]
+        return program
+
+    @property
+    def switches(self) -> bool:
+        """Whether a switching function occurs."""
+        return any(name in ("side", "select") for name, _ in self.operations)
+
+    def _append(self, name: str, operands: Any) -> int:
+        self.operations.append((name, operands))
+        return len(self.operations) - 1
+
+    def number(self, e: sp.Expr) -> int:
+        """Number of the operation that has the value of an expression."""
+        if e not in self._index:
+            self._index[e] = self._record(e)
+        return self._index[e]
+
+    def _numbers(self, expressions: Iterable[sp.Expr]) -> list[int]:
+        return [self.number(e) for e in expressions]
+
+    def _record(self, e: sp.Expr) -> int:
+        if e.is_Rational:
+            return self._append("number", (int(e.p), int(e.q)))
+        if e.is_Symbol or e == sp.pi:
+            return self._append("symbol", e)
+        if e.is_Add:
+            return self._append("sum", self._numbers(e.args))
+        if e.is_Mul:
+            return self._append("product", self._numbers(e.args))
+        if e.is_Pow and e.exp.is_Integer:
+            return self._append("power", (self.number(e.base), int(e.exp)))
+        if e.is_Pow and e.exp.is_Rational:
+            return self._root(e.base, e.exp)
+        if e.is_Pow or isinstance(e, sp.exp) or e is sp.E:
+            base, exponent = e.as_base_exp()
+            return self._exponential(exponent if base == sp.E else exponent * sp.log(base))
+        return self._function(e)
+
+    def _function(self, e: sp.Expr) -> int:
+        if e.func in (sp.sin, sp.cos):
+            return self._append("coordinate", (self._circle(e.args[0]), e.func is sp.sin))
+        if e.func in (sp.Abs, sp.sign, sp.Heaviside):
+            side = self._side(e.args[0])
+            if e.func is sp.sign:
+                return side
+            if e.func is sp.Heaviside:
+                half = self.number(sp.Rational(1, 2))
+                return self._append(
+                    "product", [half, self._append("sum", [self.number(sp.S.One), side])]
+                )
+            return self._append("product", [side, self.number(e.args[0])])
+        if e.func in (sp.Max, sp.Min):
+            return self._extreme(e.func, e.args)
+        rewritten = _rewritten(e)
+        if rewritten is not None:
+            return self.number(rewritten)
+        if e.func in _OPAQUE:
+            return self._append("function", (e.func.__name__, self._numbers(e.args)))
+        raise UndecidableError
+
+    def _extreme(self, function: Any, arguments: Sequence[sp.Expr]) -> int:
+        """max(a, b) is a on one side of a − b = 0 and b on the other."""
+        first, rest = arguments[0], function(*arguments[1:])
+        operands = (self._side(first - rest), self.number(first), self.number(rest))
+        larger = 1 if function is sp.Max else -1
+        return self._append("select", (*operands, larger))
+
+    def _side(self, e: sp.Expr) -> int:
+        """The sign of an expression, which factors that are positive leave alone."""
+        number, rest = sp.factor_terms(e).as_coeff_Mul(rational=True)
+        kept = sp.Mul(sp.sign(number), *(f for f in sp.Mul.make_args(rest) if not f.is_positive))
+        return self._append("side", self.number(kept))
+
+    def _root(self, base: sp.Expr, exponent: sp.Rational) -> int:
+        if base.is_Rational:
+            if base <= 0:
+                raise UndecidableError
+            primes = sp.factorint(base) if max(base.p, base.q) < _FACTORED else {base: 1}
+            if list(primes) != [base]:
+                powers = [self._root(sp.Rational(n), exponent * k) for n, k in primes.items()]
+                return self._append("product", powers)
+        if exponent.is_Integer:
+            return self._append("power", (self.number(base), int(exponent)))
+        split = sp.Pow(sp.factor_terms(base), exponent)
+        if split.is_Mul:
+            return self.number(split)
+        rough = base.has(sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside)
+        if base not in self.roots:
+            self.roots[base] = Atom(1, bool(base.is_Rational), not base.free_symbols, rough)
+            operands = (self.number(base), self.roots[base])
+            self._radicals[base] = self._append("radical", operands)
+        atom = self.roots[base]
+        return self._append("part", (self._radicals[base], atom, atom.divide(exponent)))
+
+    def _circle(self, angle: sp.Expr) -> int:
+        """Cosine and sine of an angle."""
+        if angle not in self._circles:
+            multiples = _multiples(angle)
+            quarter = multiples.pop(sp.pi, sp.S.Zero)
+            exact: tuple[int, ...] = ()
+            if quarter and _TURN % int(quarter.q) == 0:
+                exact = tuple(self._numbers([sp.cos(quarter * sp.pi), sp.sin(quarter * sp.pi)]))
+            elif quarter:
+                multiples[sp.pi] = quarter
+            parts = _atoms(multiples, self.angles)
+            self._circles[angle] = self._append("circle", (parts, exact))
+        return self._circles[angle]
+
+    def _exponential(self, exponent: sp.Expr) -> int:
+        multiples = _multiples(exponent)
+        powers = [self._root(e.args[0], c) for e, c in multiples.items() if isinstance(e, sp.log)]
+        rest = {e: c for e, c in multiples.items() if not isinstance(e, sp.log)}
+        growth = self._append("growth", _atoms(rest, self.exponents))
+        return self._append("product", [growth, *powers]) if powers else growth
+
+
+def _atoms(
+    multiples: Mapping[sp.Expr, sp.Rational], table: dict[sp.Expr, Atom]
+) -> list[tuple[Atom, sp.Rational]]:
+    pairs = [(table.setdefault(e, Atom()), c) for e, c in multiples.items()]
+    return [(atom, atom.divide(c)) for atom, c in pairs]
+
+
+def _multiples(e: sp.Expr) -> dict[sp.Expr, sp.Rational]:
+    """A sum as rational multiples of what is not a number, in a fixed order."""
+    if sp.count_ops(e) > _ARGUMENT_BUDGET:
+        return {e: sp.S.One}
+    parts: dict[sp.Expr, sp.Rational] = {}
+    for term in sp.Add.make_args(sp.expand(e)):
+        c, rest = term.as_coeff_Mul(rational=True)
+        parts[rest] = parts.get(rest, sp.S.Zero) + c
+    return {rest: parts[rest] for rest in sorted(parts, key=sp.default_sort_key) if parts[rest]}
+
+
+def _rewritten(e: sp.Expr) -> sp.Expr | None:
+    """A function by those that have a meaning in the field; None where it stays."""
+    x = e.args[0] if e.args else e
+    if e.func is sp.tan:
+        return sp.sin(x) / sp.cos(x)
+    if e.func is sp.acos:
+        return sp.pi / 2 - sp.asin(x)
+    if e.func is sp.sinh:
+        return (sp.exp(x) - sp.exp(-x)) / 2
+    if e.func is sp.cosh:
+        return (sp.exp(x) + sp.exp(-x)) / 2
+    if e.func is sp.tanh:
+        return (sp.exp(2 * x) - 1) / (sp.exp(2 * x) + 1)
+    if e.func is sp.log:
+        split = sp.expand_log(e)
+        return split if split != e else None
+    return None

@@ -1,0 +1,95 @@
+"""Arithmetic modulo safe primes: inverses, roots, points of the unit circle.
+
+An expression that vanishes identically vanishes at every point of a finite field, and one
+that does not is zero there by accident with a probability of its degree over the size of the
+field (J. Schwartz, J. ACM 27, 1980; R. Zippel, EUROSAM 1979). Numbers there are exact: no
+coefficient is too small to be seen.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "PRIMES",
+    "Circle",
+    "NoValueError",
+    "circle_point",
+    "inverse",
+    "power",
+    "product",
+    "radical",
+    "turned",
+]
+
+#: Primes p = 2r + 1 with r prime, p ≡ 7 (mod 8): −1 is no square, every odd root is unique,
+#: and 2, 3, 5, 7, 11, 13 are squares.
+PRIMES = (
+    2282378877958138110872710594916919599,
+    2284563664648514326049980794932141519,
+    2285939845523290920912371081319143999,
+    2287954374564233379780744041853401639,
+    2288089006818306050468765466673900439,
+    2289054182232256327383526295669179199,
+)
+
+Circle = tuple[int, int]
+"""Cosine and sine: a point with c² + s² = 1."""
+
+
+class NoValueError(ArithmeticError):
+    """An expression has no value at this point of the field: 1/0, or a root that is not in it."""
+
+
+def inverse(x: int, p: int) -> int:
+    """1/x."""
+    if x % p == 0:
+        raise NoValueError
+    return pow(x, -1, p)
+
+
+def power(x: int, n: int, p: int) -> int:
+    """x to an integer power."""
+    if n < 0 and x % p == 0:
+        raise NoValueError
+    return pow(x, n, p)
+
+
+def radical(x: int, q: int, p: int) -> int:
+    """A q-th root of x, itself a square where q is even.
+
+    Raises
+    ------
+    NoValueError
+        There is none.
+    """
+    odd, root = q, x
+    while odd % 2 == 0:
+        odd //= 2
+        square = pow(root, (p + 1) // 4, p)
+        if square * square % p != root % p:
+            raise NoValueError
+        root = square
+    return root if odd == 1 else pow(root, pow(odd, -1, p - 1), p)
+
+
+def circle_point(u: int, p: int) -> Circle:
+    """The point of the unit circle whose half-angle has the tangent u (1 + u² has an inverse
+    since −1 is no square)."""
+    scale = inverse(1 + u * u, p)
+    return (1 - u * u) * scale % p, 2 * u * scale % p
+
+
+def product(a: Circle, b: Circle, p: int) -> Circle:
+    """Cosine and sine of the sum of two angles."""
+    return (a[0] * b[0] - a[1] * b[1]) % p, (a[0] * b[1] + a[1] * b[0]) % p
+
+
+def turned(a: Circle, n: int, p: int) -> Circle:
+    """Cosine and sine of n times an angle."""
+    if n < 0:
+        a, n = (a[0], -a[1]), -n
+    result: Circle = (1, 0)
+    while n:
+        if n & 1:
+            result = product(result, a, p)
+        a, n = product(a, a, p), n >> 1
+    return result

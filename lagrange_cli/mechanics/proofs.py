@@ -1,0 +1,154 @@
+"""Facts about a derivation that are proven, not seen at some states.
+
+The states of the certificate lie around the start, and what rests there may act elsewhere. They
+show what does not hold; what they leave is proven here: first by what occurs where, then by
+zero tests (:mod:`vanishing`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import sympy as sp
+
+from lagrange_cli.mechanics.calculus import derivative
+from lagrange_cli.mechanics.certificate import Evidence
+from lagrange_cli.mechanics.derivation import Derivation
+from lagrange_cli.mechanics.equations import Closure, Conserved
+from lagrange_cli.mechanics.finite_field import inverse
+from lagrange_cli.mechanics.refutation import depends, is_nonzero
+from lagrange_cli.mechanics.vanishing import does_not_depend, holds, same, vanish
+
+__all__ = ["open_questions", "proven"]
+
+_ZERO = sp.Integer(0)
+
+#: Above this number of closures the work of forces is not looked at beside them.
+_CLOSURES = 24
+
+
+def proven(derivation: Derivation, evidence: Evidence) -> Evidence:
+    """The evidence with only those facts that are proven to hold at every state.
+
+    A coordinate counts as forced unless it is proven that it is not.
+    """
+    coordinates = derivation.reduced.coordinates
+    held = derivation.lagrangian.free_symbols
+    forces = _generalized_forces(derivation)
+    return replace(
+        evidence,
+        cyclic=tuple(
+            seen and (c.q not in held or does_not_depend(derivation.lagrangian, c.q))
+            for c, seen in zip(coordinates, evidence.cyclic, strict=True)
+        ),
+        forced=tuple(
+            seen or not vanish(force) for force, seen in zip(forces, evidence.forced, strict=True)
+        ),
+        energy_conserved=evidence.energy_conserved and _conserves_energy(derivation, forces),
+        energy_is_sum=evidence.energy_is_sum and _energy_is_sum(derivation),
+    )
+
+
+def _generalized_forces(derivation: Derivation) -> list[sp.Expr]:
+    """Σ F·∂r/∂q − ∂D/∂q̇ for each coordinate."""
+    drag, rows = derivation.dissipation, []
+    for j, c in enumerate(derivation.reduced.coordinates):
+        parts = [f.generalized[j] for f in derivation.forces]
+        rows.append(sp.Add(*parts, -derivative(drag, c.v)) if parts or drag != 0 else _ZERO)
+    return rows
+
+
+def _conserves_energy(derivation: Derivation, forces: Sequence[sp.Expr]) -> bool:
+    """L does not depend on t, and forces do no work."""
+    reduced = derivation.reduced
+    if not does_not_depend(derivation.lagrangian, reduced.names.t):
+        return False
+    work = [f * c.v for f, c in zip(forces, reduced.coordinates, strict=True) if f != 0]
+    return vanish(sp.Add(*work)) or _are_reactions(derivation.closures, forces)
+
+
+def _are_reactions(closures: Sequence[Closure], forces: Sequence[sp.Expr]) -> bool:
+    """Whether generalized forces are a combination of the closures' gradients.
+
+    Such forces do no work in the displacements that closures without a rate admit.
+    """
+    if not closures or len(closures) > _CLOSURES:
+        return False
+    places = {j for j, force in enumerate(forces) if force != 0}
+    held = sorted(places.union(*(c.held for c in closures)))
+    rows = [[forces[j] for j in held], *([c.gradient[j] for j in held] for c in closures)]
+    return holds(
+        [e for row in rows for e in row], lambda values, p: _is_combination(values, len(held), p)
+    )
+
+
+def _is_combination(values: Sequence[int], n: int, p: int) -> bool:
+    """Whether the first n numbers are a combination of the rows of n numbers after them."""
+    first, *others = ([*values[k : k + n]] for k in range(0, len(values), n))
+    for number, other in enumerate(others):
+        pivot = next((j for j, x in enumerate(other) if x % p), None)
+        if pivot is None:
+            continue
+        scale = inverse(other[pivot], p)
+        for target in (first, *others[number + 1 :]):
+            factor = target[pivot] * scale
+            target[:] = [(x - factor * y) % p for x, y in zip(target, other, strict=True)]
+    return not any(x % p for x in first)
+
+
+def _energy_is_sum(derivation: Derivation) -> bool:
+    """Σ q̇ ∂L/∂q̇ − L = T + V, with V at rest: T is quadratic in velocities, and V linear.
+
+    Positions without t make the particles' kinetic energy so. Else T and V are compared with
+    what they are at velocities that are a multiple.
+    """
+    reduced = derivation.reduced
+    bodies = reduced.names.particle_symbols
+    still = not any(
+        reduced.names.t in reduced.resolved[s].free_symbols for body in bodies for s in body
+    )
+    if still and derivation.extra == 0:
+        return True
+    multiple = sp.Dummy("multiple", positive=True)
+    velocities = [c.v for c in reduced.coordinates]
+    faster = {v: multiple * v for v in velocities}
+    kinetic, potential = derivation.kinetic, derivation.potential
+    at_rest = potential.xreplace(dict.fromkeys(velocities, _ZERO))
+    if at_rest.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
+        return False
+    growth = potential.xreplace(faster) - at_rest - multiple * (potential - at_rest)
+    return same(kinetic.xreplace(faster), multiple**2 * kinetic) and vanish(growth)
+
+
+def open_questions(
+    derivation: Derivation, seen: Evidence, facts: Evidence, conserved: Sequence[Conserved]
+) -> Iterator[str]:
+    """Names of coordinates that may be cyclic, and of quantities that may be conserved.
+
+    Nothing seen speaks against them, near the start or elsewhere, and they are not proven.
+
+    Parameters
+    ----------
+    seen, facts
+        The evidence before and after what is not proven was left out.
+    """
+    lagrangian, t = derivation.lagrangian, derivation.reduced.names.t
+    forces, known = _generalized_forces(derivation), {c.name for c in conserved}
+    for j, c in enumerate(derivation.reduced.coordinates):
+        if not seen.cyclic[j]:
+            continue
+        if not facts.cyclic[j] and depends(lagrangian, c.q):
+            continue
+        if not facts.cyclic[j]:
+            yield c.name
+        if f"p_{c.name}" not in known and not seen.forced[j] and not is_nonzero(forces[j]):
+            yield f"p_{c.name}"
+    if not seen.energy_conserved or not known.isdisjoint(("energy", "jacobi")):
+        return
+    inputs = derivation.reduced.names.inputs.values()
+    work = [f * c.v for f, c in zip(forces, derivation.reduced.coordinates, strict=True)]
+    if lagrangian.free_symbols.isdisjoint(inputs) and not (
+        depends(lagrangian, t) or is_nonzero(sp.Add(*work))
+    ):
+        yield "energy"
