@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import projection
-from lagrange_cli.simulate.integrators.switching import SwitchedRhs
+from lagrange_cli.simulate.integrators.switched import SwitchedRhs
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.right_hand_side import right_hand_side
 

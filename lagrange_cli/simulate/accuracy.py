@@ -29,7 +29,7 @@ from lagrange_cli.simulate.attempt import Attempt
 from lagrange_cli.simulate.checkpoint import Keeper
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.integrators.switching import Flags, Switch
+from lagrange_cli.simulate.integrators.switched import Flags, Switch
 from lagrange_cli.simulate.noise import NOISE_PART
 from lagrange_cli.simulate.pilot import Pilot, explicit_method, pilot_or_before
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
@@ -149,6 +149,7 @@ def integrate_to_accuracy(problem: InitialValueProblem, eps: float, watch: Watch
             part = FIRST_READ_OFF if problem.read_off else FIRST_TOLERANCE
             first = min(part * eps, LARGEST_TOLERANCE)
             found = pilot_or_before(problem, first, watch, looks=True)
+            problem = replace(problem, between=found.between)
             refuse_below_floor(problem, eps, found.scales[-1, : len(problem.kinds)])
             if watch.keeper is not None:
                 watch.keeper.keep(
@@ -238,6 +239,7 @@ def _attempt_wider(
         return
     wider = problem.wider()
     if wider is not None:
+        wider = replace(wider, between=problem.between)
         last = attempts[-1]
         excess = min(last.expected_excess, MOST_EXCESS_WIDER)
         first = min(last.tolerance, FIRST_WIDER_TOLERANCE) / excess

@@ -9,13 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.integrators.switching import (
-    LOCATED,
-    TOUCHING,
-    Flags,
-    Switch,
-    SwitchedRhs,
-)
+from lagrange_cli.simulate.integrators.switched import TOUCHING, Flags, Switch, SwitchedRhs
+from lagrange_cli.simulate.integrators.switching import LOCATED
 
 __all__ = ["Agreement", "Unclear", "agreement", "at_the_end", "end_of_bounces"]
 

@@ -11,7 +11,7 @@ from lagrange_cli.simulate.accuracy import Measured
 from lagrange_cli.simulate.constraints import constraint_drift
 from lagrange_cli.simulate.contacts import ContactRhs
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.integrators.switching import TOUCHING, Flags, Switch
+from lagrange_cli.simulate.integrators.switched import TOUCHING, Flags, Switch
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.right_hand_side import RightHandSide
 from lagrange_cli.simulate.rows import Ranges, Rows, first_from, windows

@@ -14,7 +14,7 @@ from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Array, State, projection
 from lagrange_cli.simulate.integrators.crossing import surfaces_of
 from lagrange_cli.simulate.integrators.native import NativeRhs
-from lagrange_cli.simulate.integrators.switching import SwitchedRhs
+from lagrange_cli.simulate.integrators.switched import SwitchedRhs
 from lagrange_cli.simulate.pilot import Pilot, suits_gauss
 from lagrange_cli.simulate.problem import InitialValueProblem, RunningScales
 from lagrange_cli.simulate.rows import first_from, window_rows

@@ -62,6 +62,7 @@ class Pilot:
     2n): a tolerance below it would only chase rounding. Each of its samples stands for
     ``stride`` of those that are asked for. ``closest`` is how close to the
     origin each coordinate came in short steps, as a part of the scales, shape (2n,).
+    ``between`` is how far components go between samples that do not show it, shape (2n,).
     """
 
     scales: Array
@@ -71,6 +72,7 @@ class Pilot:
     first_step: float
     longest_step: float
     evaluations: int
+    between: Array
     stride: int = 1
 
     def scales_so_far(self, samples: int) -> Array:
@@ -155,7 +157,8 @@ def pilot(
         spent += trial
     scales, noise = tracker.scales(run), _noise(problem, run, tracker.step_at)
     closest, first_step = tracker.closest, tracker.first_step
-    return Pilot(scales, noise, closest, method, first_step, longest, spent, stride)
+    between = tracker.between(run)
+    return Pilot(scales, noise, closest, method, first_step, longest, spent, between, stride)
 
 
 def _method_of_tame(

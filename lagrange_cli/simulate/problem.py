@@ -15,14 +15,15 @@ from lagrange_cli.simulate.spool import InMemory, Samples
 __all__ = [
     "InitialValueProblem",
     "RunningScales",
+    "between_samples",
     "last_scales",
     "running_scales",
     "scales_from",
     "spacing",
 ]
 
-#: A coordinate that moves less than this part of the largest of its kind is
-#: measured by the larger one.
+#: A coordinate that moves less than this part of the largest of its kind, or of how far it goes
+#: between the samples, is measured by the larger one.
 SMALL_BESIDE_OTHERS = 1e-3
 
 #: Longest step as a part of the span, and where something depends on time (a pulse).
@@ -41,7 +42,8 @@ class InitialValueProblem:
     to the next number that rhs computes with; ``wider`` makes the same problem
     in wider arithmetic, or None where there is none, and is worth to be asked where it
     ``widens``. ``room`` gives each run a place for its samples where memory is not to hold
-    them. ``read_off``: other coordinates are to be found from these.
+    them. ``read_off``: other coordinates are to be found from these. ``between`` is how far
+    components go between samples that show next to nothing of it (:func:`between_samples`).
     """
 
     rhs: Rhs
@@ -55,6 +57,7 @@ class InitialValueProblem:
     widens: bool = False
     read_off: bool = False
     room: Callable[[], Samples] | None = None
+    between: Array | None = None
 
     def samples(self) -> Samples:
         """Where a run puts its samples."""
@@ -101,7 +104,8 @@ def running_scales(problem: InitialValueProblem, states: Array) -> Array:
 
     R = largest magnitude, from the start value for lengths, 1 for angles; G =
     largest R of the kind; scale(q) = max(R, 1e-3 G), 1 where all are 0;
-    scale(q̇) = max(R of q̇, scale(q) / (until − from)).
+    scale(q̇) = max(R of q̇, scale(q) / (until − from)). Of what goes a thousand times as far
+    between the samples, that is G, and a thousandth of it the least scale of q̇.
 
     Parameters
     ----------
@@ -145,9 +149,30 @@ def scales_from(problem: InitialValueProblem, largest: Array, speed: Array) -> A
     n = len(problem.kinds)
     largest = np.where(problem.angles, 1.0, largest)
     scales = np.empty((len(largest), 2 * n))
+    between = np.zeros(2 * n) if problem.between is None else problem.between
     for own in groups(problem.kinds):
-        of_kind = largest[:, own].max(axis=1, keepdims=True)
+        of_kind = np.maximum(largest, between[:n])[:, own].max(axis=1, keepdims=True)
         scale = np.maximum(largest[:, own], SMALL_BESIDE_OTHERS * of_kind)
         scales[:, own] = np.where(of_kind == 0, 1.0, scale)
+    speed = np.maximum(speed, SMALL_BESIDE_OTHERS * between[n:])
     scales[:, n:] = np.maximum(speed, scales[:, :n] / problem.span)
     return scales
+
+
+def between_samples(problem: InitialValueProblem, states: Array, moved: Array) -> Array:
+    """How far components go that samples show less than a thousandth of, 0 for others, (2n,).
+
+    Samples once a period show a coordinate always at the same place, but for rounding, which is
+    no scale.
+
+    Parameters
+    ----------
+    states
+        At the samples, shape (m, 2n).
+    moved
+        The largest distances of coordinates from the start and the largest velocities, wherever
+        they were seen, shape (2n,).
+    """
+    n = len(problem.kinds)
+    shown = np.abs(np.concatenate([states[:, :n] - problem.y0[:n], states[:, n:]], axis=1))
+    return np.where(shown.max(axis=0) < SMALL_BESIDE_OTHERS * moved, moved, 0.0)

@@ -19,7 +19,7 @@ from lagrange_cli.errors import AccuracyError, Problem
 from lagrange_cli.simulate.agreement import agreement, end_of_bounces
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
 from lagrange_cli.simulate.integrators.base import Array, projection
-from lagrange_cli.simulate.integrators.switching import Switch
+from lagrange_cli.simulate.integrators.switched import Switch
 from lagrange_cli.simulate.pilot import Pilot
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
 from lagrange_cli.simulate.run import Failure, Run

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.integrators import Control, Integrator, Rhs, start
 from lagrange_cli.simulate.integrators.base import Array, State, UnfitError
-from lagrange_cli.simulate.integrators.switching import Flags, Switch, Switching
+from lagrange_cli.simulate.integrators.switched import Flags, Switch
+from lagrange_cli.simulate.integrators.switching import Switching
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.rows import Rows
 

@@ -23,7 +23,7 @@ from lagrange_cli.simulate.integrators.algebra import Algebra, Traced
 from lagrange_cli.simulate.integrators.base import Array, Rhs, UnfitError
 from lagrange_cli.simulate.integrators.expressions import Expressions, expressions
 from lagrange_cli.simulate.integrators.pieces import pieces
-from lagrange_cli.simulate.integrators.switching import Flags, SwitchedRhs
+from lagrange_cli.simulate.integrators.switched import Flags, SwitchedRhs
 from lagrange_cli.simulate.problem import InitialValueProblem, groups
 
 __all__ = ["Place", "Sight", "longest_step"]

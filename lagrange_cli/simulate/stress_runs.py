@@ -13,7 +13,7 @@ from lagrange_cli.errors import AccuracyError, InputError
 from lagrange_cli.scene.dimensions import dimensions
 from lagrange_cli.simulate.charts import simulate_past_charts
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.integrators.switching import Kind, Switch
+from lagrange_cli.simulate.integrators.switched import Kind, Switch
 from lagrange_cli.simulate.members import Own, Recipe
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.pilot import pilot

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from dataclasses import replace
+from itertools import takewhile
 
 import numpy as np
 
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.problem import InitialValueProblem, groups, running_scales
+from lagrange_cli.simulate.problem import (
+    InitialValueProblem,
+    between_samples,
+    groups,
+    running_scales,
+)
 from lagrange_cli.simulate.run import Run
 from lagrange_cli.simulate.sight import Place, Sight, longest_step
 from lagrange_cli.simulate.watch import Watch
@@ -202,10 +208,10 @@ class Tracker:
         """Remember where a step has led, and where contacts ended it."""
         self._widest = max(self._widest, run.t - before)
         closed = self.places[-1].closed
-        for switch in run.switches:
-            if switch.t > before:
-                self.places.append(Place(switch.t, switch.before, closed))
-                closed = switch.flags
+        newest = list(takewhile(lambda switch: switch.t > before, reversed(run.switches)))
+        for switch in reversed(newest):
+            self.places.append(Place(switch.t, switch.before, closed))
+            closed = switch.flags
         self.places.append(Place(run.t, run.y, closed))
         self._spent.append((run.t, run.evaluations))
 
@@ -274,4 +280,9 @@ class Tracker:
         """The scales so far at each sample, or of the motion where no sample was reached."""
         if run.filled < 2:
             return self.seen()[None, :]
-        return running_scales(self._problem, run.states)[1:]
+        problem = replace(self._problem, between=self.between(run))
+        return running_scales(problem, run.states)[1:]
+
+    def between(self, run: Run) -> Array:
+        """How far components go between samples that do not show it, shape (2n,)."""
+        return between_samples(self._problem, run.states, self._moved[1])

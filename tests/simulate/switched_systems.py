@@ -9,7 +9,7 @@ import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Rhs
 from lagrange_cli.simulate.integrators.falling import Falling
-from lagrange_cli.simulate.integrators.switching import Flags, Gaps, SwitchedRhs
+from lagrange_cli.simulate.integrators.switched import Flags, Gaps, SwitchedRhs
 
 G = 9.81
 

@@ -13,13 +13,8 @@ from switched_systems import G, OneContact, ball, on_sphere
 from lagrange_cli.simulate.agreement import agreement, end_of_bounces
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
 from lagrange_cli.simulate.integrators.falling import RISES, Falling, Search
-from lagrange_cli.simulate.integrators.switching import (
-    ENDLESS,
-    UNDETERMINED,
-    Stuck,
-    Switch,
-    Switching,
-)
+from lagrange_cli.simulate.integrators.switched import Stuck, Switch
+from lagrange_cli.simulate.integrators.switching import ENDLESS, UNDETERMINED, Switching
 
 
 def control(rtol: float = 1e-12) -> Control:

@@ -22,7 +22,8 @@ from lagrange_cli.simulate.integrators.pieces import in_pieces, pieces
 from lagrange_cli.simulate.integrators.rattle import Rattle
 from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4, RK45
 from lagrange_cli.simulate.integrators.sundials import CVODE, CVODEAdams
-from lagrange_cli.simulate.integrators.switching import SwitchedRhs, Switching
+from lagrange_cli.simulate.integrators.switched import SwitchedRhs
+from lagrange_cli.simulate.integrators.switching import Switching
 from lagrange_cli.simulate.integrators.symplectic import Gauss4, Gauss6, Verlet
 from lagrange_cli.simulate.integrators.taylor import Taylor
 

@@ -9,10 +9,10 @@ of Mechanical Systems with Unilateral Constraints*, 2008, section 2.6).
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal, TypeAlias
+from dataclasses import replace
+from itertools import takewhile
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -24,36 +24,26 @@ from lagrange_cli.simulate.integrators.base import (
     Rhs,
     State,
     StepError,
-    UnfitError,
     projection,
 )
-from lagrange_cli.simulate.integrators.expressions import Expressions
-from lagrange_cli.simulate.integrators.falling import RISES, Falling
+from lagrange_cli.simulate.integrators.falling import RISES
+from lagrange_cli.simulate.integrators.switched import (
+    TOUCHING,
+    Flags,
+    Kind,
+    Stuck,
+    Switch,
+    SwitchedRhs,
+)
 
 __all__ = [
     "ENDLESS",
     "IMPOSSIBLE",
     "LOCATED",
     "TOO_MANY",
-    "TOUCHING",
     "UNDETERMINED",
-    "Flags",
-    "Gaps",
-    "Stuck",
-    "Switch",
-    "SwitchedRhs",
     "Switching",
 ]
-
-#: Which contacts are closed.
-Flags: TypeAlias = tuple[bool, ...]
-
-#: What happens to a contact: it closes, for an instant or for longer; it opens; it closes since
-#: its bounces have become too short.
-Kind: TypeAlias = Literal["contact", "release", "zeno"]
-
-#: A gap is zero below this part of what it is the difference of.
-TOUCHING = 1e-12
 
 #: Bounces are ended where all that are left take less than this part of the span.
 ACCUMULATED = 1e-10
@@ -85,111 +75,6 @@ UNDETERMINED = "what contacts do next cannot be determined"
 
 #: The event of a reset at the start of a motion.
 START = -1
-
-
-@dataclass(frozen=True)
-class Switch:
-    """What happened to a contact, with the states before and after, and what is closed then."""
-
-    t: float
-    contact: int
-    kind: Kind
-    before: Array
-    after: Array
-    flags: Flags
-
-    @property
-    def jumps(self) -> bool:
-        """Whether velocities changed."""
-        return not np.array_equal(self.before, self.after)
-
-
-@dataclass(frozen=True)
-class Stuck:
-    """Why a motion cannot be continued, and the contacts that are in the way."""
-
-    reason: str
-    contacts: tuple[int, ...]
-
-
-@dataclass(frozen=True)
-class Gaps:
-    """Gaps φ of all contacts, with the sizes of what they are differences of (both (U,)), their
-    gradients (U, n), and how they change at rest, ∂φ/∂t (U,)."""
-
-    values: Array
-    sizes: Array
-    gradients: Array
-    rates: Array
-
-    @property
-    def touching(self) -> Flags:
-        """Which are zero but for rounding."""
-        return tuple((np.abs(self.values) <= TOUCHING * self.sizes).tolist())
-
-    def speeds(self, velocities: Array) -> tuple[Array, Array]:
-        """How fast they grow, and the sizes of what that is the sum of."""
-        products = self.gradients * velocities
-        sizes = np.abs(products).sum(axis=1) + np.abs(self.rates)
-        return products.sum(axis=1) + self.rates, sizes
-
-    def opening(self, velocities: Array) -> Flags:
-        """Which grow, by more than rounding."""
-        speeds, sizes = self.speeds(velocities)
-        return tuple((speeds > TOUCHING * sizes).tolist())
-
-    def noise(self, errors: Array) -> Array:
-        """What errors of the coordinates make of them, shape (U,)."""
-        return np.abs(self.gradients) @ errors + TOUCHING * self.sizes
-
-
-class SwitchedRhs(ABC):
-    """Right-hand sides for every set of closed contacts; called like one, it is that of none."""
-
-    #: No contact closed.
-    free: Flags
-
-    @abstractmethod
-    def project(self, t: float, y: Array) -> Array:
-        """A state moved onto the constraints that hold in free flight, too."""
-
-    @abstractmethod
-    def __call__(self, t: float, y: Array) -> Array:
-        """y' with no contact closed."""
-
-    @abstractmethod
-    def side(self, closed: Flags) -> Rhs:
-        """y' with these contacts closed, with a projection onto them."""
-
-    @abstractmethod
-    def falling(self, closed: Flags, signs: tuple[float, ...], noise: tuple[float, ...]) -> Falling:
-        """The multiplier of each closed contact and the gap of each open one."""
-
-    def traced(self, closed: Flags) -> tuple[Expressions, Expressions]:
-        """Two functions to be run over objects: the gaps come first of what the one gives, the
-        multipliers of the contacts last of what the other does.
-
-        Raises
-        ------
-        UnfitError
-            Only their values are to be had.
-        """
-        raise UnfitError("its events are not to be had as expressions")
-
-    @abstractmethod
-    def gaps(self, t: float, y: Array) -> Gaps:
-        """How far each contact is from closing."""
-
-    @abstractmethod
-    def reset(
-        self, t: float, y: Array, closed: Flags, event: int, bounce: float
-    ) -> tuple[Array | None, Flags]:
-        """State and closed contacts after the event of a contact.
-
-        Where there is no such state it is None, and the contacts are those that together leave
-        no motion; none where that is not why. ``bounce`` multiplies the coefficients of
-        restitution.
-        """
 
 
 #: Stands at a state with a method: (rhs, t, y, t_end, control).
@@ -353,7 +238,11 @@ class Switching(Integrator):
         """Find what holds behind an event, tell what changed, and begin the next piece."""
         before, was = self.y, self._closed
         bounce = 0.0 if kind == "zeno" else 1.0
-        after, closed = self._rhs.reset(self.t, before, was, event, bounce)
+        late = 0.0 if event == START else self._late(event)
+        met = before - late * self._rhs.side(was)(self.t, before) if late else before
+        after, closed = self._rhs.reset(self.t, met, was, event, bounce)
+        if late and after is not None:
+            after = after + late * self._rhs.side(closed)(self.t, after)
         if after is None:
             self._end(*self._deadlock(event, closed))
             return
@@ -367,6 +256,18 @@ class Switching(Integrator):
             Switch(self.t, k, of, before, self.y, self._closed) for k, of in changes.items()
         ]
         self._stand()
+
+    def _late(self, event: int) -> float:
+        """How long ago the gap of a contact that is struck was zero, less than times can tell.
+
+        Bounces would add up what rounding of their times does.
+        """
+        gaps = self._rhs.gaps(self.t, self.y)
+        speeds, sizes = gaps.speeds(self.y[len(self.y) // 2 :])
+        if not speeds[event] < -TOUCHING * sizes[event]:
+            return 0.0
+        late = float(gaps.values[event] / speeds[event])
+        return late if abs(late) <= LOCATED * np.spacing(abs(self.t)) else 0.0
 
     def _deadlock(self, event: int, leave_none: Flags) -> tuple[str, set[int]]:
         """Why there is no motion behind an event, and the contacts that are in the way."""
@@ -395,7 +296,8 @@ class Switching(Integrator):
             return
         n = len(self.y) // 2
         gaps = self._rhs.gaps(self.t, self.y)
-        began = [s.contact for s in self.switches if s.t == self.t]
+        newest = takewhile(lambda s: s.t == self.t, reversed(self.switches))
+        began = {s.contact for s in newest}
         # What has just opened is zero but for rounding, of either sign.
         rises = [
             not closed and (touches or k in began)

@@ -1,0 +1,101 @@
+"""Samples once a period, which show a motion always at the same place: scales lie between them."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+from lagrange_cli import loads
+from lagrange_cli.errors import InputError
+from lagrange_cli.simulate import simulate
+from lagrange_cli.simulate.modelling import model_of
+
+BOUNCES = 300
+DIGITS = 40
+
+#: An elastic ball, sampled where it is highest, but for the rounding of the times.
+BALL = """
+name: ball
+plane: xz
+particles: {{b: {{mass: 1, position: [x, y, z]}}}}
+constraints: {{f: {{unilateral: z >= 0, restitution: 1}}}}
+potentials: {{w: {{gravity: 9.81}}}}
+initial: {{x: 0, z: 1e-4}}
+simulate: {{until: {until!r}, accuracy: {eps}, samples: 101}}
+"""
+
+#: A slot that is crossed a hundred times between two samples; z rests far from 0.
+SLOT = """
+name: slot
+parameters: {{w: 1e-3}}
+plane: xz
+particles: {{b: {{mass: 1, position: [x, y, z]}}}}
+constraints:
+  a: {{unilateral: x <= w, restitution: 1}}
+  f: {{unilateral: x >= 0, restitution: 1}}
+initial: {{x: 0.0005, z: 1, dot(x): 1, dot(z): 0}}
+simulate: {{until: {until!r}, accuracy: {eps}, samples: 4}}
+"""
+
+SPRING = """
+name: spring
+parameters: {{m: 1, k: 1}}
+particles: {{b: {{mass: m, position: [x, 0, 0]}}}}
+potentials: {{s: k*x^2/2}}
+initial: {{x: 1e-3}}
+simulate: {{until: {until!r}, accuracy: {eps}, samples: 21}}
+"""
+
+
+def simulated(text):
+    return simulate(model_of(loads(text).derive().equations))
+
+
+def ball(t):
+    """Height and speed."""
+    g, z0 = mpf("9.81"), mpf("1e-4")
+    half = mpmath.sqrt(2 * z0 / g)
+    since = (mpf(t) + half) % (2 * half) - half
+    return z0 - g * since**2 / 2, -g * since
+
+
+def slot(t):
+    x = (mpf("0.0005") + mpf(t)) % mpf("0.002")
+    return (x, mpf(1)) if x < mpf("0.001") else (mpf("0.002") - x, mpf(-1))
+
+
+def spring(t):
+    return mpf("1e-3") * mpmath.cos(mpf(t)), -mpf("1e-3") * mpmath.sin(mpf(t))
+
+
+#: Scene, name of the coordinate, closed form, end, how far it and its rate go.
+MOTIONS = {
+    "ball": (BALL, "z", ball, 2 * BOUNCES * (2e-4 / 9.81) ** 0.5, (1e-4, 0.0443)),
+    "slot": (SLOT, "x", slot, 0.003 * BOUNCES, (5e-4, 1.0)),
+    "spring": (SPRING, "x", spring, 40 * np.pi, (2e-3, 1e-3)),
+}
+
+
+@pytest.mark.parametrize("eps", ["1e-6", "1e-8"])
+@pytest.mark.parametrize("name", list(MOTIONS))
+def test_samples_that_alias_with_the_motion(name, eps):
+    text, coordinate, exact, until, moves = MOTIONS[name]
+    found = simulated(text.format(until=until, eps=eps))
+    assert found.status == "ok"
+    columns = [found.columns[column] for column in (coordinate, f"dot({coordinate})")]
+    scales = [found.scales[column] for column in (coordinate, f"dot({coordinate})")]
+    for scale, most in zip(scales, moves, strict=True):
+        # A thousandth of what lies between the samples, or what these show.
+        assert 0.2e-3 * most <= scale <= 1.1 * most
+    with mp.workdps(DIGITS):
+        for t, *values in zip(found.t.tolist(), *columns, strict=True):
+            for value, truth, scale in zip(values, exact(t), scales, strict=True):
+                assert abs(value - truth) <= float(eps) * scale
+
+
+def test_what_is_below_rounding_is_still_refused():
+    text, _, _, until, _ = MOTIONS["slot"]
+    with pytest.raises(InputError, match="below what double precision can hold"):
+        simulated(text.format(until=until, eps="1e-10"))
