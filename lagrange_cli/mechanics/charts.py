@@ -19,6 +19,7 @@ import sympy as sp
 from lagrange_cli.mechanics.closed_form import solve_exactly
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import SingularPlace
+from lagrange_cli.mechanics.polynomials import factored_form
 from lagrange_cli.mechanics.tape import DomainError, values
 
 __all__ = ["MOST_COORDINATES", "kept_momenta", "singular_places"]
@@ -152,7 +153,7 @@ def _factored(part: sp.Expr) -> sp.Expr:
     base, exponent = part.as_base_exp()
     if not base.is_Add or not exponent.is_Integer:
         return part
-    return sp.factor(base) ** exponent
+    return factored_form(base) ** exponent
 
 
 def _held(factor: sp.Expr, own: Sequence[sp.Symbol]) -> list[sp.Symbol]:

@@ -29,6 +29,7 @@ from lagrange_cli.mechanics.explicit import explicit_accelerations
 from lagrange_cli.mechanics.geometry import gap_over_names
 from lagrange_cli.mechanics.loads import Loads, loads, velocity_slopes
 from lagrange_cli.mechanics.multipliers import Equation, Row, multipliers, rows_of
+from lagrange_cli.mechanics.polynomials import factored_form
 from lagrange_cli.mechanics.reactions import BodyReaction, ConstraintForces, Reaction
 from lagrange_cli.mechanics.restraints import Restraints
 from lagrange_cli.mechanics.sampling import working_digits
@@ -262,7 +263,7 @@ def _sizes(rows: Sequence[Row], number: int, multiplier: sp.Expr) -> Iterator[tu
             slopes.setdefault(row.body, []).append(row.gradient[number])
     for body, parts in slopes.items():
         square = shortened(sp.Add(*(e**2 for e in parts)))
-        yield body, shortened(multiplier * sp.sqrt(sp.factor(square)))
+        yield body, shortened(multiplier * sp.sqrt(factored_form(square)))
 
 
 # The check.

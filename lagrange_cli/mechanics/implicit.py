@@ -18,6 +18,7 @@ from itertools import combinations
 import sympy as sp
 
 from lagrange_cli.mechanics.expansion import expand_terms
+from lagrange_cli.mechanics.polynomials import cancelled, common_divisor
 
 __all__ = ["Angle", "Relation", "System", "angle_of", "in_single_angles"]
 
@@ -341,7 +342,7 @@ def _solved(one: _Powers, two: _Powers) -> tuple[sp.Expr, sp.Expr] | None:
 
 
 def _lowest(expr: sp.Expr) -> sp.Expr:
-    return sp.cancel(expr) if expr.count_ops() <= FRACTION_BUDGET else expr
+    return cancelled(expr) if expr.count_ops() <= FRACTION_BUDGET else expr
 
 
 def _denominator(expr: sp.Expr) -> sp.Expr:
@@ -358,8 +359,8 @@ def _on_circle(sine: sp.Expr, cosine: sp.Expr) -> sp.Expr:
     (a, below), (b, under) = sp.fraction(sp.together(sine)), sp.fraction(sp.together(cosine))
     if below == under or below == -under:
         return a**2 + b**2 - below**2
-    whole = sp.lcm(below, under)
-    return (a * sp.cancel(whole / below)) ** 2 + (b * sp.cancel(whole / under)) ** 2 - whole**2
+    whole = below * cancelled(under / common_divisor([below, under]))
+    return (a * cancelled(whole / below)) ** 2 + (b * cancelled(whole / under)) ** 2 - whole**2
 
 
 def _alone(powers: _Powers, which: int, constants: frozenset[sp.Symbol]) -> sp.Expr | None:

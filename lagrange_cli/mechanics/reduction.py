@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import TypeAlias
 
 import mpmath
 import sympy as sp
@@ -57,6 +58,9 @@ POINTS = 3
 FEWEST_POINTS = 2
 
 
+_Motion: TypeAlias = "Mapping[sp.Symbol, tuple[int, sp.Symbol]]"
+
+
 @dataclass(frozen=True)
 class Reduced:
     """A scene over its generalized coordinates.
@@ -99,6 +103,12 @@ class Reduced:
         """Size of the motion of each coordinate."""
         return scales(self.chart)
 
+    @cached_property
+    def motion(self) -> _Motion:
+        """Number and rate of each q, then of each v."""
+        moving = [(c.q, c.v) for c in self.coordinates] + [(c.v, c.a) for c in self.coordinates]
+        return {symbol: (number, rate) for number, (symbol, rate) in enumerate(moving)}
+
     @property
     def gaps(self) -> tuple[Restriction, ...]:
         """One-sided constraints, ``left`` ≥ ``right``."""
@@ -126,15 +136,19 @@ class Reduced:
 
 
 def _rate(reduced: Reduced, expr: sp.Expr) -> sp.Expr:
-    motion = [(c.q, c.v) for c in reduced.coordinates]
-    accelerated = [*motion, *((c.v, c.a) for c in reduced.coordinates)]
-    moving = {c.q for c in reduced.coordinates}
-    t = reduced.names.t
-    chain = list(accelerated)
+    t, motion = reduced.names.t, reduced.motion
+    chain = _chain(motion, expr)
     for symbol in sorted(expr.free_symbols & reduced.resolved.keys(), key=str):
-        if symbol not in moving:
-            chain.append((symbol, total_derivative(reduced.resolved[symbol], t, motion)))
+        if symbol not in motion:
+            position = reduced.resolved[symbol]
+            chain.append((symbol, total_derivative(position, t, _chain(motion, position))))
     return total_derivative(expr, t, chain)
+
+
+def _chain(motion: _Motion, expr: sp.Expr) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """Symbols of an expression with their rates; a large system has far more than these."""
+    present = sorted(expr.free_symbols & motion.keys(), key=lambda s: motion[s][0])
+    return [(s, motion[s][1]) for s in present]
 
 
 def reduce(scene: Scene) -> Reduced:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sympy as sp
 
 from lagrange_cli.mechanics.expansion import expand_terms, term_count
+from lagrange_cli.mechanics.polynomials import cancelled, common_divisor, factored_form
 from lagrange_cli.mechanics.terms import TermSum, factored, tidy
 
 __all__ = ["shortened", "size_along"]
@@ -46,9 +47,9 @@ def _cancelled(numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
         return numerator / denominator
     if term_count(denominator) == 1 and term_count(numerator) > _SHORT:
         return numerator / denominator  # common monomials have cancelled
-    above, below = sp.fraction(sp.cancel(numerator / denominator))
+    above, below = sp.fraction(cancelled(numerator / denominator))
     candidates = [_collected(above) / _collected(below), numerator / denominator]
-    candidates += [sp.factor(_collected(above)) / sp.factor(_collected(below))]
+    candidates += [factored_form(_collected(above)) / factored_form(_collected(below))]
     return min(candidates, key=sp.count_ops)
 
 
@@ -66,10 +67,10 @@ def size_along(components: tuple[sp.Expr, ...]) -> sp.Expr | None:
         return present[0]
     if sum(map(term_count, present)) > _FACTOR_TERMS or any(map(_rooted, present)):
         return None
-    common = sp.gcd([sp.fraction(sp.together(e))[0] for e in present])
+    common = common_divisor([sp.fraction(sp.together(e))[0] for e in present])
     rest = [shortened(e / common) for e in present]
     square = shortened(sp.Add(*(e**2 for e in rest)))
     if term_count(square) > _SHORT:
         return None
-    root = sp.sqrt(sp.factor(square))
+    root = sp.sqrt(factored_form(square))
     return None if root.has(sp.sin, sp.cos) else shortened(common * root)

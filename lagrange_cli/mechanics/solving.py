@@ -17,6 +17,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.mechanics.expansion import expand_terms, term_count
+from lagrange_cli.mechanics.polynomials import factored_form
 
 __all__ = ["factor_branches", "linear_parts", "solutions", "solves_everywhere"]
 
@@ -108,7 +109,7 @@ def _root(expr: sp.Expr) -> sp.Expr:
             len(sp.Add.make_args(form)) <= _FACTOR_TERMS
             and len(form.free_symbols) <= _FACTOR_SYMBOLS
         ):
-            found.append(_squares(sp.factor(form)))
+            found.append(_squares(factored_form(form)))
     smooth = [pair for pair in found if not pair[1].has(sp.sin, sp.cos)]
     outside, inside = next(iter(smooth or found), (sp.Integer(1), expanded))
     return sp.sqrt(expanded) if outside == 1 else outside * sp.sqrt(sp.expand(inside))
@@ -234,7 +235,7 @@ _PLACES = sp.symbols(f"s:{_FACTOR_SYMBOLS}", real=True)
 def _has_factors(form: sp.Expr) -> bool:
     """Whether a polynomial in the symbols above is a product or a power: many equations of
     a scene have one form."""
-    return not sp.factor(form).is_Add
+    return not factored_form(form).is_Add
 
 
 def _is_small(phi: sp.Expr) -> bool:
@@ -251,5 +252,5 @@ def factor_branches(phi: sp.Expr, constants: frozenset[sp.Symbol]) -> list[sp.Ex
         return [phi]
     if not _has_factors(phi.xreplace(dict(zip(symbols, _PLACES, strict=False)))):
         return [phi]
-    found = [f.as_base_exp()[0] for f in sp.Mul.make_args(sp.factor(phi))]
+    found = [f.as_base_exp()[0] for f in sp.Mul.make_args(factored_form(phi))]
     return [f for f in found if not f.free_symbols <= constants] or [phi]

@@ -93,7 +93,7 @@ def _positive_definite(derivation: Derivation) -> bool:
     quadratic and never negative. Full rank is checked without closures only; beside them
     every coordinate must be a particle's component itself, whose mass it has.
     """
-    velocities = [c.v for c in derivation.reduced.coordinates]
+    velocities = frozenset(c.v for c in derivation.reduced.coordinates)
     if derivation.closures and not _has_own_inertia(derivation):
         return False
     return all(_adds_no_deficit(t, velocities) for t in sp.Add.make_args(derivation.extra))
@@ -105,8 +105,8 @@ def _has_own_inertia(derivation: Derivation) -> bool:
     return all(c.q in components for c in reduced.coordinates)
 
 
-def _adds_no_deficit(term: sp.Expr, velocities: Sequence[sp.Symbol]) -> bool:
-    present = [v for v in velocities if v in term.free_symbols]
+def _adds_no_deficit(term: sp.Expr, velocities: frozenset[sp.Symbol]) -> bool:
+    present = sorted(term.free_symbols & velocities, key=str)
     if not term.is_polynomial(*present):
         return False
     degree = sp.Poly(term, *present).total_degree() if present else 0
@@ -270,11 +270,12 @@ def conserved_quantities(
 
     One that may jump on the way is left out.
     """
+    holding = _terms_by_symbol(derivation.lagrangian)
     candidates = [
         Conserved(
             name=f"p_{c.name}",
             kind="momentum",
-            expression=_momentum(derivation, row),
+            expression=_momentum(derivation, c.v, holding.get(c.v, [])),
             reason=f"{c.name} is cyclic",
             coordinate=c.name,
         )
@@ -296,13 +297,22 @@ def _reason(derivation: Derivation) -> str:
     return "L does not depend on t" + ("" if elastic else " (between impacts)")
 
 
-def _momentum(derivation: Derivation, row: int) -> sp.Expr:
-    """∂L/∂q̇: M q̇ plus what is linear in or beyond quadratic in velocities."""
-    coordinates = derivation.reduced.coordinates
-    velocities = [c.v for c in coordinates]
-    lagrangian = derivation.lagrangian
-    terms = [derivative(t, velocities[row]) for t in sp.Add.make_args(lagrangian)]
-    return _collect(sp.Add(*terms), velocities)
+def _terms_by_symbol(expr: sp.Expr) -> dict[sp.Symbol, list[sp.Expr]]:
+    """The terms of a sum that hold each of its symbols."""
+    holding: dict[sp.Symbol, list[sp.Expr]] = {}
+    for term in sp.Add.make_args(expr):
+        for symbol in term.free_symbols:
+            holding.setdefault(symbol, []).append(term)
+    return holding
+
+
+def _momentum(derivation: Derivation, velocity: sp.Symbol, terms: Sequence[sp.Expr]) -> sp.Expr:
+    """∂L/∂q̇: M q̇ plus what is linear in or beyond quadratic in velocities.
+
+    ``terms`` are those of L that hold the velocity.
+    """
+    velocities = [c.v for c in derivation.reduced.coordinates]
+    return _collect(sp.Add(*(derivative(t, velocity) for t in terms)), velocities)
 
 
 def total_energy(derivation: Derivation, evidence: Evidence) -> sp.Expr:
@@ -324,6 +334,6 @@ def _collect(expr: sp.Expr, velocities: Sequence[sp.Symbol]) -> sp.Expr:
     total = TermSum()
     total.add_all(e for e in expanded if e != 0)
     terms = total.collected()
-    if any(v in t.free_symbols for v in velocities for t in terms):
+    if not all(t.free_symbols.isdisjoint(velocities) for t in terms):
         return grouped_sum(terms, velocities)
     return factored(terms)

@@ -20,6 +20,7 @@ import sympy as sp
 
 from lagrange_cli.mechanics.expansion import expand_terms
 from lagrange_cli.mechanics.hyperbolic import fewer_terms
+from lagrange_cli.mechanics.polynomials import cancelled, factored_form
 from lagrange_cli.mechanics.squares import square_of_two, upright
 from lagrange_cli.mechanics.trigonometry import (
     Rational,
@@ -394,7 +395,7 @@ def _shorter_form(expr: sp.Expr) -> sp.Expr:
         return square_of_two(expr)
     if not all(a.is_Rational or a.is_Symbol for a in _leaves(expr)):
         return expr
-    found = upright(_one_fraction(expr) if divided else sp.factor(expr))
+    found = upright(_one_fraction(expr) if divided else factored_form(expr))
     return expr if found.is_Add or sp.count_ops(found) >= sp.count_ops(expr) else found
 
 
@@ -408,10 +409,10 @@ def _by_denominator(expr: sp.Expr) -> sp.Expr:
 
 
 def _one_fraction(expr: sp.Expr) -> sp.Expr:
-    numerator, denominator = sp.fraction(sp.cancel(expr))
+    numerator, denominator = sp.fraction(cancelled(expr))
     if denominator.could_extract_minus_sign():
         numerator, denominator = -numerator, -denominator
-    return sp.factor(numerator) / denominator
+    return factored_form(numerator) / denominator
 
 
 def _has_divided_sum(expr: sp.Expr) -> bool:
