@@ -11,6 +11,7 @@ from lagrange_cli.cli import options
 from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.session import Session
 from lagrange_cli.files import write_file
+from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
     from lagrange_cli.batch import Report, SceneReport
@@ -31,7 +32,7 @@ def _checked(
         move(next(done) / len(scenes))
 
     scenes = scenes_in(paths)
-    with session.progress("checking") as move:
+    with session.progress("checking") as move, heard_by(Listener(hears=move.says)):
         return check_paths(
             scenes, parameters=parameters, strict=session.strict, jobs=jobs, progress=tell
         )

@@ -12,6 +12,7 @@ from lagrange_cli.cli.output import Command, can_encode, print_text, stdout_enco
 from lagrange_cli.cli.remembered import Answer, Source, read_source, remembered
 from lagrange_cli.cli.session import Session
 from lagrange_cli.files import write_file
+from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -42,6 +43,7 @@ def derived(
     from lagrange_cli.scene.overrides import override_times
 
     started = perf_counter()
+    announce("reading the scene")
     scene = read_text(source.data, source.file, parameters=parameters, initial=initial)
     read = override_times(scene, times or {})
     # After reading, so that a mistake in the scene is answered at once.
@@ -49,6 +51,7 @@ def derived(
 
     form: Formulation = formulation or read.simulate.formulation or "auto"
     equations = derive_equations(read, digits=digits, forces=forces, formulation=form)
+    announce("")
     session.tell(equations.warnings, equations.remarks)
     session.detail(f"derived and certified in {perf_counter() - started:.2f} s")
     return equations
@@ -145,6 +148,7 @@ def derive(
             forces=forces,
             formulation=formulation,
         )
+        announce("writing the derivation")
         if format_ == "json":
             text = _json(equations, form)
         elif format_ == "latex":

@@ -15,6 +15,7 @@ from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.session import Session
 from lagrange_cli.emit.registry import EMITTERS, Emitter, Option, emitter
 from lagrange_cli.files import write_files
+from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import Formulation
@@ -116,6 +117,7 @@ def emit(
 
     def work() -> Answer:
         equations = derived(session, source, parameters=parameters, formulation=formulation)
+        announce(f"writing {format_.title}")
         recorded = any(u.recording is not None for u in equations.inputs)
         texts = format_.emit(equations, given)
         return Answer(texts, equations.warnings, equations.remarks, lasting=not recorded)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.cli.derive import derived
 from lagrange_cli.cli.remembered import Answer, Source, remembered
+from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -41,6 +42,7 @@ def model_of_scene(
         )
         from lagrange_cli.simulate.modelling import model_of
 
+        announce("preparing the simulation")
         value = model_of(equations).to_json()
         return Answer(value, equations.warnings, equations.remarks)
 

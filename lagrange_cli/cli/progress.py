@@ -34,6 +34,12 @@ class Progress:
         self._done = fraction
         self._bar.update(round(1000 * fraction) - self._bar.pos)
 
+    def says(self, stage: str) -> None:
+        """Show what the work is at, where there is a bar."""
+        if self._line is None:
+            self._bar.current_item = stage
+            self._bar.render_progress()
+
     def reached(self, t: float) -> None:
         """Take the simulated time; one that falls is that of another pass."""
         now = time.monotonic()

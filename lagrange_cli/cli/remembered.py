@@ -89,7 +89,8 @@ def remembered(
         session.tell(answer.warnings, answer.remarks)
         session.detail("from the cache")
         return answer.value
-    answer = work()
+    with session.stages():
+        answer = work()
     if answer.lasting:
         session.keep(key, _encoded(answer))
     return answer.value

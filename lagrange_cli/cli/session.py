@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property
 from io import StringIO
@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lagrange_cli.cli.display import shown_stage
 from lagrange_cli.cli.progress import Progress
 from lagrange_cli.errors import InputError, Problem, escape_controls, render
+from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
@@ -43,12 +45,14 @@ def report_error(problem: Problem) -> None:
 class Session:
     """Options that every subcommand takes.
 
-    ``verbosity`` is −1 with ``-q``, 1 or more with ``-v``.
+    ``verbosity`` is −1 with ``-q``, 1 or more with ``-v``. ``stage``: what the work was at when
+    it last said so.
     """
 
     verbosity: int = 0
     strict: bool = False
     traceback: bool = False
+    stage: str = "beginning"
     _explained: bool = field(default=False, init=False)
 
     @cached_property
@@ -105,6 +109,21 @@ class Session:
         """Write a detail to stderr if ``-v`` was given."""
         if self.verbosity > 0:
             click.echo(escape_controls(text), err=True)
+
+    @contextmanager
+    def stages(self) -> Iterator[None]:
+        """Note the stages of the work done here; show them where a person waits at a terminal."""
+        terminal = sys.stderr
+        shown = terminal is not None and terminal.isatty() and self.verbosity >= 0
+        with shown_stage(terminal) if shown else nullcontext() as show:
+
+            def note(stage: str) -> None:
+                self.stage = stage or self.stage
+                if show is not None:
+                    show(stage)
+
+            with heard_by(Listener(hears=note)):
+                yield
 
     @contextmanager
     def progress(self, label: str) -> Iterator[Progress]:

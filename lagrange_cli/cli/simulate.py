@@ -13,13 +13,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lagrange_cli.cli import ensemble, options
+from lagrange_cli.cli.deadline import OverdueError, within
 from lagrange_cli.cli.interrupts import Interrupts, interrupts
 from lagrange_cli.cli.models import model_of_scene
 from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.session import Session
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import AccuracyError, InputError, Problem
 from lagrange_cli.files import check_writable
+from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -36,6 +38,9 @@ _DECIMAL = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,3})?", re.ASCII)
 
 #: Events that are listed for a person, and values with each.
 MOST_EVENTS, MOST_VALUES = 12, 6
+
+#: Seconds of the budget that are left to the motion where deriving has just not spent them all.
+LEAST_BUDGET = 1e-3
 
 ENDINGS = (".csv", ".npz")
 
@@ -280,8 +285,9 @@ def simulate(
         times=times,
         forces="forces" in columns,
     )
-    model = model_in(formulation=formulation)
+    model = _model_within(session, how.get("budget"), partial(model_in, formulation=formulation))
     derive_seconds = perf_counter() - started
+    how["budget"] = _left_of(how.get("budget"), derive_seconds)
     free = (formulation or model.defaults.formulation or "auto") == "auto"
     other = partial(model_in, formulation="multiplier") if free else None
     files = output, columns, plot is not None
@@ -297,6 +303,31 @@ def simulate(
         session.remark(remark)
     interrupted = trajectory.status == "stopped" and interrupt.asked
     ctx.exit(interrupt.exit_code if interrupted else trajectory.exit_code)
+
+
+def _model_within(session: Session, budget: float | None, model_of: Callable[[], Model]) -> Model:
+    """The model of a scene, derived within the budget in seconds.
+
+    Raises
+    ------
+    AccuracyError
+        The budget is spent before there is anything to integrate.
+    """
+    limited = budget is not None and math.isfinite(budget) and budget > 0
+    try:
+        with within(budget if limited else None):
+            return model_of()
+    except OverdueError:
+        says = f"the budget of {budget:g} s was spent on the equations of motion: {session.stage}"
+        hint = "nothing was simulated; equations are kept once they are derived"
+        raise AccuracyError(Problem(says, hint=hint, rule="budget")) from None
+
+
+def _left_of(budget: float | None, seconds: float) -> float | None:
+    """What deriving has left of a budget; one that is no positive number is refused later."""
+    if budget is None or not budget > 0:
+        return budget
+    return max(budget - seconds, LEAST_BUDGET)
 
 
 def _integrated(
@@ -322,9 +353,14 @@ def _integrated(
     if "forces" in files[1]:
         require_forces(model.name, [*model.multipliers, *model.forces])
     with session.progress("integrating") as progress, interrupts() as interrupt:
-        told = {"progress": progress, "reached": progress.reached, "stop": lambda: interrupt.asked}
+
+        def stop() -> bool:
+            return interrupt.asked
+
+        told = {"progress": progress, "reached": progress.reached, "stop": stop}
         run = {**how, **told, "cache": session.cache, "stream": Stream(*files)}
-        trajectory = simulate_past_charts(model, other, **run)
+        with heard_by(Listener(ends=stop)):
+            trajectory = simulate_past_charts(model, other, **run)
     session.explain_code()
     session.detail(f"method: {trajectory.choice}")
     return trajectory, interrupt

@@ -36,6 +36,7 @@ from lagrange_cli.mechanics.steps import Row
 from lagrange_cli.mechanics.tape import DomainError, Series, Tape
 from lagrange_cli.mechanics.tapes import Observation, Point, Tapes
 from lagrange_cli.scene.model import Scene
+from lagrange_cli.stages import announce
 
 __all__ = ["Evidence", "certify", "certify_shown", "not_real"]
 
@@ -153,6 +154,7 @@ def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
         states: list[Point] = []
         seen: list[_State] = []
         for point in _points(derivation, restraints, points):
+            announce(f"certifying the equations at state {len(seen) + 1} of {points}")
             try:
                 thorough = len(seen) < _THOROUGH
                 state = _look(tapes, restraints, point, thorough=thorough)

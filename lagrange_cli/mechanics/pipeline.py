@@ -27,6 +27,7 @@ from lagrange_cli.mechanics.language import decimal_literals, to_sympy, total_de
 from lagrange_cli.mechanics.parameters import nearest_double
 from lagrange_cli.mechanics.proofs import open_questions, proven
 from lagrange_cli.mechanics.reduction import Reduced
+from lagrange_cli.mechanics.refusals import require_size
 from lagrange_cli.mechanics.sampling import working_digits
 from lagrange_cli.mechanics.shown import shown_equations
 from lagrange_cli.mechanics.singular import singular_start
@@ -42,6 +43,7 @@ from lagrange_cli.mechanics.suggestions import possible_start
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.scene.expression import Equation, Expression
 from lagrange_cli.scene.model import Formulation, Scene
+from lagrange_cli.stages import announce
 
 __all__ = ["derive", "interpret"]
 
@@ -84,6 +86,7 @@ def derive(
     InternalError
         The derivation failed its certificate.
     """
+    require_size(scene)
     try:
         return _in_formulation(scene, digits, points, forces, formulation)
     except DomainError:
@@ -95,9 +98,11 @@ def _in_formulation(
     scene: Scene, digits: int, points: int, forces: bool, formulation: Formulation
 ) -> Equations:
     """The equations in the formulation asked for, or, for ``auto``, in one that has a start."""
+    announce("finding the coordinates")
     reduced, remarks = reduced_for(scene, formulation)
 
     def derived(wanted: Formulation) -> Equations:
+        announce("deriving the equations")
         form, choice = formulated(reduced, wanted)
         found = _derived(derive_uncertified(form), digits, points, forces)
         return replace(found, choice=choice, remarks=(*found.remarks, *remarks))
@@ -126,6 +131,7 @@ def _derived(derivation: Derivation, digits: int, points: int, forces: bool) -> 
         return equations
     from lagrange_cli.mechanics.forces import constraint_forces
 
+    announce("finding the constraint forces")
     found = constraint_forces(derivation, evidence, equations)
     return replace(equations, constraint_forces=found)
 
@@ -133,9 +139,12 @@ def _derived(derivation: Derivation, digits: int, points: int, forces: bool) -> 
 def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
     reduced = derivation.reduced
     scene, names = reduced.scene, reduced.names
+    announce("finding what is conserved")
     energy = total_energy(derivation, evidence)
     structure = facts(derivation)
+    announce("writing the equations")
     shown = _shown(derivation, evidence)
+    announce("finding the initial state")
     chart = replaced_chart(derivation)
     initial = start(derivation, chart)
     certify_shown(evidence, shown)

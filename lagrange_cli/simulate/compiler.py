@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import escape_controls
+from lagrange_cli.stages import announce, is_to_end
 
 if TYPE_CHECKING:
     from subprocess import Popen
@@ -33,6 +34,9 @@ TUNED = (("-march=native",), ())
 
 #: Seconds after which a compilation is given up.
 LONGEST = 120.0
+
+#: Seconds between two looks at whether somebody has asked for an end.
+GLANCE = 0.1
 
 #: Characters of a reason; compilers can say much.
 LONGEST_REASON = 200
@@ -199,6 +203,13 @@ class Compilation:
                 else:
                     self._process.kill()
 
+    def _go_on(self, left: float) -> None:
+        """Give up a compilation that takes too long, or that nobody waits for any more."""
+        if is_to_end():
+            raise CompileError(f"{self._compiler.name} was interrupted")
+        if left <= GLANCE:
+            raise CompileError(f"{self._compiler.name} took more than {self._longest:.1f} s")
+
     def _start(self, tuned: Sequence[str]) -> Popen[str]:
         import subprocess
 
@@ -222,12 +233,14 @@ class Compilation:
         """The line that says what went wrong, None if all went well."""
         import subprocess
 
-        try:
-            _, errors = self._process.communicate(timeout=self._deadline - time.perf_counter())
-        except subprocess.TimeoutExpired:
-            raise CompileError(
-                f"{self._compiler.name} took more than {self._longest:.1f} s"
-            ) from None
+        announce("compiling")
+        while True:
+            left = self._deadline - time.perf_counter()
+            try:
+                _, errors = self._process.communicate(timeout=min(left, GLANCE))
+                break
+            except subprocess.TimeoutExpired:
+                self._go_on(left)
         if self._process.returncode == 0:
             return None
         lines = errors.strip().splitlines()

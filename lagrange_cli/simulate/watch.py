@@ -6,10 +6,15 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from lagrange_cli.stages import announce, is_heard
+
 if TYPE_CHECKING:
     from lagrange_cli.simulate.checkpoint import Keeper
 
 __all__ = ["StoppedError", "Watch"]
+
+#: Seconds between two announcements of the time reached.
+GLANCE = 0.2
 
 #: Part of the remaining bar that a pass over the samples takes; the rest is
 #: for passes that may follow.
@@ -44,6 +49,7 @@ class Watch:
         self._start, self._until = span
         self._deadline = None if budget is None else time.perf_counter() + budget
         self._base, self._share, self._shown = 0.0, 0.1, 0.0
+        self._announced = time.perf_counter()
 
     def next_pass(self) -> None:
         """A further pass over the samples begins."""
@@ -58,11 +64,18 @@ class Watch:
         if ends:
             raise StoppedError
         self._tell(self._base + self._share * fraction)
+        self._announce(fraction)
         if self._reached is not None:
             self._reached(self._start + fraction * (self._until - self._start))
 
     def done(self) -> None:
         self._tell(1.0)
+
+    def _announce(self, fraction: float) -> None:
+        """Say how far the pass is, now and then, where somebody listens."""
+        if is_heard() and time.perf_counter() - self._announced > GLANCE:
+            self._announced = time.perf_counter()
+            announce(f"integrating, t = {self._start + fraction * (self._until - self._start):.6g}")
 
     def _tell(self, fraction: float) -> None:
         # One call in a thousandth of the whole is enough for any display.

@@ -1,0 +1,55 @@
+"""Seconds of wall clock after which work that cannot look at a clock is ended."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+__all__ = ["OverdueError", "within"]
+
+
+class OverdueError(Exception):
+    """The seconds are over."""
+
+
+class _Overdue(BaseException):
+    """Raised wherever the work stands; no handler of errors takes it for one."""
+
+
+@contextmanager
+def within(seconds: float | None) -> Iterator[None]:
+    """Give up what is done here after so many seconds (None: never).
+
+    Another alarm that was set goes on afterwards. Where there are no alarms, as in threads,
+    nothing is given up.
+
+    Raises
+    ------
+    OverdueError
+        The seconds are over.
+    """
+    main = threading.current_thread() is threading.main_thread()
+    if seconds is None or not hasattr(signal, "setitimer") or not main:
+        yield
+        return
+    started = time.monotonic()
+    handler = signal.signal(signal.SIGALRM, _overdue)
+    left, interval = signal.setitimer(signal.ITIMER_REAL, max(seconds, 1e-6))
+    try:
+        yield
+    except _Overdue:
+        raise OverdueError from None
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, handler)
+        if left:
+            remaining = left - (time.monotonic() - started)
+            signal.setitimer(signal.ITIMER_REAL, max(remaining, 1e-6), interval)
+
+
+def _overdue(number: int, frame: FrameType | None) -> None:
+    raise _Overdue

@@ -1,0 +1,68 @@
+"""Stages of long work, told to whoever listens, who may ask for an end.
+
+What derives, compiles and integrates says where it stands and knows nothing of terminals. The
+command line listens where a person waits; elsewhere nobody does, and it costs nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+
+__all__ = ["Listener", "announce", "heard_by", "is_heard", "is_to_end"]
+
+
+def _never() -> bool:
+    return False
+
+
+def _nowhere(stage: str) -> None:
+    """Nobody listens."""
+
+
+@dataclass(frozen=True)
+class Listener:
+    """``hears`` takes a phrase such as ``certifying``; ``ends`` says whether the work is to end."""
+
+    hears: Callable[[str], None] = _nowhere
+    ends: Callable[[], bool] = _never
+
+
+_NOBODY = Listener()
+_listener: ContextVar[Listener] = ContextVar("listener", default=_NOBODY)
+
+
+@contextmanager
+def heard_by(listener: Listener) -> Iterator[None]:
+    """Let this listener hear of stages, beside those that listen already."""
+    before = _listener.get()
+
+    def hears(stage: str) -> None:
+        before.hears(stage)
+        listener.hears(stage)
+
+    def ends() -> bool:
+        return before.ends() or listener.ends()
+
+    token = _listener.set(Listener(hears, ends))
+    try:
+        yield
+    finally:
+        _listener.reset(token)
+
+
+def announce(stage: str) -> None:
+    """Say what begins, or how far it is."""
+    _listener.get().hears(stage)
+
+
+def is_heard() -> bool:
+    """Whether anybody listens: a phrase that takes time to make need not be made otherwise."""
+    return _listener.get() is not _NOBODY
+
+
+def is_to_end() -> bool:
+    """Whether somebody has asked for an end, as with Ctrl-C."""
+    return _listener.get().ends()
