@@ -35,6 +35,8 @@ def _context() -> BaseContext:
 def _work(answer: Connection, job: Job, path: str) -> None:
     """Do a job in a worker; the parent decides what an interruption means."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(signal, "SIGHUP"):
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
     answer.send(job(path))
 
 

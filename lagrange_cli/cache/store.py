@@ -18,7 +18,7 @@ from contextlib import suppress
 from typing import NamedTuple
 
 from lagrange_cli.cache.keys import digest
-from lagrange_cli.files import new_file
+from lagrange_cli.files import is_temporary, temporary_file
 
 __all__ = ["Cache", "Entry", "Removed"]
 
@@ -28,9 +28,6 @@ MOST = 2048
 
 #: A use is noted on an entry that was not used for this long, in seconds.
 NOTED = 24 * 3600.0
-
-#: A temporary file this old, in seconds, was left by a process that was killed.
-ABANDONED = 3600.0
 
 _SUFFIXES = (".json", ".so")
 
@@ -116,7 +113,7 @@ class Cache:
         """Remove every file of the cache, and no other; return how many, and their bytes."""
         files = size = 0
         for entry in list(self._files()):
-            if _is_entry(entry.name) or _is_temporary(entry.name):
+            if _is_entry(entry.name) or is_temporary(entry.name):
                 length = _remove(entry.path)
                 if length is not None:
                     files, size = files + 1, size + length
@@ -143,29 +140,19 @@ class Cache:
         return None
 
     def _write(self, path: str, data: bytes) -> None:
-        handle, temporary = new_file(os.path.dirname(path))
-        try:
-            with os.fdopen(handle, "wb") as stream:
+        with temporary_file(os.path.dirname(path)) as made:
+            with os.fdopen(made.handle, "wb", closefd=False) as stream:
                 stream.write(data)
-            os.replace(temporary, path)
-        finally:
-            with suppress(FileNotFoundError):
-                os.unlink(temporary)
+            os.replace(made.path, path)
 
     def _bound(self, new: str) -> None:
-        """Remove what exceeds the bounds, but not the new entry, and what killed processes left."""
+        """Remove what exceeds the bounds, but not the new entry."""
         assert self.folder is not None
         total = 0
         for count, entry in enumerate(self.entries(), 1):
             total += entry.size
             if (total > LARGEST or count > MOST) and entry.name != new:
                 _remove(os.path.join(self.folder, entry.name))
-        oldest = time.time() - ABANDONED
-        for file in self._files():
-            if _is_temporary(file.name):
-                with suppress(OSError):
-                    if file.stat(follow_symlinks=False).st_mtime < oldest:
-                        os.unlink(file.path)
 
 
 def _check(key: str, suffix: str) -> None:
@@ -182,11 +169,6 @@ def _is_entry(name: str) -> bool:
     stem, suffix = os.path.splitext(name)
     key, _, content = stem.partition("-")
     return suffix in _SUFFIXES and _is_hash(key) and _is_hash(content)
-
-
-def _is_temporary(name: str) -> bool:
-    """Say whether a file name is one that :func:`lagrange_cli.files.new_file` makes."""
-    return len(name) == 37 and name.startswith(".") and name.endswith(".tmp")
 
 
 def _name(key: str, suffix: str, data: bytes) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lagrange_cli.cli import options
+from lagrange_cli.cli.guard import guard_scenes
 from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.session import Session
 from lagrange_cli.files import write_file
@@ -20,7 +21,11 @@ __all__ = ["check"]
 
 
 def _checked(
-    session: Session, paths: tuple[str, ...], parameters: dict[str, str], jobs: int
+    session: Session,
+    paths: tuple[str, ...],
+    parameters: dict[str, str],
+    outputs: dict[str, str | None],
+    jobs: int,
 ) -> Report:
     """Check the scenes, with a progress bar where stderr is a terminal."""
     from lagrange_cli.batch import check_paths, scenes_in
@@ -32,6 +37,7 @@ def _checked(
         move(next(done) / len(scenes))
 
     scenes = scenes_in(paths)
+    guard_scenes(scenes, parameters, outputs)
     with session.progress("checking") as move, heard_by(Listener(hears=move.says)):
         return check_paths(
             scenes, parameters=parameters, strict=session.strict, jobs=jobs, progress=tell
@@ -54,7 +60,7 @@ def _checked(
 @click.option(
     "--junit",
     type=click.Path(),
-    callback=options.not_empty,
+    callback=options.writable,
     metavar="FILE",
     help="Write a JUnit XML report to this file as well.  [default: none]",
 )
@@ -67,7 +73,7 @@ def _checked(
     help="Check this many scenes at the same time.",
 )
 @options.parameters
-@options.output_path("Write the report to this file.  [default: standard output]")
+@options.output_file("Write the report to this file.  [default: standard output]")
 @options.common
 @click.pass_context
 def check(
@@ -85,7 +91,7 @@ def check(
     PATH is a scene, a folder (searched for *.yaml and *.yml), or - for standard input.
     """
     session = ctx.ensure_object(Session)
-    report = _checked(session, paths, parameters, jobs)
+    report = _checked(session, paths, parameters, {"-o": output, "--junit": junit}, jobs)
     from lagrange_cli.batch.reports import FORMATS
     from lagrange_cli.batch.reports import junit as junit_xml
 

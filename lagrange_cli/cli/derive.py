@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lagrange_cli.cli import options
+from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.output import Command, can_encode, print_text, stdout_encoding
 from lagrange_cli.cli.remembered import Answer, Source, read_source, remembered
 from lagrange_cli.cli.session import Session
@@ -115,7 +116,7 @@ def _latex(equations: Equations, form: str) -> str:
 )
 @click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.  [default: off]")
 @options.parameters
-@options.output_path("Write to this file.  [default: standard output]")
+@options.output_file("Write to this file.  [default: standard output]")
 @options.common
 @click.pass_obj
 def derive(
@@ -132,6 +133,7 @@ def derive(
 ) -> None:
     """Derive the equations of motion of SCENE, a YAML file or - for standard input."""
     source = read_source(scene)
+    guard(scene, source, parameters, {"-o": output})
     format_ = "json" if as_json else format_
     # Files are in UTF-8; what can be shown on a terminal is the terminal's matter.
     encoding = "utf-8" if output is not None else stdout_encoding()

@@ -10,6 +10,7 @@ import click
 
 from lagrange_cli.cli import options
 from lagrange_cli.cli.derive import derived
+from lagrange_cli.cli.guard import guard_folder
 from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.session import Session
@@ -92,7 +93,7 @@ def _refuse_several(chosen: Emitter, scene: str) -> None:
 @_format_options
 @options.formulation("auto", "auto")
 @options.parameters
-@options.output_path(
+@options.output_folder(
     "Write into this folder, made where it is missing.  "
     "[default: standard output, for formats of one file]"
 )
@@ -114,18 +115,21 @@ def emit(
         _refuse_several(format_, scene)
     given = {name: value for name, value in chosen.items() if value is not None}
     source = read_source(scene)
+    if output is not None:
+        guard_folder(output, scene, source, parameters, format_)
 
     def work() -> Answer:
         equations = derived(session, source, parameters=parameters, formulation=formulation)
         announce(f"writing {format_.title}")
         recorded = any(u.recording is not None for u in equations.inputs)
-        texts = format_.emit(equations, given)
-        return Answer(texts, equations.warnings, equations.remarks, lasting=not recorded)
+        value = {"name": equations.name, "files": format_.emit(equations, given)}
+        return Answer(value, equations.warnings, equations.remarks, lasting=not recorded)
 
     asked = (to, formulation, sorted(given.items()), list(parameters.items()))
-    files = remembered(session, "emit", source, asked, work)
+    answer = remembered(session, "emit", source, asked, work)
     if output is None:
-        print_text("".join(files.values()))
+        print_text("".join(answer["files"].values()))
         return
-    for path in write_files(output, files):
+    for path in write_files(output, answer["files"]):
         session.remark(f"wrote {path}")
+    session.tell((), format_.renamed(answer["name"]))

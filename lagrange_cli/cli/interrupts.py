@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM during work that keeps what is done."""
+"""Ctrl-C, SIGTERM and SIGHUP during work that keeps what is done."""
 
 from __future__ import annotations
 
@@ -8,9 +8,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
 
-__all__ = ["Interrupts", "interrupts"]
+__all__ = ["Interrupts", "endings", "interrupts"]
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+def endings() -> list[signal.Signals]:
+    """The signals that ask a command to end: SIGTERM, and where it is not ignored (``nohup``)
+    SIGHUP, of a terminal that is gone."""
+    numbers = [signal.SIGTERM]
+    if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+        numbers.append(signal.SIGHUP)
+    return numbers
 
 
 @dataclass
@@ -33,7 +40,7 @@ class Interrupts:
 def interrupts() -> Iterator[Interrupts]:
     """Note the first signal, which the work then looks for; a second one acts at once."""
     found = Interrupts()
-    before = {number: signal.getsignal(number) for number in SIGNALS}
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, *endings())}
 
     def note(number: int, frame: FrameType | None) -> None:
         found.number = number
@@ -41,7 +48,7 @@ def interrupts() -> Iterator[Interrupts]:
             signal.signal(known, handler)
 
     try:
-        for number in SIGNALS:
+        for number in before:
             signal.signal(number, note)
         yield found
     finally:

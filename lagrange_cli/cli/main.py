@@ -12,7 +12,8 @@ from types import FrameType
 
 import click
 
-from lagrange_cli.cli.session import INTERRUPTED, TERMINATED, Session, report_error
+from lagrange_cli.cli.interrupts import endings
+from lagrange_cli.cli.session import INTERRUPTED, Session, report_error
 from lagrange_cli.cli.streams import prepare_streams
 from lagrange_cli.errors import InternalError, LagrangeError, Problem
 from lagrange_cli.version import __version__
@@ -33,7 +34,11 @@ COLLECTION = (100_000, 20, 50)
 
 
 class Terminated(BaseException):
-    """SIGTERM arrived; unwinds the stack so that temporary files are removed."""
+    """The signal ``number`` asked for an end; unwinds the stack, so that temporary files go."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
 
 
 class _Commands(click.Group):
@@ -63,16 +68,22 @@ def lagrange() -> None:
 
 @contextmanager
 def _termination() -> Iterator[None]:
-    """Turn SIGTERM into :class:`Terminated` while a command runs."""
+    """Turn SIGTERM and SIGHUP into :class:`Terminated` while a command runs."""
+    previous = {number: signal.getsignal(number) for number in endings()}
 
     def stop(signum: int, frame: FrameType | None) -> None:
-        raise Terminated
+        # The two often come together: the second would disturb the tidying up after the first.
+        for number in previous:
+            signal.signal(number, signal.SIG_IGN)
+        raise Terminated(signum)
 
-    previous = signal.signal(signal.SIGTERM, stop)
     try:
+        for number in previous:
+            signal.signal(number, stop)
         yield
     finally:
-        signal.signal(signal.SIGTERM, previous)
+        for number, handler in previous.items():
+            signal.signal(number, handler)
 
 
 def _explain(error: Exception, session: Session) -> int:
@@ -110,9 +121,10 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except click.Abort:
         report_error(Problem("interrupted"))
         return INTERRUPTED
-    except Terminated:
-        report_error(Problem("terminated"))
-        return TERMINATED
+    except Terminated as ended:
+        hung_up = ended.number != signal.SIGTERM
+        report_error(Problem("hung up" if hung_up else "terminated"))
+        return 128 + ended.number
     except Exception as error:
         return _explain(error, session)
     return code if isinstance(code, int) else 0

@@ -23,13 +23,15 @@ __all__ = [
     "json_flag",
     "listed",
     "not_empty",
-    "output_path",
+    "output_file",
+    "output_folder",
     "parameters",
     "plot",
     "report_path",
     "scene",
     "traceback",
     "until",
+    "writable",
 ]
 
 #: Names of formulations.
@@ -103,16 +105,21 @@ def not_empty(ctx: click.Context, option: click.Parameter, value: str | None) ->
     return value
 
 
+def writable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
+    """Refuse a file in no place to write before the work."""
+    path = not_empty(ctx, option, value)
+    if path is not None:
+        check_writable(path)
+    return path
+
+
 def _plottable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
     """Name the missing extra or folder before the work."""
     if value is not None and importlib.util.find_spec("matplotlib") is None:
         raise InputError(
             Problem("plots need matplotlib", hint="pip install 'lagrange-cli[plot]'", rule="extra")
         )
-    path = not_empty(ctx, option, value)
-    if path is not None:
-        check_writable(path)
-    return path
+    return writable(ctx, option, value)
 
 
 def plot(said: str) -> Callable[[Command], Command]:
@@ -186,10 +193,19 @@ def report_path(function: Command) -> Command:
     )(function)
 
 
-def output_path(help: str) -> Callable[[Command], Command]:
-    """``-o PATH``."""
+def output_file(help: str) -> Callable[[Command], Command]:
+    """``-o FILE``."""
+    return _output(help, writable)
+
+
+def output_folder(help: str) -> Callable[[Command], Command]:
+    """``-o FOLDER``."""
+    return _output(help, not_empty)
+
+
+def _output(help: str, callback: Callable[..., str | None]) -> Callable[[Command], Command]:
     return click.option(
-        "-o", "--output", type=click.Path(), callback=not_empty, metavar="PATH", help=help
+        "-o", "--output", type=click.Path(), callback=callback, metavar="PATH", help=help
     )
 
 

@@ -21,11 +21,10 @@ from lagrange_cli.stages import Listener, heard_by
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
 
-__all__ = ["INTERRUPTED", "TERMINATED", "Session", "report_error"]
+__all__ = ["INTERRUPTED", "Session", "report_error"]
 
-#: Exit codes of what a signal ended, as shells report them.
+#: The exit code of what Ctrl-C ended, as shells report it.
 INTERRUPTED = 128 + signal.SIGINT
-TERMINATED = 128 + signal.SIGTERM
 
 
 def _show(problem: Problem, colour: str) -> None:

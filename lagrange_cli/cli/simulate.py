@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -14,13 +15,14 @@ import click
 
 from lagrange_cli.cli import ensemble, options
 from lagrange_cli.cli.deadline import OverdueError, within
+from lagrange_cli.cli.guard import checkpoint_files, guard
 from lagrange_cli.cli.interrupts import Interrupts, interrupts
 from lagrange_cli.cli.models import model_of_scene
 from lagrange_cli.cli.output import Command, print_text
-from lagrange_cli.cli.remembered import read_source
+from lagrange_cli.cli.remembered import Source, read_source
 from lagrange_cli.cli.session import Session
 from lagrange_cli.errors import AccuracyError, InputError, Problem
-from lagrange_cli.files import check_writable
+from lagrange_cli.files import Named, check_writable, sole_writer
 from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
@@ -131,7 +133,7 @@ def _listed(values: Mapping[str, float]) -> list[str]:
     return [*rows, ""] if rows else []
 
 
-def _text(trajectory: Trajectory, model: Model, extra: Sequence[str]) -> str:
+def _text(model: Model, trajectory: Trajectory, extra: Sequence[str]) -> str:
     """The result for a person."""
     # Where no energy is conserved the Jacobi integral may be: its drift is another thing.
     conserved = "Jacobi" if "jacobi" in model.conserved else "Energy"
@@ -163,7 +165,7 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _json(trajectory: Trajectory, derive_seconds: float, extra: Sequence[str]) -> str:
+def _json(derive_seconds: float, trajectory: Trajectory, extra: Sequence[str]) -> str:
     summary = trajectory.summary(derive_seconds=derive_seconds)
     if extra:
         summary["with"] = _further(trajectory, extra)
@@ -270,12 +272,14 @@ def simulate(
         # A plain number changes nothing of the model, which can be that of before.
         how["until"] = float(times.pop("until"))
     source = read_source(scene)
+    _guard(scene, source, parameters, {"-o": output, "--plot": plot}, how)
     many = ensemble.many(how, plot)
     if many is not None:
-        scene_and_options = (source, parameters, initial, times, formulation)
-        members = ensemble.Asked(many, *scene_and_options, columns, output, as_json, how)
-        ctx.exit(ensemble.simulate_ensemble(session, members))
-    how["checkpoint"] = _checkpoint(how.pop("checkpoint"), how.pop("resume"))
+        asked = (source, parameters, initial, times, formulation)
+        members = ensemble.Asked(many, *asked, columns, output, as_json, how)
+        with _alone(output):
+            ctx.exit(ensemble.simulate_ensemble(session, members))
+    how["checkpoint"] = checkpoint = _checkpoint(how.pop("checkpoint"), how.pop("resume"))
     model_in = partial(
         model_of_scene,
         session,
@@ -290,19 +294,21 @@ def simulate(
     how["budget"] = _left_of(how.get("budget"), derive_seconds)
     free = (formulation or model.defaults.formulation or "auto") == "auto"
     other = partial(model_in, formulation="multiplier") if free else None
-    files = output, columns, plot is not None
-    trajectory, interrupt = _integrated(session, model, other, files, how)
-    if output is not None and trajectory.written is None:
-        trajectory.write(output, columns)
-    print_text(
-        _json(trajectory, derive_seconds, columns) if as_json else _text(trajectory, model, columns)
-    )
-    if plot is not None:
-        trajectory.plot(plot)
-    for remark in _remarks(trajectory, model, how["checkpoint"]):
+    with _alone(None if checkpoint is None else checkpoint.path):
+        files = output, columns, plot is not None
+        trajectory, interrupt = _integrated(session, model, other, files, how)
+        if output is not None and trajectory.written is None:
+            trajectory.write(output, columns)
+        shown = partial(_json, derive_seconds) if as_json else partial(_text, model)
+        print_text(shown(trajectory, columns))
+        if plot is not None:
+            trajectory.plot(plot)
+        if checkpoint is not None and trajectory.status != "stopped":
+            checkpoint.remove()
+    for remark in _remarks(trajectory, model, checkpoint):
         session.remark(remark)
-    interrupted = trajectory.status == "stopped" and interrupt.asked
-    ctx.exit(interrupt.exit_code if interrupted else trajectory.exit_code)
+    ended = trajectory.status == "stopped" and interrupt.asked
+    ctx.exit(interrupt.exit_code if ended else trajectory.exit_code)
 
 
 def _model_within(session: Session, budget: float | None, model_of: Callable[[], Model]) -> Model:
@@ -328,6 +334,27 @@ def _left_of(budget: float | None, seconds: float) -> float | None:
     if budget is None or not budget > 0:
         return budget
     return max(budget - seconds, LEAST_BUDGET)
+
+
+@contextmanager
+def _alone(output: str | None) -> Iterator[None]:
+    """Refuse to work where another process makes the same output; None: there is none."""
+    with nullcontext() if output is None else sole_writer(output):
+        yield
+
+
+def _guard(
+    scene: str,
+    source: Source,
+    parameters: Mapping[str, str],
+    outputs: Mapping[str, str | None],
+    how: Mapping[str, Any],
+) -> None:
+    """Refuse outputs that would replace what is read, before any work."""
+    reads = [] if how["ensemble"] is None else [Named("the ensemble", how["ensemble"])]
+    state = how["checkpoint"] if how["resume"] is None else how["resume"]
+    files = checkpoint_files(state) if state else {}
+    guard(scene, source, parameters, {**outputs, **files}, reads)
 
 
 def _integrated(
@@ -384,7 +411,7 @@ def _checkpoint(path: str | None, resumed: str | None) -> Checkpoint | None:
         raise InputError(Problem(message, hint="--resume run.checkpoint", rule="resume"))
     from lagrange_cli.simulate.checkpoint import Checkpoint
 
-    found = Checkpoint(path or resumed or "", resume=resumed is not None)
+    found = Checkpoint(path or resumed or "", resume=resumed is not None, lasting=True)
     check_writable(found.path)
     return found
 

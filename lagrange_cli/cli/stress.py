@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lagrange_cli.cli import options
+from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.session import Session
@@ -75,6 +76,7 @@ def stress(
     extremes, and compare every result with a reference."""
     session = ctx.ensure_object(Session)
     source = read_source(scene)
+    guard(scene, source, parameters, {"-o": output})
     from lagrange_cli.simulate.members import Recipe
     from lagrange_cli.simulate.stress import stress as run
     from lagrange_cli.simulate.stress_report import summary, text

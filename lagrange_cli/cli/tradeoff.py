@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lagrange_cli.cli import options
+from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.models import model_of_scene
 from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import read_source
@@ -87,9 +88,11 @@ def tradeoff(
     """Run SCENE, a YAML file or - for standard input, with methods × tolerances, and compare
     their errors with what they cost."""
     session = ctx.ensure_object(Session)
+    source = read_source(scene)
+    guard(scene, source, parameters, {"-o": output, "--plot": plot})
     model = model_of_scene(
         session,
-        read_source(scene),
+        source,
         parameters=parameters,
         initial=initial,
         times={} if until is None else {"until": until},

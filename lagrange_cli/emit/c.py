@@ -15,11 +15,12 @@ from lagrange_cli.emit.c_contacts import contact_names, interface_text, mode_wor
 from lagrange_cli.emit.c_header import header_text
 from lagrange_cli.emit.c_kernels import kernel_helpers
 from lagrange_cli.emit.c_main import main_text
-from lagrange_cli.emit.c_names import CNames, Real, file_stem, real_type
+from lagrange_cli.emit.c_names import CNames, Real, real_type
 from lagrange_cli.emit.c_project import project_text, residual_text
 from lagrange_cli.emit.c_solvers import helper_text, solver_text
 from lagrange_cli.emit.constraints import INTERNAL, constraint_programs, contact_programs
 from lagrange_cli.emit.contacts import flagged
+from lagrange_cli.emit.naming import C_HEADERS, file_stem
 from lagrange_cli.emit.printing import Dialect, functions_in
 from lagrange_cli.emit.program import FUNCTIONS, Program, asked_for, build_program, operands_of
 from lagrange_cli.emit.solve import Block
@@ -62,7 +63,7 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
     real = real_type(str(options["real"]))
     names = CNames.of(equations)
     programs = _programs(equations)
-    stem = file_stem(equations.name)
+    stem = file_stem(equations.name, C_HEADERS)
     source = _source(equations, names, real, programs, stem)
     if options["main"]:
         source += main_text(equations, names, real)

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.naming import C_RESERVED, identifier, unique_identifiers
+from lagrange_cli.emit.naming import C_RESERVED, unique_identifiers
 from lagrange_cli.emit.numbers import decimal_literal, double_literal, out_of_range
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["CNames", "Real", "c_string", "file_stem", "real_type"]
+__all__ = ["CNames", "Real", "c_string", "real_type"]
 
 
 @dataclass(frozen=True)
@@ -110,11 +109,6 @@ class CNames:
     def passed(self) -> str:
         """What functions pass on to others, before ``work``."""
         return "t, y, u, p" if self.contact_from is None else "t, y, u, p, contact"
-
-
-def file_stem(name: str) -> str:
-    """The name itself where it is a plain file name, else an identifier made of it."""
-    return name if re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.+-]*", name) else identifier(name)
 
 
 def c_string(text: str) -> str:

@@ -8,9 +8,20 @@ no macro and no other name.
 from __future__ import annotations
 
 import keyword
+import re
+import sys
 from collections.abc import Iterable
 
-__all__ = ["C_RESERVED", "PYTHON_RESERVED", "comment_text", "identifier", "unique_identifiers"]
+__all__ = [
+    "C_HEADERS",
+    "C_RESERVED",
+    "PYTHON_MODULES",
+    "PYTHON_RESERVED",
+    "comment_text",
+    "file_stem",
+    "identifier",
+    "unique_identifiers",
+]
 
 _C_WORDS = """
 alignas alignof and and_eq asm atomic_cancel atomic_commit atomic_noexcept auto bitand bitor
@@ -38,6 +49,27 @@ C_RESERVED = frozenset(_C_WORDS.split())
 #: Keywords of Python, and what a NamedTuple keeps for itself.
 PYTHON_RESERVED = frozenset(keyword.kwlist) | {"count", "index"}
 
+#: Names that a module must not have: that of a module which it imports, or which NumPy does, would
+#: hide that one where the module is run as a script; a keyword cannot be imported.
+PYTHON_MODULES = (
+    frozenset(sys.stdlib_module_names)
+    | frozenset(keyword.kwlist)
+    | {"numpy", "sitecustomize", "usercustomize"}
+)
+
+_C_HEADERS = """
+aio alloca arpa asm assert byteswap complex cpio crypt ctype dirent dlfcn elf endian err errno
+error execinfo fcntl features fenv float fmtmsg fnmatch ftw getopt glob grp iconv ieee754 inttypes
+iso646 langinfo libgen limits link linux locale malloc math memory monetary mqueue ndbm net netdb
+netinet nl_types paths poll printf pthread pty pwd quadmath regex sched search semaphore setjmp
+shadow signal spawn stab stdalign stdarg stdatomic stdbit stdbool stdckdint stddef stdint stdio
+stdlib stdnoreturn string strings stropts syscall sysexits syslog tar termios tgmath threads time
+trace uchar ucontext ulimit unistd utime utmp utmpx values wait wchar wctype wordexp
+"""
+
+#: Headers of C and POSIX: one of that name in a folder that the compiler searches would hide them.
+C_HEADERS = frozenset(_C_HEADERS.split())
+
 _SIGNS = {"[": "_", "]": "", ",": "_", " ": ""}
 
 
@@ -48,6 +80,14 @@ def identifier(name: str) -> str:
         for c in name
     )
     return text if text and not text[0].isdigit() else f"x_{text}"
+
+
+def file_stem(name: str, reserved: frozenset[str] = frozenset()) -> str:
+    """The name itself where it is a plain file name, else an identifier made of it; with a tail
+    where it would be reserved, in capitals too: not every file system tells them apart."""
+    plain = re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.+-]*", name)
+    stem = name if plain else identifier(name)
+    return f"{stem}_" if stem.lower() in reserved or stem in reserved else stem
 
 
 def unique_identifiers(names: Iterable[str], reserved: frozenset[str]) -> list[str]:

@@ -10,10 +10,15 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.c_names import file_stem
 from lagrange_cli.emit.constraints import INTERNAL, constraint_programs, contact_programs
 from lagrange_cli.emit.contacts import flagged
-from lagrange_cli.emit.naming import PYTHON_RESERVED, comment_text, unique_identifiers
+from lagrange_cli.emit.naming import (
+    PYTHON_MODULES,
+    PYTHON_RESERVED,
+    comment_text,
+    file_stem,
+    unique_identifiers,
+)
 from lagrange_cli.emit.program import Program, asked_for
 from lagrange_cli.emit.python_contacts import (
     CONTACT_NOTES,
@@ -177,7 +182,7 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
         *functions,
         script,
     ]
-    return {f"{file_stem(equations.name)}.py": "\n\n".join(parts)}
+    return {f"{file_stem(equations.name, PYTHON_MODULES)}.py": "\n\n".join(parts)}
 
 
 def _functions(

@@ -7,9 +7,10 @@ module loads no format and no SymPy). The contract of a format:
 
 1. ``emit`` is a pure function: the same equations and options give the same
    bytes, whatever the hash seed, the machine or the day.
-2. It returns file names (no folders) with their text; each name is
-   ``NAME.EXT`` with ``NAME`` = ``equations.name`` and ``EXT`` one of
-   ``extensions``. It writes nothing itself.
+2. It returns file names (no folders) with their text, those of
+   :meth:`Emitter.files`: ``NAME.EXT`` with ``NAME`` = ``equations.name``,
+   changed where it is ``reserved``, and ``EXT`` one of ``extensions``. It
+   writes nothing itself.
 3. Text from a scene (titles, names, descriptions) is escaped for the format,
    so that nothing in a scene runs as code of that format.
 4. What cannot be printed exactly is refused with
@@ -24,6 +25,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
+from lagrange_cli.emit.naming import C_HEADERS, PYTHON_MODULES, file_stem
 from lagrange_cli.errors import InputError, Problem, nearest
 
 if TYPE_CHECKING:
@@ -59,7 +61,8 @@ class Emitter:
     """An output format; ``run`` turns equations and complete options into files.
 
     ``extensions`` are those of the files it writes, in order, with the dot;
-    ``single_file`` says that there is just one, which can go to the terminal.
+    ``single_file`` says that there is just one, which can go to the terminal. Names in
+    ``reserved`` are those of files that would be in the way of others.
     """
 
     name: str
@@ -68,6 +71,7 @@ class Emitter:
     single_file: bool
     run: Callable[[Equations, Mapping[str, OptionValue]], dict[str, str]]
     options: tuple[Option, ...] = ()
+    reserved: frozenset[str] = frozenset()
 
     def emit(
         self, equations: Equations, options: Mapping[str, OptionValue] | None = None
@@ -87,6 +91,20 @@ class Emitter:
             An option that the format does not have, or a value it does not take.
         """
         return self.run(equations, self._complete(options or {}))
+
+    def files(self, name: str) -> tuple[str, ...]:
+        """The names of the files for a system of this name, in order."""
+        stem = file_stem(name, self.reserved)
+        return tuple(stem + extension for extension in self.extensions)
+
+    def renamed(self, name: str) -> list[str]:
+        """A remark where the files for a system of this name cannot have it."""
+        plain = file_stem(name)
+        if file_stem(name, self.reserved) == plain:
+            return []
+        wanted = " and ".join(plain + extension for extension in self.extensions)
+        named = " and ".join(self.files(name))
+        return [f"named {named}: {wanted} would hide what Python or C has under that name"]
 
     def _complete(self, given: Mapping[str, OptionValue]) -> dict[str, OptionValue]:
         """Check the given options and add the defaults of the others."""
@@ -158,6 +176,7 @@ EMITTERS: dict[str, Emitter] = {
             extensions=(".h", ".c"),
             single_file=False,
             run=_c,
+            reserved=C_HEADERS,
             options=(
                 Option(
                     "real",
@@ -174,6 +193,7 @@ EMITTERS: dict[str, Emitter] = {
             extensions=(".py",),
             single_file=True,
             run=_python,
+            reserved=PYTHON_MODULES,
         ),
     )
 }

@@ -1,5 +1,7 @@
 """Files: read with bounds, written whole or not at all."""
 
+from lagrange_cli.files.identity import Named, require_apart, same_file
+from lagrange_cli.files.locks import lock_of, sole_writer
 from lagrange_cli.files.reading import MAX_BYTES, read_bytes, too_large
 from lagrange_cli.files.recordings import (
     INTERPOLATIONS,
@@ -8,26 +10,29 @@ from lagrange_cli.files.recordings import (
     Recording,
     read_recording,
 )
-from lagrange_cli.files.writing import (
-    cannot_write,
-    check_writable,
-    new_file,
-    whole_file,
-    write_file,
-    write_files,
-)
+from lagrange_cli.files.refusals import cannot_write
+from lagrange_cli.files.temporary import discard, is_temporary, temporary_file, temporary_folder
+from lagrange_cli.files.writing import check_writable, whole_file, write_file, write_files
 
 __all__ = [
     "INTERPOLATIONS",
     "MAX_BYTES",
     "Interpolation",
+    "Named",
     "Recorded",
     "Recording",
     "cannot_write",
     "check_writable",
-    "new_file",
+    "discard",
+    "is_temporary",
+    "lock_of",
     "read_bytes",
     "read_recording",
+    "require_apart",
+    "same_file",
+    "sole_writer",
+    "temporary_file",
+    "temporary_folder",
     "too_large",
     "whole_file",
     "write_file",

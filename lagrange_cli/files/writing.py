@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import os
+import signal
 import stat
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from typing import BinaryIO
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files.refusals import cannot_write
+from lagrange_cli.files.temporary import Temporary, temporary_file
 
-__all__ = ["cannot_write", "check_writable", "new_file", "whole_file", "write_file", "write_files"]
+__all__ = ["check_writable", "whole_file", "write_file", "write_files"]
 
-
-def cannot_write(name: str, error: OSError) -> InputError:
-    """The refusal for something that cannot be written."""
-    return InputError(Problem(f"cannot write {name}: {error.strerror or error}", rule="output"))
+#: Signals that end a process in between, where the system has them.
+_ENDING = {
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+}
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
@@ -30,25 +33,11 @@ def check_writable(path: str | os.PathLike[str]) -> None:
     try:
         _admit(target)
         folder = os.path.realpath(os.path.dirname(target), strict=True)
-        if not (os.path.exists(target) or os.access(folder, os.W_OK)):
+        replaced = os.path.isfile(target) or not os.path.exists(target)
+        if replaced and not os.access(folder, os.W_OK):
             raise PermissionError(0, "the folder is read-only")
     except OSError as error:
         raise cannot_write(f"'{path}'", error) from error
-
-
-def new_file(folder: str | os.PathLike[str]) -> tuple[int, str]:
-    """Open a temporary file of a new name, for this user alone; return its handle and path.
-
-    Raises
-    ------
-    OSError
-        It cannot be made.
-    """
-    # The module tempfile would do the same, but takes as long to import as all of Click.
-    path = os.path.join(folder, f".{os.urandom(16).hex()}.tmp")
-    flags = os.O_RDWR | os.O_CREAT | os.O_EXCL
-    flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
-    return os.open(path, flags, 0o600), path
 
 
 def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
@@ -78,17 +67,11 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
             with open(target, "wb") as stream:
                 yield stream
             return
-        handle, temporary = new_file(os.path.dirname(target))
-        try:
-            with os.fdopen(handle, "w+b") as stream:
+        with temporary_file(os.path.dirname(target)) as made:
+            with os.fdopen(made.handle, "w+b", closefd=False) as stream:
                 yield stream
-                stream.flush()
-                os.fsync(stream.fileno())
-            os.chmod(temporary, _mode(target))
-            os.replace(temporary, target)
-        finally:
-            with suppress(FileNotFoundError):
-                os.unlink(temporary)
+            _finish(made, target)
+            os.replace(made.path, target)
     except OSError as error:
         raise cannot_write(f"'{path}'", error) from error
 
@@ -119,37 +102,70 @@ def write_files(folder: str | os.PathLike[str], files: Mapping[str, str]) -> lis
 
 def _write(files: Mapping[str, str | bytes]) -> None:
     """Write all contents to temporary files beside their targets, then rename each."""
-    waiting: list[tuple[str, str]] = []
-    try:
+    with ExitStack() as stack:
+        waiting: list[tuple[str, str, str]] = []
         for path, content in files.items():
             data = content.encode() if isinstance(content, str) else content
+            target = os.path.realpath(path)
             try:
-                _stage(path, data, waiting)
+                staged = _staged(stack, target, data)
             except OSError as error:
                 raise cannot_write(f"'{path}'", error) from error
-        for temporary, target in waiting:
-            os.replace(temporary, target)
-    finally:
-        for temporary, _ in waiting:
-            with suppress(FileNotFoundError):
-                os.unlink(temporary)
+            if staged is not None:
+                waiting.append((path, staged.path, target))
+        with _uninterrupted():
+            for path, temporary, target in waiting:
+                try:
+                    os.replace(temporary, target)
+                except OSError as error:
+                    raise cannot_write(f"'{path}'", error) from error
 
 
-def _stage(path: str, data: bytes, waiting: list[tuple[str, str]]) -> None:
-    """Write data to a temporary file, or at once to what is no regular file (``/dev/null``)."""
-    target = os.path.realpath(path)
+def _staged(stack: ExitStack, target: str, data: bytes) -> Temporary | None:
+    """A temporary file with the data; None where they went at once to what is no regular file
+    (``/dev/null``)."""
     _admit(target)
     if os.path.exists(target) and not os.path.isfile(target):
         with open(target, "wb") as stream:
             stream.write(data)
-        return
-    handle, temporary = new_file(os.path.dirname(target))
-    waiting.append((temporary, target))
-    with os.fdopen(handle, "wb") as stream:
+        return None
+    made = stack.enter_context(temporary_file(os.path.dirname(target)))
+    with os.fdopen(made.handle, "wb", closefd=False) as stream:
         stream.write(data)
-        stream.flush()
-        os.fsync(stream.fileno())
-    os.chmod(temporary, _mode(target))
+    _finish(made, target)
+    return made
+
+
+def _finish(made: Temporary, target: str) -> None:
+    """See to it that the data are on the disk, with owner and permissions of what they replace,
+    or those that the umask leaves a new file."""
+    os.fsync(made.handle)
+    try:
+        before = os.stat(target)
+    except FileNotFoundError:
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(made.path, 0o666 & ~mask)
+        return
+    if hasattr(os, "fchown"):
+        for owner in (before.st_uid, -1):
+            with suppress(PermissionError):
+                os.fchown(made.handle, owner, before.st_gid)
+                break
+    os.chmod(made.path, stat.S_IMODE(before.st_mode))
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Let signals wait, so that files that belong together take their places together."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _admit(target: str) -> None:
@@ -158,12 +174,3 @@ def _admit(target: str) -> None:
         raise IsADirectoryError(0, "it is a folder and not a file")
     if os.path.exists(target) and not os.access(target, os.W_OK):
         raise PermissionError(0, "the file is read-only")
-
-
-def _mode(target: str) -> int:
-    """Permissions of the file that is replaced, or those that the umask leaves a new one."""
-    if os.path.exists(target):
-        return stat.S_IMODE(os.stat(target).st_mode)
-    mask = os.umask(0)
-    os.umask(mask)
-    return 0o666 & ~mask

@@ -84,10 +84,15 @@ def _options(request: Request) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """The file that the state of a run is written to, and whether to go on from what it has."""
+    """The file that the state of a run is written to, and whether to go on from what it has.
+
+    ``lasting``: it stays when the run is complete, until its result is written and
+    :meth:`remove` is called.
+    """
 
     path: str
     resume: bool = False
+    lasting: bool = False
 
     def samples(self, number: int) -> IO[bytes]:
         """The file that has the samples of a run where they are not in memory.
@@ -99,6 +104,14 @@ class Checkpoint:
         """
         path = samples_of(self.path, number)
         return named_file(path, again=self.resume and os.path.exists(path))
+
+    def remove(self) -> None:
+        """The run is complete: nothing is left to go on with."""
+        with suppress(FileNotFoundError):
+            os.unlink(self.path)
+        with suppress(FileNotFoundError):
+            for number in count():
+                os.unlink(samples_of(self.path, number))
 
 
 class Keeper:
@@ -139,14 +152,6 @@ class Keeper:
             return
         write_file(self.path, pack({"run": self._known, "state": self._state()}))
         self._last = time.monotonic()
-
-    def remove(self) -> None:
-        """The run is complete: nothing is left to go on with."""
-        with suppress(FileNotFoundError):
-            os.unlink(self.path)
-        with suppress(FileNotFoundError):
-            for number in count():
-                os.unlink(samples_of(self.path, number))
 
     @staticmethod
     def require(method: type[Integrator]) -> None:

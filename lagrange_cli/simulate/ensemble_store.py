@@ -10,7 +10,6 @@ from __future__ import annotations
 import io
 import json
 import re
-import shutil
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,7 +20,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import cannot_write, whole_file, write_file
+from lagrange_cli.files import cannot_write, discard, is_temporary, whole_file, write_file
 from lagrange_cli.simulate.blocks import FIGURES, WORDS, Block
 from lagrange_cli.simulate.integrators.base import Array
 
@@ -109,7 +108,7 @@ class Store:
         assert self.folder is not None
         with whole_file(output) as stream:
             self._write(stream, t)
-        shutil.rmtree(self.folder, ignore_errors=True)
+        discard(self.folder)
 
     def _write(self, stream: BinaryIO, t: Array) -> None:
         """One array a name: times, columns (members, samples), and what is known of members."""
@@ -227,7 +226,7 @@ def open_store(output: str | None, key: str, sizes: Sequence[int], *, resume: bo
     folder = parts_of(output)
     store = Store(folder)
     note = {"key": key, "blocks": list(sizes)}
-    if not folder.exists():
+    if not _has_begun(folder):
         _begin(folder, note)
         return store
     if not resume:
@@ -245,9 +244,19 @@ def open_store(output: str | None, key: str, sizes: Sequence[int], *, resume: bo
     return store
 
 
+def _has_begun(folder: Path) -> bool:
+    """Whether there is anything in the way of a new run; a killed one can leave an empty folder."""
+    try:
+        return not all(is_temporary(path.name) for path in folder.iterdir())
+    except FileNotFoundError:
+        return False
+    except OSError:
+        return True
+
+
 def _begin(folder: Path, note: Mapping[str, Any]) -> None:
     try:
-        folder.mkdir()
+        folder.mkdir(exist_ok=True)
     except OSError as error:
         raise cannot_write(f"'{folder}'", error) from error
     write_file(folder / _NOTE, json.dumps(note))

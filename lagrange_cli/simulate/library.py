@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lagrange_cli.cache import Cache, digest
+from lagrange_cli.files import temporary_folder
 from lagrange_cli.simulate.compiler import (
     ALWAYS,
     TUNED,
@@ -104,10 +105,8 @@ def _missing(library: ctypes.CDLL, source: Source) -> str:
 
 def _folder(stack: ExitStack) -> Path:
     """A private folder that is removed with the stack."""
-    import tempfile
-
     try:
-        return Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="lagrange-")))
+        return Path(stack.enter_context(temporary_folder()))
     except OSError as error:
         raise CompileError(f"no temporary folder: {error.strerror}") from error
 

@@ -61,7 +61,20 @@ def _by_joblib(
     from joblib import Parallel, delayed
 
     parallel = Parallel(n_jobs=jobs, return_as="generator_unordered")
-    yield from parallel(delayed(function)(task) for task in tasks)
+    yield from parallel(delayed(_shielded)(function, task) for task in tasks)
+
+
+def _shielded(function: Callable[[Task], Result], task: Task) -> Result:
+    """A result, in a process that does not end in the midst of sending it.
+
+    Signals to all processes of a group would end those of joblib's own backend, whose parent then
+    waits for the rest of the message for ever; it ends them itself, by other means.
+    """
+    if multiprocessing.current_process().name.startswith("LokyProcess"):
+        for name in ("SIGTERM", "SIGHUP"):
+            if hasattr(signal, name):
+                signal.signal(getattr(signal, name), signal.SIG_IGN)
+    return function(task)
 
 
 def _by_processes(
@@ -84,8 +97,20 @@ def _processes(jobs: int | None) -> Iterator[ProcessPoolExecutor]:
     finally:
         for child in set(multiprocessing.active_children()) - before:
             child.terminate()
+        _end_results(executor)
         # Waits for the thread that minds them, which ends with them.
         executor.shutdown(cancel_futures=True)
+
+
+def _end_results(executor: ProcessPoolExecutor) -> None:
+    """Close this process's own end of what the others send their results by.
+
+    A thread would else wait for ever for the rest of a message that a process which was ended had
+    begun. That end is a detail of the standard library; one that lacks it is left alone.
+    """
+    own_end = getattr(getattr(executor, "_result_queue", None), "_writer", None)
+    if own_end is not None:
+        own_end.close()
 
 
 class Aside:
@@ -144,6 +169,9 @@ def in_threads(
 
 
 def _leave_interrupts() -> None:
-    """Ctrl-C reaches every process of a terminal: the one that waits for the others decides."""
+    """Ctrl-C and the end of a terminal reach every process there: the one that waits for the others
+    decides."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(signal, "SIGHUP"):
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)

@@ -162,8 +162,8 @@ def _simulated(
     if stream is not None:
         columns = partial(sampled, model, seen)
         found = streamed(stream, found, problem.times, measured.states, columns)
-    if watch.keeper is not None and not measured.stopped:
-        watch.keeper.remove()
+    if checkpoint is not None and not (checkpoint.lasting or measured.stopped):
+        checkpoint.remove()
     return found
 
 

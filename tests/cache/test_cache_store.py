@@ -268,20 +268,19 @@ def test_use_is_noted_once_a_day(cache, seconds, noted):
     assert not noted or abs(only(cache).stat().st_mtime - time.time()) < 60
 
 
-def test_what_killed_processes_left_is_swept_when_it_is_old(cache):
-    left = [Path(cache.folder) / f".{n:032x}.tmp" for n in range(2)]
+def test_what_killed_processes_left_is_swept_at_once(cache):
+    left = [Path(cache.folder) / f".lagrange-1-{n:032x}.tmp" for n in range(2)]
     for path in left:
         path.write_bytes(b"half")
-    age(left[0], 2 * 3600)
     cache.put(KEY, b"x")
-    assert [path.exists() for path in left] == [False, True]
+    assert [path.exists() for path in left] == [False, False]
     assert len(cache.entries()) == 1
 
 
 def test_clearing_removes_our_files_and_no_other(cache):
     cache.put(KEY, b"four")
     cache.put(KEY, b"object", ".so")
-    (Path(cache.folder) / f".{0:032x}.tmp").write_bytes(b"h")
+    (Path(cache.folder) / f".lagrange-1-{0:032x}.tmp").write_bytes(b"h")
     others = ["notes.txt", f"{KEY}.json", ".hidden", "x" * 133 + ".json", f"{KEY}-{KEY}.txt"]
     for name in others:
         (Path(cache.folder) / name).write_bytes(b"kept")

@@ -30,7 +30,9 @@ def folder(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("number", "code"), [(signal.SIGKILL, -9), (signal.SIGTERM, 143)], ids=["kill", "term"]
+    ("number", "code"),
+    [(signal.SIGKILL, -9), (signal.SIGTERM, 143), (signal.SIGHUP, 129)],
+    ids=["kill", "term", "hup"],
 )
 def test_a_run_that_was_ended_goes_on_to_the_same_file(folder, number, code):
     words = [*RUN, "-o", "part.npz", "--checkpoint", "c"]

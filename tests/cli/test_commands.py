@@ -289,7 +289,9 @@ class TestInterruption:
         process.wait()
 
     @pytest.mark.parametrize(
-        ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["int", "term"]
+        ("number", "code"),
+        [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)],
+        ids=["int", "term", "hup"],
     )
     def test_what_is_done_is_kept_and_said(self, running, tmp_path, number, code):
         running.send_signal(number)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from lagrange_cli.errors import InputError
-from lagrange_cli.files import write_file, write_files
+from lagrange_cli.files import check_writable, write_file, write_files
 
 NOBODY = 65534
 
@@ -128,6 +128,17 @@ def test_read_only_folder_is_explained(tmp_path):
 
     as_ordinary_user(try_to_write, tmp_path)
     assert os.listdir(tmp_path) == []
+
+
+def test_a_file_in_a_read_only_folder_is_refused_before_the_work(tmp_path):
+    (tmp_path / "b.txt").write_text("old")
+    tmp_path.chmod(0o500)
+
+    def check() -> None:
+        with pytest.raises(InputError, match="the folder is read-only"):
+            check_writable(tmp_path / "b.txt")
+
+    as_ordinary_user(check, tmp_path)
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full on this system")

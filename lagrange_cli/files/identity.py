@@ -1,0 +1,86 @@
+"""Which files are the same, so that no output takes the place of what is read.
+
+A file has many names: other spellings of its path, links of both kinds. It is the same where device
+and number on it are.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterable
+from typing import NamedTuple, TypeAlias
+
+from lagrange_cli.errors import InputError, Problem
+
+__all__ = ["Named", "require_apart", "same_file"]
+
+STDIN = 0
+
+
+#: A regular file by its device and number there, or where one is to be.
+_Place: TypeAlias = tuple[int, int] | str
+
+
+class Named(NamedTuple):
+    """A file as a message has it: what it is (``the scene``, ``--plot``), and its path."""
+
+    what: str
+    path: str
+
+
+def require_apart(reads: Iterable[Named], writes: Iterable[Named]) -> None:
+    """Refuse outputs that would replace what is read, or each other.
+
+    ``-`` among ``reads`` is standard input. Devices and pipes are not replaced.
+
+    Raises
+    ------
+    InputError
+        Two of them are one file.
+    """
+    read: dict[_Place, Named] = {}
+    for named in reads:
+        if (source := _identity(named.path)) is not None:
+            read.setdefault(source, named)
+    written: dict[_Place, Named] = {}
+    for named in writes:
+        place = _identity(named.path) or _place(named.path)
+        if place is None:
+            continue
+        if place in read:
+            raise _would_replace(named, read[place])
+        if place in written:
+            both = f"{written[place].what} and {named.what}"
+            raise _refused(f"{both} name one file, '{named.path}'")
+        written[place] = named
+
+
+def same_file(first: str, second: str) -> bool:
+    """Say whether two paths lead to one regular file that exists."""
+    key = _identity(first)
+    return key is not None and key == _identity(second)
+
+
+def _identity(path: str) -> tuple[int, int] | None:
+    """What a regular file has and no other; None where there is no such file."""
+    try:
+        found = os.fstat(STDIN) if path == "-" else os.stat(path)
+    except (OSError, ValueError):
+        return None
+    return (found.st_dev, found.st_ino) if stat.S_ISREG(found.st_mode) else None
+
+
+def _place(path: str) -> str | None:
+    """Where a file will be that is not there yet; None where there is something else."""
+    return None if os.path.exists(path) or "\0" in path else os.path.realpath(path)
+
+
+def _would_replace(output: Named, source: Named) -> InputError:
+    at = ", on standard input" if source.path == "-" else f", '{source.path}'"
+    where = "" if source.path == output.path else at
+    return _refused(f"{output.what} '{output.path}' would replace {source.what}{where}")
+
+
+def _refused(message: str) -> InputError:
+    return InputError(Problem(message, hint="name another file", rule="output"))

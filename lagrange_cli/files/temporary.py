@@ -1,0 +1,189 @@
+"""Temporary files and folders; those of processes that are dead go with the next run.
+
+A process can be killed at any time, and then nothing is tidied up. So each temporary file is
+locked while it is made: the kernel frees the lock when its process ends, however that is, and
+whoever makes the next temporary file in that folder removes those that are free. Unlike the
+number of a process a lock cannot be another's, in a container or on another machine.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from typing import NamedTuple
+
+from lagrange_cli.files.locks import try_lock
+
+__all__ = ["Temporary", "discard", "is_temporary", "temporary_file", "temporary_folder"]
+
+#: Names say whose they are, for a person: the number of the process, and 32 random digits.
+_FILE = re.compile(r"\.lagrange-([0-9]+)-[0-9a-f]{32}\.tmp", re.ASCII)
+_FOLDER = re.compile(r"lagrange-([0-9]+)-[0-9a-f]{32}", re.ASCII)
+_REFUSE = re.compile(r"\.lagrange-([0-9]+)-[0-9a-f]{32}\.old", re.ASCII)
+
+_READ_WRITE = os.O_RDWR | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+
+
+class Temporary(NamedTuple):
+    """A temporary file: its handle, open for reading and writing, and its path."""
+
+    handle: int
+    path: str
+
+
+def is_temporary(name: str) -> bool:
+    """Say whether a file name is one that :func:`temporary_file` makes."""
+    return _FILE.fullmatch(name) is not None
+
+
+@contextmanager
+def temporary_file(folder: str | os.PathLike[str]) -> Iterator[Temporary]:
+    """Open a file of a new name, for this user alone; what is not renamed by the end is removed.
+
+    Raises
+    ------
+    OSError
+        It cannot be made.
+    """
+    _remove_abandoned(os.fspath(folder))
+    made = _new_file(os.fspath(folder))
+    try:
+        yield made
+    finally:
+        # Closed last: the lock holds until nothing of that name is left.
+        with suppress(FileNotFoundError):
+            os.unlink(made.path)
+        os.close(made.handle)
+
+
+@contextmanager
+def temporary_folder() -> Iterator[str]:
+    """Make a folder for this user alone, among those of the system, removed in the end.
+
+    Raises
+    ------
+    OSError
+        It cannot be made.
+    """
+    # Here and not above: it takes as long to import as all of Click.
+    from shutil import rmtree
+    from tempfile import gettempdir
+
+    place = gettempdir()
+    _remove_abandoned_folders(place)
+    path = os.path.join(place, f"lagrange-{_unique()}")
+    os.mkdir(path, 0o700)
+    with ExitStack() as stack:
+        stack.callback(rmtree, path, ignore_errors=True)
+        stack.enter_context(temporary_file(path))
+        yield path
+
+
+def discard(folder: str | os.PathLike[str]) -> None:
+    """Remove a folder with all that is in it: at once, or not at all, for whoever looks.
+
+    What cannot be removed stays, under a name by which the next run knows it.
+    """
+    from shutil import rmtree
+
+    parent = os.path.dirname(os.path.realpath(folder))
+    refuse = os.path.join(parent, f".lagrange-{_unique()}.old")
+    with suppress(OSError):
+        os.rename(folder, refuse)
+        rmtree(refuse, ignore_errors=True)
+
+
+def _unique() -> str:
+    return f"{os.getpid()}-{os.urandom(16).hex()}"
+
+
+def _new_file(folder: str) -> Temporary:
+    """A locked file of a new name."""
+    while True:
+        path = os.path.join(folder, f".lagrange-{_unique()}.tmp")
+        handle = os.open(path, _READ_WRITE | os.O_CREAT | os.O_EXCL, 0o600)
+        # Before it was locked it could be taken for that of a dead process.
+        if try_lock(handle) is not False and os.fstat(handle).st_nlink:
+            return Temporary(handle, path)
+        os.close(handle)
+
+
+def _remove_abandoned(folder: str) -> None:
+    """Remove temporary files that no living process writes, and what is left of folders."""
+    for entry in _entries(folder):
+        found = _FILE.fullmatch(entry.name)
+        # This process's own are locked against others, not against itself.
+        if found is not None and int(found[1]) != os.getpid():
+            _remove_dead(entry.path)
+        elif _REFUSE.fullmatch(entry.name) and _is_own_folder(entry.path):
+            from shutil import rmtree
+
+            rmtree(entry.path, ignore_errors=True)
+
+
+def _remove_abandoned_folders(place: str) -> None:
+    """Remove temporary folders whose locked file is free, or that are empty and of the dead."""
+    for entry in _entries(place):
+        found = _FOLDER.fullmatch(entry.name)
+        if found is None or int(found[1]) == os.getpid() or not _is_own_folder(entry.path):
+            continue
+        locks = [file.path for file in _entries(entry.path) if is_temporary(file.name)]
+        if locks and all(_remove_dead(path) for path in locks):
+            from shutil import rmtree
+
+            rmtree(entry.path, ignore_errors=True)
+        elif not _lives(int(found[1])):
+            with suppress(OSError):
+                os.rmdir(entry.path)
+
+
+def _entries(folder: str) -> list[os.DirEntry[str]]:
+    try:
+        with os.scandir(folder or os.curdir) as found:
+            return list(found)
+    except OSError:
+        return []
+
+
+def _remove_dead(path: str) -> bool:
+    """Remove a file of this user that nobody has locked; say whether it is gone."""
+    try:
+        handle = os.open(path, _READ_WRITE | getattr(os, "O_NONBLOCK", 0))
+    except OSError:
+        return False
+    try:
+        found = os.fstat(handle)
+        if not stat.S_ISREG(found.st_mode) or not _is_own(found) or not try_lock(handle):
+            return False
+        os.unlink(path)
+    except OSError:
+        return False
+    finally:
+        os.close(handle)
+    return True
+
+
+def _is_own_folder(path: str) -> bool:
+    try:
+        found = os.lstat(path)
+    except OSError:
+        return False
+    return stat.S_ISDIR(found.st_mode) and _is_own(found)
+
+
+def _is_own(found: os.stat_result) -> bool:
+    return os.name != "posix" or found.st_uid == os.geteuid()
+
+
+def _lives(process: int) -> bool:
+    """Say whether there is a process of this number; a number can be taken again."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True
