@@ -30,6 +30,7 @@ from lagrange_cli.simulate.checkpoint import Keeper
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.switched import Flags, Switch
+from lagrange_cli.simulate.landmarks import watching
 from lagrange_cli.simulate.noise import NOISE_PART
 from lagrange_cli.simulate.pilot import Pilot, explicit_method, pilot_or_before
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
@@ -150,6 +151,7 @@ def integrate_to_accuracy(problem: InitialValueProblem, eps: float, watch: Watch
             first = min(part * eps, LARGEST_TOLERANCE)
             found = pilot_or_before(problem, first, watch, looks=True)
             problem = replace(problem, between=found.between)
+            problem = watching(problem) if found.sharp else problem
             refuse_below_floor(problem, eps, found.scales[-1, : len(problem.kinds)])
             if watch.keeper is not None:
                 watch.keeper.keep(

@@ -37,6 +37,7 @@ from lagrange_cli.simulate.chart_code import (
     singular_places,
     singular_text,
 )
+from lagrange_cli.simulate.landmark_code import landmarks
 from lagrange_cli.simulate.model import Code, Defaults, Model, ModelParameter
 from lagrange_cli.simulate.surface_code import OneSided, located, one_sided, rates, values
 
@@ -84,6 +85,7 @@ def model_of(equations: Equations) -> Model:
         chart=former_chart(equations),
         massless=_massless(equations),
         surfaces=_surfaces(equations),
+        landmarks=len(landmarks(driven(equations))),
     )
 
 
@@ -232,7 +234,7 @@ def _code(equations: Equations) -> Code:
         if name in programs
     }
     programs |= disturbed | shifting_programs(equations)
-    compiled = programs | ({} if forces is None else {"forces": forces})
+    compiled = programs | _watched(equations) | ({} if forces is None else {"forces": forces})
     guarded = guarded_places(equations)
     places, rates = ({}, []) if guarded is None else ({PLACES: guarded[0]}, guarded[1])
     compiled |= places
@@ -248,6 +250,15 @@ def _code(equations: Equations) -> Code:
         forces="" if forces is None else module_source({"outputs": forces}),
         singular=singular_text(equations),
     )
+
+
+def _watched(equations: Equations) -> dict[str, Program]:
+    """The program for exponents of sharp functions, where there are any."""
+    exponents = landmarks(equations)
+    if not exponents:
+        return {}
+    outputs = tuple((f"landmark({k})", e) for k, e in enumerate(exponents))
+    return {"landmarks": program_of(replace(equations, outputs=outputs), "outputs")}
 
 
 def _forces(equations: Equations) -> Program | None:

@@ -14,6 +14,7 @@ from lagrange_cli.simulate.integrators.crossing import surfaces_of
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.pieces import pieces
 from lagrange_cli.simulate.integrators.taylor import Taylor
+from lagrange_cli.simulate.landmarks import watching
 from lagrange_cli.simulate.noise import NOISE_PART, noise_of_step
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.rows import Grid, thinned
@@ -63,6 +64,7 @@ class Pilot:
     ``stride`` of those that are asked for. ``closest`` is how close to the
     origin each coordinate came in short steps, as a part of the scales, shape (2n,).
     ``between`` is how far components go between samples that do not show it, shape (2n,).
+    ``sharp``: it made steps again for peaks of sharp functions, and so have the runs to come.
     """
 
     scales: Array
@@ -74,6 +76,7 @@ class Pilot:
     evaluations: int
     between: Array
     stride: int = 1
+    sharp: bool = False
 
     def scales_so_far(self, samples: int) -> Array:
         """The scales within a number of samples."""
@@ -135,7 +138,7 @@ def pilot(
     """
     many = isinstance(problem.times, Grid)
     stride = -(-len(problem.times) * len(problem.y0) // MOST) if many else 1
-    problem, spent = replace(problem, times=thinned(problem.times, stride)), 0
+    problem, spent = replace(watching(problem), times=thinned(problem.times, stride)), 0
     sight = Sight(problem)
     # What has a kink is analytic in no disc around it.
     looks = looks and surfaces_of(problem.rhs) is None
@@ -158,7 +161,8 @@ def pilot(
     scales, noise = tracker.scales(run), _noise(problem, run, tracker.step_at)
     closest, first_step = tracker.closest, tracker.first_step
     between = tracker.between(run)
-    return Pilot(scales, noise, closest, method, first_step, longest, spent, between, stride)
+    sharp = tracker.explicit.remade + run.remade > 0
+    return Pilot(scales, noise, closest, method, first_step, longest, spent, between, stride, sharp)
 
 
 def _method_of_tame(

@@ -9,6 +9,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.integrators.landmarks import NativeLandmarks
 from lagrange_cli.simulate.rows import Grid, Rows, windows
 from lagrange_cli.simulate.spool import InMemory, Samples
 
@@ -44,6 +45,7 @@ class InitialValueProblem:
     ``widens``. ``room`` gives each run a place for its samples where memory is not to hold
     them. ``read_off``: other coordinates are to be found from these. ``between`` is how far
     components go between samples that show next to nothing of it (:func:`between_samples`).
+    ``landmarks``: exponents of sharp functions, None where there are none, or where they are watched already.
     """
 
     rhs: Rhs
@@ -58,6 +60,7 @@ class InitialValueProblem:
     read_off: bool = False
     room: Callable[[], Samples] | None = None
     between: Array | None = None
+    landmarks: NativeLandmarks | None = None
 
     def samples(self) -> Samples:
         """Where a run puts its samples."""

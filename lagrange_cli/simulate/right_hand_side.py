@@ -23,6 +23,7 @@ from lagrange_cli.simulate.driving import Drive, drive_of
 from lagrange_cli.simulate.guard import beside_places
 from lagrange_cli.simulate.integrators.base import Array, Rhs, Shift
 from lagrange_cli.simulate.integrators.expressions import Tracing
+from lagrange_cli.simulate.integrators.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.native import (
     DOUBLE,
     EXTENDED,
@@ -85,6 +86,7 @@ class Wider:
     rhs: Rhs
     disturbed: tuple[Rhs, Rhs]
     epsilon: float
+    landmarks: NativeLandmarks | None = None
 
 
 @dataclass(frozen=True)
@@ -104,7 +106,8 @@ class RightHandSide:
     files pieces, see :func:`.pieces.pieces`; ``drive`` is what was read. Those with contacts are
     :class:`.contacts.ContactRhs`. ``forces`` gives constraint forces, in machine code alone,
     where they were derived. ``guarded``: the same with right-hand sides that do not exist beyond
-    singular places of the coordinates, for the numbers of :func:`.guard.guards`.
+    singular places of the coordinates, for the numbers of :func:`.guard.guards`. ``landmarks``:
+    exponents of sharp functions, which compiled integrators can watch.
     """
 
     rhs: Rhs
@@ -122,6 +125,7 @@ class RightHandSide:
     drive: Drive | None = None
     forces: Knowing | None = None
     guarded: Callable[[Array], RightHandSide] | None = None
+    landmarks: NativeLandmarks | None = None
 
 
 def right_hand_side(
@@ -307,6 +311,15 @@ class _Libraries:
         return self.function("rhs", guards=guards), (one, other)
 
     @property
+    def landmarks(self) -> NativeLandmarks | None:
+        """The exponents of sharp functions, None where there are none."""
+        if not self.model.landmarks:
+            return None
+        entry = function_type(self._real)(("system_landmarks", self.system))
+        work = np.empty(self.model.code.work)
+        return NativeLandmarks(entry, given(self.model), work, self.model.landmarks)
+
+    @property
     def digits(self) -> int:
         """Binary digits of the numbers that the compiler made of the type."""
         return int(_DIGITS(("lagrange_digits", self.stepper))())
@@ -388,6 +401,7 @@ def _native(libraries: _Libraries, cache: Cache, deadline: float) -> RightHandSi
         drive=drive,
         forces=forces(),
         guarded=guarded,
+        landmarks=libraries.landmarks,
     )
     surfaces = makes_surfaces(model, partial(NativeCode, libraries))
     found = _sided(model, plain, surfaces)
@@ -421,7 +435,7 @@ def _wider(
         return None
     if 2.0 ** (1 - libraries.digits) != EXTENDED.epsilon:
         return None
-    return Wider(*libraries.sides(guards), EXTENDED.epsilon)
+    return Wider(*libraries.sides(guards), EXTENDED.epsilon, libraries.landmarks)
 
 
 # Interpreted.

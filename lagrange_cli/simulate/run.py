@@ -108,6 +108,11 @@ class Run:
         return self._integrator.evaluations
 
     @property
+    def remade(self) -> int:
+        """Steps that were made again for a sharp function; more than none is what counts."""
+        return self._integrator.remade
+
+    @property
     def mean_step(self) -> float:
         """The mean length of the steps so far, 0 where there are none."""
         return (self.t - float(self._times[0])) / max(self.steps, 1)

@@ -193,6 +193,7 @@ def problem_of(
         room=room,
         widens=functions.widens,
         read_off=model.chart is not None,
+        landmarks=functions.landmarks,
     )
     return replace(problem, wider=lambda: _wider(problem, functions))
 
@@ -207,6 +208,7 @@ def _wider(problem: InitialValueProblem, functions: RightHandSide) -> InitialVal
         disturbed=sides.disturbed,
         epsilon=sides.epsilon,
         widens=False,
+        landmarks=sides.landmarks,
     )
 
 

@@ -94,6 +94,7 @@ class ModelSurfaces(Surfaces):
         self._code, self._name, self._parameters = code, name, np.array(parameters)
         self._layout, self._known, self._n = _Layout(first, count), known, coordinates
         self._sides: dict[Sides, Rhs] = {}
+        self._change: Callable[[Rhs], Rhs] | None = None
         self._given = self._parameters[:known].copy()
         self._given_rates = np.concatenate([self._given, np.zeros(coordinates)])
         self._values = code.table("surface_values", 2 * count, self._given)
@@ -108,8 +109,14 @@ class ModelSurfaces(Surfaces):
     def side(self, sides: Sides) -> Rhs:
         if sides not in self._sides:
             parameters = self._weighed(self._parameters, sides)
-            self._sides[sides] = self._code.side(self._name, parameters)
+            side = self._code.side(self._name, parameters)
+            self._sides[sides] = side if self._change is None else self._change(side)
         return self._sides[sides]
+
+    def through(self, change: Callable[[Rhs], Rhs]) -> ModelSurfaces:
+        other = copy.copy(self)
+        other._sides, other._change = {}, change
+        return other
 
     def values(self, t: float, y: Array, sides: Sides) -> tuple[Array, Array]:
         self._layout.weigh(self._given, sides)

@@ -24,7 +24,7 @@ choices and tests derive from there. An implementer promises:
    ``adaptive`` false ignores the tolerance and steps by ``control.step``.
 6. **Steps.** ``first_step`` and ``max_step`` of the control are obeyed.
 7. **Counters.** ``evaluations`` counts the calls of the right-hand side, ``steps``
-   the accepted steps.
+   the accepted steps, ``remade`` those that were made again for a sharp function.
 8. **Determinism.** The same problem and control give the same bits; no clock,
    no random number, no state shared between instances.
 9. **Many steps.** :meth:`~Integrator.advance` gives the same bits however its
@@ -199,6 +199,7 @@ class Integrator(ABC):
     steps: int = 0
     fallen: int | None = None
     last_step: float = 0.0
+    remade: int = 0
     _projection: Projection | None = None
     _search: Search | None = None
 

@@ -26,6 +26,7 @@ from lagrange_cli.simulate.integrators.events import Event, EventBuffer, NativeE
 from lagrange_cli.simulate.integrators.falling import Falling
 from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.implicit import Radau
+from lagrange_cli.simulate.integrators.landmarks import LandmarkBuffer
 from lagrange_cli.simulate.integrators.native import NativeReal, NativeRhs
 from lagrange_cli.simulate.integrators.rattle import Rattle, require_shift
 from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4
@@ -78,7 +79,7 @@ def _run_type(real: NativeReal) -> Any:
         *((name, real.ctype) for name in ("rate", "noise")),
         *((name, _POINTER) for name in ("starts", "inputs")),
         *((name, _LONG) for name in ("width", "pieces", "piece")),
-        ("shift", _POINTER),
+        *((name, _POINTER) for name in ("shift", "landmarks")),
     )
     return type("Run", (ctypes.Structure,), {"_fields_": fields})
 
@@ -95,6 +96,7 @@ class _Compiled:
         assert rhs.kernels is not None
         self._library = rhs.kernels(self.kernel)
         self._native, self._control = rhs, control
+        self._landmarks: LandmarkBuffer | None = None
         self._events: EventBuffer | None = None
         self.ended = False
         self.fallen: int | None = None
@@ -118,6 +120,9 @@ class _Compiled:
         run.t = run.t_old = run.t_new = t0
         run.h = self._first_step(t_end - t0)
         self.t_end = t_end
+        if rhs.landmarks is not None:
+            self._landmarks = LandmarkBuffer(rhs.landmarks, n, rhs.real)
+            run.landmarks = self._landmarks.address
         self._advance = self._function("advance", _advance_type(rhs.real))
         self._read()
 
@@ -149,6 +154,8 @@ class _Compiled:
         self.steps: int = run.steps
         self.rejections: int = run.rejections
         self.evaluations: int = run.evaluations
+        if self._landmarks is not None:
+            self.remade = self._landmarks.remade
         if self._events is not None:
             self._events.take()
 
@@ -170,6 +177,8 @@ class _Compiled:
             "memory": self._every.copy(),
             "fallen": self.fallen,
         }
+        if self._landmarks is not None:
+            found["peaks"] = self._landmarks.peaks.copy()
         return found if self._events is None else {**found, "signs": self._events.signs.copy()}
 
     def restore(self, state: State) -> None:
@@ -181,6 +190,8 @@ class _Compiled:
         if self._native.driving is not None:
             run.u = self._native.driving.address(run.piece)
         self._every[:] = state["memory"]
+        if self._landmarks is not None:
+            self._landmarks.peaks[:] = state["peaks"]
         if self._events is not None:
             self._events.signs[:] = state["signs"]
             self._events.read_inputs(run.u)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any, ClassVar, TypeAlias
@@ -123,6 +123,10 @@ class Surfaces(ABC):
         """The smooth right-hand side on these sides."""
 
     @abstractmethod
+    def through(self, change: Callable[[Rhs], Rhs]) -> Surfaces:
+        """The same with every right-hand side changed."""
+
+    @abstractmethod
     def values(self, t: float, y: Array, sides: Sides) -> tuple[Array, Array]:
         """What is positive on these sides, and the magnitudes behind it, both (S,)."""
 
@@ -197,7 +201,7 @@ class Crossing(Integrator):
         self._surfaces = surfaces
         self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
         self._beside: Falling | None = None
-        self._past = 0, 0
+        self._past = 0, 0, 0
         self._crossings: list[float] = []
         self._count = 0
         self._run: Integrator | None = None
@@ -297,7 +301,8 @@ class Crossing(Integrator):
     ) -> Integrator:
         """Begin the piece anew where its last step began, with a shorter one."""
         assert self._run is not None
-        self._past = self._past[0] + self._run.steps - 1, self._past[1] + self._run.evaluations
+        self._read(self._run)
+        self._past = self.steps - 1, self.evaluations, self.remade
         self.t, self.y = start
         sliding = self._sliding(self._sides)
         others = 0 if self._beside is None else len(self._beside.signs)
@@ -310,11 +315,13 @@ class Crossing(Integrator):
 
     def _read(self, run: Integrator) -> None:
         self.t, self.y = run.t, run.y
-        self.steps, self.evaluations = self._past[0] + run.steps, self._past[1] + run.evaluations
+        steps, evaluations, remade = self._past
+        self.steps, self.evaluations = steps + run.steps, evaluations + run.evaluations
+        self.remade = remade + run.remade
 
     def _cross(self, event: int) -> None:
         """Go on behind a surface that was met, or that no longer holds the motion."""
-        self._past = self.steps, self.evaluations
+        self._past = self.steps, self.evaluations, self.remade
         self._count += 1
         self._crossings.append(self.t)
         most = CHATTER * len(self._sides)

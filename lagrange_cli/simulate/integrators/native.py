@@ -7,13 +7,17 @@ import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Projection, Shift
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing
+from lagrange_cli.simulate.integrators.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.pieces import Pieces
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.integrators.crossing import Surfaces
 
 __all__ = [
     "DOUBLE",
@@ -88,6 +92,9 @@ class Driving:
 class NativeRhs:
     """A C function of the emitted interface with its parameters bound.
 
+    ``landmarks`` are the exponents of sharp functions that compiled integrators watch, and
+    ``surfaces`` those of its kinks; None at first.
+
     It is called like any right-hand side, rhs(t, y), and gives NaN where the C
     function returns nonzero. Compiled integrators call the functions at ``address`` and
     ``lanes_address`` themselves.
@@ -135,6 +142,8 @@ class NativeRhs:
         shift: Any = None,
     ) -> None:
         self.function = function
+        self.landmarks: NativeLandmarks | None = None
+        self.surfaces: Surfaces | None = None
         self._trace = trace
         self.driving = driving
         self._fixed: int | None = None

@@ -128,13 +128,11 @@ static int early(const lagrange_run *run)
     return part < EARLY*(run->t_new - run->t_old) && part > smallest;
 }
 
-/* Make the last step again, so that it ends just behind the event that was found in it. */
-static int shorter(lagrange_run *run, lagrange_begin start, lagrange_step step)
+/* Make the last step again, so that it ends no later than a time. */
+static int again_until(lagrange_run *run, lagrange_begin start, lagrange_step step, double end)
 {
     const int64_t n = DIM(run);
-    const double end = run->t_old + BEHIND*(run->t - run->t_old);
     int64_t i;
-    lagrange_unlocate(run);
     for (i = 0; i < n; ++i) {
         lagrange_row(run, HI)[i] = lagrange_row(run, START_HI)[i];
         lagrange_row(run, LOW)[i] = lagrange_row(run, START_LOW)[i];
@@ -145,6 +143,35 @@ static int shorter(lagrange_run *run, lagrange_begin start, lagrange_step step)
     }
     run->h = end - run->t;
     return step(run, end);
+}
+
+/* Make the last step again where a sharp function has its peak in it, until that is resolved. */
+static int resolve(lagrange_run *run, lagrange_begin start, lagrange_step step)
+{
+    int status = LAGRANGE_OK, again = 0;
+    for (; !status && again < AGAIN; ++again) {
+        const double h = lagrange_resolved(run);
+        if (!(h < run->t_new - run->t_old)) {
+            break;
+        }
+        status = again_until(run, start, step, run->t_old + h);
+    }
+    return status;
+}
+
+/* Find the events of the last step; make it again until none is early in it. */
+static int locate(lagrange_run *run, lagrange_begin start, lagrange_step step,
+                  lagrange_interpolate interpolate, int *ended)
+{
+    int status = LAGRANGE_OK, again = 0;
+    *ended = lagrange_locate(run, interpolate);
+    for (; !status && *ended == LAGRANGE_ENDED && early(run) && again < AGAIN; ++again) {
+        const double end = run->t_old + BEHIND*(run->t - run->t_old);
+        lagrange_unlocate(run);
+        status = again_until(run, start, step, end);
+        *ended = status ? status : lagrange_locate(run, interpolate);
+    }
+    return status;
 }
 
 /* Step on until all samples are filled or a limit is reached.
@@ -176,11 +203,12 @@ int lagrange_advance(lagrange_run *run, lagrange_begin start, lagrange_step step
             status = step_in_piece(run, step, interpolate ? run->t_end : times[*filled]);
         }
         if (!status) {
-            int ended = run->events ? lagrange_locate(run, interpolate) : LAGRANGE_OK;
-            int again = 0;
-            for (; !status && ended == LAGRANGE_ENDED && early(run) && again < AGAIN; ++again) {
-                status = shorter(run, start, step);
-                ended = status ? status : lagrange_locate(run, interpolate);
+            int ended = LAGRANGE_OK;
+            if (run->landmarks && interpolate) {
+                status = resolve(run, start, step);
+            }
+            if (!status && run->events) {
+                status = locate(run, start, step, interpolate, &ended);
             }
             run->steps += 1;
             status = status ? status : take(run, interpolate, times, count, states, filled);

@@ -34,6 +34,19 @@ enum {
 
 struct lagrange_events;
 
+/* What sharp functions are the exponentials of (landmarks.c). */
+typedef struct {
+    lagrange_function function; /* all of them at once */
+    const void *p;
+    double *work;
+    double *level;  /* count: where each is next to nothing, if it is active */
+    double *active; /* count: whether a peak of each is passed now */
+    double *values; /* 8 rows of count */
+    double *state;  /* n */
+    int64_t count;
+    int64_t remade; /* steps that were made again */
+} lagrange_landmarks;
+
 /* One run of a method. Its caller sets everything above `t` and may change the
  * tolerances and max_step between calls. */
 typedef struct {
@@ -71,6 +84,7 @@ typedef struct {
     /* The change that leads positions, which stand in place of velocities, back to the constraints
      * along the gradients at the positions; or null. */
     lagrange_function shift;
+    lagrange_landmarks *landmarks; /* or null */
 } lagrange_run;
 
 #ifdef LAGRANGE_DIM
@@ -130,6 +144,10 @@ int lagrange_advance(lagrange_run *run, lagrange_begin start, lagrange_step step
                      lagrange_interpolate interpolate, const double *times, int64_t count,
                      double *states, int64_t *filled, int64_t most_steps,
                      double most_evaluations);
+
+/* How long the last step is to be, made again, for what is sharp in it to be resolved: as long as
+ * it was where that is so. */
+double lagrange_resolved(lagrange_run *run);
 
 /* The last step's events; LAGRANGE_ENDED where a terminal one has cut it. */
 int lagrange_locate(lagrange_run *run, lagrange_interpolate interpolate);

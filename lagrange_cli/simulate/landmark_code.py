@@ -1,0 +1,67 @@
+"""Exponents of sharp functions: where one has a peak, a force may act for a short time.
+
+``exp(−((t − c)/w)²)``, ``1/(w² + x²)``, ``tanh(x/w)`` and ``cos(x)^1000`` are smooth, and yet may
+do all that they do between two evaluations of a step. What they are the exponentials of changes
+slowly beside them: its peak shows on a step's interpolant, however narrow the force is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import sympy
+
+from lagrange_cli.mechanics.sparse import entries
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = ["landmarks"]
+
+#: Systems with more of them are left without.
+MOST = 32
+
+#: The least exponent of a power that is sharp at its largest.
+HIGH = 8
+
+#: Functions that go from one value to another within a few units of their argument.
+_STEPS = (sympy.tanh, sympy.atan)
+
+
+def landmarks(equations: Equations) -> tuple[Expr, ...]:
+    """What sharp functions in the equations are the exponentials of, over q, v, t, parameters.
+
+    A function has a peak, or its step, where one of these has a peak. None where there are more
+    than can be watched.
+    """
+    moving = {equations.t, *(s for c in equations.coordinates for s in (c.q, c.v))}
+    every: dict[Expr, None] = {}
+    for expression in _expressions(equations):
+        for part in sympy.preorder_traversal(expression):
+            for exponent in _exponents(part):
+                if not moving.isdisjoint(exponent.free_symbols):
+                    every[exponent] = None
+    return tuple(every) if len(every) <= MOST else ()
+
+
+def _expressions(equations: Equations) -> Iterator[Expr]:
+    yield from equations.forcing
+    for row in equations.mass_matrix:
+        yield from entries(row).values()
+
+
+def _exponents(e: Expr) -> Iterator[Expr]:
+    if isinstance(e, sympy.exp):
+        yield e.args[0]
+        yield -sympy.Abs(e.args[0])
+    elif isinstance(e, _STEPS):
+        yield -sympy.Abs(e.args[0])
+    elif e.is_Pow and e.exp.is_number and (e.exp.is_negative or e.exp >= HIGH):
+        if isinstance(e.base, sympy.cosh):
+            # As good as its logarithm, and never too large.
+            yield e.exp * sympy.Abs(e.base.args[0])
+        else:
+            yield e.exp * sympy.log(sympy.Abs(e.base))
