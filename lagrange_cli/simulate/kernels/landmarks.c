@@ -20,7 +20,7 @@ enum { PARTS = 4, NEAR_START = PARTS + 1, NEAR_END, TIMES };
 #define RESOLVED 4.0
 #define NOTHING 37.0
 #define HINT 0.5
-#define NEAR 1e-6
+#define NEAR 1e-10
 
 /* An exponent along the last step. */
 typedef struct {
@@ -115,7 +115,7 @@ static double resolved(const along *g, const double *v)
         least = fmin(least, v[k]);
     }
     if (m->active[g->index] > 0.0) {
-        if (v[best] - low > RESOLVED && v[best] > m->level[g->index]) {
+        if (v[best] - low > RESOLVED && v[best] > m->level[g->index] - RESOLVED) {
             return h/2.0;
         }
         m->active[g->index] = v[PARTS] > m->level[g->index] || v[PARTS] > v[0] ? 1.0 : 0.0;
