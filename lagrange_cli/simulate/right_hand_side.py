@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import copy
-import ctypes
 import math
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -15,26 +12,19 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.cache import Cache, open_cache
-from lagrange_cli.simulate import kernels
-from lagrange_cli.simulate.compiler import CompileError, find_compiler
+from lagrange_cli.simulate.compiler import CompileError
 from lagrange_cli.simulate.contact_parts import ContactParts, InterpretedParts, NativeParts
 from lagrange_cli.simulate.contacts import ContactRhs
 from lagrange_cli.simulate.driving import Drive, drive_of
 from lagrange_cli.simulate.guard import beside_places
 from lagrange_cli.simulate.integrators.base import Array, Rhs, Shift
-from lagrange_cli.simulate.integrators.expressions import Tracing
 from lagrange_cli.simulate.integrators.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.native import (
     DOUBLE,
     EXTENDED,
-    Driving,
-    NativeReal,
-    NativeRhs,
-    function_type,
-    projection_type,
 )
-from lagrange_cli.simulate.integrators.pieces import Pieces, with_projection
-from lagrange_cli.simulate.library import Source, load
+from lagrange_cli.simulate.integrators.pieces import with_projection
+from lagrange_cli.simulate.libraries import Libraries, pieces_of
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.parameters import SIDES, given, off
 from lagrange_cli.simulate.surfaces import (
@@ -65,12 +55,6 @@ __all__ = [
     "right_hand_side",
     "right_hand_sides",
 ]
-
-#: int64_t lagrange_digits(void)
-_DIGITS = ctypes.CFUNCTYPE(ctypes.c_int64)
-
-#: Options for the text of a system.
-OPTIONS = ("-O2",)
 
 #: Part of a budget after which the compiler is given up, so that the rest is for Python.
 COMPILING = 0.5
@@ -197,132 +181,7 @@ def _with_contacts(
     )
 
 
-def _pieces(drive: Drive | None, pattern: int) -> Pieces | None:
-    """Pieces of inputs, off by their rounding error in a pattern other than 0."""
-    if drive is None:
-        return None
-    return drive.disturbed(pattern) if pattern else drive.pieces
-
-
 # Machine code.
-
-
-def _reading(trace: Tracing, count: int) -> Tracing:
-    """The same of the first ``count`` parameters."""
-    return lambda known, t, y, p, u: trace(known, t, y, p[:count], u)
-
-
-class _Libraries:
-    """A model's functions and the integrators for it, loaded for one type of numbers.
-
-    Raises
-    ------
-    CompileError
-        There is no compiler, or it failed, or had not ended at the deadline.
-    """
-
-    def __init__(
-        self, model: Model, drive: Drive | None, cache: Cache, real: NativeReal, deadline: float
-    ) -> None:
-        code, options = model.code, kernels.options(2 * len(model.coordinates))
-        system, stepping = {"system.c": code.c}, kernels.files("stepping")
-        if real is not DOUBLE:
-            system, stepping = kernels.extended(system), kernels.extended(stepping)
-        else:
-            system = {"system.c": code.c + code.lanes, **kernels.headers()}
-        sources = [Source(system, OPTIONS), Source(stepping, options)]
-        self.system, self.stepper = load(find_compiler(), sources, cache, deadline)
-        self._compile: Callable[[str], list[ctypes.CDLL]] = lambda group: load(
-            find_compiler(), [Source(kernels.files(group), options)], cache, deadline
-        )
-        self._further: dict[str, ctypes.CDLL | None] = {}
-        self.model, self._real, self.drive = model, real, drive
-        self._functions = sources[0].functions
-
-    def of(self, model: Model) -> _Libraries:
-        """The same for a model of other numbers."""
-        found = copy.copy(self)
-        found.model = model
-        return found
-
-    def function(
-        self,
-        name: str,
-        pattern: int = 0,
-        parameters: Array | None = None,
-        guards: Array | None = None,
-    ) -> NativeRhs:
-        """A function of the system; its numbers are off by their rounding in a pattern not 0.
-
-        ``parameters``: those that it reads, if not the model's; ``guards``: numbers of
-        :func:`.guard.guards`, for the guarded form of a right-hand side.
-        """
-        if parameters is None:
-            parameters = off(self.model, pattern, self._real) if pattern else given(self.model)
-        guarded, trace = "", tracing(self.model.code.python, name)
-        if guards is not None:
-            guarded, trace = "guarded_", _reading(trace, len(parameters))
-            parameters = np.concatenate([parameters, guards])
-        pieces = _pieces(self.drive, pattern)
-        entry = function_type(self._real)((f"system_{guarded}{name}", self.system))
-        lanes = f"system_{guarded}{name}_lanes"
-        at_once = self.system[lanes] if lanes in self._functions else None
-        work = np.empty(self.model.code.work)
-        projection = self._projection if self.model.multipliers else None
-        return NativeRhs(
-            entry,
-            parameters,
-            work,
-            self.holding,
-            at_once,
-            self._real,
-            projection,
-            None if pieces is None else Driving(pieces, self._real),
-            trace,
-            self._shift,
-        )
-
-    def holding(self, kernel: str) -> ctypes.CDLL | None:
-        """The library that holds a kernel, None where it cannot be compiled or is for doubles."""
-        if kernel in kernels.GROUPS["stepping"]:
-            return self.stepper
-        if self._real is not DOUBLE:
-            return None
-        group = next(name for name, held in kernels.GROUPS.items() if kernel in held)
-        if group not in self._further:
-            self._further[group] = None
-            with suppress(CompileError):
-                self._further[group] = self._compile(group)[0]
-        return self._further[group]
-
-    @property
-    def _projection(self) -> Any:
-        return projection_type(self._real)(("system_project", self.system))
-
-    @property
-    def _shift(self) -> Any:
-        known = "system_shifted_change" in self._functions
-        entry = ("system_shifted_change", self.system)
-        return function_type(self._real)(entry) if known else None
-
-    def sides(self, guards: Array | None = None) -> tuple[NativeRhs, tuple[NativeRhs, NativeRhs]]:
-        """The right-hand side, and the two disturbed ones; guarded with some ``guards``."""
-        one, other = (self.function("disturbed", pattern, guards=guards) for pattern in (1, 2))
-        return self.function("rhs", guards=guards), (one, other)
-
-    @property
-    def landmarks(self) -> NativeLandmarks | None:
-        """The exponents of sharp functions, None where there are none."""
-        if not self.model.landmarks:
-            return None
-        entry = function_type(self._real)(("system_landmarks", self.system))
-        work = np.empty(self.model.code.work)
-        return NativeLandmarks(entry, given(self.model), work, self.model.landmarks)
-
-    @property
-    def digits(self) -> int:
-        """Binary digits of the numbers that the compiler made of the type."""
-        return int(_DIGITS(("lagrange_digits", self.stepper))())
 
 
 def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandSide:
@@ -337,7 +196,7 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
     """
     started = time.perf_counter()
     drive = drive_of(model.recordings)
-    libraries = _Libraries(model, drive, cache, DOUBLE, started + COMPILING * budget)
+    libraries = Libraries(model, drive, cache, DOUBLE, started + COMPILING * budget)
     return _native(libraries, cache, started + budget)
 
 
@@ -353,14 +212,14 @@ def right_hand_sides(model: Model, cache: Cache | None = None) -> Callable[[Mode
     """
     kept, drive = open_cache() if cache is None else cache, drive_of(model.recordings)
     try:
-        libraries = _Libraries(model, drive, kept, DOUBLE, math.inf)
+        libraries = Libraries(model, drive, kept, DOUBLE, math.inf)
     except CompileError as error:
         reason = error.reason
         return lambda other: interpreted(other, reason)
     return lambda other: _native(libraries.of(other), kept, math.inf)
 
 
-def _native(libraries: _Libraries, cache: Cache, deadline: float) -> RightHandSide:
+def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSide:
     """The functions of loaded libraries, with the parameters of their model bound."""
     model, drive = libraries.model, libraries.drive
     width = 2 * len(model.coordinates)
@@ -409,7 +268,7 @@ def _native(libraries: _Libraries, cache: Cache, deadline: float) -> RightHandSi
         model,
         found,
         lambda pattern: NativeParts(
-            model, libraries.system, libraries.holding, _pieces(drive, pattern)
+            model, libraries.system, libraries.holding, pieces_of(drive, pattern)
         ),
         surfaces,
     )
@@ -428,7 +287,7 @@ def _wider(
     if EXTENDED.epsilon >= DOUBLE.epsilon:
         return None
     try:
-        libraries = _Libraries(model, drive, cache, EXTENDED, deadline)
+        libraries = Libraries(model, drive, cache, EXTENDED, deadline)
     except CompileError:
         if time.perf_counter() >= deadline:
             raise StoppedError from None
@@ -463,7 +322,7 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
     def given_to(name: str, pattern: int = 0) -> Rhs:
         parameters = off(model, pattern) if pattern else given(model)
         trace = tracing(model.code.python, name)
-        return bound(functions[name], parameters.tolist(), _pieces(drive, pattern), trace)
+        return bound(functions[name], parameters.tolist(), pieces_of(drive, pattern), trace)
 
     def table(name: str, columns: int) -> Table:
         return interpreted_table(given_to(name), columns) if columns else no_columns
@@ -485,7 +344,7 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
 
     def surfaces_beside(beside: Callable[[Rhs], Rhs]) -> MakeSurfaces | None:
         return makes_surfaces(
-            model, lambda pattern: InterpretedCode(functions, _pieces(drive, pattern), beside)
+            model, lambda pattern: InterpretedCode(functions, pieces_of(drive, pattern), beside)
         )
 
     plain = RightHandSide(
@@ -506,6 +365,6 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
     return _with_contacts(
         model,
         found,
-        lambda pattern: InterpretedParts(model, functions, _pieces(drive, pattern)),
+        lambda pattern: InterpretedParts(model, functions, pieces_of(drive, pattern)),
         surfaces,
     )

@@ -7,7 +7,6 @@ The code reads the weights of the sides behind the scene's parameters (see
 from __future__ import annotations
 
 import copy
-import ctypes
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias
@@ -18,8 +17,9 @@ from lagrange_cli.simulate.integrators.base import Array, Rhs
 from lagrange_cli.simulate.integrators.crossing import Rates, Sides, Surfaces
 from lagrange_cli.simulate.integrators.events import NativeEvents
 from lagrange_cli.simulate.integrators.falling import Falling
-from lagrange_cli.simulate.integrators.native import RHS, NativeRhs
+from lagrange_cli.simulate.integrators.native import RHS
 from lagrange_cli.simulate.integrators.pieces import Pieces, with_projection
+from lagrange_cli.simulate.libraries import Libraries
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.parameters import given
 from lagrange_cli.simulate.tables import Table, bound, interpreted_table, native_table
@@ -163,22 +163,6 @@ class ModelSurfaces(Surfaces):
         function, work = native
         falling, terminal = (-1,) * len(signs), (True,) * len(signs)
         return NativeEvents(function, falling, terminal, parameters, work, signs, noise)
-
-
-class Libraries(Protocol):
-    """Machine code of a model (:mod:`.right_hand_side`)."""
-
-    system: ctypes.CDLL
-    model: Model
-
-    def function(
-        self,
-        name: str,
-        pattern: int = 0,
-        parameters: Array | None = None,
-        guards: Array | None = None,
-    ) -> NativeRhs:
-        """A function of the system, with its parameters bound."""
 
 
 class NativeCode:

@@ -36,10 +36,10 @@ from lagrange_cli.simulate.integrators.side_by_side import (
     Steps,
     digits_of,
 )
+from lagrange_cli.simulate.libraries import OPTIONS
 from lagrange_cli.simulate.library import Source, load
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.problem import InitialValueProblem, scales_from, spacing
-from lagrange_cli.simulate.right_hand_side import OPTIONS
 from lagrange_cli.simulate.verdict import FLOOR_ULPS, verdict
 
 __all__ = ["METHOD", "Runs", "Together", "together"]
