@@ -47,7 +47,7 @@ def start(
         raise ValueError(f"{method.name} cannot move its states onto constraints")
     if isinstance(rhs, SwitchedRhs):
         return Switching(partial(start, method), rhs, t0, y0, t_end, control)
-    if surfaces_of(rhs) is not None and method.interpolates:
+    if surfaces_of(rhs) is not None and method.interpolates and not method.traces:
         return Crossing(partial(start, method), rhs, t0, y0, t_end, control)
     implementation = _implementation(method, rhs)
     if implementation is method and pieces(rhs) is not None:
