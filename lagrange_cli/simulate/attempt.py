@@ -12,8 +12,8 @@ from lagrange_cli.simulate.agreement import Agreement, agreement, at_the_end, en
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Array, State, projection
-from lagrange_cli.simulate.integrators.crossing import surfaces_of
 from lagrange_cli.simulate.integrators.native import NativeRhs
+from lagrange_cli.simulate.integrators.sides import surfaces_of
 from lagrange_cli.simulate.integrators.switched import SwitchedRhs
 from lagrange_cli.simulate.pilot import Pilot, suits_gauss
 from lagrange_cli.simulate.problem import InitialValueProblem, RunningScales

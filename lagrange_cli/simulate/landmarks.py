@@ -7,9 +7,9 @@ from dataclasses import replace
 from functools import partial
 
 from lagrange_cli.simulate.integrators.base import Rhs
-from lagrange_cli.simulate.integrators.crossing import surfaces_of
 from lagrange_cli.simulate.integrators.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.native import NativeRhs
+from lagrange_cli.simulate.integrators.sides import surfaces_of
 from lagrange_cli.simulate.problem import InitialValueProblem
 
 __all__ = ["watching"]

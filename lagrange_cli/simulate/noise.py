@@ -6,7 +6,7 @@ import numpy as np
 
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
 from lagrange_cli.simulate.integrators.base import Array, Rhs
-from lagrange_cli.simulate.integrators.crossing import surfaces_of
+from lagrange_cli.simulate.integrators.sides import surfaces_of
 from lagrange_cli.simulate.problem import InitialValueProblem
 
 __all__ = ["NOISE_PART", "noise_of_step"]

@@ -10,9 +10,9 @@ import numpy as np
 
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.integrators.base import Array, Rhs, State
-from lagrange_cli.simulate.integrators.crossing import surfaces_of
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.pieces import pieces
+from lagrange_cli.simulate.integrators.sides import surfaces_of
 from lagrange_cli.simulate.integrators.taylor import Taylor
 from lagrange_cli.simulate.landmarks import watching
 from lagrange_cli.simulate.noise import NOISE_PART, noise_of_step

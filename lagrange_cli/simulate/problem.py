@@ -45,7 +45,8 @@ class InitialValueProblem:
     ``widens``. ``room`` gives each run a place for its samples where memory is not to hold
     them. ``read_off``: other coordinates are to be found from these. ``between`` is how far
     components go between samples that show next to nothing of it (:func:`between_samples`).
-    ``landmarks``: exponents of sharp functions, None where there are none, or where they are watched already.
+    ``landmarks``: exponents of sharp functions, None where there are none, or where they are
+    watched already.
     """
 
     rhs: Rhs

@@ -14,11 +14,11 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Rhs
-from lagrange_cli.simulate.integrators.crossing import Rates, Sides, Surfaces
 from lagrange_cli.simulate.integrators.events import NativeEvents
 from lagrange_cli.simulate.integrators.falling import Falling
 from lagrange_cli.simulate.integrators.native import RHS
 from lagrange_cli.simulate.integrators.pieces import Pieces, with_projection
+from lagrange_cli.simulate.integrators.sides import Rates, Sides, Surfaces
 from lagrange_cli.simulate.libraries import Libraries
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.parameters import given
@@ -76,7 +76,7 @@ class ModelSurfaces(Surfaces):
     known
         The number of parameters that the other functions read.
     positional
-        See :class:`.integrators.crossing.Surfaces`.
+        See :class:`.integrators.sides.Surfaces`.
     """
 
     def __init__(

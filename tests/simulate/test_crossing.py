@@ -191,6 +191,12 @@ def test_rest_at_a_kink_that_pushes_back_is_rest(functions, section):
     assert not found.columns["x"].any()
 
 
+def test_a_start_on_a_kink_with_a_speed_passes_it(functions):
+    found = moved(functions, body('potentials: {v: "abs(x)"}', "x: 0, dot(x): 1", 3), accuracy=1e-9)
+    assert found.status == "ok", found.reason
+    assert found.state["x"] == pytest.approx(-(1 - 0.5), abs=1e-8)
+
+
 def test_a_jump_of_the_potential_is_refused(functions):
     found = moved(functions, body('potentials: {v: "sign(x)"}', "x: -1, dot(x): 3", 2))
     assert found.status == "blow_up"

@@ -13,7 +13,7 @@ from lagrange_cli.simulate.integrators.base import (
     projection,
 )
 from lagrange_cli.simulate.integrators.compiled import COMPILED
-from lagrange_cli.simulate.integrators.crossing import Crossing, surfaces_of
+from lagrange_cli.simulate.integrators.crossing import Crossing
 from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.ida import IDA
 from lagrange_cli.simulate.integrators.implicit import BDF, LSODA, Radau
@@ -21,6 +21,7 @@ from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.pieces import in_pieces, pieces
 from lagrange_cli.simulate.integrators.rattle import Rattle
 from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4, RK45
+from lagrange_cli.simulate.integrators.sides import surfaces_of
 from lagrange_cli.simulate.integrators.sundials import CVODE, CVODEAdams
 from lagrange_cli.simulate.integrators.switched import SwitchedRhs
 from lagrange_cli.simulate.integrators.switching import Switching

@@ -11,11 +11,9 @@ holds a body at rest. Where more than one of these is possible, the motion is no
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import product
-from typing import Any, ClassVar, TypeAlias
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -27,10 +25,11 @@ from lagrange_cli.simulate.integrators.base import (
     Rhs,
     State,
     StepError,
-    projection,
 )
 from lagrange_cli.simulate.integrators.falling import RISES, Falling
+from lagrange_cli.simulate.integrators.sides import Sides, put, surfaces_of
 from lagrange_cli.simulate.integrators.switching import LOCATED, TOGETHER, Begin
+from lagrange_cli.simulate.integrators.ways import Slide, only, ways_on
 
 __all__ = [
     "AMBIGUOUS",
@@ -38,20 +37,7 @@ __all__ = [
     "IMPULSIVE",
     "UNSETTLED",
     "Crossing",
-    "Rates",
-    "Sides",
-    "Surfaces",
-    "surfaces_of",
 ]
-
-#: On which side of each surface: 1, −1, or the part between that keeps the motion on it.
-Sides: TypeAlias = tuple[float, ...]
-
-#: A surface is met where its function is below this part of the terms that it is the sum of.
-ON_SURFACE = 1e-14
-
-#: Surfaces met at one instant of which every combination of sides is looked at.
-MOST_AT_ONCE = 3
 
 #: Crossings of each surface one upon the other that are taken for endless.
 CHATTER = 40
@@ -68,9 +54,6 @@ MOST_CROSSINGS = 250_000
 #: Part of the energy that may change where a surface is crossed: more is an impulse.
 ENERGY_STEP = 1e-9
 
-#: How exactly rates must hang linearly on the part between both sides of a surface.
-LINEAR = 1e-6
-
 #: Why a motion cannot be continued.
 AMBIGUOUS = (
     "the motion from there is not unique: abs, sign, min or max has a kink there that pushes"
@@ -82,109 +65,6 @@ IMPULSIVE = (
     "the energy jumps where abs, sign, min or max does, so that an impulse acts that the"
     " equations do not hold"
 )
-
-
-@dataclass(frozen=True)
-class Rates:
-    """How the functions of the surfaces change.
-
-    Attributes
-    ----------
-    first, second
-        First rates, and second ones of surfaces that do not hang on velocities, shape (S,).
-    sizes
-        Magnitudes that the first rates are sums of, shape (S,).
-    """
-
-    first: Array
-    second: Array
-    sizes: Array
-
-    def leading(self, k: int, positional: bool) -> float:
-        """The first of them that is not zero but for rounding, 0 where there is none."""
-        if abs(self.first[k]) > ON_SURFACE * self.sizes[k]:
-            return float(self.first[k])
-        return float(self.second[k]) if positional else 0.0
-
-
-class Surfaces(ABC):
-    """The switching surfaces of a right-hand side, which has them as its attribute ``surfaces``.
-
-    Attributes
-    ----------
-    positional
-        Of each surface whether it hangs on positions and time alone.
-    """
-
-    positional: tuple[bool, ...]
-
-    @abstractmethod
-    def side(self, sides: Sides) -> Rhs:
-        """The smooth right-hand side on these sides."""
-
-    @abstractmethod
-    def through(self, change: Callable[[Rhs], Rhs]) -> Surfaces:
-        """The same with every right-hand side changed."""
-
-    @abstractmethod
-    def values(self, t: float, y: Array, sides: Sides) -> tuple[Array, Array]:
-        """What is positive on these sides, and the magnitudes behind it, both (S,)."""
-
-    @abstractmethod
-    def rates(self, t: float, y: Array, sides: Sides, slope: Array) -> Rates:
-        """How they change where the state has the slope ``slope`` (of y)."""
-
-    @abstractmethod
-    def energy(self, t: float, y: Array, sides: Sides) -> float:
-        """The energy function on these sides."""
-
-    @abstractmethod
-    def falling(
-        self,
-        sides: Sides,
-        signs: tuple[float, ...],
-        noise: tuple[float, ...],
-        beside: Falling | None,
-    ) -> Falling:
-        """Where the motion leaves these sides, behind what else is looked for."""
-
-    def placed(
-        self, t: float, y: Array, sides: Sides, met: Sequence[int] = ()
-    ) -> tuple[Sides, tuple[int, ...]]:
-        """The sides of surfaces on which a state is not, and the numbers of the others.
-
-        Those that are ``met`` are among them. A surface may hang on the sides of those before it.
-        """
-        on = set(met)
-        for _ in range(len(sides) + 1):
-            values, sizes = self.values(t, y, sides)
-            on = {*met, *map(int, np.flatnonzero(np.abs(values) <= ON_SURFACE * sizes))}
-            clear = [k for k in range(len(sides)) if k not in on and values[k] != 0]
-            placed = _put(sides, {k: float(np.sign(values[k])) for k in clear})
-            if placed == sides:
-                break
-            sides = placed
-        return sides, tuple(sorted(on))
-
-    def around(self, t: float, y: Array) -> Sides:
-        """The sides of a state; of surfaces on which it is the positive ones."""
-        return self.placed(t, y, (1.0,) * len(self.positional))[0]
-
-
-def surfaces_of(rhs: Rhs) -> Surfaces | None:
-    """The switching surfaces of a right-hand side, None where it has none."""
-    surfaces: Surfaces | None = getattr(rhs, "surfaces", None)
-    return surfaces
-
-
-@dataclass(frozen=True)
-class _Way:
-    """One way in which the motion may go on, with its slope, and whether it departs at once from
-    each surface that it meets."""
-
-    sides: Sides
-    slope: Array
-    departs: bool
 
 
 class Crossing(Integrator):
@@ -345,7 +225,7 @@ class Crossing(Integrator):
         """Leave a surface along which the motion slid, to the side that no longer pushes back."""
         place = event - (len(self._sides) - len(sliding))
         k, upper = sliding[place // 2], place % 2 == 0
-        self._stand(_put(self._sides, {k: 1.0 if upper else -1.0}), (k,))
+        self._stand(put(self._sides, {k: 1.0 if upper else -1.0}), (k,))
 
     def _begin_piece(
         self, signs: tuple[float, ...], noise: tuple[float, ...], first_step: float = np.inf
@@ -395,9 +275,8 @@ class Crossing(Integrator):
         if not on:
             self._stand(self._sides, ())
             return
-        quick = self._passed(on) if met else None
-        ways = [quick] if quick is not None else list(self._ways(on))
-        chosen = _only(ways)
+        ways = ways_on(self._surfaces, self.t, self.y, self._sides, on)
+        chosen = only(ways)
         if chosen is None:
             self._run = None
             self._stuck = AMBIGUOUS if ways else UNSETTLED
@@ -406,63 +285,13 @@ class Crossing(Integrator):
         else:
             self._stand(chosen.sides, on)
 
-    def _passed(self, on: Sequence[int]) -> _Way | None:
-        """The way through surfaces of positions, which are passed whatever acts; None where one
-        of them is another, or is only touched."""
-        positional = self._surfaces.positional
-        sides = _put(self._sides, dict.fromkeys(on, 1.0))
-        slope = self._surfaces.side(sides)(self.t, self.y)
-        rates = self._surfaces.rates(self.t, self.y, sides, slope)
-        clear = np.abs(rates.first) > ON_SURFACE * rates.sizes
-        if not all(positional[k] and clear[k] for k in on):
-            return None
-        sides = _put(self._sides, {k: float(np.sign(rates.first[k])) for k in on})
-        return _Way(sides, slope, True)
-
-    def _ways(self, on: Sequence[int]) -> Iterator[_Way]:
-        """The ways in which the motion may go on from surfaces."""
-        if len(on) > MOST_AT_ONCE:
-            return
-        for choice in product((1.0, -1.0, 0.0), repeat=len(on)):
-            sides = _put(self._sides, dict(zip(on, choice, strict=True)))
-            held = [k for k, side in zip(on, choice, strict=True) if side == 0]
-            way = self._held(sides, held) if held else self._free(sides)
-            if way is not None and self._consistent(way, [k for k in on if k not in held]):
-                yield replace(way, departs=self._departs(way, [k for k in on if k not in held]))
-
-    def _free(self, sides: Sides) -> _Way | None:
-        slope = self._surfaces.side(sides)(self.t, self.y)
-        return _Way(sides, slope, True) if np.isfinite(slope).all() else None
-
-    def _held(self, sides: Sides, held: Sequence[int]) -> _Way | None:
-        """The way along surfaces that hold the motion from both sides, if they do."""
-        parts, slope = _Slide(self._surfaces, sides, held).parts(self.t, self.y)
-        if not np.isfinite(slope).all() or not (np.abs(parts) < 1).all():
-            return None
-        placed = _put(sides, dict(zip(held, parts.tolist(), strict=True)))
-        exact = self._surfaces.side(placed)(self.t, self.y)
-        end = self._surfaces.side(_put(sides, dict.fromkeys(held, 1.0)))(self.t, self.y)
-        size = (np.abs(exact) + np.abs(slope) + np.abs(end)).max()
-        linear = bool((np.abs(exact - slope) <= LINEAR * size).all())
-        return _Way(placed, slope, True) if linear else None
-
-    def _consistent(self, way: _Way, on: Sequence[int]) -> bool:
-        """Whether a way keeps to the sides that it is for."""
-        rates = self._surfaces.rates(self.t, self.y, way.sides, way.slope)
-        leading = [rates.leading(k, self._surfaces.positional[k]) for k in on]
-        return all(way.sides[k] * rate >= 0 for k, rate in zip(on, leading, strict=True))
-
-    def _departs(self, way: _Way, on: Sequence[int]) -> bool:
-        rates = self._surfaces.rates(self.t, self.y, way.sides, way.slope)
-        return any(rates.leading(k, self._surfaces.positional[k]) != 0 for k in on)
-
     def _jumps(self, before: Sides, after: Sides) -> bool:
         """Whether the energy is another one behind the surfaces, for the same state."""
         one, other = (self._surfaces.energy(self.t, self.y, s) for s in (before, after))
         return bool(abs(one - other) > ENERGY_STEP * (abs(one) + abs(other)))
 
-    def _slide(self, sliding: Sequence[int]) -> _Slide:
-        return _Slide(self._surfaces, self._sides, sliding)
+    def _slide(self, sliding: Sequence[int]) -> Slide:
+        return Slide(self._surfaces, self._sides, sliding)
 
     def _stand(self, sides: Sides, on: Sequence[int]) -> None:
         """Begin a piece here on these sides, unless nothing is left of the motion."""
@@ -513,58 +342,3 @@ class Crossing(Integrator):
             begun = state["signs"], state["noise"], state["first_step"]
             self._begin_piece(*begun).restore(state["run"])
         super().restore(state)
-
-
-def _put(sides: Sides, changed: dict[int, float]) -> Sides:
-    return tuple(changed.get(k, side) for k, side in enumerate(sides))
-
-
-def _only(ways: Sequence[_Way]) -> _Way | None:
-    """The way that the motion takes; None where there is none, or more than one.
-
-    Ways that differ in nothing but the name of a side are one.
-    """
-    if not ways:
-        return None
-    first = ways[0]
-    same = all(np.array_equal(way.slope, first.slope) for way in ways)
-    if same:
-        return next((way for way in ways if not way.departs), first)
-    return first if len(ways) == 1 else None
-
-
-class _Slide:
-    """The right-hand side along surfaces that hold the motion, called like any.
-
-    Their functions stay zero: the parts between both sides solve a linear system, whose entries
-    are differences of rates.
-    """
-
-    def __init__(self, surfaces: Surfaces, sides: Sides, held: Sequence[int]) -> None:
-        self._surfaces, self._held = surfaces, list(held)
-        self._base = _put(sides, dict.fromkeys(held, 0.0))
-        self._ends = [_put(self._base, {k: 1.0}) for k in held]
-        self.project = projection(surfaces.side(self._base))
-
-    def __call__(self, t: float, y: Array) -> Array:
-        return self.parts(t, y)[1]
-
-    def parts(self, t: float, y: Array) -> tuple[Array, Array]:
-        """The parts between both sides, and the slope."""
-        slope, rates = self._at(t, y, self._base)
-        ends = [self._at(t, y, sides) for sides in self._ends]
-        matrix = np.array([r - rates for _, r in ends]).T
-        try:
-            parts = np.linalg.solve(matrix, -rates)
-        except np.linalg.LinAlgError:
-            return np.full(len(self._held), np.nan), np.full(len(y), np.nan)
-        changes = np.array([end - slope for end, _ in ends])
-        return parts, slope + parts @ changes
-
-    def _at(self, t: float, y: Array, sides: Sides) -> tuple[Array, Array]:
-        """The slope on some sides, and how the surfaces that hold the motion change there."""
-        slope = self._surfaces.side(sides)(t, y)
-        rates = self._surfaces.rates(t, y, self._base, slope)
-        positional = self._surfaces.positional
-        held = [rates.second[k] if positional[k] else rates.first[k] for k in self._held]
-        return slope, np.array(held)

@@ -17,7 +17,7 @@ from lagrange_cli.simulate.integrators.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.pieces import Pieces
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.integrators.crossing import Surfaces
+    from lagrange_cli.simulate.integrators.sides import Surfaces
 
 __all__ = [
     "DOUBLE",

@@ -1,0 +1,123 @@
+"""Switching surfaces of right-hand sides: what tells on which side of them a state is.
+
+Where ``abs``, ``sign``, ``min`` or ``max`` has a kink or a jump, its argument vanishes on a surface
+in the space of states. Beside it the equations are smooth, and go on past it.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.integrators.falling import Falling
+
+__all__ = ["ON_SURFACE", "Rates", "Sides", "Surfaces", "put", "surfaces_of"]
+
+#: On which side of each surface: 1, −1, or the part between that keeps the motion on it.
+Sides: TypeAlias = tuple[float, ...]
+
+#: A surface is met where its function is below this part of the terms that it is the sum of.
+ON_SURFACE = 1e-14
+
+
+@dataclass(frozen=True)
+class Rates:
+    """How the functions of the surfaces change.
+
+    Attributes
+    ----------
+    first, second
+        First rates, and second ones of surfaces that do not hang on velocities, shape (S,).
+    sizes
+        Magnitudes that the first rates are sums of, shape (S,).
+    """
+
+    first: Array
+    second: Array
+    sizes: Array
+
+    def leading(self, k: int, positional: bool) -> float:
+        """The first of them that is not zero but for rounding, 0 where there is none."""
+        if abs(self.first[k]) > ON_SURFACE * self.sizes[k]:
+            return float(self.first[k])
+        return float(self.second[k]) if positional else 0.0
+
+
+class Surfaces(ABC):
+    """The switching surfaces of a right-hand side, which has them as its attribute ``surfaces``.
+
+    Attributes
+    ----------
+    positional
+        Of each surface whether it hangs on positions and time alone.
+    """
+
+    positional: tuple[bool, ...]
+
+    @abstractmethod
+    def side(self, sides: Sides) -> Rhs:
+        """The smooth right-hand side on these sides."""
+
+    @abstractmethod
+    def through(self, change: Callable[[Rhs], Rhs]) -> Surfaces:
+        """The same with every right-hand side changed."""
+
+    @abstractmethod
+    def values(self, t: float, y: Array, sides: Sides) -> tuple[Array, Array]:
+        """What is positive on these sides, and the magnitudes behind it, both (S,)."""
+
+    @abstractmethod
+    def rates(self, t: float, y: Array, sides: Sides, slope: Array) -> Rates:
+        """How they change where the state has the slope ``slope`` (of y)."""
+
+    @abstractmethod
+    def energy(self, t: float, y: Array, sides: Sides) -> float:
+        """The energy function on these sides."""
+
+    @abstractmethod
+    def falling(
+        self,
+        sides: Sides,
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
+        beside: Falling | None,
+    ) -> Falling:
+        """Where the motion leaves these sides, behind what else is looked for."""
+
+    def placed(
+        self, t: float, y: Array, sides: Sides, met: Sequence[int] = ()
+    ) -> tuple[Sides, tuple[int, ...]]:
+        """The sides of surfaces on which a state is not, and the numbers of the others.
+
+        Those that are ``met`` are among them. A surface may hang on the sides of those before it.
+        """
+        on = set(met)
+        for _ in range(len(sides) + 1):
+            values, sizes = self.values(t, y, sides)
+            on = {*met, *map(int, np.flatnonzero(np.abs(values) <= ON_SURFACE * sizes))}
+            clear = [k for k in range(len(sides)) if k not in on and values[k] != 0]
+            placed = put(sides, {k: float(np.sign(values[k])) for k in clear})
+            if placed == sides:
+                break
+            sides = placed
+        return sides, tuple(sorted(on))
+
+    def around(self, t: float, y: Array) -> Sides:
+        """The sides of a state; of surfaces on which it is the positive ones."""
+        return self.placed(t, y, (1.0,) * len(self.positional))[0]
+
+
+def surfaces_of(rhs: Rhs) -> Surfaces | None:
+    """The switching surfaces of a right-hand side, None where it has none."""
+    surfaces: Surfaces | None = getattr(rhs, "surfaces", None)
+    return surfaces
+
+
+def put(sides: Sides, changed: Mapping[int, float]) -> Sides:
+    """The sides with those of some surfaces replaced."""
+    return tuple(changed.get(k, side) for k, side in enumerate(sides))
