@@ -23,6 +23,7 @@ from lagrange_cli.mechanics.equations import (
     ShownEquation,
 )
 from lagrange_cli.mechanics.formulation import formulated, reduced_for, replaced_chart, start
+from lagrange_cli.mechanics.jumps import jump_warnings
 from lagrange_cli.mechanics.language import decimal_literals, to_sympy, total_derivative
 from lagrange_cli.mechanics.parameters import nearest_double
 from lagrange_cli.mechanics.proofs import open_questions, proven
@@ -184,6 +185,7 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
             *reduced.warnings,
             *_unused_warnings(scene, structure.unused_parameters),
             *filter(None, [singular_start(derivation, initial)]),
+            *jump_warnings(reduced),
         ),
         remarks=_remarks(derivation, initial),
         closures=derivation.closures,

@@ -117,7 +117,8 @@ class Model:
     numbers vanish there. ``chart``: coordinates that these have replaced. ``massless``: those
     whose inertia vanishes everywhere with the parameters that are 0. ``surfaces`` has an
     entry for each switching surface of ``abs``, ``sign``, ``min`` and ``max``: whether it hangs on
-    positions and time alone (:mod:`lagrange_cli.simulate.surface_code`). ``landmarks``: the number
+    positions and time alone (:mod:`lagrange_cli.simulate.surface_code`), and ``continuous`` the
+    number of quantities that jump there only if an impulse acts. ``landmarks``: the number
     of exponents of sharp functions (:mod:`lagrange_cli.simulate.landmark_code`).
     """
 
@@ -144,6 +145,7 @@ class Model:
     chart: FormerChart | None = None
     massless: tuple[str, ...] = ()
     surfaces: tuple[bool, ...] = ()
+    continuous: int = 0
     landmarks: int = 0
 
     def to_json(self) -> dict[str, Any]:

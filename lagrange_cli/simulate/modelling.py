@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, fields, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sympy import I, Integer, Symbol, nan, oo, zoo
 
@@ -39,7 +39,14 @@ from lagrange_cli.simulate.chart_code import (
 )
 from lagrange_cli.simulate.landmark_code import landmarks
 from lagrange_cli.simulate.model import Code, Defaults, Model, ModelParameter
-from lagrange_cli.simulate.surface_code import OneSided, located, one_sided, rates, values
+from lagrange_cli.simulate.surface_code import (
+    OneSided,
+    continuous,
+    located,
+    one_sided,
+    rates,
+    values,
+)
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -84,7 +91,7 @@ def model_of(equations: Equations) -> Model:
         singular=singular_places(equations),
         chart=former_chart(equations),
         massless=_massless(equations),
-        surfaces=_surfaces(equations),
+        **_surfaces(equations),
         landmarks=len(landmarks(driven(equations))),
     )
 
@@ -189,12 +196,16 @@ def _sided(equations: Equations) -> tuple[Equations, OneSided | None]:
     return known, one_sided(known)
 
 
-def _surfaces(equations: Equations) -> tuple[bool, ...]:
-    """Of each switching surface whether it hangs on positions and time alone."""
+def _surfaces(equations: Equations) -> dict[str, Any]:
+    """What a model knows of its switching surfaces."""
     _, sided = _sided(equations)
+    if sided is None:
+        return {}
     velocities = {c.v for c in equations.coordinates}
-    surfaces = () if sided is None else sided.surfaces
-    return tuple(s.free_symbols.isdisjoint(velocities) for s in surfaces)
+    return {
+        "surfaces": tuple(s.free_symbols.isdisjoint(velocities) for s in sided.surfaces),
+        "continuous": len(sided.continuous),
+    }
 
 
 def _programs(equations: Equations) -> dict[str, Program]:
@@ -216,7 +227,7 @@ def _sided_programs(equations: Equations) -> dict[str, Program]:
         programs["sided_contact_rhs"] = build_program(sided.equations, ("contact_acceleration",))
     return programs | {
         "sided_rhs": build_program(sided.equations, ("acceleration",)),
-        "sided_energy": build_program(sided.equations, ("energy",)),
+        "continuous": program_of(replace(sided.equations, outputs=continuous(sided)), "outputs"),
         "surfaces": program_of(replace(sided.equations, outputs=located(sided)), "outputs"),
         "surface_values": program_of(replace(sided.equations, outputs=values(sided)), "outputs"),
         "surface_rates": program_of(rates(sided).equations, "outputs"),

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Closure, Contact, Equations
 
-__all__ = ["OneSided", "located", "one_sided", "rates", "values"]
+__all__ = ["OneSided", "continuous", "located", "one_sided", "rates", "values"]
 
 _ONE = sympy.Integer(1)
 
@@ -51,11 +51,14 @@ class OneSided:
         expression holds weights of surfaces before it alone.
     signs
         The difference of the weights of each surface: 1 or −1, between them on the surface.
+    continuous
+        What does not jump where no impulse acts: the energy function, and momenta.
     """
 
     equations: Equations
     surfaces: tuple[Expr, ...]
     signs: tuple[Expr, ...]
+    continuous: tuple[Expr, ...]
 
 
 def one_sided(equations: Equations) -> OneSided | None:
@@ -67,7 +70,7 @@ def one_sided(equations: Equations) -> OneSided | None:
     forcing = tuple(map(sides.smooth, equations.forcing))
     closures = tuple(_closure(closure, sides.smooth) for closure in equations.closures)
     contacts = tuple(_contact(contact, sides.smooth) for contact in equations.contacts)
-    energy = sides.smooth(equations.energy)
+    continuous = (sides.smooth(equations.energy), *_momenta(equations, sides.smooth))
     if not sides.surfaces:
         return None
     weights = [*sides.above, *sides.below]
@@ -78,12 +81,21 @@ def one_sided(equations: Equations) -> OneSided | None:
             forcing=forcing,
             closures=closures,
             contacts=contacts,
-            energy=energy,
             parameters=(*equations.parameters, *(Parameter(w.name, w) for w in weights)),
         ),
         tuple(sides.surfaces),
         tuple(up - down for up, down in zip(sides.above, sides.below, strict=True)),
+        continuous,
     )
+
+
+def _momenta(equations: Equations, smooth: Callable[[Expr], Expr]) -> Iterator[Expr]:
+    """The momenta of coordinates on whose velocities a kink of L hangs."""
+    kinks = equations.lagrangian.atoms(*_KINKED)
+    held = {s for kink in kinks for s in kink.free_symbols}
+    velocities = [c.v for c in equations.coordinates if c.v in held]
+    lagrangian = smooth(equations.lagrangian) if velocities else equations.lagrangian
+    return (_slope(lagrangian, v) for v in velocities)
 
 
 def _row(row: Sequence[Expr], smooth: Callable[[Expr], Expr]) -> Sequence[Expr]:
@@ -204,6 +216,11 @@ def located(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
 def values(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
     """What vanishes on each surface, then the magnitudes that each is the sum of."""
     return _named([*sided.surfaces, *map(_magnitude, sided.surfaces)])
+
+
+def continuous(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
+    """What does not jump at a surface where no impulse acts."""
+    return _named(sided.continuous)
 
 
 def rates(sided: OneSided) -> OneSided:

@@ -77,6 +77,8 @@ class ModelSurfaces(Surfaces):
         The number of parameters that the other functions read.
     positional
         See :class:`.integrators.sides.Surfaces`.
+    continuous
+        How many quantities do not jump where no impulse acts.
     """
 
     def __init__(
@@ -87,6 +89,7 @@ class ModelSurfaces(Surfaces):
         first: int,
         known: int,
         positional: tuple[bool, ...],
+        continuous: int,
         coordinates: int,
     ) -> None:
         count = len(positional)
@@ -99,7 +102,7 @@ class ModelSurfaces(Surfaces):
         self._given_rates = np.concatenate([self._given, np.zeros(coordinates)])
         self._values = code.table("surface_values", 2 * count, self._given)
         self._rates = code.table("surface_rates", 3 * count, self._given_rates)
-        self._energy = code.table("sided_energy", 1, self._given)
+        self._continuous = code.table("continuous", continuous, self._given)
 
     def _weighed(self, parameters: Array, sides: Sides) -> Array:
         found = parameters.copy()
@@ -129,9 +132,9 @@ class ModelSurfaces(Surfaces):
         first, second, sizes = _row(self._rates, t, y).reshape(3, -1)
         return Rates(first, second, sizes)
 
-    def energy(self, t: float, y: Array, sides: Sides) -> float:
+    def continuous(self, t: float, y: Array, sides: Sides) -> Array:
         self._layout.weigh(self._given, sides)
-        return float(_row(self._energy, t, y)[0])
+        return _row(self._continuous, t, y)
 
     def falling(
         self,
@@ -236,7 +239,7 @@ def makes_surfaces(model: Model, code: Callable[[int], SurfaceCode]) -> MakeSurf
     def surfaces(pattern: int, kind: str, parameters: Array) -> ModelSurfaces:
         name = f"sided_{kind}{'disturbed' if pattern else 'rhs'}"
         first, known = len(model.parameters), len(given(model))
-        places = first, known, model.surfaces, len(model.coordinates)
+        places = first, known, model.surfaces, model.continuous, len(model.coordinates)
         return ModelSurfaces(code(pattern), name, parameters, *places)
 
     return surfaces

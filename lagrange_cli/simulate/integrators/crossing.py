@@ -51,8 +51,9 @@ ONE_STEP: Any = {"most_steps": 1, "most_evaluations": math.inf}
 #: Crossings that are followed.
 MOST_CROSSINGS = 250_000
 
-#: Part of the energy that may change where a surface is crossed: more is an impulse.
-ENERGY_STEP = 1e-9
+#: Part of the energy, or of a momentum, that may change where a surface is crossed: more is an
+#: impulse.
+JUMP = 1e-9
 
 #: Why a motion cannot be continued.
 AMBIGUOUS = (
@@ -62,7 +63,7 @@ AMBIGUOUS = (
 CROWDED = "kinks of abs, sign, min or max are crossed without end"
 UNSETTLED = "what follows at a kink of abs, sign, min or max cannot be determined"
 IMPULSIVE = (
-    "the energy jumps where abs, sign, min or max does, so that an impulse acts that the"
+    "energy or momentum jumps where abs, sign, min or max does, so that an impulse acts that the"
     " equations do not hold"
 )
 
@@ -286,9 +287,9 @@ class Crossing(Integrator):
             self._stand(chosen.sides, on)
 
     def _jumps(self, before: Sides, after: Sides) -> bool:
-        """Whether the energy is another one behind the surfaces, for the same state."""
-        one, other = (self._surfaces.energy(self.t, self.y, s) for s in (before, after))
-        return bool(abs(one - other) > ENERGY_STEP * (abs(one) + abs(other)))
+        """Whether energy or momenta are others behind the surfaces, for the same state."""
+        one, other = (self._surfaces.continuous(self.t, self.y, s) for s in (before, after))
+        return bool((np.abs(one - other) > JUMP * (np.abs(one) + np.abs(other))).any())
 
     def _slide(self, sliding: Sequence[int]) -> Slide:
         return Slide(self._surfaces, self._sides, sliding)

@@ -76,8 +76,8 @@ class Surfaces(ABC):
         """How they change where the state has the slope ``slope`` (of y)."""
 
     @abstractmethod
-    def energy(self, t: float, y: Array, sides: Sides) -> float:
-        """The energy function on these sides."""
+    def continuous(self, t: float, y: Array, sides: Sides) -> Array:
+        """What would not jump if no impulse acted: the energy function on these sides, momenta."""
 
     @abstractmethod
     def falling(
