@@ -11,7 +11,7 @@ from lagrange_cli.batch.expectations import CHECKS
 from lagrange_cli.batch.model import Outcome, Report, SceneReport
 from lagrange_cli.batch.walk import scenes_in
 from lagrange_cli.batch.workers import in_processes
-from lagrange_cli.errors import AccuracyError, InputError, LagrangeError, Problem
+from lagrange_cli.errors import AccuracyError, InputError, LagrangeError, Mark, Problem
 from lagrange_cli.files import read_bytes, read_recording
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import expected_error, read_file
@@ -70,6 +70,8 @@ def check_scene(
     trace = ""
     try:
         outcome, problems = _check(path, parameters, strict)
+    except MemoryError:
+        outcome, problems = "invalid", (_out_of_memory(path),)
     except Exception as error:
         outcome, problems = "crash", (_crash(error),)
         trace = "".join(traceback.format_exception(error))
@@ -145,6 +147,11 @@ def _not_refused(expected: ErrorExpectation) -> Problem:
     return Problem(
         f"the scene is not refused; expected {_wanted(expected)}", expected.mark, rule="error"
     )
+
+
+def _out_of_memory(path: str) -> Problem:
+    hint = "memory is limited by the machine or for this process (ulimit -v)"
+    return Problem("out of memory", Mark(path, 1, 1), hint, rule="limit")
 
 
 def _crash(error: Exception) -> Problem:

@@ -12,6 +12,10 @@ from types import FrameType
 __all__ = ["OverdueError", "within"]
 
 
+#: Seconds that alarms can be set to, at least and at most: a microsecond, and three years.
+LEAST, MOST = 1e-6, 1e8
+
+
 class OverdueError(Exception):
     """The seconds are over."""
 
@@ -36,9 +40,10 @@ def within(seconds: float | None) -> Iterator[None]:
     if seconds is None or not hasattr(signal, "setitimer") or not main:
         yield
         return
+    seconds = min(max(seconds, LEAST), MOST)
     started = time.monotonic()
     handler = signal.signal(signal.SIGALRM, _overdue)
-    left, interval = signal.setitimer(signal.ITIMER_REAL, max(seconds, 1e-6))
+    left, interval = signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         yield
     except _Overdue:
@@ -48,7 +53,7 @@ def within(seconds: float | None) -> Iterator[None]:
         signal.signal(signal.SIGALRM, handler)
         if left:
             remaining = left - (time.monotonic() - started)
-            signal.setitimer(signal.ITIMER_REAL, max(remaining, 1e-6), interval)
+            signal.setitimer(signal.ITIMER_REAL, max(remaining, LEAST), interval)
 
 
 def _overdue(number: int, frame: FrameType | None) -> None:

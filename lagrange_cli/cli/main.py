@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import gc
 import signal
 import sys
@@ -13,9 +14,10 @@ from types import FrameType
 import click
 
 from lagrange_cli.cli.interrupts import endings
+from lagrange_cli.cli.output import give_up_stdout
 from lagrange_cli.cli.session import INTERRUPTED, Session, report_error
 from lagrange_cli.cli.streams import prepare_streams
-from lagrange_cli.errors import InternalError, LagrangeError, Problem
+from lagrange_cli.errors import InputError, InternalError, LagrangeError, Problem
 from lagrange_cli.version import __version__
 
 __all__ = ["COMMANDS", "lagrange", "main", "run"]
@@ -31,6 +33,20 @@ REPORT = (
 #: When garbage is looked for. Expressions are many and hardly ever garbage: by Python's own
 #: thresholds half of the time of a large scene would go into walking them.
 COLLECTION = (100_000, 20, 50)
+
+
+IMPORTS = "it is not installed as it should be, or there is no memory for it"
+
+MEMORY = "memory is limited by the machine or for this process (ulimit -v)"
+
+#: Errors of a system that has run out of something, whatever was asked for.
+SPENT = (
+    *(errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.ENOMEM, errno.EAGAIN),
+    *(errno.EMFILE, errno.ENFILE, errno.EBADF),
+)
+
+#: Digits of the longest whole number that is written out: constants of scenes have up to 20,000.
+LONGEST_NUMBER = 200_000
 
 
 class Terminated(BaseException):
@@ -86,6 +102,24 @@ def _termination() -> Iterator[None]:
             signal.signal(number, handler)
 
 
+def _is_of_machine(error: Exception) -> bool:
+    """Whether the machine, or what is installed on it, is the reason, and not this program."""
+    if isinstance(error, ImportError):
+        return not (error.name or "").startswith("lagrange_cli")
+    return isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno in SPENT)
+
+
+def _machine_problem(error: Exception, stage: str) -> Problem:
+    """What the machine lacks, and what was being done."""
+    if isinstance(error, ImportError):
+        lines = [line.strip() for line in str(error).splitlines() if line.strip()] or [""]
+        says = f"a library cannot be loaded, while {stage}: {error.name or lines[-1]}"
+        return Problem(says, hint=f"{IMPORTS}; {MEMORY}", rule="machine")
+    if isinstance(error, OSError):
+        return Problem(f"the system gives no more: {error.strerror}", rule="machine")
+    return Problem(f"out of memory, while {stage}", hint=MEMORY, rule="machine")
+
+
 def _explain(error: Exception, session: Session) -> int:
     """Report an exception on stderr and return the exit code it stands for."""
     if session.traceback:
@@ -101,6 +135,10 @@ def _explain(error: Exception, session: Session) -> int:
         if isinstance(error, InternalError):
             report_error(Problem("internal error", hint=REPORT))
         return error.exit_code
+    if _is_of_machine(error):
+        give_up_stdout()
+        report_error(_machine_problem(error, session.stage))
+        return InputError.exit_code
     kind = type(error).__name__
     report_error(Problem(f"internal error: {kind}: {error}", hint=REPORT))
     return InternalError.exit_code
@@ -115,6 +153,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         The words after ``lagrange``; those of the process if None.
     """
     session = Session()
+    sys.set_int_max_str_digits(LONGEST_NUMBER)
     try:
         with _termination():
             code = lagrange.main(arguments, "lagrange", standalone_mode=False, obj=session)

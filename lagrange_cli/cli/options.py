@@ -119,6 +119,10 @@ def _plottable(ctx: click.Context, option: click.Parameter, value: str | None) -
         raise InputError(
             Problem("plots need matplotlib", hint="pip install 'lagrange-cli[plot]'", rule="extra")
         )
+    if value is not None:
+        from lagrange_cli.simulate.plot import require_program
+
+        require_program(Path(value).suffix.lower().lstrip("."))
     return writable(ctx, option, value)
 
 

@@ -11,7 +11,7 @@ from lagrange_cli.cli.streams import results, results_apart
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write
 
-__all__ = ["Command", "can_encode", "print_text", "stdout_encoding"]
+__all__ = ["Command", "can_encode", "give_up_stdout", "print_text", "stdout_encoding"]
 
 #: What a shell reports for a process that SIGPIPE ended.
 CLOSED_PIPE = 141
@@ -65,6 +65,17 @@ def print_text(text: str) -> None:
     except OSError as error:
         _abandon(stream)
         raise cannot_write("standard output", error) from error
+
+
+def give_up_stdout() -> None:
+    """Leave a standard output that cannot be written alone, with what is still to be written."""
+    stream = results()
+    if stream is None:
+        return
+    try:
+        stream.flush()
+    except OSError:
+        _abandon(stream)
 
 
 def _abandon(stream: TextIO) -> None:

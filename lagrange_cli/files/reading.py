@@ -22,11 +22,21 @@ def read_bytes(path: str) -> bytes:
         If there is no such regular file, it cannot be read, or it is too large.
     """
     if path == "-":
-        data = sys.stdin.buffer.read(MAX_BYTES + 1)
+        data = _standard_input()
         if len(data) > MAX_BYTES:
             raise too_large("<stdin>")
         return data
     return read_regular(path, Mark(path, 1, 1), "a scene file")
+
+
+def _standard_input() -> bytes:
+    mark = Mark("<stdin>", 1, 1)
+    if sys.stdin is None:
+        raise _refusal("standard input is closed", mark)
+    try:
+        return sys.stdin.buffer.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise _refusal(_reason(error, "a scene"), mark) from None
 
 
 def too_large(file: str) -> InputError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 
 import sympy as sp
@@ -134,7 +135,8 @@ def _magnitude(value: sp.Expr) -> sp.Expr | Fraction:
 
 
 def nearest_double(value: sp.Expr) -> float:
-    """The double nearest to an exact number."""
-    if value.is_Rational:
-        return int(value.p) / int(value.q)
-    return float(value.evalf(40))
+    """The double nearest to an exact number, infinite beyond their range."""
+    try:
+        return int(value.p) / int(value.q) if value.is_Rational else float(value.evalf(40))
+    except OverflowError:
+        return math.copysign(math.inf, 1 if value.is_positive else -1)

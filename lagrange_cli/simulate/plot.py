@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import io
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import InputError, Problem
@@ -13,7 +17,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.simulate.trajectory import Trajectory
 
-__all__ = ["draw", "new_figure", "picture"]
+__all__ = ["draw", "new_figure", "picture", "require_program"]
 
 #: More lines than this in one panel have no legend.
 LONGEST_LEGEND = 12
@@ -53,8 +57,9 @@ def new_figure(size: tuple[float, float], ending: str) -> Figure:
         matplotlib is not installed, or does not know the ending.
     """
     try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
+        with _without_backend():
+            from matplotlib.backends.backend_agg import FigureCanvasAgg
+            from matplotlib.figure import Figure
     except ImportError:
         raise InputError(
             Problem(
@@ -76,14 +81,49 @@ def new_figure(size: tuple[float, float], ending: str) -> Figure:
     return figure
 
 
+@contextmanager
+def _without_backend() -> Iterator[None]:
+    """Hide the name of a backend for windows, which no file needs and which may be unknown."""
+    named = os.environ.pop("MPLBACKEND", None)
+    try:
+        yield
+    finally:
+        if named is not None:
+            os.environ["MPLBACKEND"] = named
+
+
+def require_program(ending: str) -> None:
+    """Refuse a format that another program makes, where that is not installed.
+
+    Raises
+    ------
+    InputError
+        It is not.
+    """
+    if ending == "pgf" and shutil.which("xelatex") is None:
+        message = "a plot as '.pgf' needs xelatex, which is not installed"
+        raise InputError(Problem(message, hint="--plot plot.pdf", rule="output"))
+
+
 def picture(figure: Figure, ending: str) -> bytes:
-    """A figure as the bytes of a file, the same ones for the same figure."""
+    """A figure as the bytes of a file, the same ones for the same figure.
+
+    Raises
+    ------
+    InputError
+        A program that the user's settings of matplotlib name is not there, or fails.
+    """
     from matplotlib import rc_context
 
     file = io.BytesIO()
     # Without a salt the names of parts of an SVG are random.
-    with rc_context({"svg.hashsalt": SALT}):
-        figure.savefig(file, format=ending, metadata=_undated(ending))
+    try:
+        with rc_context({"svg.hashsalt": SALT}):
+            figure.savefig(file, format=ending, metadata=_undated(ending))
+    except RuntimeError as error:
+        first = next(iter(str(error).splitlines()), type(error).__name__)
+        message = f"matplotlib cannot make the plot: {first}"
+        raise InputError(Problem(message, hint="--plot plot.svg", rule="output")) from error
     return file.getvalue()
 
 
