@@ -5,9 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 from lagrange_cli.emit.c_names import CNames, Real
+from lagrange_cli.emit.c_saddle import saddle_template
 from lagrange_cli.emit.solve import Block
 
-__all__ = ["BANDED", "EPSILON_NAME", "dense_size", "fill", "helper_text", "solver_text"]
+__all__ = [
+    "BANDED",
+    "EPSILON_NAME",
+    "dense_size",
+    "fill",
+    "helper_text",
+    "solver_text",
+]
 
 #: Tail of the macro that tells a pivot from rounding error.
 EPSILON_NAME = "EPSILON"
@@ -151,107 +159,6 @@ static int @NAME@_solve_pivoted(int n, @REAL@ *a, @REAL@ *b)
 }
 """
 
-_SADDLE = """\
-/* The power of two that brings a positive number to between 1/2 and 1. */
-static @REAL@ @NAME@_scale(@REAL@ size)
-{
-    int exponent;
-    (void)@FREXP@(size, &exponent);
-    return @LDEXP@(@ONE@, -exponent);
-}
-
-/*
- * The equilibration of a symmetric matrix by powers of two (Bunch, J. ACM 18
- * (1971) 566): a[i,j] d[i] d[j] is at most 1, and not small throughout a row.
- * It starts from the diagonal; rows without one follow from those they touch.
- */
-static int @NAME@_equilibrate(int s, const @REAL@ *a, @REAL@ *d)
-{
-    int i, j, left = s, before = s + 1;
-    for (i = 0; i < s; ++i) {
-        d[i] = @ZERO@;
-    }
-    while (left > 0) {
-        int stuck = left == before;
-        before = left;
-        for (i = 0; i < s; ++i) {
-            @REAL@ size = @SQRT@(@FABS@(a[i*s + i]));
-            if (d[i] > @ZERO@) {
-                continue;
-            }
-            for (j = 0; j < s; ++j) {
-                const @REAL@ entry = @FABS@(a[i*s + j])*(stuck ? @ONE@ : d[j]);
-                size = entry > size ? entry : size;
-            }
-            if (size > @ZERO@) {
-                d[i] = stuck ? @ONE@ : @NAME@_scale(size);
-                stuck = 0;
-                --left;
-            }
-        }
-        if (left == before && stuck) {
-            return 1; /* a row of zeros */
-        }
-    }
-    return 0;
-}
-
-/*
- * Solve M x = f + G^T l, G x = g for n numbers x and m numbers l. Of the matrix
- * [M, G^T; G, 0] by rows, the upper triangle of M and the rows of G are given;
- * [x; l] replaces [f; g] in b, behind which n + m more numbers are overwritten.
- * Units do not matter: M is divided by its size, and rows and columns are
- * scaled alike, all by powers of two. Then comes elimination with pivoting.
-@COMPLIANT@ */
-static int @NAME@_solve_saddle(int n, int m, @REAL@ *a, @REAL@ *b)
-{
-    const int s = n + m;
-    @REAL@ *const d = b + s;
-    @REAL@ size = @ZERO@, unit = @ONE@;
-    int i, j;
-    for (i = 0; i < n; ++i) {
-        for (j = i; j < n; ++j) {
-            size = @FABS@(a[i*s + j]) > size ? @FABS@(a[i*s + j]) : size;
-        }
-    }
-    if (size > @ZERO@) {
-        unit = @NAME@_scale(size);
-    }
-    for (i = 0; i < s; ++i) {
-        for (j = i; j < s; ++j) {
-            a[i*s + j] = j < n ? a[i*s + j]*unit : (i < n ? a[j*s + i] : @CORNER@);
-            a[j*s + i] = a[i*s + j];
-        }
-        b[i] *= i < n ? unit : @ONE@;
-    }
-    if (@NAME@_equilibrate(s, a, d) != 0) {
-        return 1;
-    }
-    for (i = 0; i < s; ++i) {
-        for (j = 0; j < s; ++j) {
-            a[i*s + j] = a[i*s + j]*d[i]*d[j];
-        }
-        b[i] *= d[i];
-    }
-    if (@NAME@_solve_pivoted(s, a, b) != 0) {
-        return 1;
-    }
-    for (i = 0; i < s; ++i) {
-        if (!(@FABS@(a[i*s + i]) > (@REAL@)s*@NAME@_EPSILON)) {
-            return 1;
-        }
-        b[i] *= i < n ? d[i] : -d[i]/unit;
-    }
-    return 0;
-}
-"""
-
-#: More of the comment where the diagonal of the closures is given.
-_COMPLIANT = """\
- * The diagonal behind M is given too: 0, or 1 where a row of G and g are zero,
- * which makes that number of l zero.
-"""
-
 BANDED = """\
 /*
  * Solve a x = b for a symmetric positive definite band of m rows, each given
@@ -298,11 +205,17 @@ static int @NAME@_solve_banded(int m, int w, @REAL@ *a, @REAL@ *b)
 
 
 def dense_size(blocks: Sequence[Block]) -> int:
-    """Numbers of workspace for the largest block that a loop solves: matrix,
-    right-hand side, and as many numbers again. Bands have places of their own."""
-    sizes = [block.size for block in blocks if not block.unrolled and block.band is None]
+    """Numbers of workspace for the largest block that a loop solves: matrix, right-hand side,
+    as many numbers again, and what refinement takes. Bands have places of their own."""
+    loops = [block for block in blocks if not block.unrolled and block.band is None]
+    sizes = [_workspace(block.size, refined=bool(block.closures)) for block in loops]
     ends = [block.start + 2 * len(block.closures) for block in blocks if block.band is not None]
-    return max([n * n + 2 * n for n in sizes] + ends, default=0)
+    return max(sizes + ends, default=0)
+
+
+def _workspace(size: int, *, refined: bool) -> int:
+    """Numbers for the matrix and two vectors, and for a copy and a rest where it is refined."""
+    return size * size + 2 * size + (size * size + size) * refined
 
 
 def helper_text(used: Collection[str], names: CNames, real: Real) -> str:
@@ -325,10 +238,7 @@ def solver_text(blocks: Sequence[Block], names: CNames, real: Real) -> str:
         parts.append(fill(_PIVOTED, names, real))
     if any(block.closures for block in loops):
         compliant = any(block.compliant for block in loops)
-        corner = "(i == j ? a[i*s + i] : @ZERO@)" if compliant else "@ZERO@"
-        comment = _COMPLIANT if compliant else ""
-        given = {"@CORNER@": corner, "@COMPLIANT@": comment}
-        parts.append(fill(_SADDLE, names, real, given))
+        parts.append(fill(saddle_template(real, compliant=compliant), names, real))
     if any(block.band is not None for block in blocks):
         parts.append(fill(BANDED, names, real))
     return "\n".join(parts)
@@ -344,8 +254,7 @@ def fill(template: str, names: CNames, real: Real, others: Mapping[str, str] | N
         "@SQRT@": "sqrt" + real.suffix,
         "@FREXP@": "frexp" + real.suffix,
         "@LDEXP@": "ldexp" + real.suffix,
-        "@ZERO@": real.value(0.0),
-        "@ONE@": real.value(1.0),
+        "@CEIL@": "ceil" + real.suffix,
     }
     for token, text in replacements.items():
         template = template.replace(token, text)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from lagrange_cli.emit.c_project import FAR, NEAR, ROUNDS
+from lagrange_cli.emit.c_saddle import SMALL, UNEVEN, WIDEST
 
 __all__ = ["HELPERS", "project_source"]
 
@@ -14,12 +15,16 @@ HELPERS = {
 def _solve_saddle(a, b, n):
     """[x, l] of M x = f + G^T l, G x = g, from [[M, G^T], [G, 0]], [f, g] and the number
     of x; units do not matter (equilibration by powers of two after Bunch, J. ACM 18, 566).
+    Where M is nearly singular the solution is refined once (Skeel, Math. Comput. 35, 817).
     """
     s, size = len(b), np.abs(a[:n, :n]).max()
     unit = np.ldexp(1.0, -np.frexp(size)[1]) if size > 0.0 else 1.0
     a[:n, :n] *= unit
     b[:n] *= unit
     d = np.zeros(s)
+    uneven = _is_uneven(a[:n, :n])
+    if uneven:
+        d[:n] = _inertia_scales(a, n)
     stuck = False
     while not d.all():
         before = np.count_nonzero(d)
@@ -36,6 +41,50 @@ def _solve_saddle(a, b, n):
     a *= d[:, None]
     a *= d
     b *= d
+    x = _solve_pivoted(a.copy(), b.copy())
+    if uneven:
+        x += _solve_pivoted(a.copy(), b - a @ x)
+    x *= d
+    x[n:] /= -unit
+    if not np.isfinite(x).all():
+        raise ArithmeticError("not finite")
+    return x
+
+
+def _is_uneven(m):
+    """Whether elimination leaves little of an inertia; coordinates without any do not count."""
+    c = m.copy()
+    for k, own in enumerate(m.diagonal()):
+        rest = c[k, k + 1 :]
+        if not (c[k, k] > @UNEVEN@ * own if own > @SMALL@ else not rest.any()):
+            return True
+        if rest.any():
+            c[k + 1 :, k + 1 :] -= np.outer(rest / c[k, k], rest)
+    return False
+
+
+def _inertia_scales(a, n):
+    """One over the root of the inertia of each coordinate, or of w g^2 where that is more, for
+    the gradient g of each closure and the second smallest w of inertias over g^2 that it meets
+    (if there are two); 0 without either.
+    """
+    inertia = a.diagonal()[:n]
+    own = np.where(inertia != 0.0, np.frexp(inertia)[1], -65536)
+    sizes = own.copy()
+    for g in a[n:, :n]:
+        exponents = 2 * np.frexp(g)[1]
+        both = (g != 0.0) & (inertia != 0.0)
+        if both.any():
+            smallest = np.sort((own - exponents)[both])[:2]
+            sizes = np.where(
+                g != 0.0, np.maximum(sizes, min(smallest[-1], @WIDEST@) + exponents), sizes
+            )
+    return np.where(sizes > -65536, np.ldexp(1.0, -np.ceil(sizes / 2).astype(int)), 0.0)
+
+
+def _solve_pivoted(a, b):
+    """x of a x = b by elimination with partial pivoting; a and b are overwritten."""
+    s = len(b)
     for j in range(s):
         best = j + np.argmax(np.abs(a[j:, j]))
         if not abs(a[best, j]) > s * 2.0**-53:
@@ -47,12 +96,10 @@ def _solve_saddle(a, b, n):
         b[j + 1 :] -= ratio * b[j]
     for j in reversed(range(s)):
         b[j] = (b[j] - a[j, j + 1 :] @ b[j + 1 :]) / a[j, j]
-    b *= d
-    b[n:] /= -unit
-    if not np.isfinite(b).all():
-        raise ArithmeticError("not finite")
     return b
-''',
+'''.replace("@UNEVEN@", repr(UNEVEN))
+    .replace("@SMALL@", repr(SMALL))
+    .replace("@WIDEST@", str(WIDEST)),
     "_solve_banded": '''\
 def _solve_banded(a, b):
     """x of S x = b, for a positive definite band of which row k of a holds what is right of

@@ -172,10 +172,11 @@ class Traced:
 def solve(a: Any, b: Any, n: int) -> Any:
     """x, and the second part with its sign turned, of a x = b by elimination in the order given.
 
-    The first n rows are those of a mass matrix. Where it is singular by itself, what follows
-    from the others is added to it: their squares, which change no solution.
+    The first n rows are those of a mass matrix. Unless it is diagonal it may be singular by
+    itself, at some states or at all: what follows from the others is added to it, their
+    squares, which change no solution.
     """
-    found = _eliminated(a.copy(), b.copy())
+    found = _eliminated(a.copy(), b.copy()) if _is_diagonal(a[:n, :n]) else None
     if found is None:
         g, f = a[n:, :n], b[n:]
         weight = sum(a[i, i] for i in range(n)) / sum(x * x for x in g.ravel())
@@ -206,6 +207,10 @@ def _eliminated(a: Any, b: Any) -> Any:
     for j in reversed(range(s)):
         b[j] = (b[j] - sum(a[j, k] * b[k] for k in range(j + 1, s))) / a[j, j]
     return np.asarray(b)
+
+
+def _is_diagonal(matrix: Any) -> bool:
+    return all(_vanishes(x) for (i, j), x in np.ndenumerate(matrix) if i != j)
 
 
 def _vanishes(entry: Any) -> bool:
