@@ -99,8 +99,8 @@ def _latex(equations: Equations, form: str) -> str:
     type=click.Choice(["lagrange", "explicit", "multiplier"]),
     default="lagrange",
     show_default=True,
-    help="Lagrange's equations, or solved for the accelerations; or with all constraints beside "
-    "Cartesian names, each with its multiplier.",
+    help="Lagrange's equations, or solved for the accelerations, in terms of multipliers where "
+    "there are any; or with all constraints beside Cartesian names, each with its multiplier.",
 )
 @click.option(
     "--forces",

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.symbols import multiplier_name
 from lagrange_cli.mechanics.equations import tagged
+from lagrange_cli.mechanics.explicit import explicit_accelerations
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import (
@@ -24,6 +25,7 @@ __all__ = [
     "contacts_lines",
     "counting",
     "energy_is_sum",
+    "explicit_line",
     "implied_line",
     "is_generalized_potential",
     "multiplier_label",
@@ -31,6 +33,7 @@ __all__ = [
     "quantity_labels",
     "remark_on",
     "telling_definitions",
+    "unknown_multipliers",
     "was_divided",
 ]
 
@@ -89,6 +92,28 @@ def multipliers_line(equations: Equations) -> str:
         f"The multiplier times the gradient of the left side{by} is the force that the "
         "constraint exerts"
     )
+
+
+def explicit_line(equations: Equations) -> str:
+    """What the explicit form is solved for, and what is not known in it yet."""
+    solved = [value is not None for value in explicit_accelerations(equations)]
+    told = "Solved for the accelerations"
+    if not any(solved):
+        told = "Not solved for the accelerations, in the form M a = f"
+    elif not all(solved):
+        told += " where at most two are coupled, the others as M a = f"
+    unknown = unknown_multipliers(equations)
+    return f"{told}; {unknown}" if unknown else told
+
+
+def unknown_multipliers(equations: Equations) -> str:
+    """What determines the multipliers that accelerations are written in (``""``: none)."""
+    what = []
+    if equations.closures:
+        what.append("the closure equations, differentiated, determine their multipliers")
+    if equations.contacts:
+        what.append("contacts determine theirs" if what else "contacts determine the multipliers")
+    return ", ".join(what)
 
 
 def contacts_lines(equations: Equations) -> tuple[str, ...]:

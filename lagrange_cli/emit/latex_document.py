@@ -10,6 +10,7 @@ from lagrange_cli.emit import latex_words
 from lagrange_cli.emit.account import (
     counting,
     energy_is_sum,
+    explicit_line,
     implied_line,
     is_generalized_potential,
     multipliers_line,
@@ -222,7 +223,8 @@ class _Document:
         if not rows:
             return [*lines, "There are none."]
         if form == "explicit":
-            lines.append("Solved for the accelerations:")
+            told = explicit_line(self.equations).replace("M a = f", "$M a = f$")
+            lines.append(f"{told}:")
         else:
             lines.append(f"Lagrange's equations {self._lagrange()} give")
         lines += self.setter.align(rows)

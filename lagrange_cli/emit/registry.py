@@ -164,7 +164,8 @@ EMITTERS: dict[str, Emitter] = {
                 ),
                 Option(
                     "form",
-                    "Lagrange's equations, or solved for the accelerations",
+                    "Lagrange's equations, or solved for the accelerations, in terms of"
+                    " multipliers where there are any",
                     choices=("lagrange", "explicit"),
                     default="lagrange",
                 ),

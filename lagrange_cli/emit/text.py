@@ -19,6 +19,7 @@ from lagrange_cli.emit.account import (
     quantity_labels,
     remark_on,
     telling_definitions,
+    unknown_multipliers,
     was_divided,
 )
 from lagrange_cli.emit.display import Vocabulary, display, display_row, vocabulary
@@ -198,7 +199,8 @@ class _Page:
         return ["Equations of motion", *(lines or [_STILL])]
 
     def accelerations(self) -> list[str]:
-        lines = ["Accelerations"]
+        unknown = unknown_multipliers(self.equations)
+        lines = [f"Accelerations ({unknown})" if unknown else "Accelerations"]
         for c, value in zip(
             self.equations.coordinates, explicit_accelerations(self.equations), strict=True
         ):
