@@ -255,6 +255,8 @@ def fill(template: str, names: CNames, real: Real, others: Mapping[str, str] | N
         "@FREXP@": "frexp" + real.suffix,
         "@LDEXP@": "ldexp" + real.suffix,
         "@CEIL@": "ceil" + real.suffix,
+        "@ZERO@": real.value(0.0),
+        "@ONE@": real.value(1.0),
     }
     for token, text in replacements.items():
         template = template.replace(token, text)

@@ -43,6 +43,8 @@ def known_body(end: Scalar, what: str, helper: str, reading: Reading) -> str | N
     """A particle or point that a helper names."""
     name = reading.reference(end)
     if name is not None and name not in reading.bodies:
+        if reading.may_be_a_body(name):
+            return None
         place = f" of {what}" if reading.in_family else ""
         reading.problems.add(
             f"unknown particle or point {shown(name)} in '{helper}'{place}",

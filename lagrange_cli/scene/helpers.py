@@ -117,7 +117,8 @@ def read_plane(node: SourceNode, reading: Reading) -> Constraint | None:
         return None
     particles: tuple[Particle, ...] = reading.values.get("particles", ())
     if not particles:
-        reading.problems.add("'plane' without particles", node.mark, rule="missing")
+        if reading.knows_bodies:
+            reading.problems.add("'plane' without particles", node.mark, rule="missing")
         return None
     equations = tuple(
         reading.helper_equation(f"{component(across[0], p.name)} = 0", node.mark) for p in particles
@@ -133,7 +134,7 @@ def _gravity(node: Mapping, what: str, reading: Reading) -> str | None:
     if "direction" in fields:
         down = _direction(fields["direction"], what, reading)
     particles: tuple[Particle, ...] = reading.values.get("particles", ())
-    if not particles:
+    if not particles and reading.knows_bodies:
         reading.problems.add(f"gravity in {what} acts on no particle", node.mark, rule="missing")
     if strength is None or down is None or not particles:
         return None

@@ -126,6 +126,8 @@ def read_text(
             reading.values[name] = section.read(nodes[name], reading)
             new = reading.problems.errors[before:]
             certain &= not (section.declares and new)
+            if new:
+                reading.doubt(name, nodes[name])
             if section.declares and any(p.rule == "limit" for p in new):
                 # Without what is too large the rest would only look wrong.
                 reading.problems.raise_if_any()
@@ -172,12 +174,12 @@ def _sections(root: SourceNode, reading: Reading) -> dict[str, SourceNode]:
         if key.text in SECTIONS:
             nodes[key.text] = value
         else:
-            known = ", ".join(SECTIONS)
+            hint = suggestion(key.text, SECTIONS, f"known are {', '.join(SECTIONS)}")
+            for name in SECTIONS:
+                if hint == f"did you mean '{name}'?":
+                    reading.doubt(name, value)
             reading.problems.add(
-                f"unknown section {shown(key.text)}",
-                key.mark,
-                hint=suggestion(key.text, SECTIONS, f"known are {known}"),
-                rule="unknown-key",
+                f"unknown section {shown(key.text)}", key.mark, hint=hint, rule="unknown-key"
             )
     return nodes
 

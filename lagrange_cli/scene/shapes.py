@@ -61,6 +61,10 @@ class Reading:
     file: str
     problems: Problems = field(default_factory=Problems)
     values: dict[str, Any] = field(default_factory=dict)
+    #: Sections with problems, and those that an unknown section may be meant to be; the
+    #: names in particles and points of this kind, without indices.
+    doubtful: set[str] = field(default_factory=set)
+    doubtful_bodies: set[str] = field(default_factory=set)
     #: Expressions given to helpers, each with what it is part of.
     parts: list[tuple[Expression, str]] = field(default_factory=list)
     #: Values given beside the scene, by name; those of sizes are needed while reading.
@@ -85,6 +89,22 @@ class Reading:
             sections = (self.values.get("particles", ()), self.values.get("points", ()))
             self._bodies = frozenset(body.name for section in sections for body in section)
         return self._bodies
+
+    @property
+    def knows_bodies(self) -> bool:
+        """Whether particles and points were all understood: what is missing is missing."""
+        return self.doubtful.isdisjoint(("particles", "points"))
+
+    def doubt(self, section: str, node: SourceNode) -> None:
+        """Record that not all of a section may have been understood."""
+        self.doubtful.add(section)
+        if section in ("particles", "points") and isinstance(node, Mapping):
+            self.doubtful_bodies |= {_without_index(key.text) for key, _ in node.entries}
+
+    def may_be_a_body(self, name: str) -> bool:
+        """Whether an unknown name may be a particle or point that was not understood."""
+        known = {_without_index(body) for body in self.bodies}
+        return _without_index(name) in self.doubtful_bodies - known
 
     def expected(self, wanted: str, what: str, node: SourceNode, hint: str = "") -> None:
         """Record that a node is not what was wanted."""
@@ -396,6 +416,10 @@ def _described(node: SourceNode) -> str:
 
 def _is_range(node: Node) -> bool:
     return isinstance(node, Call) and node.function == RANGE
+
+
+def _without_index(name: str) -> str:
+    return name.partition("[")[0].strip()
 
 
 def _index(node: Node, values: AbstractMapping[str, int]) -> int:
