@@ -26,6 +26,7 @@ from lagrange_cli.mechanics.derivation import Derivation, derive_uncertified
 from lagrange_cli.mechanics.equations import CartesianName, Chart, Choice, InitialState
 from lagrange_cli.mechanics.initial import initial_state
 from lagrange_cli.mechanics.names import Names
+from lagrange_cli.mechanics.no_minimal import no_minimal
 from lagrange_cli.mechanics.reduction import Reduced, reduce
 from lagrange_cli.mechanics.tape import values
 from lagrange_cli.scene.model import Formulation, Scene
@@ -90,7 +91,7 @@ def formulated(reduced: Reduced, wanted: Formulation) -> tuple[Reduced, Choice |
     """
     if reduced.closures:
         if wanted == "minimal":
-            raise _no_minimal(reduced)
+            raise no_minimal(reduced)
         return reduced, None
     counts = None if reduced.scene.unilateral else _predicted(reduced)
     if counts is None:
@@ -109,19 +110,6 @@ def formulated(reduced: Reduced, wanted: Formulation) -> tuple[Reduced, Choice |
             raise _no_multiplier(reduced)
     why = "as asked" if wanted == "minimal" else "the coordinates are declared" if cheaper else ""
     return reduced, Choice("minimal", minimal, multiplier, why)
-
-
-def _no_minimal(reduced: Reduced) -> InputError:
-    closure = reduced.closures[0]
-    named = ", ".join(f"'{n}'" for n in dict.fromkeys(c.name for c in reduced.closures))
-    return InputError(
-        Problem(
-            f"there is no minimal form: {named} cannot be solved in closed form in one chart",
-            closure.mark,
-            hint="--formulation multiplier keeps what has no closed form; auto does where it must",
-            rule="formulation",
-        )
-    )
 
 
 def _no_multiplier(reduced: Reduced) -> InputError:

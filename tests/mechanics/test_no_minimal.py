@@ -1,0 +1,64 @@
+"""What stands against a minimal form is the true reason, constraint by constraint."""
+
+from __future__ import annotations
+
+import pytest
+
+from lagrange_cli.errors import InputError
+from lagrange_cli.mechanics import derive
+from lagrange_cli.scene import read_text
+
+P = "particles: {p: {mass: 1, position: [x, y, z]}}\n"
+SLEIGH = (
+    "particles: {p: {mass: 2, position: [x + cos(th), y + sin(th), 0]}}\n"
+    "coordinates: [x, y, th]\nkinetic: {spin: dot(th)^2}\n"
+    "constraints: {blade: dot(y)*cos(th) = dot(x)*sin(th)}\n"
+)
+BRANCHES = "gives each coordinate by others in several ways, none of which need hold all along"
+SCENES = {
+    "nonholonomic": (
+        SLEIGH,
+        "'blade' cannot be integrated: it restricts velocities and no positions",
+    ),
+    "a circle": (P + "plane: xz\nconstraints: {rod: x^2 + z^2 = 1}\n", f"'rod' {BRANCHES}"),
+    "no closed form": (
+        P + "plane: xz\nconstraints: {wire: z + sin(z) = x*exp(x)}\n",
+        "'wire' has no solution in closed form",
+    ),
+    "a quotient": (
+        P + "plane: xz\nconstraints: {ray: x*sin(3*t) = z*cos(3*t)}\n",
+        "'ray' gives a coordinate by others only where what it is divided by does not vanish",
+    ),
+    "integrable": (
+        "particles: {p: {mass: 1, position: [x, y, 0]}}\ncoordinates: [x, y]\n"
+        "constraints: {c: dot(x)*exp(x*y)*(1 + x*y) = -dot(y)*(exp(x*y)*x^2 + y^2*sin(x*y))}\n",
+        "'c' can be integrated, but not in closed form here",
+    ),
+    "several": (
+        SLEIGH.replace("constraints: {", "constraints: {rod: x^2 + y^2 = 4, "),
+        f"'rod' {BRANCHES}; 'blade' ",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_reason_is_that_of_the_constraint(name: str) -> None:
+    scene, reason = SCENES[name]
+    derived = derive(read_text("name: s\n" + scene))
+    assert derived.closures
+    with pytest.raises(InputError) as refused:
+        derive(read_text("name: s\n" + scene), formulation="minimal")
+    (problem,) = refused.value.problems
+    assert problem.rule == "formulation"
+    assert problem.message.startswith(f"there is no minimal form: {reason}")
+    assert problem.mark is not None
+    # What the hint says is so.
+    assert "--formulation multiplier" in problem.hint
+    assert derive(read_text("name: s\n" + scene), formulation="multiplier").closures
+
+
+def test_a_constraint_of_velocities_is_not_said_to_lack_a_solution() -> None:
+    """Of a nonholonomic constraint it was said that it cannot be solved in closed form."""
+    with pytest.raises(InputError) as refused:
+        derive(read_text("name: s\n" + SLEIGH), formulation="minimal")
+    assert "closed form" not in str(refused.value)
