@@ -79,11 +79,13 @@ FIRST_WIDER_TOLERANCE, MOST_EXCESS_WIDER, WORTHWHILE = 1e-15, 10.0, 1.05
 @dataclass(frozen=True)
 class Disproof:
     """When what shows that a result is wrong: a conserved energy that changes, gaps of
-    ``contacts`` that are negative, or an impact on them that adds energy."""
+    ``contacts`` that are negative, or an impact on them that adds energy; or that a motion comes
+    to rest where an equation in words holds, ``where``, and more than one follows."""
 
     time: float
-    by: Literal["energy", "gap", "impact"]
+    by: Literal["energy", "gap", "impact", "uniqueness"]
     contacts: tuple[int, ...] = ()
+    where: str = ""
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,8 @@ class Code:
     ``work`` doubles of workspace; ``factors`` of rounding are read by the
     function ``disturbed`` after the scene's parameters. ``forces``: Python text whose
     function ``outputs`` gives them, as the function ``forces`` of C does; it reads
-    accelerations and multipliers after those.
+    accelerations and multipliers after those. ``steep``: that of
+    :func:`.steep_code.steep_text`.
     """
 
     c: str
@@ -62,6 +63,7 @@ class Code:
     factors: int
     forces: str = ""
     singular: str = ""
+    steep: str = ""
     taylor: str = ""
     tables: str = ""
 
@@ -144,6 +146,7 @@ class Model:
     singular: tuple[SingularPlace, ...] = ()
     chart: FormerChart | None = None
     massless: tuple[str, ...] = ()
+    steep: tuple[str, ...] = ()
     surfaces: tuple[bool, ...] = ()
     continuous: int = 0
     landmarks: int = 0
@@ -158,6 +161,7 @@ class Model:
         found = dict(value)
         lists: tuple[str, ...] = ("coordinates", "kinds", "cartesian", "conserved")
         lists += ("multipliers", "symbols", "outputs", "forces", "contacts", "massless", "surfaces")
+        lists += ("steep",)
         for name in lists:
             found[name] = tuple(found[name])
         found["parameters"] = tuple(ModelParameter(**p) for p in found["parameters"])

@@ -39,6 +39,7 @@ from lagrange_cli.simulate.chart_code import (
 )
 from lagrange_cli.simulate.landmark_code import landmarks
 from lagrange_cli.simulate.model import Code, Defaults, Model, ModelParameter
+from lagrange_cli.simulate.steep_code import steep_places, steep_text
 from lagrange_cli.simulate.surface_code import (
     OneSided,
     continuous,
@@ -91,6 +92,7 @@ def model_of(equations: Equations) -> Model:
         singular=singular_places(equations),
         chart=former_chart(equations),
         massless=_massless(equations),
+        steep=steep_places(driven(equations)),
         **_surfaces(equations),
         landmarks=len(landmarks(driven(equations))),
     )
@@ -260,6 +262,7 @@ def _code(equations: Equations) -> Code:
         factors=max(d.parameters for d in disturbed.values()) - len(equations.parameters),
         forces="" if forces is None else module_source({"outputs": forces}),
         singular=singular_text(equations),
+        steep=steep_text(equations),
     )
 
 

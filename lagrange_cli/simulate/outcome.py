@@ -33,6 +33,8 @@ _DISPROOFS = {
     " step; --method RK45 with a small --rtol makes shorter ones",
     "impact": "Newton's law of impact adds energy where {contacts} struck at once. It does not"
     " with a restitution of 0",
+    "uniqueness": "the motion comes to rest where {where} and a force pushes away with an"
+    " infinite slope, so that more than one motion follows",
 }
 
 #: Why a motion with contacts cannot be continued: one is in the way, or several.
@@ -97,7 +99,7 @@ def reason(model: Model, problem: InitialValueProblem, measured: Measured, reque
         return f"stopped; what is kept ends at t = {last:.9g}"
     if measured.disproved is not None:
         what, at = _disproof(model, measured.disproved), measured.disproved.time
-        if request.accuracy is None:
+        if request.accuracy is None or measured.disproved.by == "uniqueness":
             return f"what is kept ends at t = {last:.9g}: {what}"
         return f"accuracy {request.accuracy:g} is disproved at t = {at:.9g}: {what}"
     if measured.failure is not None:
@@ -157,7 +159,7 @@ def _unclear(model: Model, of: Unclear) -> str:
 
 
 def _disproof(model: Model, found: Disproof) -> str:
-    return _DISPROOFS[found.by].format(contacts=_named(model, found.contacts))
+    return _DISPROOFS[found.by].format(contacts=_named(model, found.contacts), where=found.where)
 
 
 def _named(model: Model, contacts: Sequence[int]) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 
 from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
 from lagrange_cli.simulate.along import Along, along
+from lagrange_cli.simulate.branching import without_branches
 from lagrange_cli.simulate.checkpoint import Checkpoint, Keeper, identity
 from lagrange_cli.simulate.chosen import integrate_with_method
 from lagrange_cli.simulate.columns import sampled, state_columns
@@ -30,6 +31,7 @@ from lagrange_cli.simulate.spool import Samples
 from lagrange_cli.simulate.starting import require_a_start
 from lagrange_cli.simulate.stream import Stream, picked, spooled, streamed
 from lagrange_cli.simulate.trajectory import Event, Trajectory
+from lagrange_cli.simulate.uniqueness import require_unique_start, steep
 from lagrange_cli.simulate.watch import Watch
 
 if TYPE_CHECKING:
@@ -145,11 +147,15 @@ def _simulated(
     if functions.drive is not None:
         functions.drive.require(problem.start, problem.until)
     require_a_start(model, problem)
+    places = steep(model, functions)
+    require_unique_start(places, problem.start, problem.y0)
     if checkpoint is not None:
         watch.keeper = Keeper(checkpoint, identity(model, request, functions))
     compile_seconds = time.perf_counter() - started
     if request.accuracy is not None:
         measured = integrate_to_accuracy(problem, request.accuracy, watch)
+        if places is not None and not (model.multipliers or model.contacts):
+            measured = without_branches(places, problem, measured, request.accuracy, watch)
     else:
         measured = integrate_with_method(problem, request, watch)
     seen = along(model, functions, problem.start, measured)
