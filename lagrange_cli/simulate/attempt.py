@@ -45,8 +45,9 @@ OTHER_STEPS = 2.0
 TAME_STEPS = 0.75
 
 #: Cost of the other method beside the run's, and evaluations to start with, beyond
-#: which it is given up.
-OTHER_COST, OTHER_START = 1.75, 300.0
+#: which it is given up: LSODA earlier, so that the whole stays within five times the run where
+#: it was in vain.
+OTHER_COST, LSODA_COST, OTHER_START = 1.75, 1.6, 300.0
 
 #: A run whose error is beyond eps by no more than this factor is the looser one of the next
 #: attempt, since its own error is smaller than the estimate; in other arithmetic it is less so.
@@ -197,7 +198,9 @@ class Attempt:
     def _allowed(self, run: Run) -> float:
         """Evaluations that a run may take."""
         if run is self._disturbed and self._by_other_method:
-            return OTHER_COST * self.run.evaluations + OTHER_START
+            by_lsoda = run.method is INTEGRATORS["LSODA"]
+            cost = LSODA_COST if by_lsoda else OTHER_COST
+            return cost * self.run.evaluations + OTHER_START
         return self._most
 
     def _spent(self, run: Run) -> bool:
