@@ -1,6 +1,6 @@
 """Entries of the cache: one file each, its name saying what its content must be.
 
-An entry is called ``KEY-HASH.json`` or ``KEY-HASH.so``: KEY is the hash of
+An entry is called ``KEY-HASH.json``, ``.so`` or ``.db``: KEY is the hash of
 what the entry was made from, HASH that of KEY, the suffix and the entry's
 bytes. It is written to a temporary file and renamed, and what does not have the
 hash of its name is removed and counts as missing. So writers need no lock, and
@@ -29,7 +29,7 @@ MOST = 2048
 #: A use is noted on an entry that was not used for this long, in seconds.
 NOTED = 24 * 3600.0
 
-_SUFFIXES = (".json", ".so")
+_SUFFIXES = (".json", ".so", ".db")
 
 #: The mark of a file system whose files cannot be run or loaded; 0 where none is known.
 _NO_EXECUTION = getattr(os, "ST_NOEXEC", 0)
@@ -46,7 +46,7 @@ class Entry(NamedTuple):
 
     @property
     def suffix(self) -> str:
-        """What kind of file it is: ``.json`` or ``.so``."""
+        """What kind of file it is: ``.json``, ``.so`` or ``.db``."""
         return os.path.splitext(self.name)[1]
 
 

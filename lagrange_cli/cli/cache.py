@@ -15,8 +15,8 @@ from lagrange_cli.errors import InputError, Problem, escape_controls
 
 __all__ = ["cache"]
 
-#: What the files of each ending hold.
-KINDS = {".json": "answers", ".so": "compiled"}
+#: The endings of files by what they hold.
+KINDS = {"answers": (".json",), "compiled": (".so", ".db")}
 
 
 def _report(cache: Cache) -> dict[str, Any]:
@@ -25,7 +25,7 @@ def _report(cache: Cache) -> dict[str, Any]:
         "folder": cache.folder,
         "usable": cache.reason is None,
         "reason": cache.reason,
-        "entries": {kind: sum(e.suffix == s for e in entries) for s, kind in KINDS.items()},
+        "entries": {kind: sum(e.suffix in s for e in entries) for kind, s in KINDS.items()},
         "bytes": sum(entry.size for entry in entries),
         "largest": LARGEST,
     }

@@ -53,7 +53,7 @@ def age(path: Path, seconds: float) -> None:
 
 
 @pytest.mark.parametrize("data", [b"", b"{}", bytes(range(256)) * 4096])
-@pytest.mark.parametrize("suffix", [".json", ".so"])
+@pytest.mark.parametrize("suffix", [".json", ".so", ".db"])
 def test_what_was_put_comes_back(cache, data, suffix):
     assert cache.get(KEY, suffix) is None
     assert cache.put(KEY, data, suffix)
@@ -118,7 +118,7 @@ def test_a_planted_entry_is_not_used(cache):
     assert cache.path(KEY) is None
 
 
-@pytest.mark.parametrize("suffix", [".json", ".so"])
+@pytest.mark.parametrize("suffix", [".json", ".so", ".db"])
 @pytest.mark.parametrize("key", [KEY, OTHER], ids=["same", "other"])
 @pytest.mark.parametrize("kind", [".json", ".so"])
 def test_an_intact_entry_under_the_name_of_another_is_not_used(cache, suffix, key, kind):

@@ -10,12 +10,15 @@ from __future__ import annotations
 import copy
 import importlib.util
 import math
+import pickle
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from lagrange_cli.cache import digest
+from lagrange_cli.simulate.compiler import processor
 from lagrange_cli.simulate.integrators.algebra import Algebra, Traced
 from lagrange_cli.simulate.integrators.base import (
     Array,
@@ -27,6 +30,7 @@ from lagrange_cli.simulate.integrators.base import (
     projection,
 )
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing, expressions
+from lagrange_cli.simulate.integrators.kept_series import compiled_once
 
 __all__ = ["Taylor"]
 
@@ -153,7 +157,12 @@ def _compiled(text: _Text, tolerance: float) -> Any:
 
     system, operations = _system(text)
     compact, start = operations > COMPACT, [0.0] * text.size
-    return heyoka.taylor_adaptive(system, start, tol=tolerance, compact_mode=compact)
+    asked = pickle.dumps((system, tolerance, compact))
+    return compiled_once(
+        heyoka.llvm_state,
+        digest("series", heyoka.__version__, processor(), asked),
+        lambda: heyoka.taylor_adaptive(system, start, tol=tolerance, compact_mode=compact),
+    )
 
 
 def _step(terms: Array, tolerance: Array) -> float:
