@@ -57,6 +57,12 @@ class Agreement:
         found = largest[np.searchsorted(self.times[order], t, side="right")]
         return np.where(t < self.broken, found, np.inf)
 
+    def but(self, graze: tuple[float, int] | None) -> Agreement:
+        """With a time from which on runs cannot tell whether a contact is struck."""
+        if graze is None or graze[0] >= self.broken:
+            return self
+        return replace(self, broken=graze[0], differing=(graze[1],))
+
     def also(self, times: Array, errors: Array) -> Agreement:
         """With jumps behind the end of the runs."""
         return replace(

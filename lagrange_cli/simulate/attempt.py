@@ -10,6 +10,7 @@ import numpy as np
 
 from lagrange_cli.simulate.agreement import Agreement, agreement, at_the_end, end_of_bounces
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
+from lagrange_cli.simulate.grazes import Grazes, first_graze
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Array, State, projection
 from lagrange_cli.simulate.integrators.native import NativeRhs
@@ -353,6 +354,9 @@ class Attempt:
         near = CLOSE * self._eps * problem.span
         reached = [run.t for run in self._runs]
         found = agreement(switches, reached, self._weights, problem.until, near)
+        grazes = Grazes(rhs, self._eps, self._found.scales[-1], problem.until)
+        dips = [run.grazes for run in self._runs]
+        found = found.but(first_graze(dips, self._weights, min(reached), grazes))
         if not self.complete:
             return found
         last, n = len(problem.times) - 1, len(problem.kinds)

@@ -60,7 +60,11 @@ class ContactParts(Protocol):
         """Another function, to be run over objects."""
 
     def events(
-        self, parameters: Array, signs: tuple[float, ...], noise: tuple[float, ...]
+        self,
+        parameters: Array,
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
+        reach: tuple[float, ...],
     ) -> NativeEvents | None:
         """The event functions for compiled integrators, None where none are compiled."""
 
@@ -116,13 +120,17 @@ class NativeParts:
         return _traced(self._model, name, parameters)
 
     def events(
-        self, parameters: Array, signs: tuple[float, ...], noise: tuple[float, ...]
+        self,
+        parameters: Array,
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
+        reach: tuple[float, ...],
     ) -> NativeEvents | None:
         count = len(signs)
         function = RHS(("system_events", self._system))
         work = np.empty_like(self._work)
         falling, terminal = (-1,) * count, (True,) * count
-        return NativeEvents(function, falling, terminal, parameters, work, signs, noise)
+        return NativeEvents(function, falling, terminal, parameters, work, signs, noise, reach)
 
     def reset(
         self, t: float, y: Array, parameters: Array, event: int, bounce: float
@@ -163,7 +171,11 @@ class InterpretedParts:
         return _traced(self._model, name, parameters)
 
     def events(
-        self, parameters: Array, signs: tuple[float, ...], noise: tuple[float, ...]
+        self,
+        parameters: Array,
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
+        reach: tuple[float, ...],
     ) -> NativeEvents | None:
         return None
 

@@ -71,11 +71,17 @@ class ContactRhs(SwitchedRhs):
         parameters[self._flags] = closed
         return parameters
 
-    def falling(self, closed: Flags, signs: tuple[float, ...], noise: tuple[float, ...]) -> Falling:
+    def falling(
+        self,
+        closed: Flags,
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
+        reach: tuple[float, ...] = (),
+    ) -> Falling:
         parameters = self._with(closed)
         table = self._parts.table("events", len(closed), parameters)
-        native = self._parts.events(parameters, signs, noise)
-        return Falling(lambda t, y: _row(table, t, y), signs, noise, native)
+        native = self._parts.events(parameters, signs, noise, reach)
+        return Falling(lambda t, y: _row(table, t, y), signs, noise, native, reach)
 
     def traced(self, closed: Flags) -> tuple[Expressions, Expressions]:
         parameters = self._with(closed)
@@ -89,7 +95,8 @@ class ContactRhs(SwitchedRhs):
             self._terms = self._parts.table("gap_terms", count * (n + 3), self._parameters)
         values, sizes = _row(self._gaps, t, y).reshape(2, count)
         terms = _row(self._terms, t, y)
-        return Gaps(values, sizes, terms[: count * n].reshape(count, n), terms[count * n :][:count])
+        gradients, (rates, biases, _) = terms[: count * n], terms[count * n :].reshape(3, count)
+        return Gaps(values, sizes, gradients.reshape(count, n), rates, biases)
 
     def table(self, name: str, columns: int, closed: Flags) -> Table:
         """Another function of the system with contacts, at many states."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.integrators import Control, Integrator, Rhs, start
 from lagrange_cli.simulate.integrators.base import Array, State, UnfitError
-from lagrange_cli.simulate.integrators.switched import Flags, Switch
+from lagrange_cli.simulate.integrators.switched import Dip, Flags, Switch
 from lagrange_cli.simulate.integrators.switching import Switching
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.rows import Rows
@@ -126,6 +126,11 @@ class Run:
     def began(self) -> Flags:
         """The contacts that were closed at first."""
         return self._integrator.began if isinstance(self._integrator, Switching) else ()
+
+    @property
+    def grazes(self) -> Sequence[Dip]:
+        """Where gaps came close to zero and opened again."""
+        return self._integrator.grazes if isinstance(self._integrator, Switching) else ()
 
     @property
     def closed(self) -> Flags:

@@ -149,23 +149,30 @@ class ModelSurfaces(Surfaces):
             native = self._events("surfaces", parameters, signs, noise)
             return Falling(lambda t, y: _row(table, t, y), signs, noise, native)
         others = beside.values
+        reach = (*beside.reach, *(0.0 for _ in signs)) if beside.reach else ()
         signs, noise = (*beside.signs, *signs), (*beside.noise, *noise)
         return Falling(
             lambda t, y: np.concatenate([others(t, y), _row(table, t, y)]),
             signs,
             noise,
-            self._events("events_and_surfaces", parameters, signs, noise),
+            self._events("events_and_surfaces", parameters, signs, noise, reach),
+            reach,
         )
 
     def _events(
-        self, name: str, parameters: Array, signs: tuple[float, ...], noise: tuple[float, ...]
+        self,
+        name: str,
+        parameters: Array,
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
+        reach: tuple[float, ...] = (),
     ) -> NativeEvents | None:
         native = self._code.native(name)
         if native is None:
             return None
         function, work = native
         falling, terminal = (-1,) * len(signs), (True,) * len(signs)
-        return NativeEvents(function, falling, terminal, parameters, work, signs, noise)
+        return NativeEvents(function, falling, terminal, parameters, work, signs, noise, reach)
 
 
 class NativeCode:

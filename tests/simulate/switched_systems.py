@@ -41,13 +41,24 @@ class OneContact(SwitchedRhs):
             return lambda t, y: self(t, y)
         return lambda t, y: np.concatenate([y[2:], self.held(y)])
 
-    def falling(self, closed: Flags, signs: tuple[float, ...], noise: tuple[float, ...]) -> Falling:
+    def falling(
+        self,
+        closed: Flags,
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
+        reach: tuple[float, ...] = (),
+    ) -> Falling:
         of = self.push if closed[0] else self.gap
-        return Falling(lambda t, y: np.array([of(y)]), signs, noise)
+        return Falling(lambda t, y: np.array([of(y)]), signs, noise, reach=reach)
 
     def gaps(self, t: float, y: Array) -> Gaps:
         gap, size, normal = [self.gap(y)], [1.0], [self.normal(y)]
-        return Gaps(np.array(gap), np.array(size), np.array(normal), np.zeros(1))
+        return Gaps(np.array(gap), np.array(size), np.array(normal), np.zeros(1), self.bias(y))
+
+    def bias(self, y: Array) -> Array:
+        """What φ̈ is beside gradient·q̈: of gradients that are linear in the coordinates."""
+        turn = self.normal(y + np.concatenate([y[2:], y[2:]])) - self.normal(y)
+        return np.array([turn @ y[2:]])
 
     def reset(
         self, t: float, y: Array, closed: Flags, event: int, bounce: float

@@ -54,7 +54,7 @@ choices and tests derive from there. An implementer promises:
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
@@ -62,6 +62,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from lagrange_cli.simulate.integrators.events import Event
     from lagrange_cli.simulate.integrators.falling import Falling, Search
 
 __all__ = [
@@ -202,6 +203,11 @@ class Integrator(ABC):
     remade: int = 0
     _projection: Projection | None = None
     _search: Search | None = None
+
+    @property
+    def dips(self) -> Sequence[Event]:
+        """Where event functions had least values within their reach of zero, in order."""
+        return () if self._search is None else self._search.dips
 
     @abstractmethod
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:

@@ -199,6 +199,10 @@ class _Compiled:
         self.fallen = state["fallen"]
 
     @property
+    def dips(self) -> list[Event]:
+        return [] if self._events is None else self._events.dips
+
+    @property
     def events(self) -> list[Event]:
         """The events found so far, in order."""
         return [] if self._events is None else self._events.found

@@ -26,6 +26,7 @@ from lagrange_cli.simulate.integrators.base import (
     State,
     StepError,
 )
+from lagrange_cli.simulate.integrators.events import Event
 from lagrange_cli.simulate.integrators.falling import RISES, Falling
 from lagrange_cli.simulate.integrators.sides import Sides, put, surfaces_of
 from lagrange_cli.simulate.integrators.switching import LOCATED, TOGETHER, Begin
@@ -87,6 +88,7 @@ class Crossing(Integrator):
         self._count = 0
         self._run: Integrator | None = None
         self._stuck: str | None = None
+        self._dips: list[Event] = []
         self._piece: dict[str, Any] = {}
         self._sides: Sides = (1.0,) * len(self._surfaces.positional)
         self._settle(())
@@ -97,6 +99,10 @@ class Crossing(Integrator):
         self._beside = falling
         if self._run is not None:
             self._begin_piece(self._piece["signs"], self._piece["noise"])
+
+    @property
+    def dips(self) -> list[Event]:
+        return [*self._dips, *([] if self._run is None else self._run.dips)]
 
     def step(self, limit: float) -> None:
         states = np.empty((1, len(self.y)))
@@ -236,6 +242,7 @@ class Crossing(Integrator):
         self._piece["first_step"] = first_step
         first_step = min(self._control.first_step, self.t_end - self.t, first_step)
         control = replace(self._control, first_step=first_step)
+        self._dips = self.dips
         sliding = self._sliding(self._sides)
         side = self._slide(sliding) if sliding else self._surfaces.side(self._sides)
         self._run = run = self._begin(side, self.t, self.y, self.t_end, control)
@@ -262,6 +269,7 @@ class Crossing(Integrator):
             values,
             (*(whole.signs[k] for k in kept), *held),
             (*(whole.noise[k] for k in kept), *(0.0 for _ in held)),
+            reach=(*(whole.reach[k] for k in kept), *(0.0 for _ in held)) if whole.reach else (),
         )
 
     # What follows on surfaces.

@@ -17,7 +17,7 @@ _LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
 
 #: Parts of a step, and events of one function in it at most (events.h and events.c).
 PARTS = 4
-_MOST = 2 * PARTS
+_MOST = 3 * PARTS
 
 #: Steps full of events for which there is room in one call.
 _STEPS = 64
@@ -50,6 +50,8 @@ class NativeEvents:
     signs, noise
         Those that the functions have at first, 0 where that is to be seen; all are by default.
         What is made of one that rises from zero (events.h) begins above its noise.
+    reach
+        Of each function: least values below it are told too; none are by default.
     """
 
     function: Any
@@ -59,6 +61,7 @@ class NativeEvents:
     work: Array
     signs: tuple[float, ...] = ()
     noise: tuple[float, ...] = ()
+    reach: tuple[float, ...] = ()
 
 
 class _Events(ctypes.Structure):
@@ -66,7 +69,7 @@ class _Events(ctypes.Structure):
 
     _fields_ = (
         *((name, _POINTER) for name in ("function", "u", "p", "work", "direction", "terminal")),
-        *((name, _POINTER) for name in ("sign", "noise", "before", "values", "state")),
+        *((name, _POINTER) for name in ("sign", "noise", "reach", "before", "values", "state")),
         *((name, _LONG) for name in ("count", "capacity", "found", "first")),
         *((name, _POINTER) for name in ("times", "indices", "states")),
     )
@@ -75,7 +78,7 @@ class _Events(ctypes.Structure):
 class EventBuffer:
     """Room for what one call of a kernel finds, and the list of all that was ``found``.
 
-    ``signs`` are those that the functions had last.
+    ``signs`` are those that the functions had last; ``dips`` where they came close to zero.
     """
 
     def __init__(
@@ -84,6 +87,8 @@ class EventBuffer:
         count, dtype = len(events.directions), real.dtype
         capacity = _STEPS * _MOST * count
         self.found: list[Event] = []
+        self.dips: list[Event] = []
+        self._count = count
         self._times = np.empty(capacity, dtype)
         self._indices = np.empty(capacity, dtype=np.int64)
         self._states = np.empty((capacity, dimension), dtype)
@@ -94,6 +99,7 @@ class EventBuffer:
             "terminal": np.array(events.terminal, dtype=np.int64),
             "sign": np.array(events.signs or np.zeros(count), dtype),
             "noise": np.array(events.noise or np.zeros(count), dtype),
+            "reach": np.array(events.reach or np.zeros(count), dtype),
             "before": np.zeros(count, dtype),
             "values": np.empty((PARTS + 4, count), dtype),
             "state": np.empty(dimension, dtype),
@@ -120,5 +126,8 @@ class EventBuffer:
         """Move what was found into the list."""
         for k in range(self._c.found):
             time, index = float(self._times[k]), int(self._indices[k])
-            self.found.append(Event(time, index, self._states[k].astype(float)))
+            kept, number = (
+                (self.found, index) if index < self._count else (self.dips, index - self._count)
+            )
+            kept.append(Event(time, number, self._states[k].astype(float)))
         self._c.found = 0

@@ -12,12 +12,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.integrators.events import PARTS, NativeEvents
+from lagrange_cli.simulate.integrators.events import PARTS, Event, NativeEvents
 
 __all__ = ["RISES", "Falling", "Search"]
 
 #: A function whose least value is more than so many times what it changes by does not dip to zero.
 SHALLOW = 4.0
+
+#: Part of a part of a step in which it is seen whether a function falls into it, and what tells
+#: least values there from slopes.
+NEAR, FLAT = 2.0**-12, 4.0
+
+#: Part of an interval to which a least value is located: it is then known to rounding.
+SHARP = 1e-9
 
 #: The sign of a function that is zero at first, but for rounding, and then positive (events.h).
 RISES = 2.0
@@ -29,21 +36,24 @@ class Falling:
 
     ``values`` gives all of them; ``signs`` are those that they have at first (or
     :data:`RISES`, and then what is made of it begins above its ``noise``); ``native`` are the
-    same functions for compiled integrators.
+    same functions for compiled integrators. Least values below their ``reach`` are told.
     """
 
     values: Callable[[float, Array], Array]
     signs: tuple[float, ...]
     noise: tuple[float, ...]
     native: NativeEvents | None = None
+    reach: tuple[float, ...] = ()
 
 
 class Search:
-    """``signs`` are those of the functions on the way."""
+    """``signs`` are those of the functions on the way; ``dips`` where they came close to zero."""
 
     def __init__(self, falling: Falling) -> None:
         self._values, self._noise = falling.values, falling.noise
+        self._reach = falling.reach or (0.0,) * len(falling.signs)
         self.signs = list(falling.signs)
+        self.dips: list[Event] = []
 
     def first(
         self, state: Callable[[float], Array], start: float, end: float
@@ -57,39 +67,84 @@ class Search:
         """
         times = np.linspace(start, end, PARTS + 1)
         values = np.array([self._values(t, state(t)) for t in times.tolist()])
+        near = NEAR * (end - start) / PARTS
+        inside = [self._values(t, state(t)) for t in (start + near, end - near)]
+        # What lies outside is told from whether values fall into the step.
+        ends = [
+            _falls_from(*of) for of in zip(values[[0, -1]], inside, values[[1, -2]], strict=True)
+        ]
+        values = np.concatenate([ends[:1], values, ends[1:]])
+        times = np.concatenate([times[:1], times, times[-1:]])
 
         def along(k: int) -> Callable[[float], float]:
             return lambda t: float(self._values(t, state(t))[k])
 
-        found = []
-        for k, noise in enumerate(self._noise):
-            t, self.signs[k] = _falls(along(k), times, values[:, k], self.signs[k], noise)
+        found, dips = [], []
+        for k in range(len(self.signs)):
+            seen = _Function(along(k), times, values[:, k])
+            t, dip, self.signs[k] = seen.falls(self.signs[k], self._noise[k], self._reach[k])
             if t is not None:
                 found.append((t, k))
-        return min(found, default=None)
-
-
-def _falls(
-    g: Callable[[float], float], times: Array, values: Array, sign: float, noise: float
-) -> tuple[float | None, float]:
-    """Where g falls through zero, and its last sign; ``sign`` is the one that it had before."""
-    first = 0
-    while sign == RISES and first + 1 < len(times):
-        first += 1
-        if values[first] > noise:
-            sign = 1.0
-        elif values[first] < -noise:
-            return _falls_back(g, float(times[first - 1]), float(times[first])), -1.0
-    for k in range(first, len(times)):
-        now = float(np.sign(values[k]))
-        if now < 0 < sign != RISES:
-            return float(times[0]) if k == 0 else _zero(g, times[k - 1 : k + 1]), now
-        if k > first and sign > 0 and now > 0:
-            dip = _dip(g, times[k - 1 : k + 1], values[max(k - 2, 0) : k + 2])
             if dip is not None:
-                return _zero(g, (float(times[k - 1]), dip)), now
-        sign = sign if sign == RISES else now or sign
-    return None, sign
+                dips.append((dip, k))
+        first = min(found, default=None)
+        last = np.inf if first is None else first[0]
+        self.dips += [Event(t, k, state(t)) for t, k in sorted(dips) if t < last]
+        return first
+
+
+def _falls_from(at: Array, near: Array, beside: Array) -> Array:
+    """Infinity where functions fall from their value at the end of a step, or are as flat there as
+    at a least value; minus infinity where they rise."""
+    with np.errstate(invalid="ignore"):
+        falls = near - at <= FLAT * NEAR**2 * np.abs(beside - at)
+    return np.where(falls, np.inf, -np.inf)
+
+
+@dataclass(frozen=True)
+class _Function:
+    """One of the functions along a step, with its values at times; those before and behind the
+    step are infinite, of a sign that says whether it falls into the step."""
+
+    g: Callable[[float], float]
+    times: Array
+    values: Array
+
+    def falls(
+        self, sign: float, noise: float, reach: float
+    ) -> tuple[float | None, float | None, float]:
+        """Where it falls through zero, where it has a least value below its reach, and its last
+        sign; ``sign`` is the one that it had before."""
+        times, values, first, last = self.times, self.values, 1, len(self.times) - 2
+        dip = None
+        while sign == RISES and first < last:
+            first += 1
+            if values[first] > noise:
+                sign = 1.0
+            elif values[first] < -noise:
+                back = _falls_back(self.g, float(times[first - 1]), float(times[first]))
+                return back, None, -1.0
+        for k in range(first, last + 1):
+            now = float(np.sign(values[k]))
+            if now < 0 < sign != RISES:
+                at = float(times[1]) if k == 1 else _zero(self.g, times[k - 1 : k + 1])
+                return at, dip, now
+            if k > first and sign == 1.0 and now > 0 and self._dips(k):
+                at, least = _least(self.g, float(times[k - 1]), float(times[k]))
+                if least < 0:
+                    return _zero(self.g, (float(times[k - 1]), at)), dip, now
+                dip = at if least < reach else dip
+            sign = sign if sign == RISES or np.isnan(now) else now or sign
+        return None, dip, sign
+
+    def _dips(self, k: int) -> bool:
+        """Whether it may have a least value in the part that ends at a time."""
+        around = self.values[k - 2 : k], self.values[k - 1 : k + 1], self.values[k : k + 2]
+        least = self.values[k - 1 : k + 1].min()
+        if least > SHALLOW * (self.values[k - 2 : k + 2].max() - least):
+            return False
+        (before, left), (_, right), (_, behind) = around
+        return bool((left < before and left < right) or (right < left and right < behind))
 
 
 def _falls_back(g: Callable[[float], float], start: float, end: float) -> float:
@@ -111,14 +166,15 @@ def _zero(g: Callable[[float], float], between: Sequence[float] | Array) -> floa
     return float(brentq(g, a, b, xtol=2 * np.spacing(max(abs(a), abs(b))), rtol=4e-16 * 4))
 
 
-def _dip(g: Callable[[float], float], part: Array, around: Array) -> float | None:
-    """A time within the part where g is negative, though positive at its ends, if there is one."""
-    inner = np.argmin(around)
-    if len(around) < 3 or inner in (0, len(around) - 1):
-        return None
-    if around[inner] > SHALLOW * (around.max() - around[inner]):
-        return None
+def _least(g: Callable[[float], float], a: float, b: float) -> tuple[float, float]:
+    """Where g is least between a and b, and its value there."""
     from scipy.optimize import minimize_scalar
 
-    least = minimize_scalar(g, bounds=(float(part[0]), float(part[1])), method="bounded")
-    return float(least.x) if least.fun < 0 else None
+    # From a on: what times are measured from is no scale of the search.
+    least = minimize_scalar(
+        lambda since: g(a + since),
+        bounds=(0.0, b - a),
+        method="bounded",
+        options={"xatol": SHARP * (b - a)},
+    )
+    return a + float(least.x), float(least.fun)

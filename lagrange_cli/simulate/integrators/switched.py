@@ -15,7 +15,7 @@ from lagrange_cli.simulate.integrators.base import Array, Rhs, UnfitError
 from lagrange_cli.simulate.integrators.expressions import Expressions
 from lagrange_cli.simulate.integrators.falling import Falling
 
-__all__ = ["TOUCHING", "Flags", "Gaps", "Kind", "Stuck", "Switch", "SwitchedRhs"]
+__all__ = ["TOUCHING", "Dip", "Flags", "Gaps", "Kind", "Stuck", "Switch", "SwitchedRhs"]
 
 #: Which contacts are closed.
 Flags: TypeAlias = tuple[bool, ...]
@@ -46,6 +46,25 @@ class Switch:
 
 
 @dataclass(frozen=True)
+class Dip:
+    """A gap that comes close to zero and opens again, by itself or since it was struck.
+
+    ``least`` is its least value, negative where it was struck: what it would have become without.
+    ``bend`` is φ̈ there, ``size`` that of what the gap is the difference of, ``gradient`` has shape
+    (n,); ``y`` and ``closed`` are the state and what is closed there.
+    """
+
+    t: float
+    contact: int
+    least: float
+    bend: float
+    size: float
+    gradient: Array
+    y: Array
+    closed: Flags
+
+
+@dataclass(frozen=True)
 class Stuck:
     """Why a motion cannot be continued, and the contacts that are in the way."""
 
@@ -56,12 +75,13 @@ class Stuck:
 @dataclass(frozen=True)
 class Gaps:
     """Gaps φ of all contacts, with the sizes of what they are differences of (both (U,)), their
-    gradients (U, n), and how they change at rest, ∂φ/∂t (U,)."""
+    gradients (U, n), how they change at rest, ∂φ/∂t (U,), and what φ̈ is beside gradient·q̈ (U,)."""
 
     values: Array
     sizes: Array
     gradients: Array
     rates: Array
+    biases: Array
 
     @property
     def touching(self) -> Flags:
@@ -103,7 +123,13 @@ class SwitchedRhs(ABC):
         """y' with these contacts closed, with a projection onto them."""
 
     @abstractmethod
-    def falling(self, closed: Flags, signs: tuple[float, ...], noise: tuple[float, ...]) -> Falling:
+    def falling(
+        self,
+        closed: Flags,
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
+        reach: tuple[float, ...] = (),
+    ) -> Falling:
         """The multiplier of each closed contact and the gap of each open one."""
 
     def traced(self, closed: Flags) -> tuple[Expressions, Expressions]:

@@ -29,7 +29,9 @@ from lagrange_cli.simulate.integrators.base import (
 from lagrange_cli.simulate.integrators.falling import RISES
 from lagrange_cli.simulate.integrators.switched import (
     TOUCHING,
+    Dip,
     Flags,
+    Gaps,
     Kind,
     Stuck,
     Switch,
@@ -53,6 +55,12 @@ ADDED_UP = 100.0
 
 #: Bounces of a height below this part of what the gap is the difference of are ended, too.
 LOW = 1e-12
+
+#: Gaps are followed that come as close to zero as many errors of steps beside the tolerance do.
+REACH = 1e6
+
+#: A contact that is struck faster than this part of what it was struck at before is not grazed.
+SLOW = 0.1
 
 #: Shrinking intervals between bounces that make a sequence.
 SEQUENCE = 4
@@ -84,7 +92,8 @@ Begin: TypeAlias = Callable[[Rhs, float, Array, float, Control], Integrator]
 class Switching(Integrator):
     """One method over all pieces, called like any.
 
-    ``switches`` are those passed so far; ``began`` the contacts that are closed at first.
+    ``switches`` are those passed so far; ``began`` the contacts that are closed at first;
+    ``grazes`` the gaps that came close to zero and opened again.
     """
 
     interpolates: ClassVar[bool] = False
@@ -108,6 +117,9 @@ class Switching(Integrator):
         self._run: Integrator | None = None
         self._piece: dict[str, Any] = {}
         self.switches: list[Switch] = []
+        self.grazes: list[Dip] = []
+        self._seen = 0
+        self._fastest: dict[int, float] = {}
         self._reset(START, "contact")
         self.began = self._closed
 
@@ -160,6 +172,10 @@ class Switching(Integrator):
 
     def _read(self, run: Integrator) -> None:
         self.t, self.y = run.t, run.y
+        for event in run.dips[self._seen :]:
+            gaps = self._rhs.gaps(event.time, event.state)
+            self._dip(gaps, event.index, event.time, event.state, gaps.values[event.index])
+        self._seen = len(run.dips)
         self.steps, self.evaluations = self._past[0] + run.steps, self._past[1] + run.evaluations
 
     def _switch(self, event: int) -> None:
@@ -171,6 +187,7 @@ class Switching(Integrator):
             self.y = self._fallen(event)
             self._reset(event, "zeno")
         else:
+            self._graze(event)
             self._reset(event, "contact")
         most = CHATTER * len(self._rhs.free)
         last = self.switches[-most:]
@@ -269,6 +286,30 @@ class Switching(Integrator):
         late = float(gaps.values[event] / speeds[event])
         return late if abs(late) <= LOCATED * np.spacing(abs(self.t)) else 0.0
 
+    def _graze(self, event: int) -> None:
+        """Remember a contact that is struck so slightly that it might as well be missed."""
+        gaps = self._rhs.gaps(self.t, self.y)
+        speed = -float(gaps.speeds(self.y[len(self.y) // 2 :])[0][event])
+        fastest = self._fastest.get(event, 0.0)
+        if not SLOW * fastest < speed or not fastest:
+            self._dip(gaps, event, self.t, self.y, speed=speed)
+        self._fastest[event] = max(speed, fastest)
+
+    def _dip(
+        self, gaps: Gaps, contact: int, t: float, y: Array, least: float = 0.0, speed: float = 0.0
+    ) -> None:
+        """Remember a gap with its least value, or the speed at which it is struck, if it is
+        close enough to zero."""
+        slope = self._rhs.side(self._closed)(t, y)
+        gradient = gaps.gradients[contact]
+        bend = float(gradient @ slope[len(y) // 2 :] + gaps.biases[contact])
+        if speed:
+            least = -(speed**2) / (2 * bend) if bend > 0 else -np.inf
+        if abs(least) < self._piece["reach"][contact]:
+            size = float(gaps.sizes[contact])
+            dip = Dip(t, contact, float(least), bend, size, gradient, y, self._closed)
+            self.grazes.append(dip)
+
     def _deadlock(self, event: int, leave_none: Flags) -> tuple[str, set[int]]:
         """Why there is no motion behind an event, and the contacts that are in the way."""
         if any(leave_none):
@@ -305,18 +346,22 @@ class Switching(Integrator):
         ]
         opening = gaps.opening(self.y[n:])
         noise = np.where(opening, 0.0, gaps.noise(ADDED_UP * self._tolerances[:n]))
+        reach = np.abs(gaps.gradients) @ (REACH * self._tolerances[:n]) * ~np.array(self._closed)
         signs = tuple(RISES if rising else 1.0 for rising in rises)
-        self._begin_piece(signs, tuple(noise.tolist()))
+        self._begin_piece(signs, tuple(noise.tolist()), tuple(reach.tolist()))
 
-    def _begin_piece(self, signs: tuple[float, ...], noise: tuple[float, ...]) -> Integrator:
-        """Begin a piece here, with the signs of its event functions and their noise."""
-        self._piece = {"from": (self.t, self.y), "signs": signs, "noise": noise}
+    def _begin_piece(
+        self, signs: tuple[float, ...], noise: tuple[float, ...], reach: tuple[float, ...]
+    ) -> Integrator:
+        """Begin a piece here, with the signs of its event functions, noise and reach."""
+        self._piece = {"from": (self.t, self.y), "signs": signs, "noise": noise, "reach": reach}
+        self._seen = 0
         first_step = min(self._control.first_step, self.t_end - self.t)
         # The tolerances stay those of the control, which may change between steps.
         control = replace(self._control, first_step=first_step)
         side = self._rhs.side(self._closed)
         self._run = run = self._begin(side, self.t, self.y, self.t_end, control)
-        run.stop_at(self._rhs.falling(self._closed, signs, noise))
+        run.stop_at(self._rhs.falling(self._closed, signs, noise, reach))
         return run
 
     def state(self) -> State:
@@ -327,6 +372,8 @@ class Switching(Integrator):
             "past": self._past,
             "bounces": [(contact, tuple(times)) for contact, times in self._bounces.items()],
             "switches": tuple(switches),
+            "grazes": tuple(tuple(vars(dip).values()) for dip in self.grazes),
+            "fastest": tuple(self._fastest.items()),
             "stuck": None if self.stuck is None else (self.stuck.reason, self.stuck.contacts),
             "run": None if self._run is None else self._run.state(),
         }
@@ -334,10 +381,13 @@ class Switching(Integrator):
 
     def restore(self, state: State) -> None:
         self.switches = [Switch(*fields) for fields in state["switches"]]
+        self.grazes = [Dip(*fields) for fields in state["grazes"]]
+        self._fastest = dict(state["fastest"])
         self._bounces = {contact: list(times) for contact, times in state["bounces"]}
         self._closed, self.began, self._past = state["closed"], state["began"], state["past"]
         self._run, self.stuck = None, None if state["stuck"] is None else Stuck(*state["stuck"])
         if state["run"] is not None:
             self.t, self.y = state["from"]
-            self._begin_piece(state["signs"], state["noise"]).restore(state["run"])
+            begun = state["signs"], state["noise"], state["reach"]
+            self._begin_piece(*begun).restore(state["run"])
         super().restore(state)

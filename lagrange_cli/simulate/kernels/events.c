@@ -11,7 +11,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { PARTS = LAGRANGE_PARTS, EXTRA = PARTS + 3, MOST = 2*PARTS };
+enum { PARTS = LAGRANGE_PARTS, EXTRA = PARTS + 3, MOST = 3*PARTS };
 
 /* An event function along the last step. */
 typedef struct {
@@ -84,15 +84,16 @@ static double zero_between(const along *g, double a, double ga, double b, double
     return a + (b - a)/2.0;
 }
 
-/* A point between a and b where g, of this sign at both, has the other one; NAN if none is found.
+/* A point between a and b where g, of this sign at both, has the other one or is closest to zero,
+ * and its value there times the sign.
  *
- * Golden section towards the extremum. */
-static double beyond_zero(const along *g, double sign, double a, double b)
+ * Golden section towards the extremum, whose value is then known to rounding. */
+static double extremum(const along *g, double sign, double a, double b, double *least)
 {
-    const double golden = 0.3819660112501051;
+    const double golden = 0.3819660112501051, width = b - a;
     double x = a + golden*(b - a), y = b - golden*(b - a);
     double gx = sign*value(g, x), gy = sign*value(g, y);
-    while (!(gx < 0.0) && !(gy < 0.0) && b - a > 1e-9*(fabs(a) + fabs(b)) && y - x > ulp(b)) {
+    while (!(gx < 0.0) && !(gy < 0.0) && b - a > 1e-9*width && y - x > ulp(b)) {
         if (gx < gy) {
             b = y;
             y = x;
@@ -107,30 +108,35 @@ static double beyond_zero(const along *g, double sign, double a, double b)
             gy = sign*value(g, y);
         }
     }
-    return gx < 0.0 ? x : gy < 0.0 ? y : NAN;
+    *least = gx < 0.0 || gx < gy ? gx : gy;
+    return gx < 0.0 || gx < gy ? x : y;
 }
 
-/* Record the crossing between a and b, in order of time within this step. */
-static void record(const along *g, double a, double ga, double b, double gb, int64_t first)
+/* Keep what happens at t, in order of time within this step. */
+static void keep(const along *g, double t, int64_t index, int64_t first)
 {
     lagrange_run *run = g->run;
     lagrange_events *e = run->events;
-    const int64_t n = DIM(run), direction = e->direction[g->index];
-    double t;
+    const int64_t n = DIM(run);
     int64_t k;
-    if ((double)direction*gb < 0.0) {
-        return;
-    }
-    t = zero_between(g, a, ga, b, gb);
     for (k = e->found; k > first && e->times[k - 1] > t; --k) {
         e->times[k] = e->times[k - 1];
         e->indices[k] = e->indices[k - 1];
         memcpy(e->states + k*n, e->states + (k - 1)*n, (size_t)n*sizeof(double));
     }
     e->times[k] = t;
-    e->indices[k] = g->index;
+    e->indices[k] = index;
     lagrange_between(run, g->interpolate, t, e->states + k*n);
     e->found += 1;
+}
+
+/* Record the crossing between a and b. */
+static void record(const along *g, double a, double ga, double b, double gb, int64_t first)
+{
+    const int64_t direction = g->run->events->direction[g->index];
+    if (!((double)direction*gb < 0.0)) {
+        keep(g, zero_between(g, a, ga, b, gb), g->index, first);
+    }
 }
 
 /* Whether |g| is least in the middle of three equal signs. */
@@ -140,16 +146,21 @@ static int dips(double left, double middle, double right)
            fabs(middle) < fabs(left) && fabs(middle) < fabs(right);
 }
 
-/* Two crossings in the part from k - 1 to k, with the same sign at its ends, if they are there. */
+/* Two crossings in the part from k - 1 to k, with the same sign at its ends, if they are there;
+ * or that g is positive and almost zero. */
 static void crossings_inside(const along *g, const double *t, const double *v, int k,
                              int64_t first)
 {
     const double sign = sign_of(v[k]);
     if (dips(v[k - 2], v[k - 1], v[k]) || dips(v[k - 1], v[k], v[k + 1])) {
-        const double inside = beyond_zero(g, sign, t[k - 1], t[k]);
-        if (!isnan(inside)) {
+        const lagrange_events *e = g->run->events;
+        double least;
+        const double inside = extremum(g, sign, t[k - 1], t[k], &least);
+        if (least < 0.0) {
             record(g, t[k - 1], v[k - 1], inside, -sign, first);
             record(g, inside, -sign, t[k], v[k], first);
+        } else if (sign > 0.0 && least < e->reach[g->index]) {
+            keep(g, inside, e->count + g->index, first);
         }
     }
 }
@@ -210,7 +221,7 @@ static int cut(lagrange_run *run, int64_t first)
     const int64_t n = DIM(run);
     int64_t k, i;
     for (k = first; k < e->found; ++k) {
-        if (e->terminal[e->indices[k]]) {
+        if (e->indices[k] < e->count && e->terminal[e->indices[k]]) {
             for (i = 0; i < n; ++i) {
                 lagrange_row(run, HI)[i] = e->states[k*n + i];
                 lagrange_row(run, LOW)[i] = 0.0;

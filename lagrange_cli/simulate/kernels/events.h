@@ -22,6 +22,7 @@ typedef struct lagrange_events {
     const int64_t *terminal;
     double *sign;   /* count: of each g when it was last not 0 */
     const double *noise; /* count: of each g where it rises from 0 */
+    const double *reach; /* count: a positive g that dips no lower than zero is told below this */
     double *before; /* count: the signs before the last step */
     double *values; /* (LAGRANGE_PARTS + 4) rows of count */
     double *state;  /* n */
@@ -30,7 +31,7 @@ typedef struct lagrange_events {
     int64_t found;
     int64_t first; /* where those of the last step begin */
     double *times; /* found, ascending */
-    int64_t *indices;
+    int64_t *indices; /* count and more: of a g that has a least value there, above zero */
     double *states;
 } lagrange_events;
 
