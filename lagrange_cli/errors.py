@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "Problem",
     "escape_controls",
     "nearest",
+    "placed",
     "render",
 ]
 
@@ -65,6 +66,11 @@ class LagrangeError(Exception):
 
 class InputError(LagrangeError):
     """The scene, a parameter or the usage is wrong (exit 2)."""
+
+
+def placed(refusal: InputError, mark: Mark | None) -> InputError:
+    """The same refusal, with this place for the problems that have none."""
+    return InputError(*(p if p.mark else replace(p, mark=mark) for p in refusal.problems))
 
 
 class AccuracyError(LagrangeError):

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.emit.naming import C_HEADERS, PYTHON_MODULES, file_stem
-from lagrange_cli.errors import InputError, Problem, nearest
+from lagrange_cli.errors import InputError, Mark, Problem, nearest, placed
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -88,9 +88,14 @@ class Emitter:
         Raises
         ------
         InputError
-            An option that the format does not have, or a value it does not take.
+            An option that the format does not have, or a value it does not take; at the scene's
+            place, equations that the format cannot hold.
         """
-        return self.run(equations, self._complete(options or {}))
+        complete = self._complete(options or {})
+        try:
+            return self.run(equations, complete)
+        except InputError as refusal:
+            raise placed(refusal, Mark(equations.file, 1, 1)) from refusal
 
     def files(self, name: str) -> tuple[str, ...]:
         """The names of the files for a system of this name, in order."""

@@ -12,9 +12,10 @@ which is that of the closures (none, where there are none).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from functools import partial
+from typing import Literal, TypeVar
 
 import mpmath
 import sympy as sp
@@ -45,6 +46,14 @@ _ZERO = mpf(0)
 
 #: Coordinates of systems whose accelerations are put in.
 _SOLVED = 3
+
+#: Digits of a second look, and what is 0 there: products of three doubles are larger.
+_CLOSE_DIGITS, _NOTHING = 1300, mpf(10) ** -1000
+
+#: By how much one rounding error may exceed another one.
+_MARGIN = 1000
+
+_Seen = TypeVar("_Seen")
 
 #: States at which forces are compared with Newton's law.
 _STATES = 2
@@ -274,9 +283,9 @@ class _Check:
 
     Attributes
     ----------
-    points
-        Once compared, states with accelerations and multipliers that solve the equations of
-        motion, or with any where the system is too large to solve here.
+    seen, points
+        Once compared, states of the certificate, and these with accelerations and multipliers
+        that solve the equations of motion, or with any where the system is too large to solve here.
     scales
         Size of the forces at each.
     """
@@ -287,8 +296,10 @@ class _Check:
         self.tapes = Tapes(derivation)
         self.restraints = Restraints(derivation, self.tapes)
         self.states = evidence.states
+        self.seen: list[Point] = []
         self.points: list[Point] = []
         self.scales: list[mpf] = []
+        self._floor = self._rounding = _ZERO
 
     def _moving(self, point: Point) -> Point:
         if not self.tapes.n:
@@ -304,15 +315,34 @@ class _Check:
         """Compare forces with m r̈ − F, and their work with that of closures and contacts."""
         for state in self.states:
             try:
-                point = self._moving(state)
-                self.scales.append(self._compared(point, forces))
-                self.points.append(point)
+                compare = partial(self._compared, forces=forces)
+                scale = self._looked_at(state, compare)
+                self.points.append(self._moving(state))
+                # Forces that vanish have no size: that of ordinary ones with such a rounding.
+                self.scales.append(max(scale, _MARGIN * self._rounding / self.tolerance))
+                self.seen.append(state)
             except (DomainError, ZeroDivisionError, OverflowError):
                 continue  # a form of the forces that is singular here
-            if len(self.points) == _STATES:
+            if len(self.seen) == _STATES:
                 return
-        if not self.points:
+        if not self.seen:
             raise InternalError(Problem("the constraint forces have no value anywhere"))
+
+    def _looked_at(self, state: Point, compare: Callable[[Point], _Seen]) -> _Seen:
+        """What a comparison gives, at a second look with digits at which rounding is nothing.
+
+        Forces that vanish, as those on a straight path, are rounding alone at the first look.
+        """
+        self._rounding = _ZERO
+        try:
+            return compare(self._moving(state))
+        except InternalError:
+            with mpmath.workdps(_CLOSE_DIGITS):
+                self._floor = _NOTHING
+                try:
+                    return compare(self._moving(state))
+                finally:
+                    self._floor = _ZERO
 
     def _compared(self, point: Point, forces: _Forces) -> mpf:
         """Compare at one state; the size of the forces there."""
@@ -373,16 +403,21 @@ class _Check:
 
     def rows(self, rows: Sequence[Row], multipliers: Mapping[int, sp.Expr]) -> None:
         """Require that the multipliers make up the forces."""
+        for state, scale in zip(self.seen, self.scales, strict=True):
+            compare = partial(self._compare_rows, rows=rows, multipliers=multipliers, scale=scale)
+            self._looked_at(state, compare)
+
+    def _compare_rows(
+        self, point: Point, rows: Sequence[Row], multipliers: Mapping[int, sp.Expr], scale: mpf
+    ) -> None:
         numbers = sorted(multipliers)
-        for point, scale in zip(self.points, self.scales, strict=True):
-            known = dict(
-                zip(numbers, values([multipliers[k] for k in numbers], point), strict=True)
-            )
-            for row in rows:
-                force, *slopes = values([row.force, *row.gradient.values()], point)
-                parts = [known[k] * g for k, g in zip(row.gradient, slopes, strict=True)]
-                self._require(force - sum(parts, _ZERO), sum(map(abs, parts), scale))
+        known = dict(zip(numbers, values([multipliers[k] for k in numbers], point), strict=True))
+        for row in rows:
+            force, *slopes = values([row.force, *row.gradient.values()], point)
+            parts = [known[k] * g for k, g in zip(row.gradient, slopes, strict=True)]
+            self._require(force - sum(parts, _ZERO), sum(map(abs, parts), scale))
 
     def _require(self, difference: mpf, size: mpf) -> None:
-        if abs(difference) > self.tolerance * size:
+        if abs(difference) > max(self.tolerance * size, self._floor):
+            self._rounding = abs(difference)
             raise InternalError(Problem("the constraint forces disagree with Newton's law"))

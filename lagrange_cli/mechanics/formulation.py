@@ -27,6 +27,7 @@ from lagrange_cli.mechanics.equations import CartesianName, Chart, Choice, Initi
 from lagrange_cli.mechanics.initial import initial_state
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.no_minimal import no_minimal
+from lagrange_cli.mechanics.parameters import evaluated
 from lagrange_cli.mechanics.reduction import Reduced, reduce
 from lagrange_cli.mechanics.tape import values
 from lagrange_cli.scene.model import Formulation, Scene
@@ -261,7 +262,7 @@ def _carried_over(origin: Reduced, chart: Chart, given: InitialState) -> Initial
     with mpmath.workdps(_DIGITS):
         point = dict(zip(symbols, map(mpf, state), strict=True))
         for name, value in origin.values.exact.items():
-            point[origin.names.parameters[name]] = mpf(value.evalf(_DIGITS))
+            point[origin.names.parameters[name]] = evaluated(value, _DIGITS)
         point[origin.names.t] = origin.reference[origin.names.t]
         q = values([place.position for place in chart.places], point)
         v = values([place.velocity for place in chart.places], point)

@@ -19,6 +19,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.configuration import Configurations, Search
 from lagrange_cli.mechanics.equations import InitialState
 from lagrange_cli.mechanics.gap_start import GapStart
+from lagrange_cli.mechanics.parameters import evaluated
 from lagrange_cli.mechanics.pasting import near_line
 from lagrange_cli.mechanics.ranks import alike, dependent_rows, in_units, scaled_doubles
 from lagrange_cli.mechanics.reduction import Reduced
@@ -113,7 +114,7 @@ class _Initial:
         self.q = [c.q for c in self.reduced.coordinates]
         self.number = {q: j for j, q in enumerate(self.q)}
         self.constants: dict[sp.Symbol, mpf] = {
-            names.parameters[n]: mpf(x.evalf(digits)) for n, x in self.reduced.values.exact.items()
+            names.parameters[n]: evaluated(x, digits) for n, x in self.reduced.values.exact.items()
         }
         self.constants[names.t] = self.reduced.reference[names.t]
         self.given: dict[int, dict[sp.Symbol, tuple[mpf, InitialValue]]] = {0: {}, 1: {}}
@@ -136,7 +137,7 @@ class _Initial:
             )
         value = self.reduced.values.number(entry.value)
         assert value is not None  # every parameter has a value
-        self.given[entry.order][symbol] = (mpf(value.evalf(self.digits)), entry)
+        self.given[entry.order][symbol] = (evaluated(value, self.digits), entry)
 
     def solve(self) -> InitialState:
         start, moved = self._placed()

@@ -6,15 +6,19 @@ import math
 from fractions import Fraction
 
 import sympy as sp
+from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.language import to_sympy
 from lagrange_cli.scene.bounds import require_bounded
 from lagrange_cli.scene.expression import Expression, names_in
 from lagrange_cli.scene.model import Scene
-from lagrange_cli.scene.tokens import ExpressionError
+from lagrange_cli.scene.tokens import MAX_EXPONENT, ExpressionError
 
-__all__ = ["Values"]
+__all__ = ["Values", "evaluated", "nearest_double"]
+
+#: The least magnitude that constants of a scene have.
+_LEAST = mpf(10) ** -MAX_EXPONENT
 
 
 class Values:
@@ -132,6 +136,15 @@ def _magnitude(value: sp.Expr) -> sp.Expr | Fraction:
     if value.is_Rational:
         return abs(Fraction(int(value.p), int(value.q)))
     return abs(value.evalf(15))
+
+
+def evaluated(value: sp.Expr, digits: int) -> mpf:
+    """An exact number to so many digits; 0 where it is nearer to that than any constant may be.
+
+    A function of constants can be 10^-(10^17), beside which no number of digits shows a sum.
+    """
+    number = mpf(value.evalf(digits))
+    return number if abs(number) > _LEAST else mpf(0)
 
 
 def nearest_double(value: sp.Expr) -> float:

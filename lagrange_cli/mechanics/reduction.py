@@ -35,7 +35,7 @@ from lagrange_cli.mechanics.language import Rate, total_derivative
 from lagrange_cli.mechanics.manifold import Manifold
 from lagrange_cli.mechanics.masses import mass_of
 from lagrange_cli.mechanics.names import Names
-from lagrange_cli.mechanics.parameters import Values
+from lagrange_cli.mechanics.parameters import Values, evaluated
 from lagrange_cli.mechanics.partly import Sides, hold_around, violated_at
 from lagrange_cli.mechanics.rates import Redundant, redundant_rates
 from lagrange_cli.mechanics.refusals import require_enough
@@ -410,12 +410,12 @@ def _reference(names: Names, values: Values, scene: Scene) -> dict[sp.Symbol, mp
         value = values.number(entry.value) if entry.order == 0 else None
         symbol = names.lookup(entry.name)
         if value is not None and symbol is not None and symbol.is_Symbol:
-            found[symbol] = mpf(value.evalf(mpmath.mp.dps))
+            found[symbol] = evaluated(value, mpmath.mp.dps)
     for name, value in values.exact.items():
-        found[names.parameters[name]] = mpf(value.evalf(mpmath.mp.dps))
+        found[names.parameters[name]] = evaluated(value, mpmath.mp.dps)
     start = scene.simulate.start
     at = values.number(start) if start is not None else None
-    found[names.t] = mpf(at.evalf(mpmath.mp.dps)) if at is not None else mpf(0)
+    found[names.t] = evaluated(at, mpmath.mp.dps) if at is not None else mpf(0)
     return found
 
 

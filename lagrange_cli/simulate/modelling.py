@@ -28,7 +28,7 @@ from lagrange_cli.emit.forces import force_columns
 from lagrange_cli.emit.program import build_program
 from lagrange_cli.emit.python_functions import module_source, program_of
 from lagrange_cli.emit.recorded import COEFFICIENTS
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InputError, Mark, Problem, placed
 from lagrange_cli.mechanics.equations import Input, Parameter
 from lagrange_cli.simulate.chart_code import (
     former_chart,
@@ -62,7 +62,20 @@ FUNCTIONS = ("rhs", "energy", "positions", "velocities")
 
 
 def model_of(equations: Equations) -> Model:
-    """The model of a system for the parameters' values and the initial state it has."""
+    """The model of a system for the parameters' values and the initial state it has.
+
+    Raises
+    ------
+    InputError
+        At the scene's place: a number of the equations is beyond doubles.
+    """
+    try:
+        return _model_of(equations)
+    except InputError as refusal:
+        raise placed(refusal, Mark(equations.file, 1, 1)) from refusal
+
+
+def _model_of(equations: Equations) -> Model:
     unused = equations.facts.unused_parameters
     initial = equations.initial
     facts = asdict(equations.facts)

@@ -10,7 +10,7 @@ from decimal import Decimal
 
 import numpy as np
 
-from lagrange_cli.errors import InputError, Problem, nearest
+from lagrange_cli.errors import InputError, Problem, nearest, placed
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.model import Model
@@ -96,11 +96,9 @@ def resolve(
     try:
         return _resolved(model, *options, in_memory)
     except InputError as refusal:
-        mark = model.defaults.mark
         if any(option is not None for option in options):
             raise
-        placed = (p if p.mark is not None else replace(p, mark=mark) for p in refusal.problems)
-        raise InputError(*placed) from refusal
+        raise placed(refusal, model.defaults.mark) from refusal
 
 
 def _resolved(

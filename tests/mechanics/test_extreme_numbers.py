@@ -11,8 +11,9 @@ import pytest
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.emit.registry import emitter
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
-from lagrange_cli.mechanics import certificate, derive
+from lagrange_cli.mechanics import certificate, derive, forces
 from lagrange_cli.mechanics.functions import FUNCTIONS, DomainError, context
 from lagrange_cli.mechanics.language import total_derivative
 from lagrange_cli.mechanics.roots import LONGEST_ROOT, has_long_root
@@ -21,6 +22,7 @@ from lagrange_cli.scene import read_text
 from lagrange_cli.scene.bounds import require_bounded
 from lagrange_cli.scene.grammar import parse_expression
 from lagrange_cli.scene.tokens import ExpressionError
+from lagrange_cli.simulate.modelling import model_of
 
 PLANE = """\
 name: plane
@@ -274,3 +276,59 @@ def test_values_of_nothing_real_are_a_domain_error():
     x = sp.Symbol("x", real=True)
     with pytest.raises(DomainError), mpmath.workdps(30):
         values([sp.exp(sp.exp(sp.exp(sp.exp(sp.exp(x)))))], {x: mpf(10)})
+
+
+# Forces that vanish, and starts that are nothing.
+
+FREE_ON_RING = """\
+parameters: {{m: {}}}
+particles: {{p: {{mass: m, position: [x, y, 2]}}}}
+constraints: {{torus: (sqrt(x^2 + y^2) - 2)^2 + z^2 = 1}}
+coordinates: [theta, phi]
+definitions: {{rho: 2 + cos(theta), x: rho*cos(phi), y: rho*sin(phi), z: sin(theta)}}
+initial: {{theta: 0.5, phi: 0, dot(theta): 1, dot(phi): 0.1}}
+"""
+
+
+PENDULUM = """\
+particles: {bob: {mass: 1, position: [sin(theta), 0, -cos(theta)]}}
+coordinates: [theta]
+potentials: {weight: 9.81*z_bob}
+initial: {theta: 1}
+"""
+
+
+@pytest.mark.parametrize("mass", ["1", "1e-27", "1e20"])
+def test_forces_that_vanish_are_no_mismatch(mass):
+    """The particle moves freely in a plane, in coordinates of a torus: no force acts on it."""
+    found = derive(read_text(FREE_ON_RING.format(mass)), forces=True).constraint_forces
+    assert found is not None
+    assert [reaction.multiplier for reaction in found.reactions] == [0]
+
+
+def test_forces_that_are_wrong_by_a_small_part_are_refused(monkeypatch):
+    original = forces._forces
+
+    def changed(*arguments):
+        found = original(*arguments)
+        off = {s: e * sp.Rational(10**15 + 1, 10**15) for s, e in found.along.items()}
+        return replace(found, along=off)
+
+    monkeypatch.setattr(forces, "_forces", changed)
+    with pytest.raises(InternalError):
+        derive(read_text(PENDULUM), forces=True)
+
+
+@pytest.mark.parametrize("start", ["exp(-1e18)", "sin(exp(-(3)^2/1e-18))"])
+def test_starts_below_every_number_are_nothing(start):
+    equations = derive(read_text(RING.format(f"({start})")))
+    assert equations.initial is not None
+    assert equations.initial.positions == (0.0, 0.0)
+
+
+def test_equations_that_doubles_cannot_hold_are_refused_at_the_scene():
+    equations = derived("potentials: {v: 1e308*x^2}\nforces: {f: {on: x, force: -9e307*x}}")
+    for use in (model_of, emitter("c").emit, emitter("python").emit):
+        with pytest.raises(InputError) as caught:
+            use(equations)
+        assert caught.value.problems[0].mark is not None
