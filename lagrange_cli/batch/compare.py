@@ -16,7 +16,6 @@ from itertools import chain
 from random import Random
 from typing import TypeAlias
 
-import mpmath
 import sympy
 from mpmath import mpf
 from sympy import Expr, Rational, Symbol
@@ -24,9 +23,9 @@ from sympy import Expr, Rational, Symbol
 from lagrange_cli.mechanics.calculus import derivative
 from lagrange_cli.mechanics.continuity import is_analytic, is_continuous
 from lagrange_cli.mechanics.equations import Equations
-from lagrange_cli.mechanics.refutation import is_nonzero, states
-from lagrange_cli.mechanics.tape import DomainError, values
-from lagrange_cli.mechanics.vanishing import UndecidableError, holds, same, sides, vanish
+from lagrange_cli.mechanics.expansion import expand_terms
+from lagrange_cli.mechanics.refutation import is_nonzero, states_for, values_at
+from lagrange_cli.mechanics.vanishing import UndecidableError, holds, sides, vanish
 
 __all__ = ["Verdict", "lagrangians_agree", "proportional"]
 
@@ -34,8 +33,10 @@ __all__ = ["Verdict", "lagrangians_agree", "proportional"]
 POINTS, DIGITS = 12, 120
 #: Relative difference that refutes, beside rounding errors of 1e-120 and what cancels.
 TOLERANCE = mpf(10) ** -90
-#: States near the scene's own, of order one, and far away.
-NEAR, FAR = 48, 48
+#: States near the scene's own and of order one.
+NEAR = 24
+#: Terms that one term of a Lagrangian may be multiplied out to.
+TERM_BUDGET = 200
 #: Numbers and exponents beyond which a term may be too small to be seen at random states.
 EXTREME, STEEP = 10**12, 12
 
@@ -128,23 +129,29 @@ def lagrangians_agree(expected: Expr, equations: Equations) -> Verdict:
     (Courant and Hilbert, Methods of Mathematical Physics I, IV §3.5), and neither what they
     differ by nor its momenta jump: the impulses are not in these expressions.
     """
-    if same(expected, equations.lagrangian):
+    difference = _expanded(expected - equations.lagrangian)
+    if vanish(difference):
         return Verdict.SAME
-    difference = expected - equations.lagrangian
     moving = {equations.t, *(s for c in equations.coordinates for s in (c.q, c.v))}
-    ours = _euler_lagrange(equations.lagrangian, equations)
-    theirs = _euler_lagrange(expected, equations)
-    if vanish(*(a - b for a, b in zip(ours, theirs, strict=True))):
+    rows = [e for e in _euler_lagrange(difference, equations) if e != 0]
+    if vanish(*rows):
         impulsive = (difference, *(derivative(difference, c.v) for c in equations.coordinates))
         calm = all(is_continuous(e, moving) for e in impulsive)
         return Verdict.SAME if calm else Verdict.UNDECIDED
-    n = len(ours)
+    terms = [sympy.Add.make_args(row) for row in rows]
 
     def agree(found: Sequence[mpf]) -> bool:
-        pairs = zip(found[:n], found[n:], strict=True)
-        return all(abs(x - y) <= TOLERANCE * (abs(x) + abs(y)) for x, y in pairs)
+        pending = iter(found)
+        parts = [[next(pending) for _ in row] for row in terms]
+        return all(abs(sum(p)) <= TOLERANCE * sum(map(abs, p)) for p in parts)
 
-    return _by_states([*ours, *theirs], agree, equations)
+    return _by_states([t for row in terms for t in row], agree, equations)
+
+
+def _expanded(e: Expr) -> Expr:
+    """Products of sums multiplied out, within a budget, so that equal terms cancel."""
+    terms = [expand_terms(t, TERM_BUDGET) or [t] for t in sympy.Add.make_args(e)]
+    return sympy.Add(*(t for parts in terms for t in parts))
 
 
 def _euler_lagrange(lagrangian: Expr, equations: Equations) -> Row:
@@ -167,15 +174,11 @@ def _by_states(
 ) -> Verdict:
     """What real states say: one can refute, and many prove of what is analytic and tame."""
     points = 0
-    with mpmath.workdps(DIGITS):
-        for state in chain(_states(equations), states(_symbols(equations), FAR)):
-            try:
-                found = values(expressions, state)
-            except (DomainError, ZeroDivisionError, OverflowError):
-                continue
-            if not agree(found):
-                return Verdict.DIFFERENT
-            points += 1
+    far = states_for(expressions, _symbols(equations))
+    for found in values_at(expressions, chain(_states(equations), far)):
+        if not agree(found):
+            return Verdict.DIFFERENT
+        points += 1
     if points >= POINTS and all(_shows_at_states(e) for e in expressions):
         return Verdict.SAME
     return Verdict.UNDECIDED

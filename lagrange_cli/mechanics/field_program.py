@@ -13,8 +13,9 @@ equivalence of expressions", SYMSAC 1986).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import sympy as sp
@@ -148,7 +149,7 @@ class FieldProgram:
                 )
             return self._append("product", [side, self.number(e.args[0])])
         if e.func in (sp.Max, sp.Min):
-            return self._extreme(e.func, e.args)
+            return self._extreme(e.func, e.args, self.number)
         rewritten = _rewritten(e)
         if rewritten is not None:
             return self.number(rewritten)
@@ -156,18 +157,27 @@ class FieldProgram:
             return self._append("function", (e.func.__name__, self._numbers(e.args)))
         raise UndecidableError
 
-    def _extreme(self, function: Any, arguments: Sequence[sp.Expr]) -> int:
-        """max(a, b) is a on one side of a − b = 0 and b on the other."""
+    def _extreme(
+        self, function: Any, arguments: Sequence[sp.Expr], part: Callable[[sp.Expr], int]
+    ) -> int:
+        """max(a, b) is a on one side of a − b = 0 and b on the other; so is its sign."""
         first, rest = arguments[0], function(*arguments[1:])
-        operands = (self._side(first - rest), self.number(first), self.number(rest))
+        operands = (self._side(first - rest), part(first), part(rest))
         larger = 1 if function is sp.Max else -1
         return self._append("select", (*operands, larger))
 
     def _side(self, e: sp.Expr) -> int:
-        """The sign of an expression, which factors that are positive leave alone."""
-        number, rest = sp.factor_terms(e).as_coeff_Mul(rational=True)
-        kept = sp.Mul(sp.sign(number), *(f for f in sp.Mul.make_args(rest) if not f.is_positive))
-        return self._append("side", self.number(kept))
+        """The sign of an expression, by those of its factors that are not positive."""
+        number, factors = _factors(e)
+        sides = [self._factor_side(f) for f in factors]
+        if number > 0 and len(sides) == 1:
+            return sides[0]
+        return self._append("product", [self.number(number), *sides])
+
+    def _factor_side(self, e: sp.Expr) -> int:
+        if e.func in (sp.Max, sp.Min):
+            return self._extreme(e.func, e.args, self._side)
+        return self._append("side", self.number(e))
 
     def _root(self, base: sp.Expr, exponent: sp.Rational) -> int:
         if base.is_Rational:
@@ -210,6 +220,19 @@ class FieldProgram:
         rest = {e: c for e, c in multiples.items() if not isinstance(e, sp.log)}
         growth = self._append("growth", _atoms(rest, self.exponents))
         return self._append("product", [growth, *powers]) if powers else growth
+
+
+@lru_cache(maxsize=4096)
+def _factors(e: sp.Expr) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
+    """A sign, and factors, so that an expression has the sign of their product."""
+    number, rest = sp.factor_terms(e).as_coeff_Mul(rational=True)
+    kept = []
+    for factor in sp.Mul.make_args(rest):
+        base, exponent = factor.as_base_exp()
+        if factor.is_positive or (exponent.is_Integer and exponent % 2 == 0):
+            continue
+        kept.append((base if exponent.is_Integer else factor).primitive()[1])
+    return sp.sign(number), tuple(kept)
 
 
 def _atoms(

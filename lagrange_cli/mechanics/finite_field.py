@@ -17,6 +17,7 @@ __all__ = [
     "power",
     "product",
     "radical",
+    "sign_of_number",
     "turned",
 ]
 
@@ -30,6 +31,9 @@ PRIMES = (
     2288089006818306050468765466673900439,
     2289054182232256327383526295669179199,
 )
+
+#: Numerators and denominators of numbers that are told from elements by chance.
+_SMALL = 2**40
 
 Circle = tuple[int, int]
 """Cosine and sine: a point with c² + s² = 1."""
@@ -69,6 +73,22 @@ def radical(x: int, q: int, p: int) -> int:
             raise NoValueError
         root = square
     return root if odd == 1 else pow(root, pow(odd, -1, p - 1), p)
+
+
+def sign_of_number(x: int, p: int) -> int:
+    """The sign of the fraction with small numerator and denominator that x is; 0 for none.
+
+    By chance an element is one with a probability of 1e-12 (P. Wang, SYMSAC 1981, has the
+    method).
+    """
+    before, after, factor, following = p, x % p, 0, 1
+    while after >= _SMALL:
+        quotient = before // after
+        before, after = after, before - quotient * after
+        factor, following = following, factor - quotient * following
+    if not after or abs(following) >= _SMALL:
+        return 0
+    return 1 if following > 0 else -1
 
 
 def circle_point(u: int, p: int) -> Circle:

@@ -17,7 +17,7 @@ from lagrange_cli.mechanics.certificate import Evidence
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import Closure, Conserved
 from lagrange_cli.mechanics.finite_field import inverse
-from lagrange_cli.mechanics.refutation import depends, is_nonzero
+from lagrange_cli.mechanics.refutation import depends, is_nonzero, jumps
 from lagrange_cli.mechanics.vanishing import does_not_depend, holds, same, vanish
 
 __all__ = ["open_questions", "proven"]
@@ -133,22 +133,20 @@ def open_questions(
     seen, facts
         The evidence before and after what is not proven was left out.
     """
-    lagrangian, t = derivation.lagrangian, derivation.reduced.names.t
+    lagrangian, reduced = derivation.lagrangian, derivation.reduced
     forces, known = _generalized_forces(derivation), {c.name for c in conserved}
-    for j, c in enumerate(derivation.reduced.coordinates):
-        if not seen.cyclic[j]:
-            continue
-        if not facts.cyclic[j] and depends(lagrangian, c.q):
+    for j, c in enumerate(reduced.coordinates):
+        if not seen.cyclic[j] or not (facts.cyclic[j] or not depends(lagrangian, c.q)):
             continue
         if not facts.cyclic[j]:
             yield c.name
-        if f"p_{c.name}" not in known and not seen.forced[j] and not is_nonzero(forces[j]):
+        changes = seen.forced[j] or f"p_{c.name}" in known or is_nonzero(forces[j])
+        if not changes and not jumps(derivative(lagrangian, c.v)):
             yield f"p_{c.name}"
     if not seen.energy_conserved or not known.isdisjoint(("energy", "jacobi")):
         return
-    inputs = derivation.reduced.names.inputs.values()
-    work = [f * c.v for f, c in zip(forces, derivation.reduced.coordinates, strict=True)]
-    if lagrangian.free_symbols.isdisjoint(inputs) and not (
-        depends(lagrangian, t) or is_nonzero(sp.Add(*work))
-    ):
+    work = [f * c.v for f, c in zip(forces, reduced.coordinates, strict=True)]
+    changes = depends(lagrangian, reduced.names.t) or is_nonzero(sp.Add(*work))
+    driven = not lagrangian.free_symbols.isdisjoint(reduced.names.inputs.values())
+    if not (changes or driven or jumps(lagrangian)):
         yield "energy"

@@ -7,18 +7,29 @@ somewhere. A value that differs in so many digits there is no rounding error.
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.mechanics.tape import DomainError, values
+from lagrange_cli.mechanics.tape import DomainError, Tape, values
 
-__all__ = ["depends", "is_nonzero", "states"]
+__all__ = ["depends", "is_nonzero", "jumps", "states_for", "values_at"]
 
+_ZERO = mpf(0)
 _DIGITS, _AGREED = 120, 100
-_STATES = 60
+
+#: States over all magnitudes, and beside each surface.
+_STATES, _BESIDE = 40, 6
+
+#: Surfaces that are looked at.
+_SURFACES = 48
+
+#: How far apart the two sides of a surface are looked at, and digits that a jump is not below.
+_APART, _JUMP = mpf(10) ** -80, 30
+
+_key = sp.default_sort_key
 
 State = dict[sp.Symbol, mpf]
 
@@ -48,15 +59,93 @@ def depends(expression: sp.Expr, symbol: sp.Symbol) -> bool:
     return _differs([*held, *(-t.xreplace({symbol: elsewhere}) for t in held)])
 
 
-def _differs(terms: Sequence[sp.Expr]) -> bool:
-    """Whether a sum of terms is not zero somewhere."""
-    symbols = sorted(set().union(*(t.free_symbols for t in terms)), key=sp.default_sort_key)
-    with mpmath.workdps(_DIGITS):
-        for state in states(symbols):
-            try:
-                found = values(terms, state)
-            except (DomainError, ZeroDivisionError, OverflowError):
-                continue
-            if abs(sum(found)) > mpf(10) ** -_AGREED * sum(map(abs, found)):
+def jumps(expression: sp.Expr) -> bool:
+    """Whether an expression is seen to have two values on two sides of a surface."""
+    terms = sp.Add.make_args(expression)
+    for surface, symbol in _surfaces(terms):
+        there = _on(surface, symbol, sorted(_symbols(terms), key=_key))
+        beside = ({**s, symbol: s[symbol] + d} for s in there for d in (_APART, -_APART))
+        seen = list(values_at(terms, beside))
+        for one, other in zip(seen[::2], seen[1::2], strict=False):
+            size = sum(map(abs, (*one, *other)))
+            if abs(sum(one) - sum(other)) > mpf(10) ** -_JUMP * size:
                 return True
     return False
+
+
+def _differs(terms: Sequence[sp.Expr]) -> bool:
+    """Whether a sum of terms is not zero somewhere."""
+    return any(
+        abs(sum(found)) > mpf(10) ** -_AGREED * sum(map(abs, found))
+        for found in values_at(terms, states_for(terms))
+    )
+
+
+def values_at(expressions: Sequence[sp.Expr], points: Iterable[State]) -> Iterator[list[mpf]]:
+    """Values of expressions, in many digits, at those states where all are finite and real."""
+    symbols = sorted(_symbols(expressions), key=_key)
+    with mpmath.workdps(_DIGITS):
+        try:
+            tape = Tape(expressions, symbols)
+        except DomainError:
+            return
+        for point in points:
+            try:
+                yield tape.run([(mpf(point[s]), _ZERO, _ZERO) for s in symbols], order=0).values
+            except (DomainError, ZeroDivisionError, OverflowError):
+                continue
+
+
+def _symbols(expressions: Iterable[sp.Expr]) -> set[sp.Symbol]:
+    return set().union(*(e.free_symbols for e in expressions))
+
+
+def states_for(
+    expressions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol] | None = None
+) -> Iterator[State]:
+    """States over many magnitudes, and at and beside the surfaces of switching functions.
+
+    Parameters
+    ----------
+    symbols
+        Those that states give; by default those of the expressions.
+    """
+    named = symbols if symbols is not None else sorted(_symbols(expressions), key=_key)
+    with mpmath.workdps(_DIGITS):
+        yield from states(named)
+        source = random.Random(1687)
+        for surface, symbol in _surfaces(expressions):
+            for state in _on(surface, symbol, named):
+                away = source.choice((-1, 1)) * mpf(10) ** mpf(source.uniform(-15, 1))
+                yield {**state, symbol: state[symbol] + away}
+
+
+def _on(surface: sp.Expr, symbol: sp.Symbol, symbols: Sequence[sp.Symbol]) -> Iterator[State]:
+    """States on a surface, which is linear in one of the symbols."""
+    with mpmath.workdps(_DIGITS):
+        slope = surface.diff(symbol)
+        for state in states(symbols, _BESIDE):
+            there = {**state, symbol: _ZERO}
+            try:
+                level, rate = values([surface, slope], there)
+            except (DomainError, ZeroDivisionError, OverflowError):
+                continue
+            if rate:
+                yield {**there, symbol: -level / rate}
+
+
+def _surfaces(expressions: Sequence[sp.Expr]) -> Iterator[tuple[sp.Expr, sp.Symbol]]:
+    """Sums within functions and powers, and what switching functions are of: where they vanish
+    something may happen. With each a symbol in which it is linear."""
+    sums = set().union(*(e.atoms(sp.Add) for e in expressions))
+    for switch in set().union(*(e.atoms(sp.Abs, sp.sign, sp.Max, sp.Min) for e in expressions)):
+        first, *others = switch.args
+        sums.update([first - other for other in others] or [first])
+    number = 0
+    for surface in sorted(sums, key=_key):
+        for symbol in sorted(surface.free_symbols, key=_key):
+            if surface.is_polynomial(symbol) and sp.degree(surface, symbol) == 1:
+                yield surface, symbol
+                number += 1
+                if number == _SURFACES:
+                    return

@@ -26,6 +26,7 @@ from lagrange_cli.mechanics.finite_field import (
     power,
     product,
     radical,
+    sign_of_number,
     turned,
 )
 
@@ -175,9 +176,12 @@ class _Point:
         if x == 0:
             return 0
         if x not in self.sides:
-            side = self.random.randrange(2, self.p) if self.formal else self._sign()
+            side = sign_of_number(x, self.p) or self._open_side()
             self.sides[x], self.sides[self.p - x] = side, -side
         return self.sides[x]
+
+    def _open_side(self) -> int:
+        return self.random.randrange(2, self.p) if self.formal else self._sign()
 
     def _select(self, operands: tuple[int, int, int, int], values: list[int]) -> int:
         side, first, rest, larger = operands
@@ -276,12 +280,16 @@ def sides(expressions: Sequence[sp.Expr]) -> Iterator[tuple[list[int], int]]:
     UndecidableError
         Something has no meaning in the field, or there are too many combinations.
     """
-    survey = _Survey(FieldProgram.of(expressions))
+    return _sides(FieldProgram.of(expressions), formal=False)
+
+
+def _sides(program: FieldProgram, formal: bool) -> Iterator[tuple[list[int], int]]:
+    survey = _Survey(program)
     survey.settle_roots()
     for p, seed in survey.points():
         signs: list[int] | None = []
         while signs is not None:
-            values, taken = survey.at(p, seed, signs, formal=False)
+            values, taken = survey.at(p, seed, signs, formal)
             yield values, p
             signs = _next(taken)
 
@@ -302,28 +310,17 @@ def holds(expressions: Sequence[sp.Expr], relation: Relation) -> bool:
     """
     try:
         program = FieldProgram.of(expressions)
-        if program.switches and _formally(program, relation):
-            return True
-        return all(relation(values, p) for values, p in sides(expressions))
     except UndecidableError:
         return False
+    ways = (True, False) if program.switches else (False,)
+    return any(_holds(program, relation, formal) for formal in ways)
 
 
-def _formally(program: FieldProgram, relation: Relation) -> bool:
-    """Whether it holds with anything in place of the signs of switching functions."""
-    survey = _Survey(program)
+def _holds(program: FieldProgram, relation: Relation, formal: bool) -> bool:
     try:
-        survey.settle_roots()
-        for p, seed in survey.points():
-            signs: list[int] | None = []
-            while signs is not None:
-                values, taken = survey.at(p, seed, signs, formal=True)
-                if not relation(values, p):
-                    return False
-                signs = _next(taken)
+        return all(relation(values, p) for values, p in _sides(program, formal))
     except UndecidableError:
         return False
-    return True
 
 
 def vanish(*expressions: sp.Expr) -> bool:
