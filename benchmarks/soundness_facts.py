@@ -17,6 +17,7 @@ import random
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import mpmath as mp
@@ -36,8 +37,8 @@ from lagrange_cli.scene.model import Expect
 DIGITS = 150
 ZERO = mp.mpf(0)
 
-#: One of so many scenes is judged along a trajectory too.
-EACH = 4
+#: One of so many scenes is judged along a trajectory too, of no more than so many evaluations.
+EACH, EVALUATIONS = 4, 2500
 
 #: Scene sections of each frame and its coordinates; L and the left sides of its equations where
 #: they are not those of free motion.
@@ -353,10 +354,15 @@ def drifting(case: Case, equations: Equations) -> Iterator[str]:
         return
     t0, span, y0 = _crossing(case)
     np.seterr(all="ignore")  # motions that end in infinity are not judged
-    n = len(case.names)
-    with mp.workdps(15):
+    left = iter(range(EVALUATIONS))
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        next(left)
+        return _rates(case, t, y)
+
+    with mp.workdps(15), suppress(StopIteration):
         result = solve_ivp(
-            lambda t, y: _rates(case, t, y),
+            rates,
             (t0, t0 + span),
             y0,
             method="DOP853",
@@ -365,7 +371,12 @@ def drifting(case: Case, equations: Equations) -> Iterator[str]:
             max_step=span / 60,
             t_eval=np.linspace(t0, t0 + span, 9),
         )
-    if not result.success or not np.isfinite(result.y).all() or abs(result.y).max() > 1e6:
+        yield from _changed(equations, result.t, result.y)
+
+
+def _changed(equations: Equations, times: np.ndarray, states: np.ndarray) -> Iterator[str]:
+    n = len(equations.coordinates)
+    if len(times) < 2 or not np.isfinite(states).all() or abs(states).max() > 1e6:
         return
     symbols = [
         equations.t,
@@ -375,8 +386,8 @@ def drifting(case: Case, equations: Equations) -> Iterator[str]:
     values = {p.symbol: sp.Rational(p.value) for p in equations.parameters}
     for quantity in equations.conserved:
         function = sp.lambdify(symbols, quantity.expression.subs(values), "mpmath")
-        seen = [float(function(t, *y)) for t, y in zip(result.t, result.y.T, strict=True)]
-        size = 1 + max(map(abs, seen)) + float(abs(result.y[n:]).max()) ** 2
+        seen = [float(function(t, *y)) for t, y in zip(times, states.T, strict=True)]
+        size = 1 + max(map(abs, seen)) + float(abs(states[n:]).max()) ** 2
         if max(seen) - min(seen) > 1e-5 * size:
             yield quantity.name
 

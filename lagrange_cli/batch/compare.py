@@ -109,17 +109,20 @@ def _have_nonzero_factor(one: Row, other: Row) -> bool:
         held = set().union(*(e.free_symbols for e in pair))
         if all(is_analytic(e, held) and is_nonzero(e) for e in pair):
             return True
-    opaque = (sympy.log, sympy.asin, sympy.acos, sympy.atan, sympy.atan2)
-    if any(e.has(*opaque, sympy.asinh, sympy.acosh, sympy.atanh) for e in (*one, *other)):
-        return False
-    n = len(one)
+    known = [e for pair in zip(one, other, strict=True) if not _has_opaque(pair) for e in pair]
     try:
         return all(
-            any(v % p for v in found[:n]) and any(v % p for v in found[n:])
-            for found, p in sides([*one, *other])
+            any(v % p for v in found[::2]) and any(v % p for v in found[1::2])
+            for found, p in sides(known)
         )
     except UndecidableError:
         return False
+
+
+def _has_opaque(pair: Sequence[Expr]) -> bool:
+    """Whether functions occur of which the field does not know where they vanish."""
+    inverse = (sympy.asin, sympy.acos, sympy.atan, sympy.atan2, sympy.asinh, sympy.acosh)
+    return any(e.has(sympy.log, sympy.atanh, *inverse) for e in pair)
 
 
 def lagrangians_agree(expected: Expr, equations: Equations) -> Verdict:

@@ -14,6 +14,9 @@ import sympy as sp
 
 __all__ = ["is_analytic", "is_continuous"]
 
+#: Operations in a radicand of which it is found out how it vanishes.
+_RADICAND_BUDGET = 100
+
 #: Functions that are continuous wherever their argument is.
 _CONTINUOUS = (
     *(sp.sin, sp.cos, sp.exp, sp.sinh, sp.cosh, sp.tanh),
@@ -105,13 +108,13 @@ class _Natures:
     def _power(self, e: sp.Expr, base: _Nature) -> _Nature | None:
         if not e.exp.is_Rational:
             return self._general_power(e, base)
-        if base.infinite and (base.bent and e.exp.is_negative):
+        if base.infinite and base.bent and e.exp.is_negative:
             return None
-        whole = bool(e.exp.is_Integer)
-        bent = base.bent or not (whole or self._has_simple_zeros(e.base)) or base.infinite
-        bent = base.bent if whole else bent
         infinite = base.infinite or bool(e.exp.is_negative and not e.base.is_nonzero)
-        return _Nature(infinite, bent)
+        if e.exp.is_Integer:
+            return _Nature(infinite, base.bent)
+        hidden = base.infinite or not self._has_simple_zeros(e.base)
+        return _Nature(infinite, base.bent or hidden)
 
     def _general_power(self, e: sp.Expr, base: _Nature) -> _Nature | None:
         exponent = self.nature(e.exp)
@@ -123,7 +126,11 @@ class _Natures:
         """Whether a radicand is positive or changes sign where it vanishes: no hidden |u|."""
         if e.is_positive:
             return True
-        held = sorted(e.free_symbols & self.moving, key=str)
-        if not e.is_polynomial(*held) or sp.count_ops(e) > 100:
+        held = sorted(e.free_symbols, key=str)
+        if not e.is_rational_function(*held) or sp.count_ops(e) > _RADICAND_BUDGET:
             return False
-        return bool(sp.Poly(e, *held).is_sqf)
+        above, below = sp.cancel(e).as_numer_denom()
+        if above.is_positive and below.is_positive:
+            return True
+        moving = [s for s in held if s in self.moving and s in (above * below).free_symbols]
+        return not moving or bool(sp.Poly(above * below, *moving).is_sqf)

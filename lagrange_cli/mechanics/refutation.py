@@ -18,7 +18,7 @@ from lagrange_cli.mechanics.tape import DomainError, Tape, values
 __all__ = ["depends", "is_nonzero", "jumps", "states_for", "values_at"]
 
 _ZERO = mpf(0)
-_DIGITS, _AGREED = 120, 100
+_DIGITS, _AGREED, _MORE = 120, 100, 40
 
 #: States over all magnitudes, and beside each surface.
 _STATES, _BESIDE = 40, 6
@@ -74,26 +74,37 @@ def jumps(expression: sp.Expr) -> bool:
 
 
 def _differs(terms: Sequence[sp.Expr]) -> bool:
-    """Whether a sum of terms is not zero somewhere."""
-    return any(
-        abs(sum(found)) > mpf(10) ** -_AGREED * sum(map(abs, found))
-        for found in values_at(terms, states_for(terms))
-    )
+    """Whether a sum of terms is not zero somewhere, and not by rounding: more digits agree."""
+    for state, found in _seen(terms, states_for(terms), _DIGITS):
+        total = sum(found)
+        if abs(total) <= mpf(10) ** -_AGREED * sum(map(abs, found)):
+            continue
+        for _, closer in _seen(terms, [state], _DIGITS + _MORE):
+            if abs(sum(closer) - total) <= abs(total) / 2:
+                return True
+    return False
 
 
 def values_at(expressions: Sequence[sp.Expr], points: Iterable[State]) -> Iterator[list[mpf]]:
     """Values of expressions, in many digits, at those states where all are finite and real."""
+    return (found for _, found in _seen(expressions, points, _DIGITS))
+
+
+def _seen(
+    expressions: Sequence[sp.Expr], points: Iterable[State], digits: int
+) -> Iterator[tuple[State, list[mpf]]]:
     symbols = sorted(_symbols(expressions), key=_key)
-    with mpmath.workdps(_DIGITS):
+    with mpmath.workdps(digits):
         try:
             tape = Tape(expressions, symbols)
         except DomainError:
             return
         for point in points:
             try:
-                yield tape.run([(mpf(point[s]), _ZERO, _ZERO) for s in symbols], order=0).values
+                run = tape.run([(mpf(point[s]), _ZERO, _ZERO) for s in symbols], order=0)
             except (DomainError, ZeroDivisionError, OverflowError):
                 continue
+            yield point, run.values
 
 
 def _symbols(expressions: Iterable[sp.Expr]) -> set[sp.Symbol]:

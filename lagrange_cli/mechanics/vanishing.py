@@ -36,7 +36,7 @@ Relation = Callable[[Sequence[int], int], bool]
 """What values of expressions, modulo a prime, must satisfy."""
 
 #: Operations in the field that one question may take.
-_BUDGET = 200_000
+_BUDGET = 400_000
 
 #: Points, each of another field, at which each combination of sides is looked at.
 _POINTS = 2
