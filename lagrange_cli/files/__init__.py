@@ -11,7 +11,13 @@ from lagrange_cli.files.recordings import (
     read_recording,
 )
 from lagrange_cli.files.refusals import cannot_write
-from lagrange_cli.files.temporary import discard, is_temporary, temporary_file, temporary_folder
+from lagrange_cli.files.temporary import (
+    discard,
+    is_temporary,
+    remove_abandoned_folders,
+    temporary_file,
+    temporary_folder,
+)
 from lagrange_cli.files.writing import check_writable, whole_file, write_file, write_files
 
 __all__ = [
@@ -28,6 +34,7 @@ __all__ = [
     "lock_of",
     "read_bytes",
     "read_recording",
+    "remove_abandoned_folders",
     "require_apart",
     "same_file",
     "sole_writer",

@@ -17,7 +17,14 @@ from typing import NamedTuple
 
 from lagrange_cli.files.locks import try_lock
 
-__all__ = ["Temporary", "discard", "is_temporary", "temporary_file", "temporary_folder"]
+__all__ = [
+    "Temporary",
+    "discard",
+    "is_temporary",
+    "remove_abandoned_folders",
+    "temporary_file",
+    "temporary_folder",
+]
 
 #: Names say whose they are, for a person: the number of the process, and 32 random digits.
 _FILE = re.compile(r"\.lagrange-([0-9]+)-[0-9a-f]{32}\.tmp", re.ASCII)
@@ -72,9 +79,7 @@ def temporary_folder() -> Iterator[str]:
     from shutil import rmtree
     from tempfile import gettempdir
 
-    place = gettempdir()
-    _remove_abandoned_folders(place)
-    path = os.path.join(place, f"lagrange-{_unique()}")
+    path = os.path.join(gettempdir(), f"lagrange-{_unique()}")
     os.mkdir(path, 0o700)
     with ExitStack() as stack:
         stack.callback(rmtree, path, ignore_errors=True)
@@ -124,9 +129,11 @@ def _remove_abandoned(folder: str) -> None:
             rmtree(entry.path, ignore_errors=True)
 
 
-def _remove_abandoned_folders(place: str) -> None:
+def remove_abandoned_folders() -> None:
     """Remove temporary folders whose locked file is free, or that are empty and of the dead."""
-    for entry in _entries(place):
+    from tempfile import gettempdir
+
+    for entry in _entries(gettempdir()):
         found = _FOLDER.fullmatch(entry.name)
         if found is None or int(found[1]) == os.getpid() or not _is_own_folder(entry.path):
             continue

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lagrange_cli.cache import Cache, digest
-from lagrange_cli.files import temporary_folder
+from lagrange_cli.files import remove_abandoned_folders, temporary_folder
 from lagrange_cli.simulate.compiler import (
     ALWAYS,
     TUNED,
@@ -54,6 +54,8 @@ def load(
     CompileError
         One of them cannot be compiled or loaded, or lacks functions.
     """
+    # Here also where nothing is to be compiled: the next run removes what a killed one left.
+    remove_abandoned_folders()
     keys = [_key(compiler, source) for source in sources]
     loaded = [_cached(cache, key, of) for key, of in zip(keys, sources, strict=True)]
     with ExitStack() as stack:

@@ -14,6 +14,7 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.files import (
     discard,
     is_temporary,
+    remove_abandoned_folders,
     temporary_file,
     temporary_folder,
     whole_file,
@@ -60,6 +61,7 @@ def waiting(out):
 
 
 def make_both(out):
+    remove_abandoned_folders()
     with temporary_file(out), temporary_folder():
         pass
 

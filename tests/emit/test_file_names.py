@@ -1,0 +1,79 @@
+"""Names of emitted files: none hides a module of Python or a header of C."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from lagrange_cli.api import loads
+from lagrange_cli.cli.main import run
+from lagrange_cli.emit.naming import C_HEADERS, PYTHON_MODULES, file_stem
+from lagrange_cli.emit.registry import EMITTERS
+
+SCENE = """\
+name: {name}
+particles: {{bob: {{mass: 1, position: [sin(theta), 0, -cos(theta)]}}}}
+coordinates: [theta]
+potentials: {{weight: 9.81*z_bob}}
+initial: {{theta: 2.0}}
+simulate: {{until: 1}}
+"""
+
+
+@pytest.mark.parametrize("name", ["math", "numpy", "typing", "random", "re", "Math"])
+def test_a_module_runs_beside_what_it_imports(name, tmp_path):
+    (files,) = loads(SCENE.format(name=name)).derive().emit("python").items()
+    path = tmp_path / files[0]
+    path.write_text(files[1])
+    assert path.name == f"{name}_.py"
+    done = subprocess.run(
+        [sys.executable, str(path)], cwd=tmp_path, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("t,theta,")
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler is installed")
+@pytest.mark.parametrize("name", ["math", "features", "stdlib"])
+def test_code_compiles_where_its_folder_is_searched_first(name, tmp_path):
+    files = loads(SCENE.format(name=name)).derive().emit("c", main=True)
+    assert sorted(files) == [f"{name}_.c", f"{name}_.h"]
+    for file, text in files.items():
+        (tmp_path / file).write_text(text)
+    words = ["cc", "-std=c99", "-I.", "-Werror", "-Wall", f"{name}_.c", "-o", "program", "-lm"]
+    subprocess.run(words, cwd=tmp_path, check=True, timeout=60)
+
+
+@pytest.mark.parametrize("name", ["math", "swing", "class"])
+@pytest.mark.parametrize("to", EMITTERS)
+def test_names_are_those_that_are_announced(name, to):
+    files = loads(SCENE.format(name=name)).derive().emit(to)
+    assert tuple(files) == EMITTERS[to].files(name)
+    assert bool(EMITTERS[to].renamed(name)) == (name not in next(iter(files)).split("."))
+
+
+def test_a_changed_name_is_told_also_from_the_cache(cache_folder, tmp_path, capsys):
+    (tmp_path / "s.yaml").write_text(SCENE.format(name="math"))
+    for _ in range(2):
+        words = ["emit", str(tmp_path / "s.yaml"), "--to", "python", "-o", str(tmp_path)]
+        assert run(words) == 0
+        said = capsys.readouterr().err
+        assert "named math_.py: math.py would hide" in said
+    assert not (tmp_path / "math.py").exists()
+
+
+def test_an_old_file_of_the_plain_name_stays(tmp_path):
+    (tmp_path / "s.yaml").write_text(SCENE.format(name="math"))
+    (tmp_path / "math.py").symlink_to("s.yaml")
+    assert run(["emit", str(tmp_path / "s.yaml"), "--to", "python", "-o", str(tmp_path)]) == 0
+    assert (tmp_path / "math_.py").exists()
+
+
+@pytest.mark.parametrize("reserved", [PYTHON_MODULES, C_HEADERS])
+def test_no_name_with_a_tail_is_reserved(reserved):
+    for name in reserved:
+        assert file_stem(name, reserved) not in reserved
+    assert file_stem("pendulum", reserved) == "pendulum"
