@@ -262,9 +262,9 @@ def _require_independent(geometry: Geometry, points: Sequence[Point], kept: Sequ
     mixed = [q for q, w in zip(moving, weights, strict=True) if w > 1e-6]
     raise refusals.dependent_coordinates(
         geometry.names.scene,
+        [q.name for q in geometry.coordinates],
         [q.name for q in mixed],
         len(moving) - len(null),
-        geometry.without(mixed[-1]),
     )
 
 

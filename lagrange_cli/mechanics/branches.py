@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import Mark, Problem
+from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.tape import DomainError, values
+from lagrange_cli.mechanics.wording import written
+from lagrange_cli.scene.expression import Equation
 
-__all__ = ["Solution"]
+__all__ = ["SeveralWaysError", "Solution"]
 
 #: Configurations that are tried, and the part of the largest value by which branches differ.
 _TRIES, _APART = 60, mpf("0.05")
@@ -120,3 +122,25 @@ def _line(section: str, place: Mapping[sp.Symbol, mpf]) -> str:
 
 def _written(expr: sp.Expr) -> str:
     return str(expr).replace("**", "^")
+
+
+class SeveralWaysError(InputError):
+    """An equation that is a product, of whose ``factors`` nothing chooses the one that vanishes."""
+
+    def __init__(self, constraint: str, equation: Equation, factors: Sequence[sp.Expr]) -> None:
+        ways = [f"{written(factor)} = 0" for factor in factors]
+        lines = "\n".join(f"{constraint}: {way}" for way in ways)
+        super().__init__(
+            Problem(
+                f"constraint '{constraint}' holds in several ways: {', '.join(ways)}",
+                equation.mark(),
+                hint=f"write one of them:\n{lines}",
+                rule="ambiguous-branch",
+            )
+        )
+        self.factors = tuple(factors)
+
+    def with_coordinates(self, lines: Sequence[str]) -> InputError:
+        """The error with lines that its hint needs besides, the same for each way."""
+        (problem,) = self.problems
+        return InputError(replace(problem, hint="\n".join([problem.hint, *lines])))

@@ -16,7 +16,7 @@ import mpmath
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.branches import Solution
+from lagrange_cli.mechanics.branches import SeveralWaysError, Solution
 from lagrange_cli.mechanics.calculus import derivative
 from lagrange_cli.mechanics.definitions import dependency_order
 from lagrange_cli.mechanics.renaming import shape
@@ -242,17 +242,8 @@ class Elimination:
         sizes = self._at_reference(factors)
         vanish = [k for k, x in enumerate(sizes) if x is not None and abs(x) <= _VANISHES]
         if None in sizes or len(vanish) != 1:
-            named = self.stated[number].constraint
-            ways = [f"{_written(f)} = 0" for f in factors]
-            lines = "\n".join(f"{named}: {way}" for way in ways)
-            raise InputError(
-                Problem(
-                    f"constraint '{named}' holds in several ways: {', '.join(ways)}",
-                    self.stated[number].equation.mark(),
-                    hint=f"write one of them:\n{lines}",
-                    rule="ambiguous-branch",
-                )
-            )
+            stated = self.stated[number]
+            raise SeveralWaysError(stated.constraint, stated.equation, factors)
         self._await(number, factors[vanish[0]], sp.Integer(0))
         return True
 

@@ -16,6 +16,7 @@ from lagrange_cli.mechanics.calculus import derivative
 from lagrange_cli.mechanics.contradictions import contradiction
 from lagrange_cli.mechanics.elimination import Elimination
 from lagrange_cli.mechanics.names import Names
+from lagrange_cli.mechanics.pasting import is_held
 from lagrange_cli.mechanics.ranks import TOLERANCE, Point
 from lagrange_cli.mechanics.solving import linear_parts, solutions, solves_everywhere
 from lagrange_cli.mechanics.tape import DomainError, values
@@ -171,7 +172,9 @@ def related(
     satisfied = holding({r.number: pending[r.number] for r in relations}) if relations else ()
     kept = [r for r in relations if r.number not in satisfied]
     for relation in kept:
-        _require_relation(geometry, relation)
+        # A sum of squares is singular wherever it holds: another error says so.
+        if not refusals.is_sum_of_squares(geometry.found.stated[relation.number].phi):
+            _require_relation(geometry, relation)
     return tuple(r.number for r in kept)
 
 
@@ -256,11 +259,33 @@ def _surplus(
 ) -> tuple[list[str], tuple[str, sp.Expr]]:
     """The other coordinates, and the one that φ = 0 gives best, with its value.
 
-    Without choice before with one, Cartesian names before others, the last declared first.
+    Those that nothing asks for before others, without choice before with one, Cartesian names
+    before others, the last declared first.
     """
     ways = {q: solutions(phi, q) or [] for q in involved}
-    q = min(reversed(involved), key=lambda q: (len(ways[q]) != 1, q not in geometry.resolved))
-    return geometry.without(q), (q.name, (ways[q] or [sp.Integer(1)])[-1])
+    scene, reference = geometry.names.scene, geometry.reference
+
+    def rank(q: sp.Symbol) -> tuple[bool, bool, bool, bool]:
+        alone = len(ways[q]) == 1
+        return is_held(scene, q.name), not ways[q], not alone, q not in geometry.resolved
+
+    q = min(reversed(involved), key=rank)
+    branches = sorted(ways[q] or [sp.Integer(1)], key=lambda b: _is_elsewhere(b, q, reference))
+    return geometry.without(q), (q.name, branches[0])
+
+
+def _is_elsewhere(
+    branch: sp.Expr, q: sp.Symbol, reference: Mapping[sp.Symbol, mpf]
+) -> tuple[bool, mpf]:
+    """Whether a branch is not that of the given configuration, and its distance from it."""
+    held = branch.free_symbols
+    if q not in reference or not held <= reference.keys():
+        return True, mpf(0)
+    try:
+        value = values([branch], {s: reference[s] for s in held})[0]
+    except (DomainError, ZeroDivisionError):
+        return True, mpf(0)
+    return False, abs(value - reference[q])
 
 
 def _is_given(

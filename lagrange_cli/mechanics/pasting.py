@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import sympy as sp
 
 from lagrange_cli.scene.expression import Expression, Name, names_in
-from lagrange_cli.scene.model import Scene, Unilateral
+from lagrange_cli.scene.model import InitialValue, Scene, Unilateral
 
 __all__ = [
     "changed_start",
+    "coordinates_line",
     "fewer_coordinates",
     "initial_line",
+    "is_held",
     "near_line",
     "one_sided_line",
     "section_line",
@@ -25,18 +27,13 @@ _PLAIN = re.compile(r"[\w.+\-*/^() ]+", re.ASCII)
 
 def initial_line(scene: Scene, values: Mapping[str, str], orders: Sequence[int]) -> str:
     """The section ``initial``: values beside what it has of positions (0) and velocities (1)."""
-    given = {
-        f"dot({e.name})" if e.order else e.name: e.value.text
-        for e in scene.initial
-        if e.order in orders
-    }
+    given = _values(e for e in scene.initial if e.order in orders)
     return section_line("initial", {**given, **{k: v for k, v in values.items() if k not in given}})
 
 
 def changed_start(scene: Scene, values: Mapping[str, str]) -> str:
     """The section ``initial`` with other values of some positions."""
-    given = {f"dot({e.name})" if e.order else e.name: e.value.text for e in scene.initial}
-    return section_line("initial", {**given, **values})
+    return section_line("initial", {**_values(scene.initial), **values})
 
 
 def near_line(scene: Scene, values: Mapping[str, str]) -> str:
@@ -44,21 +41,65 @@ def near_line(scene: Scene, values: Mapping[str, str]) -> str:
     return section_line("near", {**{e.name: e.value.text for e in scene.near}, **values})
 
 
-def fewer_coordinates(scene: Scene, rest: Sequence[str], dropped: str, value: str) -> str:
-    """The section ``coordinates`` without a name.
+def coordinates_line(names: Sequence[str]) -> str:
+    """The section ``coordinates``."""
+    return f"coordinates: [{', '.join(map(_quoted, names))}]"
 
-    One that is no Cartesian name needs a value from then on: a definition gives it.
+
+def fewer_coordinates(scene: Scene, rest: Sequence[str], dropped: Mapping[str, str]) -> str:
+    """The section ``coordinates`` without some names, and sections that would not fit beside it.
+
+    Those that are no Cartesian names need a value from then on, which a definition gives, and
+    are given none by ``initial`` and ``near``.
     """
-    lines = [f"coordinates: [{', '.join(rest)}]"]
-    used = {
-        n.name
-        for e in (*(d.expression for d in scene.definitions), *_positions(scene))
-        for n in names_in(e.node)
-    }
-    if dropped in used:
+    lines, used = [coordinates_line(rest)], _used(scene)
+    own = {name: value for name, value in dropped.items() if name not in _cartesian(scene)}
+    if not own.keys().isdisjoint(used):
         given = {d.name: d.expression.text for d in scene.definitions}
-        lines.append(section_line("definitions", {dropped: value, **given}))
+        needed = {name: value for name, value in own.items() if name in used}
+        lines.append(section_line("definitions", {**needed, **given}))
+    for section, entries in (("initial", scene.initial), ("near", scene.near)):
+        left = [e for e in entries if e.name not in own]
+        if len(left) < len(entries):
+            lines.append(section_line(section, _values(left)))
     return "\n".join(lines)
+
+
+def is_held(scene: Scene, name: str) -> bool:
+    """Whether a section names a coordinate as one, so that it has to stay: a force, ``expect``."""
+    expect = scene.expect
+    stated = (v.name for state in expect.states for v in state.values)
+    momenta = (c.removeprefix("p_") for c in expect.conserved or ())
+    return name in {f.on for f in scene.forces}.union(expect.cyclic or (), stated, momenta)
+
+
+def _values(entries: Iterable[InitialValue]) -> dict[str, str]:
+    return {f"dot({e.name})" if e.order else e.name: e.value.text for e in entries}
+
+
+def _cartesian(scene: Scene) -> set[str]:
+    """Names that stand bare in positions."""
+    return {e.node.name for e in _entries(scene) if isinstance(e.node, Name)}
+
+
+def _entries(scene: Scene) -> list[Expression]:
+    """What stands in positions."""
+    positions = [*(p.position for p in scene.particles), *(p.position for p in scene.points)]
+    return [entry for position in positions for entry in position]
+
+
+def _used(scene: Scene) -> set[str]:
+    """Names that stand in expressions of the scene."""
+    terms = (*scene.potentials, *scene.kinetic, *scene.dissipation, *scene.outputs)
+    expressions = [
+        *(d.expression for d in scene.definitions),
+        *_entries(scene),
+        *(term.expression for term in terms),
+        *(c for force in scene.forces for c in force.components),
+        *(side for c in scene.constraints for e in c.equations for side in (e.left, e.right)),
+        *(side for u in scene.unilateral for side in (u.inequality.left, u.inequality.right)),
+    ]
+    return {n.name for e in expressions for n in names_in(e.node)}
 
 
 def one_sided_line(one_sided: Unilateral, more: sp.Rational, bound: sp.Expr | None) -> str:
@@ -84,12 +125,6 @@ def one_sided_line(one_sided: Unilateral, more: sp.Rational, bound: sp.Expr | No
         return f"{one_sided.name}: {_quoted(text)}"
     kept = one_sided.restitution.text
     return f'{one_sided.name}: {{unilateral: "{text}", restitution: {_quoted(kept)}}}'
-
-
-def _positions(scene: Scene) -> Iterator[Expression]:
-    entries = [*(p.position for p in scene.particles), *(p.position for p in scene.points)]
-    for position in entries:
-        yield from (e for e in position if not isinstance(e.node, Name))
 
 
 def section_line(section: str, values: Mapping[str, str]) -> str:

@@ -30,6 +30,7 @@ from lagrange_cli.mechanics.ranks import (
     in_units,
     scaled_doubles,
 )
+from lagrange_cli.mechanics.refusals import coordinates_left
 from lagrange_cli.mechanics.sampling import Drawn
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.mechanics.wording import leave_out, quoted, written
@@ -321,7 +322,7 @@ class _Combination:
 
     def _elsewhere(self, outcome: sp.Expr) -> InputError:
         """They hold together where a further equation between positions does."""
-        last = self._rows[-1]
+        names, last = self._rates.names, self._rows[-1]
         named = quoted([row.constraint for row in self._rows])
         equation = f"{written(outcome)} = 0"
         return InputError(
@@ -329,7 +330,9 @@ class _Combination:
                 f"constraints {named} hold together only where {equation}:"
                 f" a constraint on positions, to be stated in place of '{last.constraint}'",
                 last.equation.mark(),
-                hint=f"{last.constraint}: {equation}",
+                hint="\n".join(
+                    [f"{last.constraint}: {equation}", *coordinates_left(names.scene, outcome)]
+                ),
                 rule="inconsistent",
             )
         )

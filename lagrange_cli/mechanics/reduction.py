@@ -26,6 +26,7 @@ from lagrange_cli.mechanics.account import (
     with_levels,
     without_rates,
 )
+from lagrange_cli.mechanics.branches import SeveralWaysError
 from lagrange_cli.mechanics.contradictions import explained, nowhere
 from lagrange_cli.mechanics.coordinates import Chart, generalized, manifold_of, sampler_of, scales
 from lagrange_cli.mechanics.elimination import Elimination, ImpossibleError, Stated, eliminate
@@ -38,7 +39,7 @@ from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.parameters import Values, evaluated
 from lagrange_cli.mechanics.partly import Sides, hold_around, violated_at
 from lagrange_cli.mechanics.rates import Redundant, redundant_rates
-from lagrange_cli.mechanics.refusals import require_enough
+from lagrange_cli.mechanics.refusals import coordinates_left, require_enough
 from lagrange_cli.mechanics.sampling import Drawn, Sampler, working_digits
 from lagrange_cli.mechanics.selection import independent_closures, require_determined
 from lagrange_cli.mechanics.terms import tidy
@@ -439,6 +440,9 @@ def _eliminate(
             check=partial(require_enough, scene) if strict else lambda _: None,
             declared=scene.coordinates is not None,
         )
+    except SeveralWaysError as error:
+        left = {tuple(coordinates_left(scene, factor)) for factor in error.factors}
+        raise error.with_coordinates(left.pop() if len(left) == 1 else ()) from None
     except ImpossibleError as error:
         raise explained(names, stated, error.numbers, reference) or error from None
 

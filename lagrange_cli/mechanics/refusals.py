@@ -8,13 +8,22 @@ import sympy as sp
 
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.elimination import Elimination, Stated
-from lagrange_cli.mechanics.pasting import changed_start, fewer_coordinates, near_line
+from lagrange_cli.mechanics.pasting import (
+    changed_start,
+    coordinates_line,
+    fewer_coordinates,
+    is_held,
+    near_line,
+)
 from lagrange_cli.mechanics.sampling import PLACED_STARTS, STARTS
+from lagrange_cli.mechanics.solving import solutions
 from lagrange_cli.mechanics.wording import leave_out, quoted, written
 from lagrange_cli.scene.model import Scene
 
 __all__ = [
+    "coordinates_left",
     "dependent_coordinates",
+    "is_sum_of_squares",
     "no_configuration",
     "no_solution",
     "nowhere_else",
@@ -68,18 +77,41 @@ def too_few(scene: Scene, found: Elimination, excess: int) -> InputError:
     have = [c.name for c in scene.coordinates or ()]
     # Equations between coordinates alone take freedom from them.
     fixing = sum(not _open_names(found, number) for number in found.pending)
+    free = _undetermined(found)
+    free += [name for name in open_names if name not in free][: max(0, excess - len(free))]
     which = quoted(open_names)
-    if excess < len(open_names):
-        which = f"{excess} of {which}"
+    if len(free) < len(open_names):
+        which = f"{len(free)} of {which}"
     return InputError(
         Problem(
             f"too few coordinates: nothing determines {which}"
-            f" ({len(have)} declared, {len(have) + excess - fixing} degrees of freedom)",
+            f" ({len(have)} declared, {len(have) + len(free) - fixing} degrees of freedom)",
             scene.coordinates_mark,
-            hint=f"coordinates: [{', '.join([*have, *open_names[:excess]])}]",
+            hint=coordinates_line([*have, *free]),
             rule="too-few-coordinates",
         )
     )
+
+
+def _undetermined(found: Elimination) -> list[str]:
+    """Open names that are left where each equation determines one, the last ones first.
+
+    A largest matching of equations and names, by augmenting paths.
+    """
+    by: dict[sp.Symbol, int] = {}
+
+    def assign(number: int, tried: set[sp.Symbol]) -> bool:
+        for s in reversed(_open_names(found, number)):
+            if s not in tried:
+                tried.add(s)
+                if s not in by or assign(by[s], tried):
+                    by[s] = number
+                    return True
+        return False
+
+    for number in found.pending:
+        assign(number, set())
+    return [s.name for s in found.unknowns if s not in by]
 
 
 def too_many(
@@ -98,27 +130,61 @@ def too_many(
     """
     name, value = dropped
     verb = "fixes" if len(involved) == 1 else "relates"
+    hint = fewer_coordinates(scene, rest, {name: written(value)})
+    if is_held(scene, name):
+        hint = _WITHOUT_ONE.format(quoted(involved))
     return InputError(
         Problem(
             f"too many coordinates: constraint '{stated.constraint}' {verb} {quoted(involved)}"
             f" ({len(rest) + 1} declared)",
             stated.equation.mark(),
-            hint=fewer_coordinates(scene, rest, name, str(value).replace("**", "^")),
+            hint=hint,
             rule="too-many-coordinates",
         )
     )
 
 
+#: What to do where every coordinate is named by a force or by ``expect``.
+_WITHOUT_ONE = (
+    "leave one of {} out of 'coordinates', and let no force act on it and 'expect' not name it"
+)
+
+
+def coordinates_left(scene: Scene, *phis: sp.Expr) -> list[str]:
+    """Lines with the coordinates that equations φ = 0, proposed to the scene, leave of those
+    declared; none where they leave them all."""
+    declared = [c.name for c in scene.coordinates or ()]
+    dropped: dict[str, str] = {}
+    for phi in phis:
+        for q in sorted(phi.free_symbols, key=str, reverse=True):
+            free = q.name in declared and q.name not in dropped and not is_held(scene, q.name)
+            ways = (solutions(phi, q) or []) if free else []
+            if len(ways) == 1:
+                dropped[q.name] = written(ways[0])
+                break
+    rest = [name for name in declared if name not in dropped]
+    return [fewer_coordinates(scene, rest, dropped)] if dropped else []
+
+
 def dependent_coordinates(
-    scene: Scene, mixed: Sequence[str], ways: int, rest: Sequence[str]
+    scene: Scene, coordinates: Sequence[str], mixed: Sequence[str], ways: int
 ) -> InputError:
-    """Coordinates move the particles in fewer independent ways than there are of them."""
+    """Coordinates of which those that are ``mixed`` move particles in fewer ``ways``."""
+    hint = "give one of them inertia in 'kinetic', or leave it out"
+    for name in reversed(mixed):
+        if not is_held(scene, name):
+            value = next(
+                (e.value.text for e in scene.initial if (e.name, e.order) == (name, 0)), "1"
+            )
+            rest = [other for other in coordinates if other != name]
+            hint = f"{hint}:\n{fewer_coordinates(scene, rest, {name: value})}"
+            break
     return InputError(
         Problem(
             f"the coordinates {quoted(mixed)} are not independent:"
             f" they move the particles in {ways} {'way' if ways == 1 else 'ways'} only",
             scene.coordinates_mark or Mark(scene.file, 1, 1),
-            hint=fewer_coordinates(scene, rest, mixed[-1], "1"),
+            hint=hint,
             rule="dependent-coordinates",
         )
     )
@@ -201,7 +267,7 @@ def rests_on(found: Elimination, numbers: Sequence[int]) -> list[Stated]:
     return [found.stated[k] for k in sorted(everything)]
 
 
-def singular(found: Elimination, numbers: Sequence[int]) -> InputError:
+def singular(scene: Scene, found: Elimination, numbers: Sequence[int]) -> InputError:
     """Equations whose gradients depend on each other wherever they hold, though all are needed."""
     stated = rests_on(found, numbers)
     named = list(dict.fromkeys(s.constraint for s in stated))
@@ -215,7 +281,10 @@ def singular(found: Elimination, numbers: Sequence[int]) -> InputError:
     squares = [s for s in stated if all(map(_is_square, sp.Add.make_args(s.phi)))]
     if len(squares) == 1:
         hint = "write equations that cross zero: x = 0 in place of x^2 = 0"
-        hint = f"{hint}\n{squares[0].constraint}: {_crossing(squares[0].phi)}"
+        roots = _roots(squares[0].phi)
+        lines = [f"{squares[0].constraint}: {_crossing(roots)}"]
+        lines += coordinates_left(scene, *roots)
+        hint = "\n".join([hint, *lines])
     return InputError(
         Problem(
             f"{what} {quoted(named)} {why}",
@@ -226,9 +295,9 @@ def singular(found: Elimination, numbers: Sequence[int]) -> InputError:
     )
 
 
-def _crossing(squares: sp.Expr) -> str:
-    """Equations of the terms of a sum of squares, each with what it is the square of."""
-    roots = [
+def _roots(squares: sp.Expr) -> list[sp.Expr]:
+    """What the terms of a sum of squares are the squares of."""
+    return [
         sp.Mul(
             *(
                 b ** (e / 2)
@@ -238,8 +307,23 @@ def _crossing(squares: sp.Expr) -> str:
         )
         for term in sp.Add.make_args(squares)
     ]
+
+
+def _crossing(roots: Sequence[sp.Expr]) -> str:
+    """Equations that say that some expressions vanish."""
     equations = [f"{written(root)} = 0" for root in roots]
     return equations[0] if len(equations) == 1 else f"[{', '.join(equations)}]"
+
+
+def is_sum_of_squares(phi: sp.Expr) -> bool:
+    """Whether φ is a sum of squares of one sign, which vanishes only where each of them does."""
+    signs = set[bool]()
+    for term in sp.Add.make_args(phi):
+        number, rest = term.as_coeff_Mul()
+        if rest.is_number or not _is_square(rest):
+            return False
+        signs.add(bool(number > 0))
+    return len(signs) == 1
 
 
 def _is_square(term: sp.Expr) -> bool:

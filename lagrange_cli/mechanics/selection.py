@@ -74,7 +74,7 @@ def _without_slope(
             shown = {q.name: f"{double(x):.2g}" for q, x in values.items()}
             stated = geometry.found.stated[number]
             return refusals.satisfied_elsewhere(geometry.names.scene, stated, shown)
-    return refusals.singular(geometry.found, [number])
+    return refusals.singular(geometry.names.scene, geometry.found, [number])
 
 
 def _size(row: Row) -> mpf:
@@ -100,7 +100,9 @@ def _require_implied(
             # Each of the equations may be off by the tolerance, as decimals are; one that
             # does not follow is off by the square of the distance around.
             if violations[k] > TOLERANCE * (1 + len(by)):
-                raise refusals.singular(geometry.found, [related[j] for j in (*by, k)])
+                raise refusals.singular(
+                    geometry.names.scene, geometry.found, [related[j] for j in (*by, k)]
+                )
 
 
 def require_determined(

@@ -211,7 +211,8 @@ def test_dependent_coordinates_do_not_name_innocent_ones() -> None:
         FREE + "plane: xy\ndefinitions: {x: r*cos(p - q), y: r*sin(p - q)}\ncoordinates: [r, p, q]"
     )
     assert "'r'" not in problem.message
-    first, second = problem.hint.splitlines()
+    words, first, second = problem.hint.splitlines()
+    assert words == "give one of them inertia in 'kinetic', or leave it out:"
     assert first in ("coordinates: [r, p]", "coordinates: [r, q]")
     assert second.startswith("definitions: {" + ({"p", "q"} - set(first)).pop() + ": ")
 
