@@ -34,7 +34,7 @@ def proven(derivation: Derivation, evidence: Evidence) -> Evidence:
     A coordinate counts as forced unless it is proven that it is not.
     """
     coordinates = derivation.reduced.coordinates
-    held = derivation.lagrangian.free_symbols
+    held = _held(derivation)
     forces = _generalized_forces(derivation)
     return replace(
         evidence,
@@ -50,6 +50,12 @@ def proven(derivation: Derivation, evidence: Evidence) -> Evidence:
     )
 
 
+def _held(derivation: Derivation) -> set[sp.Symbol]:
+    """Symbols that stand in L."""
+    held: set[sp.Symbol] = derivation.kinetic.free_symbols | derivation.potential.free_symbols
+    return held
+
+
 def _generalized_forces(derivation: Derivation) -> list[sp.Expr]:
     """Σ F·∂r/∂q − ∂D/∂q̇ for each coordinate."""
     drag, rows = derivation.dissipation, []
@@ -62,7 +68,8 @@ def _generalized_forces(derivation: Derivation) -> list[sp.Expr]:
 def _conserves_energy(derivation: Derivation, forces: Sequence[sp.Expr]) -> bool:
     """L does not depend on t, and forces do no work."""
     reduced = derivation.reduced
-    if not does_not_depend(derivation.lagrangian, reduced.names.t):
+    t = reduced.names.t
+    if t in _held(derivation) and not does_not_depend(derivation.lagrangian, t):
         return False
     work = [f * c.v for f, c in zip(forces, reduced.coordinates, strict=True) if f != 0]
     return vanish(sp.Add(*work)) or _are_reactions(derivation.closures, forces)
@@ -110,15 +117,34 @@ def _energy_is_sum(derivation: Derivation) -> bool:
     )
     if still and derivation.extra == 0:
         return True
-    multiple = sp.Dummy("multiple", positive=True)
-    velocities = [c.v for c in reduced.coordinates]
-    faster = {v: multiple * v for v in velocities}
+    velocities = frozenset(c.v for c in reduced.coordinates)
     kinetic, potential = derivation.kinetic, derivation.potential
+    if _degree(kinetic, velocities) == 2 and _degree(potential, velocities) == 0:
+        return True
+    multiple = sp.Dummy("multiple", positive=True)
+    faster = {v: multiple * v for v in velocities}
     at_rest = potential.xreplace(dict.fromkeys(velocities, _ZERO))
     if at_rest.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
         return False
     growth = potential.xreplace(faster) - at_rest - multiple * (potential - at_rest)
     return same(kinetic.xreplace(faster), multiple**2 * kinetic) and vanish(growth)
+
+
+def _degree(e: sp.Expr, velocities: frozenset[sp.Symbol]) -> int | None:
+    """Degree in velocities of what is plainly homogeneous in them; None of anything else."""
+    if e.is_Symbol:
+        return int(e in velocities)
+    degrees = [_degree(a, velocities) for a in e.args]
+    if not any(d != 0 for d in degrees):
+        return 0
+    known = [d for d in degrees if d is not None]
+    if len(known) < len(degrees):
+        return None
+    if e.is_Mul:
+        return sum(known)
+    if e.is_Add:
+        return known[0] if len(set(known)) == 1 else None
+    return known[0] * int(e.exp) if e.is_Pow and e.exp.is_Integer else None
 
 
 def open_questions(
@@ -133,17 +159,25 @@ def open_questions(
     seen, facts
         The evidence before and after what is not proven was left out.
     """
-    lagrangian, reduced = derivation.lagrangian, derivation.reduced
-    forces, known = _generalized_forces(derivation), {c.name for c in conserved}
-    for j, c in enumerate(reduced.coordinates):
-        if not seen.cyclic[j] or not (facts.cyclic[j] or not depends(lagrangian, c.q)):
-            continue
+    reduced, known = derivation.reduced, {c.name for c in conserved}
+    energy = seen.energy_conserved and known.isdisjoint(("energy", "jacobi"))
+    candidates = [
+        (j, c)
+        for j, c in enumerate(reduced.coordinates)
+        if seen.cyclic[j] and not (facts.cyclic[j] and f"p_{c.name}" in known)
+    ]
+    if not (energy or candidates):
+        return
+    lagrangian, forces = derivation.lagrangian, _generalized_forces(derivation)
+    for j, c in candidates:
         if not facts.cyclic[j]:
+            if depends(lagrangian, c.q):
+                continue
             yield c.name
-        changes = seen.forced[j] or f"p_{c.name}" in known or is_nonzero(forces[j])
+        changes = seen.forced[j] or is_nonzero(forces[j])
         if not changes and not jumps(derivative(lagrangian, c.v)):
             yield f"p_{c.name}"
-    if not seen.energy_conserved or not known.isdisjoint(("energy", "jacobi")):
+    if not energy:
         return
     work = [f * c.v for f, c in zip(forces, reduced.coordinates, strict=True)]
     changes = depends(lagrangian, reduced.names.t) or is_nonzero(sp.Add(*work))
