@@ -27,7 +27,7 @@ _STATES, _BESIDE = 40, 6
 _SURFACES = 48
 
 #: How far apart the two sides of a surface are looked at, and digits that a jump is not below.
-_APART, _JUMP = mpf(10) ** -80, 30
+_APART, _JUMP = mpf(10) ** -95, 70
 
 _key = sp.default_sort_key
 

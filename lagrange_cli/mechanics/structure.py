@@ -39,6 +39,9 @@ _INERTIA = 1e-12
 #: Systems of more unknowns are first looked at without their eigenvalues.
 _LARGE = 64
 
+#: Functions that are another analytic function on another side of a surface.
+_SWITCHES = (sp.Abs, sp.sign, sp.Max, sp.Min)
+
 #: Terms that an energy function may be multiplied out to for collection.
 _TERM_BUDGET = 400
 
@@ -89,8 +92,9 @@ def _planar(derivation: Derivation) -> bool:
 def _positive_definite(derivation: Derivation) -> bool:
     """M = Σ m JᵀJ with positive masses and full rank (which is checked), and nothing subtracted.
 
-    Extra kinetic energy is admitted where each term is linear in velocities, or
-    quadratic and never negative. Full rank is checked without closures only; beside them
+    Extra kinetic energy is admitted where each term is linear in velocities, or quadratic,
+    never negative, and without switching functions, which may be zero on a part of the
+    configurations. Full rank is checked without closures only; beside them
     every coordinate must be a particle's component itself, whose mass it has.
     """
     velocities = frozenset(c.v for c in derivation.reduced.coordinates)
@@ -110,7 +114,7 @@ def _adds_no_deficit(term: sp.Expr, velocities: frozenset[sp.Symbol]) -> bool:
     if not term.is_polynomial(*present):
         return False
     degree = sp.Poly(term, *present).total_degree() if present else 0
-    return degree < 2 or bool(degree == 2 and term.is_nonnegative)
+    return degree < 2 or bool(degree == 2 and term.is_nonnegative and not term.has(*_SWITCHES))
 
 
 def _unused(scene: Scene) -> tuple[str, ...]:
@@ -189,10 +193,12 @@ def require_inertia(derivation: Derivation, evidence: Evidence) -> None:
     if best is None:
         return
     weakest = coordinates[int(np.abs(best).argmax())]
+    switches = any(e.has(*_SWITCHES) for row in derivation.mass for p in row.values() for e in p)
+    where = "the configurations looked at" if switches else "every configuration"
     raise InputError(
         Problem(
             f"coordinate '{weakest.name}' has no inertia of its own:"
-            " the mass matrix is singular at every configuration",
+            f" the mass matrix is singular at {where}",
             _place(derivation.reduced, weakest),
             hint="the kinetic energy must depend on the velocity of every coordinate",
             rule="no-inertia",

@@ -6,7 +6,7 @@ import re
 
 import pytest
 import sympy as sp
-from mechanics_support import derived
+from mechanics_support import derived, refusal
 
 from lagrange_cli.mechanics.continuity import is_analytic, is_continuous
 from lagrange_cli.mechanics.refutation import depends, is_nonzero, jumps
@@ -124,6 +124,25 @@ def test_parameters_that_are_zero_or_negative_prove_nothing() -> None:
     assert names(f"{PLANE}potentials: {{v: (sqrt(a^2) - a)*x}}\n{START}")[0] == {"y"}
 
 
+ROTOR = (
+    "particles: {b: {mass: 1, position: [x, 0, 0]}}\ncoordinates: [x, p]\n"
+    "initial: {x: 0, p: 0, dot(x): 1, dot(p): 1}\n"
+)
+
+
+def test_inertia_that_ends_on_the_other_side_is_not_positive_definite() -> None:
+    equations = derived(f"{ROTOR}kinetic: {{k: 'max(0, 3 - x)*dot(p)^2/2'}}\n")
+    assert not equations.facts.positive_definite_mass_matrix
+    assert derived(f"{ROTOR}kinetic: {{k: dot(p)^2/2}}\n").facts.positive_definite_mass_matrix
+
+
+def test_inertia_that_begins_on_the_other_side_is_missed_where_it_was_looked_for() -> None:
+    problem = refusal(f"{ROTOR}kinetic: {{k: 'max(0, x - 3)*dot(p)^2/2'}}\n")
+    assert "singular at the configurations looked at" in problem.message
+    problem = refusal(f"{ROTOR}potentials: {{k: p^2}}\n")
+    assert "singular at every configuration" in problem.message
+
+
 X, Y, K = sp.Symbol("x", real=True), sp.Symbol("y", real=True), sp.Symbol("k", positive=True)
 R = sp.sqrt(X**2 + Y**2)
 
@@ -162,5 +181,5 @@ def test_refutations_reach_far_and_narrow_places() -> None:
     assert depends(box * Y, X)
     assert is_nonzero(sp.Max(0, X - 10**6))
     assert not is_nonzero(sp.Max(0, X) + sp.Min(0, X) - X)
-    assert jumps(Y + sp.sign(X - 3) / 10**20)
+    assert jumps(Y + sp.sign(X - 3) / 10**60)
     assert not jumps(Y + sp.Max(0, X - 3))
