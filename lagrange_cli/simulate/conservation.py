@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from lagrange_cli.simulate.rows import Rows, windows
 
 __all__ = [
     "EnergyDrift",
+    "Exact",
     "contradicted",
     "energy_drifts",
     "first_contradiction",
@@ -36,9 +38,19 @@ SUSPECTS = 5
 #: Energies of many states: t (m,), y (m, 2n) → (m, 1).
 Energy = Callable[[Array, Array], Array]
 
+#: The energy of one state in more digits than doubles have, at a displacement if one is given:
+#: t, y (2n,), displacement (2n,) or None.
+Exact = Callable[[float, Array, Array | None], Any]
+
 
 def first_contradiction(
-    energy: Energy, t: Rows, states: Rows, accuracy: float, scales: Array, kinetic: float
+    energy: Energy,
+    t: Rows,
+    states: Rows,
+    accuracy: float,
+    scales: Array,
+    kinetic: float,
+    exact: Exact | None = None,
 ) -> int | None:
     """Number of the first sample whose energy the accuracy cannot explain.
 
@@ -52,6 +64,8 @@ def first_contradiction(
         Each component of a state is promised to ``accuracy·scales``, shape (2n,).
     kinetic
         The largest of the part of the energy that depends on velocities.
+    exact
+        The same function in more digits; None where it is not to be had.
     """
     first = float(energy(t[:1], states[:1])[0, 0])
     largest = [np.abs(energy(*part)).max() for part in windows(t, states)]
@@ -65,7 +79,11 @@ def first_contradiction(
         begin = 0
         for times, part in windows(t, states):
             change = np.abs(energy(times, part)[:, 0] - first) - ROUNDING * size
-            yield begin, change, partial(_contradicts, energy, times, part, change, moves, start)
+            convicts = partial(_contradicts, energy, times, part, change, moves, start)
+            if exact is not None:
+                other = partial(_contradicts_exactly, exact, times, part, moves, (t[0], states[0]))
+                convicts = partial(_both, convicts, other)
+            yield begin, change, convicts
             begin += len(part)
 
     if not any(
@@ -90,6 +108,32 @@ def _contradicts(
 ) -> bool:
     """Whether the change of the energy at a sample is more than its error explains."""
     return bool(change[k] > MARGIN * (start + _allowance(energy, t[k], states[k], moves)))
+
+
+def _both(one: Callable[[int], bool], other: Callable[[int], bool], k: int) -> bool:
+    return one(k) and other(k)
+
+
+def _contradicts_exactly(
+    energy: Exact, t: Array, states: Array, moves: Array, start: tuple[float, Array], k: int
+) -> bool:
+    """The same with energies in more digits: what doubles lose in a difference of large terms,
+    or below the smallest of them, proves nothing.
+    """
+    begun, first = start
+    change = energy(float(t[k]), states[k], None) - energy(begun, first, None)
+    allowed = _largest_change(energy, float(t[k]), states[k], moves)
+    allowed += _largest_change(energy, begun, first, np.spacing(np.abs(first)))
+    return not abs(change) <= MARGIN * allowed
+
+
+def _largest_change(energy: Exact, t: float, y: Array, moves: Array) -> Any:
+    """What :func:`_allowance` gives, or the largest change with all components moved at once."""
+    here = energy(t, y, None)
+    each = [max(abs(energy(t, y, sign * row) - here) for sign in (1, -1)) for row in np.diag(moves)]
+    signs = ((-1.0) ** (np.arange(len(y)) // 2**k) for k in range(len(y).bit_length() + 1))
+    together = (energy(t, y, sign * some * moves) for some in signs for sign in (1, -1))
+    return max(sum(each), *(abs(value - here) for value in together))
 
 
 def _allowance(energy: Energy, t: float, y: Array, moves: Array) -> float:

@@ -6,18 +6,24 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from mpmath import mp, mpf
 
 from lagrange_cli.simulate.accuracy import Disproof, Measured
 from lagrange_cli.simulate.along import Along, first_penetration
-from lagrange_cli.simulate.conservation import EnergyDrift, first_contradiction
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.conservation import EnergyDrift, Exact, first_contradiction
+from lagrange_cli.simulate.integrators.base import Array, UnfitError
 from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.parameters import given
 from lagrange_cli.simulate.rows import Rows, first_from, first_rows, windows
+from lagrange_cli.simulate.tracing import in_digits
 
 __all__ = ["energies", "energy_drift", "energy_is_conserved", "undisproved"]
 
 #: What a run with a method and tolerances is believed to keep of its scales.
 BELIEVED = 1e-3
+
+#: Digits in which an energy is evaluated before it convicts.
+DIGITS = 60
 
 
 def undisproved(
@@ -43,7 +49,7 @@ def _disproofs(
 ) -> Iterator[tuple[int, Disproof]]:
     """Number of the first sample that does not hold, and why, for each reason there is."""
     if accuracy is not None and energy_is_conserved(model):
-        first = _contradicted(seen, t, measured, accuracy)
+        first = _contradicted(model, seen, t, measured, accuracy)
         if first is not None:
             yield first, Disproof(float(t[first]), "energy")
     if seen.contact is not None:
@@ -58,7 +64,9 @@ def _disproofs(
             yield first, Disproof(time, "impact", contacts)
 
 
-def _contradicted(seen: Along, t: Rows, measured: Measured, accuracy: float) -> int | None:
+def _contradicted(
+    model: Model, seen: Along, t: Rows, measured: Measured, accuracy: float
+) -> int | None:
     parts = windows(t, measured.states)
     kinetic = max(float(np.abs(energies(seen, *part)[1]).max()) for part in parts)
     return first_contradiction(
@@ -70,7 +78,28 @@ def _contradicted(seen: Along, t: Rows, measured: Measured, accuracy: float) -> 
         accuracy,
         measured.scales,
         kinetic,
+        _in_digits(model, seen),
     )
+
+
+def _in_digits(model: Model, seen: Along) -> Exact | None:
+    """The energy in :data:`DIGITS` digits, less what impacts took; None where it is not known."""
+    if model.recordings:
+        return None
+    energy, parameters = in_digits(model.code.python, "energy"), given(model)
+
+    def exact(t: float, y: Array, moved: Array | None) -> mpf:
+        with mp.workdps(DIGITS):
+            beside = np.zeros(len(y)) if moved is None else moved
+            state = [mpf(a) + mpf(b) for a, b in zip(y.tolist(), beside.tolist(), strict=True)]
+            value = energy(mpf(t), state, [mpf(p) for p in parameters.tolist()])
+            return value - mpf(float(seen.lost(np.array([t]))[0]))
+
+    try:
+        exact(0.0, np.ones(2 * len(model.coordinates)), None)
+    except UnfitError:
+        return None
+    return exact
 
 
 def energy_is_conserved(model: Model) -> bool:

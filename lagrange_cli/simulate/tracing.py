@@ -14,11 +14,16 @@ from types import CodeType, SimpleNamespace
 from typing import Any
 
 import numpy as np
+from mpmath import mp
 
 from lagrange_cli.simulate.integrators.base import UnfitError
 from lagrange_cli.simulate.integrators.expressions import Tracing
 
-__all__ = ["functions_of", "tracing"]
+__all__ = ["functions_of", "in_digits", "tracing"]
+
+#: Functions of :mod:`math` that texts call.
+_MATH = ["sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"]
+_MATH += ["asinh", "acosh", "atanh", "sqrt", "exp", "log", "hypot"]
 
 #: Why a text cannot be run over objects.
 LOOPS = "its equations are solved by loops over numbers"
@@ -65,6 +70,27 @@ def functions_of(code: str) -> dict[str, Any]:
 @cache
 def _compiled(code: str) -> CodeType:
     return compile(code, "<model>", "exec")
+
+
+def in_digits(code: str, name: str) -> Callable[[Any, Sequence[Any], Sequence[Any]], Any]:
+    """One of a model's functions of t, y and p with a single result, over numbers of mpmath.
+
+    Raises
+    ------
+    UnfitError
+        At a call: the function needs more than numbers.
+    """
+    namespace = functions_of(code)
+    namespace |= {word: getattr(mp, word) for word in _MATH}
+    namespace |= {"np": _NUMPY, "float": lambda x: x}
+
+    def evaluated(t: Any, y: Sequence[Any], p: Sequence[Any]) -> Any:
+        try:
+            return namespace[name](t, _Listed(y), p)
+        except (TypeError, AttributeError, KeyError, ValueError) as error:
+            raise UnfitError(LOOPS) from error
+
+    return evaluated
 
 
 @cache
