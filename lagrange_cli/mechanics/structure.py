@@ -23,6 +23,7 @@ from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.terms import TermSum, factored
 from lagrange_cli.scene.expression import names_in
 from lagrange_cli.scene.model import Scene
+from lagrange_cli.scene.names import without_rate
 
 __all__ = [
     "conserved_quantities",
@@ -164,7 +165,7 @@ def require_no_rates_of_inputs(derivation: Derivation) -> None:
                     f"the input '{term.name}' stands beside velocities in the Lagrangian,"
                     " so that its rate would be needed",
                     term.mark,
-                    hint="what is known in advance can be written as a definition in t",
+                    hint=without_rate(reduced.scene, term.name),
                     rule="misplaced-input",
                 )
             )

@@ -19,7 +19,7 @@ from lagrange_cli.scene.problems import Problems, shown, suggestion
 from lagrange_cli.scene.table import NameTable, check_clashes, name_table
 from lagrange_cli.scene.uses import Place, Use, uses
 
-__all__ = ["EVENTS", "check_names"]
+__all__ = ["EVENTS", "check_names", "without_rate"]
 
 _CONSTANT = Traits(constant=True)
 _DOTS = ("dot", "ddot")
@@ -265,10 +265,10 @@ def _check_places(
     for use in found:
         names = numeric if use.place.names == "parameters" else symbolic
         with problems.collect_at(use.expression, use.what):
-            _check_place(use, names, problems)
+            _check_place(use, names, scene, problems)
 
 
-def _check_place(use: Use, names: dict[str, Traits], problems: Problems) -> None:
+def _check_place(use: Use, names: dict[str, Traits], scene: Scene, problems: Problems) -> None:
     traits = traits_of(use.expression.node, names)
     if traits.rate > use.place.rate:
         _report_rate(use, names, problems)
@@ -284,7 +284,7 @@ def _check_place(use: Use, names: dict[str, Traits], problems: Problems) -> None
     if use.place.names in _ALONE:
         _check_constant(use, names, problems)
     elif traits.driven:
-        _check_driven(use, names, problems)
+        _check_driven(use, names, scene, problems)
 
 
 def _check_constant(use: Use, names: dict[str, Traits], problems: Problems) -> None:
@@ -303,7 +303,7 @@ def _check_constant(use: Use, names: dict[str, Traits], problems: Problems) -> N
         return
 
 
-def _check_driven(use: Use, names: dict[str, Traits], problems: Problems) -> None:
+def _check_driven(use: Use, names: dict[str, Traits], scene: Scene, problems: Problems) -> None:
     """Refuse inputs where their rates would be needed, which nothing gives."""
     whole = [n for n in walk(use.expression.node) if isinstance(n, Call) and n.function in _DOTS]
     for node in whole if use.place.inputs else [use.expression.node]:
@@ -314,11 +314,21 @@ def _check_driven(use: Use, names: dict[str, Traits], problems: Problems) -> Non
                 problems.add(
                     f"the input '{driven}' cannot stand in {where}",
                     use.expression.mark(name.span),
-                    hint="its rate would be needed; what is known in advance can be written"
-                    " as a definition in t",
+                    hint=f"its rate would be needed; {without_rate(scene, driven)}",
                     rule="misplaced-input",
                 )
                 return
+
+
+def without_rate(scene: Scene, name: str) -> str:
+    """What can be done with an input whose rate would be needed."""
+    given = next(u for u in scene.inputs if u.name == name)
+    if given.recording is None:
+        return "what is known in advance can be written as a definition in t"
+    return (
+        "it is not taken from files, but a force can follow the input:"
+        f" {{on: x, force: c*({name} - dot(x))}}"
+    )
 
 
 def _is_rough(node: object, names: dict[str, Traits]) -> bool:
