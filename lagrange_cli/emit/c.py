@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from lagrange_cli.cache import digest
 from lagrange_cli.emit.c_body import body_text, result_name
 from lagrange_cli.emit.c_contacts import contact_names, interface_text, mode_workspace
 from lagrange_cli.emit.c_header import header_text
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 __all__ = ["blocks_of", "emit", "function_names", "function_text", "functions_used"]
+
+_MATH = "#include <math.h>\n"
 
 #: Function of the interface → outputs that it writes, one after the other.
 _OUTPUTS: dict[str, tuple[str, ...]] = {
@@ -68,7 +71,23 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
     if options["main"]:
         source += main_text(equations, names, real)
     work = mode_workspace(programs, len(equations.contacts))
-    return {f"{stem}.h": header_text(equations, names, real, work), f"{stem}.c": source}
+    header = header_text(equations, names, real, work)
+    stamp = f"0x{digest(header, source)[:8]}UL"
+    size, macro = f"#define {names.prefix}_WORK ", f"#define {names.prefix}_EMISSION {stamp}\n"
+    return {
+        f"{stem}.h": header.replace(size, macro + size, 1),
+        f"{stem}.c": source.replace(_MATH, _same_emission(names.prefix, stem, stamp) + _MATH, 1),
+    }
+
+
+def _same_emission(prefix: str, stem: str, stamp: str) -> str:
+    """A source file with the header of another emission would be wrong in silence: fields and the
+    size of the workspace would be others. Two files cannot be replaced in one step."""
+    return (
+        f"#if {prefix}_EMISSION != {stamp}\n"
+        f'#error "{stem}.c and {stem}.h are not of one emission: emit both once more"\n'
+        "#endif\n\n"
+    )
 
 
 def _programs(equations: Equations) -> dict[str, Program]:
@@ -99,7 +118,7 @@ def _source(
     used = set().union(*(functions_used(program) for program in programs.values()))
     parts = [
         f"/* {names.prefix}: see {stem}.h, which documents every function. */\n",
-        f'#include "{stem}.h"\n\n#include <math.h>\n',
+        f'#include "{stem}.h"\n\n{_MATH}',
         helper_text(used, names, real),
         solver_text(blocks_of(programs), names, real),
         kernel_helpers(programs, names, real),

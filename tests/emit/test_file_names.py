@@ -1,4 +1,4 @@
-"""Names of emitted files: none hides a module of Python or a header of C."""
+"""Emitted files: none hides a module or a header, and two of C are of one emission."""
 
 from __future__ import annotations
 
@@ -77,3 +77,15 @@ def test_no_name_with_a_tail_is_reserved(reserved):
     for name in reserved:
         assert file_stem(name, reserved) not in reserved
     assert file_stem("pendulum", reserved) == "pendulum"
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler is installed")
+@pytest.mark.parametrize(("header", "source"), [("float", "double"), ("double", "float")])
+def test_files_of_two_emissions_do_not_compile(header, source, tmp_path):
+    derivation = loads(SCENE.format(name="swing")).derive()
+    (tmp_path / "swing.h").write_text(derivation.emit("c", real=header)["swing.h"])
+    (tmp_path / "swing.c").write_text(derivation.emit("c", real=source)["swing.c"])
+    words = ["cc", "-std=c99", "-c", "swing.c"]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode != 0
+    assert "are not of one emission: emit both once more" in done.stderr
