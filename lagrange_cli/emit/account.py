@@ -143,12 +143,12 @@ def choice_line(equations: Equations) -> str:
 def remark_on(line: ConstraintLine) -> str:
     """What is special about a constraint (``""``: nothing)."""
     remarks = []
+    part = " on a part of the configurations" if line.on_a_part else ""
     if line.status == "satisfied":
-        part = " on a part of the configurations" if line.on_a_part else ""
         remarks.append(f"satisfied by the definitions{part}")
     elif line.status == "redundant":
         others = ", ".join(line.implied_by)
-        remarks.append(f"redundant, implied by {others}" if others else "redundant")
+        remarks.append(f"redundant, implied by {others}{part}" if others else "redundant")
     elif line.status == "unilateral":
         remarks.append("one-sided" + (f", restitution {line.restitution}" * bool(line.restitution)))
     if line.rheonomic:

@@ -72,9 +72,12 @@ def balance(
 
 
 def on_a_part(
-    geometry: Geometry, account: Account, violated: Mapping[int, Point]
+    geometry: Geometry,
+    account: Account,
+    warnings: Sequence[Problem],
+    violated: Mapping[int, Point],
 ) -> tuple[Account, list[Problem]]:
-    """The account, and warnings, with what holds on a part of the configurations only.
+    """The account and its warnings, with what holds on a part of the configurations only.
 
     Parameters
     ----------
@@ -84,17 +87,24 @@ def on_a_part(
     stated, solved = geometry.found.stated, geometry.solved_sides
     partial = {stated[k].constraint for k in violated}
     lines = tuple(
-        replace(x, on_a_part=True) if x.name in partial and x.status == "satisfied" else x
+        replace(x, on_a_part=True)
+        if x.name in partial and x.status in ("satisfied", "redundant")
+        else x
         for x in account.lines
     )
-    warnings = [
-        _partial(stated[k], k in solved, _values_at(geometry, k, violated[k])) for k in violated
-    ]
-    return replace(account, lines=lines), warnings
+    by = {x.name: quoted(x.implied_by) for x in lines if x.status == "redundant"}
+    places = [stated[k].equation.mark() for k in violated]
+    kept = [w for w in warnings if w.rule != "redundant" or w.mark not in places]
+    for k, point in violated.items():
+        others = by.get(stated[k].constraint)
+        what = "holds" if k in solved else "is satisfied by the definitions"
+        if others and k not in solved:
+            what = f"is redundant, implied by {others},"
+        kept.append(_partial(stated[k], what, k in solved, _values_at(geometry, k, point)))
+    return replace(account, lines=lines), kept
 
 
-def _partial(stated: Stated, is_solved: bool, place: str) -> Problem:
-    what = "holds" if is_solved else "is satisfied by the definitions"
+def _partial(stated: Stated, what: str, is_solved: bool, place: str) -> Problem:
     how = " as it was solved" if is_solved else ""
     return Problem(
         f"constraint '{stated.constraint}' {what} on a part of the configurations only{how}:"

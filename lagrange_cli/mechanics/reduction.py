@@ -313,7 +313,7 @@ def _reduced(problem: _Problem, stated: list[Stated], strict: bool) -> Reduced:
     chart = Chart(problem.values, geometry, tuple(generalized(geometry, ())))
     chart, points, kept = _restricted(chart)
     account, warnings = balance(geometry, points, kept, partial(_held_around, chart))
-    account, partial_ones = on_a_part(geometry, account, _violated(chart, kept))
+    account, warnings = on_a_part(geometry, account, warnings, _violated(chart, kept))
     return Reduced(
         scene,
         names,
@@ -323,7 +323,7 @@ def _reduced(problem: _Problem, stated: list[Stated], strict: bool) -> Reduced:
         problem.masses,
         account,
         reference,
-        (*scene.warnings, *warnings, *partial_ones),
+        (*scene.warnings, *warnings),
         tuple(found.remarks),
         tuple(geometry.restriction(k) for k in kept),
         chart,

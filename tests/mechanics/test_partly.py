@@ -154,3 +154,19 @@ def test_an_angle_within_half_a_turn(shift: float, start: float) -> None:
         assert not 0 <= wrong <= math.pi
     else:
         assert refusal(text).rule in ("singular", "inconsistent", "too-many-coordinates")
+
+
+def test_what_others_imply_on_a_part() -> None:
+    """The upper half of a circle that the definitions go all around: one warning, and true."""
+    e = derived(
+        "particles: {p: {mass: 1, position: [2*sin(u), 0, 2*cos(u)]}}\ncoordinates: [u]\n"
+        "constraints: {ring: x_p^2 + z_p^2 = 4, up: z_p = sqrt(4 - x_p^2)}\ninitial: {u: 0.3}\n"
+    )
+    (warning,) = e.warnings
+    said = "'up' is redundant, implied by 'ring', on a part of the configurations only: not at u ="
+    assert said in warning.message
+    assert math.cos(place(warning.message)) < 0
+    assert [(line.status, line.on_a_part) for line in e.account.lines] == [
+        ("satisfied", False),
+        ("redundant", True),
+    ]
