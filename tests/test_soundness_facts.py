@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import importlib
+import math
 import random
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from lagrange_cli.api import loads
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Conserved
 from lagrange_cli.scene import read_text
@@ -45,3 +47,16 @@ def test_numbers_convict_facts_that_are_planted(monkeypatch: pytest.MonkeyPatch)
     assert set(module.false_facts(case, planted, source)) == {"cyclic x", "p_x"}
     assert not set(module.drifting(case, equations))
     assert set(module.drifting(case, planted)) == {"p_x", "energy"}
+
+
+def test_an_energy_that_is_not_conserved_convicts_no_run() -> None:
+    """A push that begins at x = 5.9: the kinetic energy rests before, and grows after."""
+    scene = (
+        "name: push\nparticles: {b: {mass: 1, position: [x, y, 0]}}\ncoordinates: [x, y]\n"
+        "forces: {f: {on: x, force: 'max(0, x - 5.9)'}}\n"
+        "initial: {x: 0, y: 0, dot(x): 1, dot(y): 0}\n"
+    )
+    found = loads(scene).derive().simulate(until=10, accuracy=1e-6)
+    assert found.status == "ok"
+    assert found.energy_drift is None
+    assert abs(found.state["x"] - 5.9 - math.sinh(4.1)) < 1e-4
