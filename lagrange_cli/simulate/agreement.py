@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,25 +108,26 @@ def agreement(
     until = min(reached)
     for contact in sorted({s.contact for run in runs for s in run}):
         own = [[s for s in run if s.contact == contact] for run in runs]
-        for k in range(max(map(len, own))):
-            same = [run[k] for run in own if len(run) > k]
-            first = min(s.t for s in same)
-            if len(same) < len(runs) and first >= end - near:
-                matched.append((first, end - first, True))
-                break
-            if len(same) < len(runs) or len({s.kind for s in same}) > 1:
-                if first <= until:
-                    broken[contact] = first
-                break
-            t = same[0].t
-            error = sum(w * abs(s.t - t) for w, s in zip(weights, same, strict=True))
-            matched.append((t, error, any(s.jumps for s in same)))
-    times, errors, jumps = zip(*matched, strict=True) if matched else ((), (), ())
+        together = zip(*own, strict=False)
+        alike = list(takewhile(lambda same: len({s.kind for s in same}) == 1, together))
+        at = np.array([[s.t for s in same] for same in alike]).reshape(-1, len(runs))
+        errors = np.abs(at - at[:, :1]) @ np.asarray(weights)
+        jumps = (any(s.jumps for s in same) for same in alike)
+        matched += zip(at[:, 0].tolist(), errors.tolist(), jumps, strict=True)
+        further = [run[len(alike)] for run in own if len(run) > len(alike)]
+        if not further:
+            continue
+        first = min(s.t for s in further)
+        if len(further) < len(runs) and first >= end - near:
+            matched.append((first, end - first, True))
+        elif first <= until:
+            broken[contact] = first
+    times, off, struck = zip(*matched, strict=True) if matched else ((), (), ())
     begins = min(broken.values(), default=np.inf)
     return Agreement(
         np.array(times),
-        np.array(errors),
-        np.array(jumps, dtype=bool),
+        np.array(off),
+        np.array(struck, dtype=bool),
         begins,
         tuple(contact for contact, first in broken.items() if first == begins),
     )

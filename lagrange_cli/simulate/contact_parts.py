@@ -25,7 +25,15 @@ from lagrange_cli.simulate.integrators.native import (
 from lagrange_cli.simulate.integrators.pieces import Pieces, with_projection
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.parameters import SIDES
-from lagrange_cli.simulate.tables import Table, bound, interpreted_table, native_table
+from lagrange_cli.simulate.tables import (
+    Row,
+    Table,
+    bound,
+    interpreted_row,
+    interpreted_table,
+    native_row,
+    native_table,
+)
 from lagrange_cli.simulate.tracing import tracing
 
 __all__ = ["ContactParts", "InterpretedParts", "NativeParts"]
@@ -55,6 +63,9 @@ class ContactParts(Protocol):
 
     def table(self, name: str, columns: int, parameters: Array) -> Table:
         """Another function, at many states."""
+
+    def row(self, name: str, columns: int, parameters: Array) -> Row:
+        """The same at one state."""
 
     def traced(self, name: str, parameters: Array) -> Expressions:
         """Another function, to be run over objects."""
@@ -88,6 +99,10 @@ class NativeParts:
         self._model, self._system, self._kernels = model, system, kernels
         self._driving = None if pieces is None else Driving(pieces, DOUBLE)
         self._work = np.empty(model.code.work)
+        self._reset = _RESET(("system_reset", system))
+        # Where states are handed over, made at the first call.
+        self._state = self._given = np.empty(0)
+        self._places: tuple[int, ...] = ()
 
     def _function(
         self,
@@ -116,6 +131,10 @@ class NativeParts:
         width = 2 * len(self._model.coordinates)
         return native_table(self._system, self._function(name, parameters), width, columns)
 
+    def row(self, name: str, columns: int, parameters: Array) -> Row:
+        width = 2 * len(self._model.coordinates)
+        return native_row(self._function(name, parameters), width, columns)
+
     def traced(self, name: str, parameters: Array) -> Expressions:
         return _traced(self._model, name, parameters)
 
@@ -135,16 +154,19 @@ class NativeParts:
     def reset(
         self, t: float, y: Array, parameters: Array, event: int, bounce: float
     ) -> tuple[Array | None, Array]:
-        state, given = np.array(y, dtype=float), np.array(parameters, dtype=float)
-        call = _RESET(("system_reset", self._system))
+        if len(self._state) != len(y):
+            self._state, self._given = np.empty(len(y)), np.empty(len(parameters))
+            arrays = self._state, self._given, self._work
+            self._places = tuple(array.ctypes.data for array in arrays)
+        self._state[:], self._given[:] = y, parameters
         driving = self._driving
         inputs = None if driving is None else driving.address(driving.pieces.at(t))
-        addresses = state.ctypes.data, inputs, given.ctypes.data
-        status = call(t, *addresses, event, bounce, self._work.ctypes.data)
-        flags = given[_flags(self._model)]
+        state, given, work = self._places
+        status = self._reset(t, state, inputs, given, event, bounce, work)
+        flags = self._given[_flags(self._model)].copy()
         if status:
             return None, flags if status == DEADLOCK else np.zeros_like(flags)
-        return state, flags
+        return self._state.copy(), flags
 
 
 class InterpretedParts:
@@ -166,6 +188,9 @@ class InterpretedParts:
 
     def table(self, name: str, columns: int, parameters: Array) -> Table:
         return interpreted_table(self._bound(name, parameters), columns)
+
+    def row(self, name: str, columns: int, parameters: Array) -> Row:
+        return interpreted_row(self._bound(name, parameters))
 
     def traced(self, name: str, parameters: Array) -> Expressions:
         return _traced(self._model, name, parameters)

@@ -13,7 +13,7 @@ from lagrange_cli.simulate.integrators.falling import Falling
 from lagrange_cli.simulate.integrators.sides import Surfaces
 from lagrange_cli.simulate.integrators.switched import Flags, Gaps, SwitchedRhs
 from lagrange_cli.simulate.surfaces import with_surfaces
-from lagrange_cli.simulate.tables import Table
+from lagrange_cli.simulate.tables import Row, Table
 
 __all__ = ["ContactRhs"]
 
@@ -47,8 +47,9 @@ class ContactRhs(SwitchedRhs):
         self._flight, self._parts, self._name = flight, parts, name
         self._parameters, self._flags = parameters, slice(first, first + contacts)
         self._sides: dict[Flags, Rhs] = {self.free: flight}
-        self._gaps = parts.table("gaps", 2 * contacts, parameters)
-        self._terms: Table | None = None
+        self._gaps = parts.row("gaps", 2 * contacts, parameters)
+        self._terms: Row | None = None
+        self._known: tuple[float, bytes, Gaps] | None = None
         self._surfaces = surfaces
 
     def __call__(self, t: float, y: Array) -> Array:
@@ -79,9 +80,9 @@ class ContactRhs(SwitchedRhs):
         reach: tuple[float, ...] = (),
     ) -> Falling:
         parameters = self._with(closed)
-        table = self._parts.table("events", len(closed), parameters)
+        values = self._parts.row("events", len(closed), parameters)
         native = self._parts.events(parameters, signs, noise, reach)
-        return Falling(lambda t, y: _row(table, t, y), signs, noise, native, reach)
+        return Falling(values, signs, noise, native, reach)
 
     def traced(self, closed: Flags) -> tuple[Expressions, Expressions]:
         parameters = self._with(closed)
@@ -90,13 +91,18 @@ class ContactRhs(SwitchedRhs):
         )
 
     def gaps(self, t: float, y: Array) -> Gaps:
-        count, n = len(self.free), len(y) // 2
+        count, n, place = len(self.free), len(y) // 2, np.asarray(y, dtype=float).tobytes()
+        # An event asks for them several times.
+        if self._known is not None and self._known[:2] == (t, place):
+            return self._known[2]
         if self._terms is None:
-            self._terms = self._parts.table("gap_terms", count * (n + 3), self._parameters)
-        values, sizes = _row(self._gaps, t, y).reshape(2, count)
-        terms = _row(self._terms, t, y)
+            self._terms = self._parts.row("gap_terms", count * (n + 3), self._parameters)
+        values, sizes = self._gaps(t, y).reshape(2, count)
+        terms = self._terms(t, y)
         gradients, (rates, biases, _) = terms[: count * n], terms[count * n :].reshape(3, count)
-        return Gaps(values, sizes, gradients.reshape(count, n), rates, biases)
+        found = Gaps(values, sizes, gradients.reshape(count, n), rates, biases)
+        self._known = t, place, found
+        return found
 
     def table(self, name: str, columns: int, closed: Flags) -> Table:
         """Another function of the system with contacts, at many states."""
@@ -109,8 +115,3 @@ class ContactRhs(SwitchedRhs):
         if state is not None and not np.isfinite(state).all():
             return None, self.free
         return state, tuple((flags != 0).tolist())
-
-
-def _row(table: Table, t: float, y: Array) -> Array:
-    found: Array = table(np.array([t]), np.asarray(y, dtype=float)[None, :])[0]
-    return found

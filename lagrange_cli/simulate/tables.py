@@ -17,10 +17,13 @@ from lagrange_cli.simulate.integrators.pieces import Pieces, PiecewiseRhs
 
 __all__ = [
     "Knowing",
+    "Row",
     "Table",
     "bound",
+    "interpreted_row",
     "interpreted_table",
     "native_knowing",
+    "native_row",
     "native_table",
     "no_columns",
 ]
@@ -28,7 +31,10 @@ __all__ = [
 #: Values at many states: t (m,), y (m, 2n) → (m, k).
 Table: TypeAlias = Callable[[Array, Array], Array]
 
-#: The same, with parameters that differ from state to state: those of all, (m, l).
+#: Values at one state.
+Row: TypeAlias = Callable[[float, Array], Array]
+
+#: The same at many, with parameters that differ from state to state: those of all, (m, l).
 Knowing: TypeAlias = Callable[[Array, Array, Array], Array]
 
 _LONG, _POINTER = ctypes.c_long, ctypes.c_void_p
@@ -65,6 +71,26 @@ def native_table(library: ctypes.CDLL, function: NativeRhs, width: int, columns:
         return out
 
     return table
+
+
+def native_row(function: NativeRhs, width: int, columns: int) -> Row:
+    """A function of a library at one state of ``width`` numbers; not numbers where it fails."""
+    state, out = np.empty(width), np.empty(columns)
+    places = state.ctypes.data, out.ctypes.data
+    given = function.parameters_address, function.work.ctypes.data
+
+    def row(t: float, y: Array) -> Array:
+        state[:] = y
+        if function.function(t, places[0], function.inputs(t), *given, places[1]):
+            return np.full(columns, np.nan)
+        return out.copy()
+
+    return row
+
+
+def interpreted_row(function: Callable[[float, Array], Any]) -> Row:
+    """A function run by Python at one state."""
+    return lambda t, y: np.asarray(function(t, y), dtype=float)
 
 
 def native_knowing(library: ctypes.CDLL, function: NativeRhs, width: int, columns: int) -> Knowing:

@@ -69,6 +69,7 @@ __all__ = [
     "UNMET",
     "Advance",
     "Array",
+    "Begun",
     "ConstrainedRhs",
     "Control",
     "Integrator",
@@ -154,6 +155,10 @@ class Control:
     autonomous: bool = False
 
 
+#: Of event functions: their signs, noise and reach (:mod:`.falling`).
+Begun: TypeAlias = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+
+
 @dataclass(frozen=True)
 class Advance:
     """How many samples were filled, and why no further step can be made (None: it can)."""
@@ -228,6 +233,11 @@ class Integrator(ABC):
         if not self.interpolates:
             raise ValueError(f"steps of {self.name} have no interpolant to find events on")
         self._search = Search(falling)
+
+    def again(self, t0: float, y0: Array, first_step: float, falling: Begun) -> bool:
+        """Stand at another state with the same right-hand side, control and event functions, as
+        if begun there; False where that is not to be had, and a run has to be made."""
+        return False
 
     def state(self) -> State:
         """All that later steps depend on."""

@@ -17,6 +17,7 @@ from lagrange_cli.simulate.integrators.base import (
     UNMET,
     Advance,
     Array,
+    Begun,
     Control,
     Rhs,
     State,
@@ -98,6 +99,7 @@ class _Compiled:
         self._native, self._control = rhs, control
         self._landmarks: LandmarkBuffer | None = None
         self._events: EventBuffer | None = None
+        self._fresh = b""
         self.ended = False
         self.fallen: int | None = None
         n = len(y0)
@@ -170,6 +172,7 @@ class _Compiled:
     def stop_at(self, falling: Falling) -> None:
         assert falling.native is not None
         self.watch(falling.native)
+        self._fresh = bytes(self._run)
 
     def state(self) -> State:
         found = {
@@ -259,7 +262,8 @@ class _Interpolating(_Compiled):
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         super().__init__(rhs, t0, y0, t_end, control)
-        self._nowhere = bool(self._function("start", _START)(ctypes.byref(self._run)))
+        self._begin = self._function("start", _START)
+        self._nowhere = bool(self._begin(ctypes.byref(self._run)))
         self._read()
 
     def advance(
@@ -270,6 +274,23 @@ class _Interpolating(_Compiled):
         return super().advance(
             times, states, most_steps=most_steps, most_evaluations=most_evaluations
         )
+
+    def again(self, t0: float, y0: Array, first_step: float, falling: Begun) -> bool:
+        if self._events is None or self._landmarks is not None:
+            return False
+        run = self._run
+        ctypes.memmove(ctypes.byref(run), self._fresh, ctypes.sizeof(run))
+        self._every[:] = 0.0
+        self._memory[0] = y0
+        run.t = run.t_old = run.t_new = t0
+        run.h, run.evaluations = min(first_step, self.t_end - t0), 0
+        self._drive(self._native, t0)
+        self._events.again(falling)
+        self._events.read_inputs(run.u)
+        self.ended, self.fallen = False, None
+        self._nowhere = bool(self._begin(ctypes.byref(run)))
+        self._read()
+        return True
 
     def interpolate(self, times: Array) -> Array:
         call = self._function("interpolate", _interpolate_type(self._native.real))

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.base import Array, Begun
 from lagrange_cli.simulate.integrators.native import NativeReal
 
 __all__ = ["PARTS", "Event", "EventBuffer", "NativeEvents"]
@@ -108,11 +108,18 @@ class EventBuffer:
             "states": self._states,
         }
         self.signs = arrays["sign"]
+        self._noise, self._reach = arrays["noise"], arrays["reach"]
         self._kept_alive = events, arrays
         self._c = _Events(count=count, capacity=capacity, u=inputs)
         self._c.function = ctypes.cast(events.function, _POINTER)
         for name, array in arrays.items():
             setattr(self._c, name, array.ctypes.data)
+
+    def again(self, begun: Begun) -> None:
+        """Forget what was found, and begin with other signs, noise and reach."""
+        self.found, self.dips = [], []
+        for array, values in zip((self.signs, self._noise, self._reach), begun, strict=True):
+            array[:] = values
 
     @property
     def address(self) -> int:

@@ -172,7 +172,7 @@ class NativeRhs:
             self._pointers = tuple(array.ctypes.data for array in arrays)
         self._state[:] = y
         state, slope, work = self._pointers
-        if self.function(t, state, self._inputs(t), self.parameters_address, work, slope):
+        if self.function(t, state, self.inputs(t), self.parameters_address, work, slope):
             return np.full(len(y), np.nan)
         return self._slope.astype(float)
 
@@ -195,7 +195,7 @@ class NativeRhs:
         rows = np.empty((1, 0)) if self.driving is None else self.driving.pieces.rows
         return Expressions(self._trace, self.parameters.astype(float), rows[self._fixed or 0])
 
-    def _inputs(self, t: float) -> int | None:
+    def inputs(self, t: float) -> int | None:
         """The address of the inputs."""
         if self.driving is None:
             return None
@@ -207,7 +207,7 @@ class NativeRhs:
         both = np.concatenate([q, there]).astype(self.real.dtype)
         found = np.empty(len(q), self.real.dtype)
         parameters, work = self.parameters_address, self.work.ctypes.data
-        arguments = self._inputs(t), parameters, work, found.ctypes.data
+        arguments = self.inputs(t), parameters, work, found.ctypes.data
         if self._shift(t, both.ctypes.data, *arguments):
             return np.full(len(q), np.nan)
         return found.astype(float)
@@ -216,6 +216,6 @@ class NativeRhs:
         """The state moved onto the constraints, NaN where the C function returns nonzero."""
         state = np.array(y, self.real.dtype)
         parameters, work = self.parameters_address, self.work.ctypes.data
-        if self._projection(t, state.ctypes.data, self._inputs(t), parameters, work):
+        if self._projection(t, state.ctypes.data, self.inputs(t), parameters, work):
             return np.full(len(y), np.nan)
         return state.astype(float)

@@ -94,11 +94,6 @@ class Gaps:
         sizes = np.abs(products).sum(axis=1) + np.abs(self.rates)
         return products.sum(axis=1) + self.rates, sizes
 
-    def opening(self, velocities: Array) -> Flags:
-        """Which grow, by more than rounding."""
-        speeds, sizes = self.speeds(velocities)
-        return tuple((speeds > TOUCHING * sizes).tolist())
-
     def noise(self, errors: Array) -> Array:
         """What errors of the coordinates make of them, shape (U,)."""
         return np.abs(self.gradients) @ errors + TOUCHING * self.sizes

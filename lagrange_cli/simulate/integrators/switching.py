@@ -9,9 +9,9 @@ of Mechanical Systems with Unilateral Constraints*, 2008, section 2.6).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from itertools import takewhile
+from itertools import pairwise, takewhile
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -115,10 +115,12 @@ class Switching(Integrator):
         self._bounces: dict[int, list[float]] = {}
         self.stuck: Stuck | None = None
         self._run: Integrator | None = None
+        self._runs: dict[Flags, Integrator] = {}
         self._piece: dict[str, Any] = {}
         self.switches: list[Switch] = []
         self.grazes: list[Dip] = []
         self._seen = 0
+        self._looked: tuple[Array, tuple[Gaps, Array, Array]] | None = None
         self._fastest: dict[int, float] = {}
         self._reset(START, "contact")
         self.began = self._closed
@@ -209,17 +211,17 @@ class Switching(Integrator):
         times = self._bounces.setdefault(contact, [])
         times.append(self.t)
         del times[: -SEQUENCE - 1]
-        between = np.diff(times)
+        between = [after - before for before, after in pairwise(times)]
         ends = len(between) > 0 and self._is_last(contact, between)
         if ends:
             times.clear()
         return ends
 
-    def _is_last(self, contact: int, between: Array) -> bool:
+    def _is_last(self, contact: int, between: Sequence[float]) -> bool:
         """Whether nothing is left behind bounces with these intervals."""
-        n = len(self.y) // 2
-        gaps, tolerances = self._rhs.gaps(self.t, self.y), self._tolerances
-        speed = float(gaps.speeds(self.y[n:])[0][contact])
+        n, tolerances = len(self.y) // 2, self._tolerances
+        gaps, speeds, _ = self._moving(self.y)
+        speed = float(speeds[contact])
         height = abs(speed) * between[-1]
         hidden = height <= gaps.noise(tolerances[:n])[contact]
         if hidden and speed >= 0 and self.t_end - self.t > self._together:
@@ -229,7 +231,7 @@ class Switching(Integrator):
             return False
         if hidden and abs(speed) <= np.abs(gaps.gradients[contact]) @ tolerances[n:]:
             return True
-        if not (np.diff(between) < 0).all():
+        if not all(after < before for before, after in pairwise(between)):
             return False
         ratio = between[-1] / between[-2]
         rest = between[-1] * ratio / (1 - ratio)
@@ -245,6 +247,13 @@ class Switching(Integrator):
         project = projection(self._rhs.side(closed))
         moved = self.y if project is None else project(self.t, self.y)
         return moved if np.isfinite(moved).all() else self.y
+
+    def _moving(self, y: Array) -> tuple[Gaps, Array, Array]:
+        """The gaps at a state here, how fast they grow, and the sizes of what that sums."""
+        if self._looked is None or self._looked[0] is not y:
+            gaps = self._rhs.gaps(self.t, y)
+            self._looked = y, (gaps, *gaps.speeds(y[len(y) // 2 :]))
+        return self._looked[1]
 
     @property
     def _tolerances(self) -> Array:
@@ -279,8 +288,7 @@ class Switching(Integrator):
 
         Bounces would add up what rounding of their times does.
         """
-        gaps = self._rhs.gaps(self.t, self.y)
-        speeds, sizes = gaps.speeds(self.y[len(self.y) // 2 :])
+        gaps, speeds, sizes = self._moving(self.y)
         if not speeds[event] < -TOUCHING * sizes[event]:
             return 0.0
         late = float(gaps.values[event] / speeds[event])
@@ -288,8 +296,8 @@ class Switching(Integrator):
 
     def _graze(self, event: int) -> None:
         """Remember a contact that is struck so slightly that it might as well be missed."""
-        gaps = self._rhs.gaps(self.t, self.y)
-        speed = -float(gaps.speeds(self.y[len(self.y) // 2 :])[0][event])
+        gaps, speeds, _ = self._moving(self.y)
+        speed = -float(speeds[event])
         fastest = self._fastest.get(event, 0.0)
         if not SLOW * fastest < speed or not fastest:
             self._dip(gaps, event, self.t, self.y, speed=speed)
@@ -322,9 +330,7 @@ class Switching(Integrator):
         """Contacts that take an impact here, though the event may be of another one."""
         if np.array_equal(before, self.y):
             return []
-        n = len(before) // 2
-        gaps = self._rhs.gaps(self.t, before)
-        speed, size = gaps.speeds(before[n:])
+        gaps, speed, size = self._moving(before)
         near = TOUCHING * gaps.sizes + self._together * np.abs(speed)
         struck = (speed < -TOUCHING * size) & (np.abs(gaps.values) <= near)
         return [int(k) for k in np.flatnonzero(struck)]
@@ -335,8 +341,7 @@ class Switching(Integrator):
         if self.t_end - self.t <= LOCATED * np.spacing(abs(self.t_end)):
             self.t = self.t_end
             return
-        n = len(self.y) // 2
-        gaps = self._rhs.gaps(self.t, self.y)
+        gaps, speeds, sizes = self._moving(self.y)
         newest = takewhile(lambda s: s.t == self.t, reversed(self.switches))
         began = {s.contact for s in newest}
         # What has just opened is zero but for rounding, of either sign.
@@ -344,9 +349,11 @@ class Switching(Integrator):
             not closed and (touches or k in began)
             for k, (closed, touches) in enumerate(zip(self._closed, gaps.touching, strict=True))
         ]
-        opening = gaps.opening(self.y[n:])
-        noise = np.where(opening, 0.0, gaps.noise(ADDED_UP * self._tolerances[:n]))
-        reach = np.abs(gaps.gradients) @ (REACH * self._tolerances[:n]) * ~np.array(self._closed)
+        # What errors of steps make of gaps; none that opens by more than rounding is in doubt.
+        errors = np.abs(gaps.gradients) @ self._tolerances[: len(self.y) // 2]
+        opening = speeds > TOUCHING * sizes
+        noise = np.where(opening, 0.0, ADDED_UP * errors + TOUCHING * gaps.sizes)
+        reach = REACH * errors * ~np.array(self._closed)
         signs = tuple(RISES if rising else 1.0 for rising in rises)
         self._begin_piece(signs, tuple(noise.tolist()), tuple(reach.tolist()))
 
@@ -357,11 +364,15 @@ class Switching(Integrator):
         self._piece = {"from": (self.t, self.y), "signs": signs, "noise": noise, "reach": reach}
         self._seen = 0
         first_step = min(self._control.first_step, self.t_end - self.t)
-        # The tolerances stay those of the control, which may change between steps.
-        control = replace(self._control, first_step=first_step)
-        side = self._rhs.side(self._closed)
-        self._run = run = self._begin(side, self.t, self.y, self.t_end, control)
-        run.stop_at(self._rhs.falling(self._closed, signs, noise, reach))
+        run, begun = self._runs.get(self._closed), (signs, noise, reach)
+        if run is None or not run.again(self.t, self.y, first_step, begun):
+            # The tolerances stay those of the control, which may change between steps.
+            control = replace(self._control, first_step=first_step)
+            side = self._rhs.side(self._closed)
+            run = self._begin(side, self.t, self.y, self.t_end, control)
+            run.stop_at(self._rhs.falling(self._closed, *begun))
+            self._runs[self._closed] = run
+        self._run = run
         return run
 
     def state(self) -> State:
