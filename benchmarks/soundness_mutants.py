@@ -19,7 +19,6 @@ import io
 import json
 import multiprocessing
 import os
-import random
 import re
 import signal
 import sys
@@ -27,15 +26,13 @@ import tempfile
 import time
 import traceback
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
-import yaml
-
-ROOT = Path(__file__).parents[1]
+from mutants import Mutant, mutant, sources
 
 #: Seconds of a processor after which a run has said nothing for too long.
 PATIENCE = 20
@@ -49,329 +46,10 @@ LONGEST = 45
 #: Bytes of memory that a worker may take.
 MEMORY = 6 * 2**30
 
-NUMBERS = (
-    *("0", "-0", "0.0", "1", "-1", "2", "3", "1/2", "1/3", "0.1", "pi", "1e-3", "1e6"),
-    *("1e308", "-1e308", "1.7976931348623157e308", "1e309", "1e400", "-1e400", "1e401", "1e-308"),
-    *("4.9e-324", "1e-324", "1e-400", "1e150", "1e-150", "1e16", "9007199254740993", "2^62"),
-    *("123456789012345678901234567890", "1" * 200, "9" * 900, "1e100 + 1", "10^300", "2^1000"),
-    "1000000007*998244353",
-    "(10^57 + 7)*(10^57 + 9)",
-    "0.1234567890123456789012345678901234567890",
-    *("100", "101", "1e5", "1000000", "n", "t", "true", ".inf", ".nan", "0x1F", "1e-17"),
-)
-
-FUNCTIONS = (
-    *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh"),
-    *("atanh", "exp", "log", "sqrt", "abs", "sign", "dot", "ddot"),
-)
-
-#: What an expression is put into; ``@`` stands for it.
-FRAMES = (
-    *("min(@, 1/2)", "max(@, 0)", "max(@, t, 1)", "abs(@)", "sign(@)", "norm(@, 1)", "norm(@)"),
-    *("(@)^2", "(@)^(1/3)", "(@)^100", "(@)^101", "(@)^(-50)", "(@)^(@)", "2^(@)", "(@)^0.123"),
-    *("exp(@)", "exp(exp(@))", "exp(exp(exp(exp(exp(exp(@))))))", "exp(-(@)^2/1e-18)"),
-    *("sqrt(@)", "sqrt((@)^2)", "sqrt(1 - (@)^2)", "1/(@)", "1/(1 + (@)^2)", "log(@)", "-(@)"),
-    *("atan2(@, 1)", "atan2(@, @)", "acosh(@)", "asin(@)", "tan(@)", "tanh(1e9*(@))"),
-    *("sin(1e300*(@))", "(@)*1e-150", "(@) + 1e300", "dot(@)", "sum(sqrt(i), i=1..40)*(@)"),
-    *("sum((@)^i, i=1..12)", "((@) + 1)^20", "((@) + x + 1)^60", "(@)*x*y*z", "(@) - (@)"),
-    *("(@)*(1000003*999983)^(1/2)", "(@)*(10^40 + 1)^(1/7)", "(((@)^2)^3)^4", "@@", "(@", "@)"),
-    *("sin(cos(sin(cos(sin(cos(@))))))", "max(min(@, 1), -1)", "sign(@)*abs(@)^(3/2)", "@ + t"),
-)
-
-#: Commands with their options; the scene follows.
-COMMANDS = (
-    *((("derive",), 4.0), (("derive", "--forces"), 4.0), (("derive", "--form", "explicit"), 2.0)),
-    *((("derive", "--form", "multiplier"), 2.0), (("derive", "--format", "latex"), 1.0)),
-    *((("derive", "--json", "--forces"), 1.0), (("derive", "--ascii"), 0.5)),
-    *((("derive", "--digits", "60"), 0.5), (("derive", "--strict"), 0.3)),
-    *((("emit", "--to", "c", "-o", "@"), 2.0), (("emit", "--to", "python", "-o", "@"), 2.0)),
-    *((("emit", "--to", "latex", "-o", "@"), 1.0), (("check",), 3.0)),
-    (("simulate", "--until", "0.01", "--samples", "3", "--budget", "5"), 0.7),
-    (("simulate", "--until", "0.01", "--samples", "3", "--budget", "5", "--with", "forces"), 0.2),
-)
-
-_NUMBER = re.compile(r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?![\w.])")
-_FUNCTION = re.compile(r"\b(" + "|".join(FUNCTIONS) + r"|min|max|norm|atan2)\(")
-_NAME = re.compile(r"\b[A-Za-z_]\w*\b")
 _PLACE = re.compile(r"^\S[^\n]*?:\d+:\d+: ", re.MULTILINE)
 
 #: Beginnings of refusals that are about the command, the machine or a file, not about a scene.
 _WITHOUT_PLACE = ("cannot ", "there are no constraint forces of ")
-
-
-# What is changed.
-
-
-def texts_in(node: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Paths of the scalars of a tree."""
-    if isinstance(node, dict):
-        for key, value in node.items():
-            yield from texts_in(value, (*path, key))
-    elif isinstance(node, list):
-        for number, value in enumerate(node):
-            yield from texts_in(value, (*path, number))
-    else:
-        yield path
-
-
-def branches_in(node: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Paths of all parts of a tree but the root."""
-    entries = node.items() if isinstance(node, dict) else enumerate(node)
-    for key, value in entries:
-        yield (*path, key)
-        if isinstance(value, (dict, list)):
-            yield from branches_in(value, (*path, key))
-
-
-def at(tree: Any, path: Sequence[Any]) -> Any:
-    for key in path:
-        tree = tree[key]
-    return tree
-
-
-def put(tree: Any, path: Sequence[Any], value: Any) -> None:
-    at(tree, path[:-1])[path[-1]] = value
-
-
-#: Sections whose texts are words and not expressions.
-_WORDS = ("name", "title", "description", "unit", "latex", "method", "formulation", "kind")
-
-
-def _expression_paths(tree: Any) -> list[tuple[Any, ...]]:
-    return [p for p in texts_in(tree) if p and not any(key in _WORDS for key in p)]
-
-
-def change_number(tree: Any, draw: random.Random) -> None:
-    """Another number where one stands, also within an expression."""
-    paths = [p for p in _expression_paths(tree) if _NUMBER.search(str(at(tree, p)))]
-    if not paths:
-        return
-    path = draw.choice(paths)
-    text = str(at(tree, path))
-    match = draw.choice(list(_NUMBER.finditer(text)))
-    new = draw.choice(NUMBERS)
-    if match.span() != (0, len(text)):
-        new = f"({new})"
-    put(tree, path, text[: match.start()] + new + text[match.end() :])
-
-
-def frame_expression(tree: Any, draw: random.Random) -> None:
-    """An expression, or a name or a number in it, within a function or an operation."""
-    paths = _expression_paths(tree)
-    path = draw.choice(paths)
-    text = str(at(tree, path))
-    inner = list(_NAME.finditer(text)) + list(_NUMBER.finditer(text))
-    frame = draw.choice(FRAMES)
-    if inner and draw.random() < 0.6:
-        match = draw.choice(inner)
-        framed = f"({frame.replace('@', match.group())})"
-        put(tree, path, text[: match.start()] + framed + text[match.end() :])
-    elif "=" in text:
-        left, sign, right = text.rpartition("=")
-        put(tree, path, f"{left}{sign} {frame.replace('@', right.strip())}")
-    else:
-        put(tree, path, frame.replace("@", text))
-
-
-def exchange_function(tree: Any, draw: random.Random) -> None:
-    paths = [p for p in _expression_paths(tree) if _FUNCTION.search(str(at(tree, p)))]
-    if not paths:
-        return
-    path = draw.choice(paths)
-    text = str(at(tree, path))
-    match = draw.choice(list(_FUNCTION.finditer(text)))
-    new = draw.choice(FUNCTIONS)
-    put(tree, path, text[: match.start(1)] + new + text[match.end(1) :])
-
-
-def exchange_name(tree: Any, draw: random.Random) -> None:
-    """A name that stands somewhere in the place of another one."""
-    texts = [str(at(tree, p)) for p in _expression_paths(tree)]
-    names = sorted({name for text in texts for name in _NAME.findall(text)}) or ["x"]
-    paths = [p for p in _expression_paths(tree) if _NAME.search(str(at(tree, p)))]
-    if not paths:
-        return
-    path = draw.choice(paths)
-    text = str(at(tree, path))
-    match = draw.choice(list(_NAME.finditer(text)))
-    put(tree, path, text[: match.start()] + draw.choice(names) + text[match.end() :])
-
-
-def drop(tree: Any, draw: random.Random) -> None:
-    path = draw.choice(list(branches_in(tree)))
-    parent = at(tree, path[:-1])
-    if len(path) > 1 or draw.random() < 0.5:
-        del parent[path[-1]]
-
-
-def graft(tree: Any, draw: random.Random) -> None:
-    """A part of the tree in the place of another one."""
-    paths = list(branches_in(tree))
-    source, target = draw.choice(paths), draw.choice(paths)
-    put(tree, target, json.loads(json.dumps(at(tree, source), default=str)))
-
-
-def duplicate(tree: Any, draw: random.Random) -> None:
-    """An entry once more, under another name."""
-    paths = [p for p in branches_in(tree) if isinstance(p[-1], str)]
-    if not paths:
-        return
-    path = draw.choice(paths)
-    parent = at(tree, path[:-1])
-    parent[f"{path[-1]}_2"] = json.loads(json.dumps(parent[path[-1]], default=str))
-
-
-#: Sections and entries that are added.
-ADDED: tuple[tuple[str, Any], ...] = (
-    ("kinetic", {"extra": "min(x, 1/2)"}),
-    ("kinetic", {"extra": "dot(x)^2/2"}),
-    ("potentials", {"kink": "max(0, x - 3)^2"}),
-    ("potentials", {"pull": {"gravity": "9.81", "direction": ["1", "0", "x"]}}),
-    ("dissipation", {"drag": "abs(dot(x))^3"}),
-    ("outputs", {"o": "ddot(x)*sign(x)"}),
-    ("constraints", {"gap": {"unilateral": "z >= 0", "restitution": "1/2"}}),
-    ("constraints", {"slide": "dot(x) = t*y"}),
-    ("initial", {"dot(x)": "1e-300"}),
-    ("simulate", {"until": "1", "samples": "1e150"}),
-    ("simulate", {"until": "-1"}),
-    ("simulate", {"until": "1e308", "step": "1e-308"}),
-    ("sizes", {"n": "4"}),
-    ("coordinates", ["x[i=1..4]"]),
-    ("expect", {"state": {"t": "0.01", "x": "0.3", "within": "1"}}),
-    ("expect", {"equations": {"m": "ddot(x) = max(0, x)"}}),
-    ("expect", {"lagrangian": "abs(dot(x)) - x", "conserved": ["energy"]}),
-)
-
-
-def add(tree: Any, draw: random.Random) -> None:
-    section, entry = draw.choice(ADDED)
-    known = tree.get(section)
-    if isinstance(known, dict) and isinstance(entry, dict):
-        known.update(entry)
-    else:
-        tree[section] = json.loads(json.dumps(entry))
-
-
-CHANGES: tuple[tuple[Callable[[Any, random.Random], None], float], ...] = (
-    (frame_expression, 6.0),
-    (change_number, 4.0),
-    (exchange_function, 1.5),
-    (exchange_name, 1.0),
-    (drop, 0.7),
-    (graft, 0.5),
-    (duplicate, 0.4),
-    (add, 1.0),
-)
-
-
-def _text(tree: Any, draw: random.Random) -> str:
-    """The YAML of a tree, now and then with some of its characters changed."""
-    text = yaml.safe_dump(tree, sort_keys=False, allow_unicode=True)
-    if draw.random() < 0.03:
-        start = draw.randrange(len(text))
-        new = "".join(draw.choices("xyz01 :,[]{}()*^-=#&'\"\n", k=draw.randrange(4)))
-        text = text[:start] + new + text[start + draw.randrange(8) :]
-    return text
-
-
-#: Small scenes from which grammar mutations reach the mathematics more often.
-SEEDS = (
-    """
-name: plane
-parameters: {g: 9.81, l: 0.5, k: 2}
-plane: xz
-particles: {b: {mass: 1, position: [x, 0, z]}}
-coordinates: [x, z]
-points: {o: [0, 0, 0]}
-potentials: {v: k*x^2/2, c: {spring: [o, b], stiffness: 3, length: l}}
-forces: {f: {on: x, force: -k*dot(x)}}
-initial: {x: 0.3, z: 0.2, dot(x): 0.1, dot(z): -0.2}
-simulate: {until: 0.01, accuracy: 1e-5, samples: 3}
-""",
-    """
-name: rolling
-parameters: {m: 1, R: 0.5, g: 9.81}
-particles: {b: {mass: m, position: [s, 0, z]}}
-coordinates: [s, z, th]
-kinetic: {turn: m*R^2*dot(th)^2/4}
-constraints: {r: dot(s) = R*dot(th), gap: {unilateral: z >= 0, restitution: 1/2}}
-potentials: {w: {gravity: g}}
-initial: {s: 0, z: 1, dot(th): 1}
-simulate: {until: 0.01, accuracy: 1e-5, samples: 3}
-""",
-    """
-name: rods
-parameters: {l: 1, g: 9.81}
-plane: xz
-particles: {a: {mass: 1}, b: {mass: 2}}
-points: {o: [0, 0, 0]}
-constraints:
-  u: {distance: [o, a], equals: l}
-  v: {distance: [a, b], equals: l*(1 + sin(t)/10)}
-coordinates: [p, q]
-definitions: {x_a: l*sin(p), z_a: -l*cos(p)}
-potentials: {w: {gravity: g}}
-initial: {p: 0.5, q: 0.3}
-""",
-    """
-name: bare
-coordinates: [x, y]
-kinetic: {k: dot(x)^2/2 + (1 + x^2)*dot(y)^2/2}
-potentials: {v: exp(-x^2) + log(1 + y^2)}
-dissipation: {d: dot(x)^2/2}
-initial: {x: 0.3, y: 0.2, dot(x): 0.1}
-simulate: {until: 0.01, accuracy: 1e-5, samples: 3}
-expect: {dof: 2, equations: {a: ddot(x) = x*dot(y)^2 + 2*x*exp(-x^2) - dot(x)}}
-""",
-    """
-name: ring
-sizes: {n: 3}
-coordinates: ["q[i=1..n]"]
-definitions: {"q[0]": "q[n]"}
-kinetic: {k: "sum(dot(q[i])^2, i=1..n)/2"}
-potentials: {v: "sum(exp(q[i] - q[i-1]), i=1..n)"}
-initial: {"q[i=1..n]": sin(i)}
-simulate: {until: 0.01, accuracy: 1e-5, samples: 3}
-""",
-)
-
-#: Larger scenes take longer than what is asked for here.
-_LARGEST = 2_500
-
-
-def sources() -> list[Any]:
-    """The trees that are changed: shipped scenes that are small, and those above, more often."""
-    trees = []
-    for path in sorted((ROOT / "systems").rglob("*.yaml")):
-        text = path.read_text(encoding="utf-8")
-        if len(text) <= _LARGEST and "recorded" not in text:
-            trees.append(yaml.safe_load(text))
-    small = [yaml.safe_load(text) for text in SEEDS]
-    return trees + small * (4 * len(trees) // len(small))
-
-
-@dataclass(frozen=True)
-class Mutant:
-    """A scene's text, and the words of the command that it is given to."""
-
-    number: int
-    words: tuple[str, ...]
-    text: str
-
-
-def mutant(number: int, seed: int, trees: Sequence[Any]) -> Mutant:
-    """The mutant of a number: the same one in every run of a seed."""
-    draw = random.Random(f"{seed} {number}")
-    tree = json.loads(json.dumps(draw.choice(trees), default=str))
-    changes, weights = zip(*CHANGES, strict=True)
-    for _ in range(draw.choice((1, 1, 1, 2, 2, 3, 4))):
-        (change,) = draw.choices(changes, weights)
-        # A tree may have lost what a change looks for.
-        with contextlib.suppress(IndexError, KeyError, TypeError, AttributeError):
-            change(tree, draw)
-    commands, weights = zip(*COMMANDS, strict=True)
-    (words,) = draw.choices(commands, weights)
-    return Mutant(number, words, _text(tree, draw))
 
 
 # The runs.
@@ -449,9 +127,18 @@ def _judged(code: int, said: str, errors: str) -> str:
         return f"internal: {' / '.join(lines[:3])[:300]}"
     if code == 2 and not _PLACE.search(errors) and not errors.startswith(_WITHOUT_PLACE):
         return f"no place: {errors[:300]}"
+    if _has_no_place(said):
+        return f"no place: {said[:300]}"
     if code not in (0, 1, 2, ENDED):
         return f"exit {code}: {errors[:200]}"
     return ""
+
+
+def _has_no_place(report: str) -> bool:
+    """Whether a report of ``check`` calls a scene invalid without saying where."""
+    _, invalid, reasons = report.partition("invalid  ")
+    lines = reasons.splitlines()[1:2] if invalid else []
+    return any(_PLACE.match(line.strip()) is None for line in lines)
 
 
 @dataclass

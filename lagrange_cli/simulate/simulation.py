@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.errors import InputError, placed
 from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
 from lagrange_cli.simulate.along import Along, along
 from lagrange_cli.simulate.branching import without_branches
@@ -123,10 +125,25 @@ def simulate(
         Keeper.require(request.method)
     span = float(request.times[0]), float(request.times[-1])
     watch = Watch(progress, budget, reached=reached, span=span, stop=stop)
-    if stream is None or not isinstance(request.times, Grid):
-        return _simulated(model, request.refined(every), watch, functions, cache, checkpoint)
-    with spooled(stream, model, request, checkpoint) as room:
-        return _simulated(model, request, watch, functions, cache, checkpoint, stream, room, look)
+    with _at_the_scene(model, accuracy):
+        if stream is None or not isinstance(request.times, Grid):
+            fine = request.refined(every)
+            return _simulated(model, fine, watch, functions, cache, checkpoint)
+        with spooled(stream, model, request, checkpoint) as room:
+            return _simulated(
+                model, request, watch, functions, cache, checkpoint, stream, room, look
+            )
+
+
+@contextmanager
+def _at_the_scene(model: Model, accuracy: float | None) -> Iterator[None]:
+    """Refuse at the scene's place what has none, unless an option asked for the accuracy."""
+    try:
+        yield
+    except InputError as refusal:
+        if accuracy is not None:
+            raise
+        raise placed(refusal, model.defaults.mark) from refusal
 
 
 def _simulated(

@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 
 from lagrange_cli.files import MAX_BYTES
+from lagrange_cli.mechanics.refusals import LARGEST_SYSTEM
+from lagrange_cli.mechanics.roots import LONGEST_ROOT
 from lagrange_cli.scene import read_text
 from lagrange_cli.scene.bounds import MAX_POWER
 from lagrange_cli.scene.expression import FUNCTIONS
@@ -45,5 +47,6 @@ def test_limits() -> None:
     table = PAGE.split("| limit | |")[1]
     numbers = [int(n) for n in re.findall(r"^\| .* \| (\d+)[^|]*\|$", table, re.MULTILINE)]
     limits = [MAX_BYTES // 2**20, MAX_DEPTH, MAX_ALIASED, MAX_LENGTH, MAX_NESTING]
-    limits += [MAX_EXPONENT, MAX_DIGITS, MAX_POWER, MAX_FAMILY, MAX_TERMS]
+    limits += [MAX_EXPONENT, MAX_DIGITS, LONGEST_ROOT, LARGEST_SYSTEM, MAX_POWER, MAX_FAMILY]
+    limits += [MAX_TERMS]
     assert numbers == limits
