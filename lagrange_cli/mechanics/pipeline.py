@@ -28,7 +28,7 @@ from lagrange_cli.mechanics.language import decimal_literals, to_sympy, total_de
 from lagrange_cli.mechanics.parameters import nearest_double
 from lagrange_cli.mechanics.proofs import open_questions, proven
 from lagrange_cli.mechanics.reduction import Reduced
-from lagrange_cli.mechanics.refusals import require_size
+from lagrange_cli.mechanics.refusals import require_size, too_deep
 from lagrange_cli.mechanics.sampling import working_digits
 from lagrange_cli.mechanics.shown import shown_equations
 from lagrange_cli.mechanics.singular import singular_start
@@ -93,6 +93,8 @@ def derive(
     except DomainError:
         # Which part it was is known where the error is caught; here only that it is one of them.
         raise not_real(scene) from None
+    except RecursionError:
+        raise too_deep(scene) from None
 
 
 def _in_formulation(

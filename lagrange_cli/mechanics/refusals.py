@@ -32,6 +32,7 @@ __all__ = [
     "rests_on",
     "satisfied_elsewhere",
     "singular",
+    "too_deep",
     "too_few",
     "too_many",
 ]
@@ -54,6 +55,13 @@ def require_size(scene: Scene) -> None:
             message = f"{len(parts):,} {what}: systems of up to {LARGEST_SYSTEM:,} are derived"
             hint = "the equations of a family are those of fewer members: set its size by -p"
             raise InputError(Problem(message, mark, hint, rule="limit"))
+
+
+def too_deep(scene: Scene) -> InputError:
+    """The refusal of expressions that stand within each other hundreds of levels deep."""
+    mark = scene.definitions[0].mark if scene.definitions else Mark(scene.file, 1, 1)
+    message = "expressions nest too deeply once names stand for what they are defined as"
+    return InputError(Problem(message, mark, "define fewer names by each other", rule="limit"))
 
 
 def require_enough(scene: Scene, found: Elimination) -> None:

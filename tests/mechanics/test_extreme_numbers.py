@@ -332,3 +332,12 @@ def test_equations_that_doubles_cannot_hold_are_refused_at_the_scene():
         with pytest.raises(InputError) as caught:
             use(equations)
         assert caught.value.problems[0].mark is not None
+
+
+@pytest.mark.parametrize("depth", [400, 2000])
+def test_names_within_names_are_refused_beyond_what_can_be_walked(depth):
+    names = ", ".join(f"d{k}: sin(d{k - 1})" for k in range(1, depth))
+    text = f"coordinates: [x]\ndefinitions: {{d0: x, {names}}}\nkinetic: {{k: dot(x)^2/2}}\n"
+    with pytest.raises(InputError, match="nest too deeply") as caught:
+        derive(read_text(f"{text}potentials: {{v: d{depth - 1}}}\n"))
+    assert caught.value.problems[0].mark.line == 2
