@@ -288,10 +288,8 @@ KINDS = ("lost", "half-written", "left", "next run", "exit code")
 
 def table(verdicts: Sequence[Verdict]) -> str:
     """The counts by what ended the commands."""
-    lines = [
-        f"| end | runs | ended before their end | old | new | part kept | {' | '.join(KINDS)} |",
-        "|---" * (6 + len(KINDS)) + "|",
-    ]
+    heads = ("end", "runs", "ended before their end", "old", "new", "part kept, or some new")
+    lines = [f"| {' | '.join((*heads, *KINDS))} |", "|---" * (len(heads) + len(KINDS)) + "|"]
     for end in (*WEIGHTS, "all"):
         some = [v for v in verdicts if end in (v.end, "all")]
         if not some:
