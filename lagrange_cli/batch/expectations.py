@@ -275,8 +275,8 @@ def _accuracy_for(equations: Equations, bounds: Sequence[float | None]) -> float
     """The accuracy that locates events well within the bounds: it is relative to the span."""
     given = [bound for bound in bounds if bound is not None]
     until = equations.simulate.until
-    if not given or until is None:
-        return None
+    if not given or until is None or not until > equations.simulate.start:
+        return None  # a run that has no span is refused where it begins
     needed = STATE_MARGIN * min(given) / (until - equations.simulate.start)
     return min(equations.simulate.accuracy or COARSEST_ACCURACY, max(needed, FINEST_ACCURACY))
 

@@ -139,3 +139,19 @@ def test_an_equation_without_its_multiplier_is_another(tmp_path: Path) -> None:
     text = BALL.replace("EVENTS", "[]").replace(" = lambda_floor", " = 0")
     path.write_text(text, encoding="utf-8")
     assert check_scene(str(path)).outcome == "fail"
+
+
+@pytest.mark.parametrize("until", ["0", "-1"])
+def test_events_of_a_run_without_a_span_are_refused_at_its_place(
+    until: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_text(
+        "particles: {p: {mass: 1, position: [0, 0, z]}}\ncoordinates: [z]\n"
+        "constraints: {floor: {unilateral: z >= 0}}\ninitial: {z: 1}\n"
+        f"simulate: {{until: {until}}}\n"
+        "expect: {events: [{name: contact:floor, t: 0.5, within: 1e-8}]}\n"
+    )
+    report = check_scene(str(path))
+    assert report.outcome == "fail"
+    assert report.problems[0].mark is not None
