@@ -59,6 +59,9 @@ _MORE_DIGITS = 30
 #: are 10^1200 apart at most.
 _CLOSE_DIGITS = 1300
 
+#: The negative exponent of what is nothing then: less than a product of doubles can be.
+_CLOSE_NOTHING = 700
+
 #: States at which what is reported is compared with what is declared.
 _THOROUGH = 2
 
@@ -279,8 +282,13 @@ def _points(
         yield restraints.draw(point, sampler)
 
 
-def _look(tapes: Tapes, restraints: Restraints, point: Point, thorough: bool) -> _State:
-    """Everything that one state shows; what is reported is compared where ``thorough``."""
+def _look(
+    tapes: Tapes, restraints: Restraints, point: Point, thorough: bool, least: mpf = _ZERO
+) -> _State:
+    """Everything that one state shows; what is reported is compared where ``thorough``.
+
+    Numbers that agree but for ``least`` are the same.
+    """
     n = tapes.n
     mass, forcing = tapes.derived_parts(point)
     seen = tapes.observe(point)
@@ -299,8 +307,9 @@ def _look(tapes: Tapes, restraints: Restraints, point: Point, thorough: bool) ->
         difference = max(abs(ours - newton[j][0]), abs(ours - lagrange))
         mismatch = max(mismatch, difference / scale if scale else difference)
     for reported, declared, scale in tapes.reports(seen) if thorough else ():
-        mismatch = max(mismatch, abs(reported - declared) / scale if scale else _ZERO)
-    mismatch = max(mismatch, restraints.mismatch(point))
+        if abs(reported - declared) > least:
+            mismatch = max(mismatch, abs(reported - declared) / scale)
+    mismatch = max(mismatch, restraints.mismatch(point, least))
     if thorough:
         mismatch = max(
             mismatch, restraints.newton_mismatch(seen, mass, forcing, [s for _, s in newton])
@@ -325,10 +334,11 @@ def _looked_at_closely(
     """The same with so many digits that rounding alone makes no mismatch.
 
     Where numbers of very different sizes meet, as 1 and a displacement of 1e-150, terms cancel
-    to more digits than are carried; what disagrees then too, is wrong.
+    to more digits than are carried; what disagrees then too, is wrong. A force whose terms cancel
+    altogether is nothing but rounding, which has no digits to agree in.
     """
     with mpmath.workdps(_CLOSE_DIGITS):
-        return _look(tapes, restraints, point, thorough)
+        return _look(tapes, restraints, point, thorough, mpf(10) ** -_CLOSE_NOTHING)
 
 
 def _beyond(rows: Sequence[Row]) -> tuple[int, mpf] | None:

@@ -88,8 +88,11 @@ class Restraints:
             found[j].append(force)
         return found
 
-    def mismatch(self, point: Point) -> mpf:
-        """Largest relative difference between what was derived and the equations as stated."""
+    def mismatch(self, point: Point, least: mpf = _ZERO) -> mpf:
+        """Largest relative difference between what was derived and the equations as stated.
+
+        Differences up to ``least`` are none.
+        """
         worst = self.gaps.mismatch(point)
         if not self.closures:
             return worst
@@ -108,7 +111,7 @@ class Restraints:
             for terms, extra, expected in ((v, rate, levels[k]), (a, bias, rates[k])):
                 products = [g * terms[j] for j, g in gradient.items()]
                 pairs.append((sum(products, extra), expected, sum(map(abs, products), abs(extra))))
-            worst = max([worst, *(_relative(x - y, scale) for x, y, scale in pairs)])
+            worst = max([worst, *(_relative(x - y, scale, least) for x, y, scale in pairs)])
         return worst
 
     def _of_expression(self, run: Run, number: int) -> dict[int, mpf]:
@@ -180,5 +183,7 @@ class Restraints:
             return None
 
 
-def _relative(difference: mpf, size: mpf) -> mpf:
+def _relative(difference: mpf, size: mpf, least: mpf = _ZERO) -> mpf:
+    if abs(difference) <= least:
+        return _ZERO
     return abs(difference) / size if size else abs(difference)

@@ -10,6 +10,7 @@ import pytest
 import sympy as sp
 from mechanics_support import DOUBLE_PENDULUM, derived
 
+from lagrange_cli import loads
 from lagrange_cli.errors import InternalError
 from lagrange_cli.mechanics import derive, derive_uncertified, reduce
 from lagrange_cli.mechanics.certificate import certify, certify_shown
@@ -207,3 +208,12 @@ def test_one_point_above_sixty_four_coordinates() -> None:
     text = f'coordinates: [{names}]\nkinetic: {{T: "{terms}"}}\npotentials: {{V: "{springs}"}}'
     found = derived(text).certificate
     assert (found.points, found.digits) == (1, 30)
+
+
+def test_a_force_whose_terms_cancel_altogether_is_certified():
+    """What is left of it is rounding, which has no digits to agree in."""
+    force = "3*(abs(x + 5.9) - max(x + 5.9, -(x + 5.9)))"
+    scene = "particles: {b: {mass: 1, position: [x, 0, 0]}}\ncoordinates: [x]\n"
+    equations = loads(f'{scene}forces: {{f: {{on: x, force: "{force}"}}}}\n').derive().equations
+    assert equations.certificate.mismatch < 1e-25
+    assert "energy" in {c.name for c in equations.conserved}
