@@ -58,16 +58,17 @@ PYTHON_MODULES = (
 )
 
 _C_HEADERS = """
-aio alloca arpa asm assert byteswap complex cpio crypt ctype dirent dlfcn elf endian err errno
+aio alloca assert byteswap complex cpio crypt ctype dirent dlfcn elf endian err errno
 error execinfo fcntl features fenv float fmtmsg fnmatch ftw getopt glob grp iconv ieee754 inttypes
-iso646 langinfo libgen limits link linux locale malloc math memory monetary mqueue ndbm net netdb
-netinet nl_types paths poll printf pthread pty pwd quadmath regex sched search semaphore setjmp
+iso646 langinfo libgen limits link locale malloc math memory monetary mqueue ndbm netdb
+nl_types paths poll printf pthread pty pwd quadmath regex sched search semaphore setjmp
 shadow signal spawn stab stdalign stdarg stdatomic stdbit stdbool stdckdint stddef stdint stdio
 stdlib stdnoreturn string strings stropts syscall sysexits syslog tar termios tgmath threads time
 trace uchar ucontext ulimit unistd utime utmp utmpx values wait wchar wctype wordexp
 """
 
 #: Headers of C and POSIX: one of that name in a folder that the compiler searches would hide them.
+#: Those in folders, as <net/if.h>, are found nevertheless.
 C_HEADERS = frozenset(_C_HEADERS.split())
 
 _SIGNS = {"[": "_", "]": "", ",": "_", " ": ""}

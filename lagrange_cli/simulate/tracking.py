@@ -284,5 +284,10 @@ class Tracker:
         return running_scales(problem, run.states)[1:]
 
     def between(self, run: Run) -> Array:
-        """How far components go between samples that do not show it, shape (2n,)."""
+        """How far components go between samples that do not show it, shape (2n,).
+
+        Behind the last sample of a motion that ends in a singularity they go anywhere.
+        """
+        if run.failure is not None:
+            return np.zeros_like(self._moved[1])
         return between_samples(self._problem, run.states, self._moved[1])
