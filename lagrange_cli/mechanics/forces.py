@@ -21,7 +21,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.errors import InputError, InternalError, Mark, Problem
 from lagrange_cli.mechanics.calculus import Kinematics, derivative
 from lagrange_cli.mechanics.certificate import Evidence
 from lagrange_cli.mechanics.derivation import Derivation
@@ -39,6 +39,7 @@ from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.mechanics.tapes import Point, Tapes
 from lagrange_cli.scene.expression import Equation as Written
+from lagrange_cli.scene.model import Scene
 
 __all__ = ["constraint_forces"]
 
@@ -291,7 +292,7 @@ class _Check:
     """
 
     def __init__(self, derivation: Derivation, applied: Loads, evidence: Evidence) -> None:
-        self.applied = applied
+        self.applied, self.scene = applied, derivation.reduced.scene
         self.tolerance = mpf(10) ** (5 - evidence.certificate.digits)
         self.tapes = Tapes(derivation)
         self.restraints = Restraints(derivation, self.tapes)
@@ -326,7 +327,7 @@ class _Check:
             if len(self.seen) == _STATES:
                 return
         if not self.seen:
-            raise InternalError(Problem("the constraint forces have no value anywhere"))
+            raise _without_values(self.scene)
 
     def _looked_at(self, state: Point, compare: Callable[[Point], _Seen]) -> _Seen:
         """What a comparison gives, at a second look with digits at which rounding is nothing.
@@ -421,3 +422,17 @@ class _Check:
         if abs(difference) > max(self.tolerance * size, self._floor):
             self._rounding = abs(difference)
             raise InternalError(Problem("the constraint forces disagree with Newton's law"))
+
+
+def _without_values(scene: Scene) -> InputError:
+    """The refusal of constraint forces that are no numbers at any state that was tried."""
+    marks = [term.mark for term in (*scene.potentials, *scene.kinetic)]
+    marks += [force.mark for force in scene.forces]
+    return InputError(
+        Problem(
+            "the constraint forces are no finite real numbers at any state that was tried",
+            marks[0] if marks else Mark(scene.file, 1, 1),
+            hint="look for numbers whose powers or exponentials are beyond 1e308 or below 1e-308",
+            rule="no-forces",
+        )
+    )

@@ -11,6 +11,7 @@ import pytest
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli import loads
 from lagrange_cli.emit.registry import emitter
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
 from lagrange_cli.mechanics import certificate, derive, forces
@@ -341,3 +342,21 @@ def test_names_within_names_are_refused_beyond_what_can_be_walked(depth):
     with pytest.raises(InputError, match="nest too deeply") as caught:
         derive(read_text(f"{text}potentials: {{v: d{depth - 1}}}\n"))
     assert caught.value.problems[0].mark.line == 2
+
+
+def test_forces_without_a_value_anywhere_are_refused_at_their_term() -> None:
+    """A weight of exp(−1e20) is next to nothing, and doubles hold none of what follows."""
+    scene = """
+parameters: {g: 9.81}
+plane: xz
+particles: {upper: {mass: 1, position: [x1, y1, z1]}, lower: {mass: 1, position: [x2, y2, z2]}}
+coordinates: [a, b]
+definitions: {x1: sin(a), z1: -cos(a), x2: x1 + sin(b), z2: z1 - cos(b)}
+potentials: {weight: {gravity: "exp(-(g)^2/1e-18)"}}
+initial: {a: 1.5, b: 2.0}
+"""
+    with pytest.raises(InputError) as refusal:
+        loads(scene).derive(forces=True)
+    (problem,) = refusal.value.problems
+    assert "constraint forces" in problem.message
+    assert problem.mark is not None
