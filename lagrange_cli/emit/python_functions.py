@@ -116,6 +116,7 @@ _DOCS = {
     "gaps": "The gaps of all one-sided constraints, then the magnitudes behind them.",
     "gap_terms": "Gradients of the gaps, by rows; their rates; biases; restitutions.",
     "surfaces": "What is positive on this side of each switching surface.",
+    "landmarks": "What sharp functions are the exponentials of.",
     "continuous": "What jumps at switching surfaces only where an impulse acts.",
     "surface_values": "What vanishes on switching surfaces, then the magnitudes behind it.",
     "surface_rates": "First and second rates of what vanishes on surfaces, then the magnitudes.",

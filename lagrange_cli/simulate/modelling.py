@@ -270,7 +270,7 @@ def _code(equations: Equations) -> Code:
         lanes=lanes + guard_source(compiled, rates, DOUBLE, lanes),
         taylor="" if sided else taylor_source(programs),
         tables=tables_source(programs),
-        python=module_source(programs),
+        python=module_source(programs | _watched(equations)),
         work=workspace(compiled),
         factors=max(d.parameters for d in disturbed.values()) - len(equations.parameters),
         forces="" if forces is None else module_source({"outputs": forces}),

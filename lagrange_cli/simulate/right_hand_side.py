@@ -91,7 +91,8 @@ class RightHandSide:
     :class:`.contacts.ContactRhs`. ``forces`` gives constraint forces, in machine code alone,
     where they were derived. ``guarded``: the same with right-hand sides that do not exist beyond
     singular places of the coordinates, for the numbers of :func:`.guard.guards`. ``landmarks``:
-    exponents of sharp functions, which compiled integrators can watch.
+    exponents of sharp functions, which compiled integrators can watch, ``exponents`` the table of
+    them.
     """
 
     rhs: Rhs
@@ -110,6 +111,7 @@ class RightHandSide:
     forces: Knowing | None = None
     guarded: Callable[[Array], RightHandSide] | None = None
     landmarks: NativeLandmarks | None = None
+    exponents: Table = no_columns
 
 
 def right_hand_side(
@@ -253,6 +255,7 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
         multipliers=table("multipliers", len(model.multipliers)),
         constraints=table("constraints", model.residuals),
         outputs=table("outputs", len(model.outputs)),
+        exponents=table("landmarks", model.landmarks),
         implementation="compiled C",
         native=True,
         wider=lambda: _wider(model, drive, cache, deadline),
@@ -356,6 +359,7 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         multipliers=table("multipliers", len(model.multipliers)),
         constraints=table("constraints", model.residuals),
         outputs=table("outputs", len(model.outputs)),
+        exponents=table("landmarks", model.landmarks),
         implementation=f"interpreted Python: {reason}",
         drive=drive,
         guarded=guarded,

@@ -34,6 +34,7 @@ from lagrange_cli.simulate.starting import require_a_start
 from lagrange_cli.simulate.stream import Stream, picked, spooled, streamed
 from lagrange_cli.simulate.trajectory import Event, Trajectory
 from lagrange_cli.simulate.uniqueness import require_unique_start, steep
+from lagrange_cli.simulate.unseen import unseen_forces
 from lagrange_cli.simulate.watch import Watch
 
 if TYPE_CHECKING:
@@ -280,6 +281,7 @@ def _trajectory(
         forces=part.forces,
         events=_events(model, functions, measured),
         exempt=tuple(measured.exempt.tolist()),
+        remarks=unseen_forces(model, functions, problem, states) if promised else (),
         method=measured.method,
         implementation=_implementation(functions, measured),
         choice=measured.choice,

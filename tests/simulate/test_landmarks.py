@@ -15,6 +15,7 @@ from lagrange_cli.simulate.landmark_code import landmarks
 from lagrange_cli.simulate.modelling import driven, model_of
 from lagrange_cli.simulate.pilot import pilot
 from lagrange_cli.simulate.request import resolve
+from lagrange_cli.simulate.right_hand_side import interpreted
 from lagrange_cli.simulate.simulation import problem_of
 from lagrange_cli.simulate.watch import Watch
 
@@ -91,3 +92,22 @@ def test_exponents_are_those_of_sharp_functions_that_move() -> None:
     values = sorted(float(e.subs(at)) for e in found)
     powers = [-math.log(1.09), 40 * math.log(math.cos(0.3))]
     assert all(any(math.isclose(v, p) for v in values) for p in powers)
+
+
+def test_where_nothing_watches_a_remark_tells_it() -> None:
+    sharp = SCENE.format(width=1e-5, force="exp(-((t - c)/w)^2)")
+    smooth = SCENE.format(width=1.0, force="exp(-((t - c)/w)^2)")
+    for text, told in ((sharp, True), (smooth, False)):
+        model = model_of(loads(text).derive().equations)
+        found = simulate(model, functions=interpreted(model, "as the test asks"))
+        assert any("less than a step" in remark for remark in found.remarks) is told
+        watched = simulate(model, functions=compiled_or_skip(model))
+        assert not watched.remarks
+
+
+def test_beside_contacts_a_remark_tells_it() -> None:
+    text = SCENE.format(width=1e-5, force="exp(-((t - c)/w)^2)")
+    text = text.replace("initial", "constraints: {wall: x <= 5}\ninitial")
+    model = model_of(loads(text).derive().equations)
+    found = simulate(model, functions=compiled_or_skip(model))
+    assert any("beside contacts" in remark for remark in found.remarks)
