@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import stat
+import threading
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from typing import BinaryIO
@@ -157,15 +158,25 @@ def _finish(made: Temporary, target: str) -> None:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Let signals wait, so that files that belong together take their places together."""
-    if not hasattr(signal, "pthread_sigmask"):
+    """Let signals wait, so that files that belong together take their places together.
+
+    Handlers stand in for a mask, which other threads of the process do not have.
+    """
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+    waiting: dict[int, None] = {}
+    before = {number: signal.getsignal(number) for number in _ENDING}
+    heard = {n: handler for n, handler in before.items() if handler not in (signal.SIG_IGN, None)}
+    for number in heard:
+        signal.signal(number, lambda given, _: waiting.setdefault(given))
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        for number, handler in heard.items():
+            signal.signal(number, handler)
+        for number in waiting:
+            signal.raise_signal(number)
 
 
 def _admit(target: str) -> None:

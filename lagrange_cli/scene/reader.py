@@ -8,6 +8,7 @@ particles and points, so these come first. Suggestions for unknown sections deri
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 from collections.abc import Callable
 from collections.abc import Mapping as AbstractMapping
@@ -101,7 +102,7 @@ def read_file(
         With every problem found, each with its place.
     """
     data = read_bytes(path)
-    file = "<stdin>" if path == "-" else path
+    file = "<stdin>" if path == "-" else os.fspath(path)
     return read_text(data, file, parameters=parameters, initial=initial)
 
 

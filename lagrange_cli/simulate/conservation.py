@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -50,7 +50,7 @@ def first_contradiction(
     accuracy: float,
     scales: Array,
     kinetic: float,
-    exact: Exact | None = None,
+    in_digits: Callable[[], Exact | None] = lambda: None,
 ) -> int | None:
     """Number of the first sample whose energy the accuracy cannot explain.
 
@@ -64,13 +64,15 @@ def first_contradiction(
         Each component of a state is promised to ``accuracy·scales``, shape (2n,).
     kinetic
         The largest of the part of the energy that depends on velocities.
-    exact
-        The same function in more digits; None where it is not to be had.
+    in_digits
+        Makes the same function in more digits, None where it is not to be had; called where doubles
+        convict.
     """
     first = float(energy(t[:1], states[:1])[0, 0])
     largest = [np.abs(energy(*part)).max() for part in windows(t, states)]
     size = max(float(np.max(largest)), kinetic)
     moves = accuracy * scales
+    exact = cache(in_digits)
     # The start is given: nothing but its last place is open there.
     start = _allowance(energy, t[0], states[0], np.spacing(np.abs(states[0])))
 
@@ -80,10 +82,8 @@ def first_contradiction(
         for times, part in windows(t, states):
             change = np.abs(energy(times, part)[:, 0] - first) - ROUNDING * size
             convicts = partial(_contradicts, energy, times, part, change, moves, start)
-            if exact is not None:
-                other = partial(_contradicts_exactly, exact, times, part, moves, (t[0], states[0]))
-                convicts = partial(_both, convicts, other)
-            yield begin, change, convicts
+            other = partial(_contradicts_exactly, exact, times, part, moves, (t[0], states[0]))
+            yield begin, change, partial(_both, convicts, other)
             begin += len(part)
 
     if not any(
@@ -115,11 +115,19 @@ def _both(one: Callable[[int], bool], other: Callable[[int], bool], k: int) -> b
 
 
 def _contradicts_exactly(
-    energy: Exact, t: Array, states: Array, moves: Array, start: tuple[float, Array], k: int
+    in_digits: Callable[[], Exact | None],
+    t: Array,
+    states: Array,
+    moves: Array,
+    start: tuple[float, Array],
+    k: int,
 ) -> bool:
     """The same with energies in more digits: what doubles lose in a difference of large terms,
-    or below the smallest of them, proves nothing.
+    or below the smallest of them, proves nothing. True where there are no more digits.
     """
+    energy = in_digits()
+    if energy is None:
+        return True
     begun, first = start
     change = energy(float(t[k]), states[k], None) - energy(begun, first, None)
     allowed = _largest_change(energy, float(t[k]), states[k], moves)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from mpmath import mp, mpf
 
 from lagrange_cli.simulate.accuracy import Disproof, Measured
 from lagrange_cli.simulate.along import Along, first_penetration
@@ -78,7 +78,7 @@ def _contradicted(
         accuracy,
         measured.scales,
         kinetic,
-        _in_digits(model, seen),
+        lambda: _in_digits(model, seen),
     )
 
 
@@ -86,9 +86,12 @@ def _in_digits(model: Model, seen: Along) -> Exact | None:
     """The energy in :data:`DIGITS` digits, less what impacts took; None where it is not known."""
     if model.recordings:
         return None
+    # Imported where a conviction is looked at again: most runs need none of it.
+    from mpmath import mp, mpf
+
     energy, parameters = in_digits(model.code.python, "energy"), given(model)
 
-    def exact(t: float, y: Array, moved: Array | None) -> mpf:
+    def exact(t: float, y: Array, moved: Array | None) -> Any:
         with mp.workdps(DIGITS):
             beside = np.zeros(len(y)) if moved is None else moved
             state = [mpf(a) + mpf(b) for a, b in zip(y.tolist(), beside.tolist(), strict=True)]

@@ -14,7 +14,6 @@ from types import CodeType, SimpleNamespace
 from typing import Any
 
 import numpy as np
-from mpmath import mp
 
 from lagrange_cli.simulate.integrators.base import UnfitError
 from lagrange_cli.simulate.integrators.expressions import Tracing
@@ -81,6 +80,8 @@ def in_digits(code: str, name: str) -> Callable[[Any, Sequence[Any], Sequence[An
         At a call: the function needs more than numbers.
     """
     namespace = functions_of(code)
+    from mpmath import mp
+
     namespace |= {word: getattr(mp, word) for word in _MATH}
     namespace |= {"np": _NUMPY, "float": lambda x: x}
 

@@ -102,5 +102,7 @@ def test_a_wrong_run_is_still_convicted():
     def exact(time, y, moved):
         return float(((y if moved is None else y + moved) ** 2).sum() / 2)
 
-    found = conservation.first_contradiction(energy, t, states, 1e-6, np.ones(2), 0.5, exact)
+    found = conservation.first_contradiction(
+        energy, t, states, 1e-6, np.ones(2), 0.5, lambda: exact
+    )
     assert found is not None

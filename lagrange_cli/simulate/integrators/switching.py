@@ -303,6 +303,11 @@ class Switching(Integrator):
             self._dip(gaps, event, self.t, self.y, speed=speed)
         self._fastest[event] = max(speed, fastest)
 
+    def _has_just_opened(self, contact: int, t: float, depth: float, bend: float) -> bool:
+        """Whether a gap is so small only since the contact opened, at the start of the piece."""
+        opened = self._piece["signs"][contact] == RISES
+        return bool(opened and (t - self._piece["from"][0]) ** 2 * bend <= 2 * depth)
+
     def _dip(
         self, gaps: Gaps, contact: int, t: float, y: Array, least: float = 0.0, speed: float = 0.0
     ) -> None:
@@ -313,8 +318,10 @@ class Switching(Integrator):
         bend = float(gradient @ slope[len(y) // 2 :] + gaps.biases[contact])
         if speed:
             least = -(speed**2) / (2 * bend) if bend > 0 else -np.inf
+        size = float(gaps.sizes[contact])
+        if not speed and self._has_just_opened(contact, t, abs(least) + TOUCHING * size, bend):
+            return
         if abs(least) < self._piece["reach"][contact]:
-            size = float(gaps.sizes[contact])
             dip = Dip(t, contact, float(least), bend, size, gradient, y, self._closed)
             self.grazes.append(dip)
 
