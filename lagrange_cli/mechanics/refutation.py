@@ -65,10 +65,14 @@ def jumps(expression: sp.Expr) -> bool:
     for surface, symbol in _surfaces(terms):
         there = _on(surface, symbol, sorted(_symbols(terms), key=_key))
         beside = ({**s, symbol: s[symbol] + d} for s in there for d in (_APART, -_APART))
-        seen = list(values_at(terms, beside))
-        for one, other in zip(seen[::2], seen[1::2], strict=False):
-            size = sum(map(abs, (*one, *other)))
-            if abs(sum(one) - sum(other)) > mpf(10) ** -_JUMP * size:
+        seen = list(_seen(terms, beside, _DIGITS))
+        for (one_state, one), (other_state, other) in zip(seen[::2], seen[1::2], strict=False):
+            size, step = sum(map(abs, (*one, *other))), sum(one) - sum(other)
+            if abs(step) <= mpf(10) ** -_JUMP * size:
+                continue
+            # Terms that cancel within a function are rounding, which more digits do not repeat.
+            closer = [v for _, v in _seen(terms, [one_state, other_state], _DIGITS + _MORE)]
+            if len(closer) == 2 and abs(sum(closer[0]) - sum(closer[1]) - step) <= abs(step) / 2:
                 return True
     return False
 
