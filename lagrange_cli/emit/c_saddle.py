@@ -58,10 +58,12 @@ static int @NAME@_is_uneven(int n, int s, const @REAL@ *a, @REAL@ *c)
         if (own > @SMALL@ && !(row[k] > @UNEVEN@*own)) {
             return 1;
         }
-        for (i = k + 1; i < n; ++i) {
-            if (!(own > @SMALL@) && row[i] != @ZERO@) {
+        for (i = 0; i < n; ++i) {
+            if (!(own > @SMALL@) && i != k && a[i*s + k] != @ZERO@) {
                 return 1;
             }
+        }
+        for (i = k + 1; i < n; ++i) {
             for (j = i; j < n && row[i] != @ZERO@; ++j) {
                 c[i*n + j] -= row[i]/row[k]*row[j];
             }

@@ -56,7 +56,7 @@ def _is_uneven(m):
     c = m.copy()
     for k, own in enumerate(m.diagonal()):
         rest = c[k, k + 1 :]
-        if not (c[k, k] > @UNEVEN@ * own if own > @SMALL@ else not rest.any()):
+        if not (c[k, k] > @UNEVEN@ * own if own > @SMALL@ else not np.delete(m[k], k).any()):
             return True
         if rest.any():
             c[k + 1 :, k + 1 :] -= np.outer(rest / c[k, k], rest)

@@ -11,7 +11,7 @@ import mpmath
 import numpy as np
 import pytest
 from compiling import compiled_or_skip
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mpmath import mpf
 from scipy.integrate import solve_ivp
@@ -84,6 +84,7 @@ def models():
     st.lists(st.floats(0, 320), min_size=3, max_size=3),
     st.lists(st.floats(-1, 1), min_size=6, max_size=6),
 )
+@example(places=[1, 2, 3, 0], depths=[0, 0, 28], numbers=[0, 0, 0.875, 0.46875, 0, 0])
 def test_accelerations_near_the_zeros_of_components(models, places, depths, numbers) -> None:
     """To two hundred units of rounding, from 1 to 1e-320 away from each of the axes."""
     q = np.zeros(4)
