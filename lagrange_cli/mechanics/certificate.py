@@ -20,6 +20,7 @@ leave open is proven elsewhere (:mod:`proofs`).
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
@@ -51,8 +52,8 @@ _ONE: Series = (mpf(1), _ZERO, _ZERO)
 #: Draws, each closer to the initial configuration, before the scene is called singular there.
 _DRAWS = 60
 
-#: Below this part of L a number is looked at again with more digits.
-_SMALL = mpf(10) ** -8
+#: What is not zero is the same number, to this part of it, with so many more digits.
+_AGREEMENT = mpf(10) ** -3
 _MORE_DIGITS = 30
 
 #: Digits at which a mismatch is looked at again: two numbers that doubles hold, with their squares,
@@ -119,10 +120,7 @@ class _State:
 
     mismatch: mpf
     mass: list[dict[int, float]]
-    cyclic: list[bool]
-    forced: list[bool]
-    conserved: bool
-    is_sum: bool
+    vanishes: list[bool]
     residuals: list[tuple[mpf, mpf]]
     gradients: list[dict[int, float]]
     beyond: tuple[int, mpf] | None
@@ -156,14 +154,16 @@ def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
         tolerance = mpf(10) ** (5 - digits)
         states: list[Point] = []
         seen: list[_State] = []
+        known = [False] * (2 * tapes.n + 2)
         for point in _points(derivation, restraints, points):
             announce(f"certifying the equations at state {len(seen) + 1} of {points}")
             try:
                 thorough = len(seen) < _THOROUGH
-                state = _look(tapes, restraints, point, thorough=thorough)
+                state = _look(tapes, restraints, point, known, thorough=thorough)
                 if state.mismatch > tolerance:
-                    state = _looked_at_closely(tapes, restraints, point, thorough=thorough)
+                    state = _looked_at_closely(tapes, restraints, point, known, thorough=thorough)
                 seen.append(state)
+                known = [k or not zero for k, zero in zip(known, state.vanishes, strict=True)]
                 states.append(point)
             except (DomainError, ZeroDivisionError, OverflowError):
                 continue
@@ -182,9 +182,10 @@ def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
     certificate = Certificate(points, digits, double(worst))
 
     def close_residuals() -> Sequence[tuple[mpf, mpf]]:
-        return _looked_at_closely(tapes, restraints, states[0], thorough=False).residuals
+        return _looked_at_closely(tapes, restraints, states[0], known, thorough=False).residuals
 
-    return _evidence(derivation.pushing, certificate, states, seen, close_residuals)
+    vanishes = [not k for k in known]
+    return _evidence(derivation.pushing, certificate, states, seen, vanishes, close_residuals)
 
 
 def _evidence(
@@ -192,16 +193,17 @@ def _evidence(
     certificate: Certificate,
     states: Sequence[Point],
     seen: Sequence[_State],
+    vanishes: Sequence[bool],
     close_residuals: Callable[[], Sequence[tuple[mpf, mpf]]],
 ) -> Evidence:
-    n = range(len(seen[0].cyclic)) if seen else range(0)
+    n = len(vanishes) // 2 - 1
     acted_on = {j for closure in closures for j in closure.held}
     return Evidence(
         certificate,
-        tuple(all(s.cyclic[j] for s in seen) and j not in acted_on for j in n),
-        tuple(any(s.forced[j] for s in seen) for j in n),
-        all(s.conserved for s in seen) and all(c.rate == 0 for c in closures),
-        all(s.is_sum for s in seen),
+        tuple(vanishes[j] and j not in acted_on for j in range(n)),
+        tuple(not zero for zero in vanishes[n : 2 * n]),
+        vanishes[2 * n] and all(c.rate == 0 for c in closures),
+        vanishes[2 * n + 1],
         tuple(s.mass for s in seen),
         tuple(states),
         tuple(seen[0].residuals) if seen else (),
@@ -283,11 +285,18 @@ def _points(
 
 
 def _look(
-    tapes: Tapes, restraints: Restraints, point: Point, thorough: bool, least: mpf = _ZERO
+    tapes: Tapes,
+    restraints: Restraints,
+    point: Point,
+    known: Sequence[bool],
+    *,
+    thorough: bool,
+    least: mpf = _ZERO,
 ) -> _State:
     """Everything that one state shows; what is reported is compared where ``thorough``.
 
-    Numbers that agree but for ``least`` are the same.
+    Numbers that agree but for ``least`` are the same; ``known`` are delicate ones that do not
+    vanish at an earlier state.
     """
     n = tapes.n
     mass, forcing = tapes.derived_parts(point)
@@ -314,14 +323,11 @@ def _look(
         mismatch = max(
             mismatch, restraints.newton_mismatch(seen, mass, forcing, [s for _, s in newton])
         )
-    vanishes = _vanishing(tapes, seen, thorough)
+    vanishes = _vanishing(tapes, seen, known)
     return _State(
         mismatch,
         _doubles(mass),
-        vanishes[:n],
-        [not zero for zero in vanishes[n : 2 * n]],
-        vanishes[2 * n],
-        vanishes[2 * n + 1],
+        vanishes,
         residuals,
         _doubles(restraints.gradients(point)),
         _beyond(mass),
@@ -329,7 +335,7 @@ def _look(
 
 
 def _looked_at_closely(
-    tapes: Tapes, restraints: Restraints, point: Point, thorough: bool
+    tapes: Tapes, restraints: Restraints, point: Point, known: Sequence[bool], *, thorough: bool
 ) -> _State:
     """The same with so many digits that rounding alone makes no mismatch.
 
@@ -338,7 +344,8 @@ def _looked_at_closely(
     altogether is nothing but rounding, which has no digits to agree in.
     """
     with mpmath.workdps(_CLOSE_DIGITS):
-        return _look(tapes, restraints, point, thorough, mpf(10) ** -_CLOSE_NOTHING)
+        least = mpf(10) ** -_CLOSE_NOTHING
+        return _look(tapes, restraints, point, known, thorough=thorough, least=least)
 
 
 def _beyond(rows: Sequence[Row]) -> tuple[int, mpf] | None:
@@ -354,18 +361,19 @@ def _doubles(rows: Sequence[Row]) -> list[dict[int, float]]:
     return [{j: double(x) for j, x in row.items()} for row in rows]
 
 
-def _vanishing(tapes: Tapes, seen: Observation, thorough: bool) -> list[bool]:
-    """Which of the delicate numbers are zero, or small beside L where not ``thorough``.
+def _vanishing(tapes: Tapes, seen: Observation, known: Sequence[bool]) -> list[bool]:
+    """Which of the delicate numbers are zero, or nothing but rounding.
 
-    A number that is small beside L may be a weak force. With more digits the
-    rounding error of a zero shrinks, and a small number stays. What is zero must
-    be so at every state, so that it is enough to look closely at some.
+    With more digits the rounding error of a zero shrinks, and any other number stays. Numbers
+    known not to vanish are not looked at.
     """
     first = tapes.delicate(seen)
-    size = sum((abs(x) for x in seen.values[3:]), _ZERO)
-    small = [abs(x) < _SMALL * size for x in first]
-    if not thorough or not any(x and below for x, below in zip(first, small, strict=True)):
-        return [x == 0 or (not thorough and s) for x, s in zip(first, small, strict=True)]
+    zero = [x == 0 and not k for x, k in zip(first, known, strict=True)]
+    if all(map(operator.or_, zero, known)):
+        return zero
     with mpmath.workdps(mpmath.mp.dps + _MORE_DIGITS):
         second = tapes.delicate(tapes.observe(seen.point))
-    return [x == 0 or abs(y) <= mpf(10) ** -15 * abs(x) for x, y in zip(first, second, strict=True)]
+    return [
+        z or (not k and abs(y - x) > _AGREEMENT * abs(x))
+        for z, k, x, y in zip(zero, known, first, second, strict=True)
+    ]
