@@ -48,8 +48,8 @@ class Restraints:
             for e in (*held.values(), c.rate, c.bias)
         ]
         self._parts = Tape(parts, tapes.moving)
-        #: The point looked at last, and what was found there.
-        self._latest: tuple[Point, list[_Derived]] | None = None
+        #: The point looked at last, the bits carried, and what was found there.
+        self._latest: tuple[Point, int, list[_Derived]] | None = None
         expressions = [c.expression for c in self.closures]
         self._expressions = Tape(expressions, tapes.moving)
 
@@ -66,15 +66,16 @@ class Restraints:
 
     def _derived(self, point: Point) -> list[_Derived]:
         """Gradient (the entries that are not zero), rate and bias of each closure, as derived."""
-        if self._latest is None or self._latest[0] is not point:
+        bits = mpmath.mp.prec
+        if self._latest is None or self._latest[0] is not point or self._latest[1] != bits:
             inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
             pending = iter(self._parts.run(inputs, 0).values)
             found = [
                 ({j: next(pending) for j in held}, next(pending), next(pending))
                 for held in self._held
             ]
-            self._latest = point, found
-        return self._latest[1]
+            self._latest = point, bits, found
+        return self._latest[2]
 
     def forces(self, point: Point) -> list[list[mpf]]:
         """For each coordinate λ·gradient of each closure and gap that holds it."""

@@ -11,7 +11,7 @@ import sympy as sp
 from mechanics_support import DOUBLE_PENDULUM, derived
 
 from lagrange_cli import loads
-from lagrange_cli.errors import InternalError
+from lagrange_cli.errors import InputError, InternalError
 from lagrange_cli.mechanics import derive, derive_uncertified, reduce
 from lagrange_cli.mechanics.certificate import certify, certify_shown
 from lagrange_cli.mechanics.derivation import Derivation
@@ -217,3 +217,31 @@ def test_a_force_whose_terms_cancel_altogether_is_certified():
     equations = loads(f'{scene}forces: {{f: {{on: x, force: "{force}"}}}}\n').derive().equations
     assert equations.certificate.mismatch < 1e-25
     assert "energy" in {c.name for c in equations.conserved}
+
+
+def test_closures_are_looked_at_with_more_digits_too() -> None:
+    """A support at 1e46 turns a second leaves few of fifty digits; a root hides |y - 3|."""
+    fast = loads(
+        """
+        name: fast_support
+        parameters: {l: 1, A: 0.02, Omega: 200}
+        points: {support: [0, A*cos((Omega + 1)^20*t), 0]}
+        particles: {bob: {mass: 1, position: [x, y, 0]}}
+        constraints: {rod: {distance: [support, bob], equals: l}}
+        coordinates: [theta]
+        definitions: {x: l*sin(theta), y: A*cos(Omega*t) - l*cos(theta)}
+        initial: {theta: 1}
+        """
+    )
+    with pytest.raises(InputError, match="violate constraint 'rod'"):
+        fast.derive()
+    hidden = loads(
+        """
+        name: hidden_kink
+        coordinates: [x, y, z]
+        particles: {b: {mass: 1, position: [x, y, z]}}
+        constraints: {c: dot(x) = sqrt(y^2 - 6*y + 9)*dot(z) - (3 - y)*dot(z)}
+        initial: {x: 0, y: 1, z: 0, dot(y): 1, dot(z): 1}
+        """
+    )
+    assert hidden.derive().equations.certificate.mismatch < 1e-25
