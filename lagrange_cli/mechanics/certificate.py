@@ -364,14 +364,16 @@ def _doubles(rows: Sequence[Row]) -> list[dict[int, float]]:
 def _vanishing(tapes: Tapes, seen: Observation, known: Sequence[bool]) -> list[bool]:
     """Which of the delicate numbers are zero, or nothing but rounding.
 
-    With more digits the rounding error of a zero shrinks, and any other number stays. Numbers
-    known not to vanish are not looked at.
+    With more digits the rounding error of a zero shrinks, and any other number stays; they are so
+    many that nothing is lost beside the largest number on the way. Numbers known not to vanish are
+    not looked at.
     """
     first = tapes.delicate(seen)
     zero = [x == 0 and not k for x, k in zip(first, known, strict=True)]
     if all(map(operator.or_, zero, known)):
         return zero
-    with mpmath.workdps(mpmath.mp.dps + _MORE_DIGITS):
+    more = _MORE_DIGITS + min(max(0, seen.magnitude), _CLOSE_DIGITS)
+    with mpmath.workdps(mpmath.mp.dps + more):
         second = tapes.delicate(tapes.observe(seen.point))
     return [
         z or (not k and abs(y - x) > _AGREEMENT * abs(x))

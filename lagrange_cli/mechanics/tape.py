@@ -189,6 +189,10 @@ class Run:
         """Value of each output."""
         return [outward(self.nodes[i][0]) for i in self.tape.outputs]
 
+    def magnitude(self) -> int:
+        """The decimal exponent of the largest value of a node; 0 where all are zero."""
+        return max((x[0].adjusted() for x in self.nodes if x[0]), default=0)
+
     def _forward(self, i: int, operation: str, a: Any, b: Any) -> Triple:
         nodes, order = self.nodes, self.order
         if operation == "mul":

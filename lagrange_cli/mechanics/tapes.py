@@ -22,13 +22,17 @@ Point = Mapping[sp.Symbol, mpf]
 
 @dataclass(frozen=True)
 class Observation:
-    """A state: series along the motion, Q, values of L, T, V and L's terms, gradient of L."""
+    """A state: series along the motion, Q, values of L, T, V and L's terms, gradient of L.
+
+    ``magnitude`` is the decimal exponent of the largest number met on the way to L.
+    """
 
     point: Point
     series: Mapping[sp.Symbol, Series]
     forces: list[mpf]
     values: list[mpf]
     gradient: list[Series]
+    magnitude: int
 
 
 class Tapes:
@@ -232,9 +236,8 @@ class Tapes:
         """Series, Q and the gradient of L at a state."""
         series = self.series(point)
         run = self.lagrangian.run([series[s] for s in self.moving], 1)
-        return Observation(
-            point, series, self.generalized_forces(series), run.values, run.gradient({0: _ONE})
-        )
+        forces, gradient = self.generalized_forces(series), run.gradient({0: _ONE})
+        return Observation(point, series, forces, run.values, gradient, run.magnitude())
 
     def slopes(self, seen: Observation) -> list[Series]:
         """∂L/∂q."""

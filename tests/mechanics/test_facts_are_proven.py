@@ -183,3 +183,14 @@ def test_refutations_reach_far_and_narrow_places() -> None:
     assert not is_nonzero(sp.Max(0, X) + sp.Min(0, X) - X)
     assert jumps(Y + sp.sign(X - 3) / 10**60)
     assert not jumps(Y + sp.Max(0, X - 3))
+
+
+def test_rounding_denies_nothing() -> None:
+    """cosh(u)^2 - sinh(u)^2 = 1, of numbers beyond the fifty digits of certificates."""
+    equations = derived(
+        "coordinates: [x]\nparticles: {b: {mass: 1, position: [x, 0, 0]}}\n"
+        "potentials: {v: 3*(cosh(x - 100)^2 - sinh(x - 100)^2)}\n"
+        "initial: {x: 0.3, dot(x): 0.5}\n"
+    )
+    assert {c.name for c in equations.conserved} == {"p_x", "energy"}
+    assert equations.cyclic == ("x",)
