@@ -13,15 +13,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Rhs
-from lagrange_cli.simulate.integrators.events import NativeEvents
+from lagrange_cli.simulate.integrators.c_types import DOUBLE, RHS, projection_type
+from lagrange_cli.simulate.integrators.event_functions import NativeEvents
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing
-from lagrange_cli.simulate.integrators.native import (
-    DOUBLE,
-    RHS,
-    Driving,
-    NativeRhs,
-    projection_type,
-)
+from lagrange_cli.simulate.integrators.native import Driving, NativeRhs
 from lagrange_cli.simulate.integrators.pieces import Pieces, with_projection
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.parameters import SIDES

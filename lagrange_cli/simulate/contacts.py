@@ -8,8 +8,8 @@ import numpy as np
 
 from lagrange_cli.simulate.contact_parts import ContactParts
 from lagrange_cli.simulate.integrators.base import Array, Rhs, projection
+from lagrange_cli.simulate.integrators.event_functions import Falling
 from lagrange_cli.simulate.integrators.expressions import Expressions
-from lagrange_cli.simulate.integrators.falling import Falling
 from lagrange_cli.simulate.integrators.sides import Surfaces
 from lagrange_cli.simulate.integrators.switched import Flags, Gaps, SwitchedRhs
 from lagrange_cli.simulate.surfaces import with_surfaces

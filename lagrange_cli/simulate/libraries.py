@@ -15,16 +15,15 @@ from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.driving import Drive
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.integrators.expressions import Tracing
-from lagrange_cli.simulate.integrators.landmarks import NativeLandmarks
-from lagrange_cli.simulate.integrators.native import (
+from lagrange_cli.simulate.integrators.c_types import (
     DOUBLE,
-    Driving,
     NativeReal,
-    NativeRhs,
     function_type,
     projection_type,
 )
+from lagrange_cli.simulate.integrators.expressions import Tracing
+from lagrange_cli.simulate.integrators.landmarks import NativeLandmarks
+from lagrange_cli.simulate.integrators.native import Driving, NativeRhs
 from lagrange_cli.simulate.integrators.pieces import Pieces
 from lagrange_cli.simulate.library import Source, load
 from lagrange_cli.simulate.model import Model

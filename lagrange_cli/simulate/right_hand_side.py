@@ -18,11 +18,8 @@ from lagrange_cli.simulate.contacts import ContactRhs
 from lagrange_cli.simulate.driving import Drive, drive_of
 from lagrange_cli.simulate.guard import beside_places
 from lagrange_cli.simulate.integrators.base import Array, Rhs, Shift
+from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.integrators.landmarks import NativeLandmarks
-from lagrange_cli.simulate.integrators.native import (
-    DOUBLE,
-    EXTENDED,
-)
 from lagrange_cli.simulate.integrators.pieces import with_projection
 from lagrange_cli.simulate.libraries import Libraries, pieces_of
 from lagrange_cli.simulate.model import Model

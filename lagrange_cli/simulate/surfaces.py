@@ -14,9 +14,8 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Rhs
-from lagrange_cli.simulate.integrators.events import NativeEvents
-from lagrange_cli.simulate.integrators.falling import Falling
-from lagrange_cli.simulate.integrators.native import RHS
+from lagrange_cli.simulate.integrators.c_types import RHS
+from lagrange_cli.simulate.integrators.event_functions import Falling, NativeEvents
 from lagrange_cli.simulate.integrators.pieces import Pieces, with_projection
 from lagrange_cli.simulate.integrators.sides import Rates, Sides, Surfaces
 from lagrange_cli.simulate.libraries import Libraries

@@ -8,8 +8,9 @@ from compiling import skip_without_compiler
 from lagrange_cli.cache import open_cache
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
-from lagrange_cli.simulate.integrators.events import NativeEvents
-from lagrange_cli.simulate.integrators.native import LANES, RHS, NativeRhs
+from lagrange_cli.simulate.integrators.c_types import LANES, RHS
+from lagrange_cli.simulate.integrators.event_functions import NativeEvents
+from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.library import Source, load
 
 #: Bodies of f(t, y, p) → out, by name.

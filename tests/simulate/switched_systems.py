@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Rhs
-from lagrange_cli.simulate.integrators.falling import Falling
+from lagrange_cli.simulate.integrators.event_functions import Falling
 from lagrange_cli.simulate.integrators.switched import Flags, Gaps, SwitchedRhs
 
 G = 9.81

@@ -17,7 +17,7 @@ from lagrange_cli.simulate import checkpoint, rows, simulate
 from lagrange_cli.simulate.charts import simulate_past_charts
 from lagrange_cli.simulate.checkpoint import Checkpoint
 from lagrange_cli.simulate.integrators import INTEGRATORS
-from lagrange_cli.simulate.integrators.native import DOUBLE, EXTENDED
+from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.modelling import model_of
 from lagrange_cli.simulate.stream import Stream
 

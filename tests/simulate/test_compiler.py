@@ -19,7 +19,7 @@ from lagrange_cli import loads
 from lagrange_cli.cache import Cache, open_cache
 from lagrange_cli.simulate import compiler, simulate
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
-from lagrange_cli.simulate.integrators.native import DOUBLE, EXTENDED
+from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.integrators.taylor import Taylor
 from lagrange_cli.simulate.library import Source
 from lagrange_cli.simulate.model import Model

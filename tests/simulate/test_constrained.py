@@ -14,8 +14,8 @@ from scipy.special import ellipj
 
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
 from lagrange_cli.simulate.integrators.base import UNMET, ConstrainedRhs
+from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.integrators.compiled import COMPILED
-from lagrange_cli.simulate.integrators.native import DOUBLE, EXTENDED
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.run import Run
 

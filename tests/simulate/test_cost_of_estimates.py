@@ -13,7 +13,7 @@ from lagrange_cli.simulate import accuracy
 from lagrange_cli.simulate.attempt import Attempt
 from lagrange_cli.simulate.charts import simulate_past_charts
 from lagrange_cli.simulate.checkpoint import Checkpoint
-from lagrange_cli.simulate.integrators.native import DOUBLE, EXTENDED
+from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.modelling import model_of
 from lagrange_cli.simulate.pilot import pilot
 from lagrange_cli.simulate.simulation import simulate

@@ -13,8 +13,8 @@ from switched_systems import ball
 
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
 from lagrange_cli.simulate.integrators.base import ConstrainedRhs
+from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.integrators.compiled import COMPILED
-from lagrange_cli.simulate.integrators.native import DOUBLE, EXTENDED
 from lagrange_cli.simulate.integrators.pieces import Pieces, PiecewiseRhs
 from lagrange_cli.simulate.packing import DamagedError, pack, unpack
 

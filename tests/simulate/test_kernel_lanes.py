@@ -16,7 +16,7 @@ from native_systems import compiled
 from lagrange_cli.api import loads
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
-from lagrange_cli.simulate.integrators.native import LANES
+from lagrange_cli.simulate.integrators.c_types import LANES
 from lagrange_cli.simulate.library import Source
 from lagrange_cli.simulate.modelling import model_of
 

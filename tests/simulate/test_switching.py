@@ -12,7 +12,8 @@ from switched_systems import G, OneContact, ball, on_sphere
 
 from lagrange_cli.simulate.agreement import agreement, end_of_bounces
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
-from lagrange_cli.simulate.integrators.falling import RISES, Falling, Search
+from lagrange_cli.simulate.integrators.event_functions import RISES, Falling
+from lagrange_cli.simulate.integrators.falling import Search
 from lagrange_cli.simulate.integrators.switched import Stuck, Switch
 from lagrange_cli.simulate.integrators.switching import ENDLESS, UNDETERMINED, Switching
 

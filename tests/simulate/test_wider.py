@@ -17,7 +17,7 @@ from lagrange_cli.cache import open_cache
 from lagrange_cli.simulate import kernels, right_hand_side
 from lagrange_cli.simulate.disturbance import rounding_factors
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
-from lagrange_cli.simulate.integrators.native import DOUBLE, EXTENDED
+from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.modelling import model_of
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.run import Run

@@ -56,14 +56,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from lagrange_cli.simulate.integrators.events import Event
-    from lagrange_cli.simulate.integrators.falling import Falling, Search
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.event_functions import Event, Falling
+from lagrange_cli.simulate.integrators.falling import Search
 
 __all__ = [
     "UNMET",
@@ -82,7 +81,6 @@ __all__ = [
     "projection",
 ]
 
-Array: TypeAlias = NDArray[np.float64]
 Rhs: TypeAlias = Callable[[float, Array], Array]
 
 #: The state of a run: numbers, texts, arrays, None, and sequences and mappings of these by names.
@@ -155,7 +153,7 @@ class Control:
     autonomous: bool = False
 
 
-#: Of event functions: their signs, noise and reach (:mod:`.falling`).
+#: Of event functions: their signs, noise and reach (:mod:`.event_functions`).
 Begun: TypeAlias = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 
 
@@ -228,8 +226,6 @@ class Integrator(ABC):
 
     def stop_at(self, falling: Falling) -> None:
         """End the run where one of the functions falls through zero."""
-        from lagrange_cli.simulate.integrators.falling import Search
-
         if not self.interpolates:
             raise ValueError(f"steps of {self.name} have no interpolant to find events on")
         self._search = Search(falling)

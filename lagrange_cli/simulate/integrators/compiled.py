@@ -23,12 +23,13 @@ from lagrange_cli.simulate.integrators.base import (
     State,
     StepError,
 )
-from lagrange_cli.simulate.integrators.events import Event, EventBuffer, NativeEvents
-from lagrange_cli.simulate.integrators.falling import Falling
+from lagrange_cli.simulate.integrators.c_types import NativeReal
+from lagrange_cli.simulate.integrators.event_functions import Event, Falling, NativeEvents
+from lagrange_cli.simulate.integrators.events import EventBuffer
 from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.implicit import Radau
 from lagrange_cli.simulate.integrators.landmarks import LandmarkBuffer
-from lagrange_cli.simulate.integrators.native import NativeReal, NativeRhs
+from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.rattle import Rattle, require_shift
 from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4
 from lagrange_cli.simulate.integrators.symplectic import DIVERGES, Gauss4, Gauss6, Verlet

@@ -26,8 +26,7 @@ from lagrange_cli.simulate.integrators.base import (
     State,
     StepError,
 )
-from lagrange_cli.simulate.integrators.events import Event
-from lagrange_cli.simulate.integrators.falling import RISES, Falling
+from lagrange_cli.simulate.integrators.event_functions import RISES, Event, Falling
 from lagrange_cli.simulate.integrators.sides import Sides, put, surfaces_of
 from lagrange_cli.simulate.integrators.switching import LOCATED, TOGETHER, Begin
 from lagrange_cli.simulate.integrators.ways import Slide, only, ways_on

@@ -3,65 +3,22 @@
 from __future__ import annotations
 
 import ctypes
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, Begun
-from lagrange_cli.simulate.integrators.native import NativeReal
+from lagrange_cli.simulate.integrators.base import Begun
+from lagrange_cli.simulate.integrators.c_types import NativeReal
+from lagrange_cli.simulate.integrators.event_functions import PARTS, Event, NativeEvents
 
-__all__ = ["PARTS", "Event", "EventBuffer", "NativeEvents"]
+__all__ = ["EventBuffer"]
 
 _LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
 
-#: Parts of a step, and events of one function in it at most (events.h and events.c).
-PARTS = 4
+#: Events of one function in a step at most (events.c).
 _MOST = 3 * PARTS
 
 #: Steps full of events for which there is room in one call.
 _STEPS = 64
-
-
-@dataclass(frozen=True)
-class Event:
-    """Event function ``index`` was zero at ``time``, in state ``state``."""
-
-    time: float
-    index: int
-    state: Array
-
-
-@dataclass(frozen=True)
-class NativeEvents:
-    """Event functions in C of the interface of a right-hand side.
-
-    Parameters
-    ----------
-    function
-        ``int g(t, y, u, p, work, out)`` of the :func:`.native.function_type` of the
-        run's numbers, which writes one value for each event.
-    directions
-        For each event: 1 where only a rising zero counts, −1 a falling one, 0 both.
-    terminal
-        For each event: whether the run ends there.
-    parameters, work
-        As of a :class:`.native.NativeRhs`.
-    signs, noise
-        Those that the functions have at first, 0 where that is to be seen; all are by default.
-        What is made of one that rises from zero (events.h) begins above its noise.
-    reach
-        Of each function: least values below it are told too; none are by default.
-    """
-
-    function: Any
-    directions: tuple[int, ...]
-    terminal: tuple[bool, ...]
-    parameters: Array
-    work: Array
-    signs: tuple[float, ...] = ()
-    noise: tuple[float, ...] = ()
-    reach: tuple[float, ...] = ()
 
 
 class _Events(ctypes.Structure):

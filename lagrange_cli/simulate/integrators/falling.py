@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.integrators.events import PARTS, Event, NativeEvents
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.event_functions import PARTS, RISES, Event, Falling
 
-__all__ = ["RISES", "Falling", "Search"]
+__all__ = ["Search"]
 
 #: A function whose least value is more than so many times what it changes by does not dip to zero.
 SHALLOW = 4.0
@@ -25,25 +25,6 @@ NEAR, FLAT = 2.0**-12, 4.0
 
 #: Part of an interval to which a least value is located: it is then known to rounding.
 SHARP = 1e-9
-
-#: The sign of a function that is zero at first, but for rounding, and then positive (events.h).
-RISES = 2.0
-
-
-@dataclass(frozen=True)
-class Falling:
-    """Functions g(t, y), of which a run ends where the first falls through zero.
-
-    ``values`` gives all of them; ``signs`` are those that they have at first (or
-    :data:`RISES`, and then what is made of it begins above its ``noise``); ``native`` are the
-    same functions for compiled integrators. Least values below their ``reach`` are told.
-    """
-
-    values: Callable[[float, Array], Array]
-    signs: tuple[float, ...]
-    noise: tuple[float, ...]
-    native: NativeEvents | None = None
-    reach: tuple[float, ...] = ()
 
 
 class Search:

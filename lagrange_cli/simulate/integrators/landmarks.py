@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import ctypes
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array
-
-if TYPE_CHECKING:
-    from lagrange_cli.simulate.integrators.native import NativeReal
+from lagrange_cli.simulate.integrators.c_types import NativeReal
 
 __all__ = ["LandmarkBuffer", "NativeLandmarks"]
 
@@ -28,7 +26,7 @@ class NativeLandmarks:
     Attributes
     ----------
     function, parameters, work
-        As of :class:`.events.NativeEvents`.
+        As of :class:`.event_functions.NativeEvents`.
     """
 
     function: Any

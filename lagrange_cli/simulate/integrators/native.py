@@ -5,13 +5,12 @@ from __future__ import annotations
 import copy
 import ctypes
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Projection, Shift
+from lagrange_cli.simulate.integrators.c_types import DOUBLE, NativeReal
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing
 from lagrange_cli.simulate.integrators.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.pieces import Pieces
@@ -20,56 +19,11 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.integrators.sides import Surfaces
 
 __all__ = [
-    "DOUBLE",
-    "EXTENDED",
-    "LANES",
-    "RHS",
     "Driving",
-    "NativeReal",
     "NativeRhs",
-    "function_type",
-    "projection_type",
 ]
 
 _POINTER = ctypes.c_void_p
-
-
-@dataclass(frozen=True)
-class NativeReal:
-    """A floating-point type of C, as NumPy and ctypes know it."""
-
-    dtype: type[np.floating[Any]]
-    ctype: Any
-
-    @property
-    def epsilon(self) -> float:
-        """The distance from 1 to the next number."""
-        return float(np.finfo(self.dtype).eps)
-
-
-DOUBLE = NativeReal(np.float64, ctypes.c_double)
-
-#: On x86 the extended format of IEEE 754; on some machines nothing but double.
-EXTENDED = NativeReal(np.longdouble, ctypes.c_longdouble)
-
-
-@cache
-def function_type(real: NativeReal) -> Any:
-    """int f(real t, const real *y, const real *u, const void *p, real *work, real *out)"""
-    return ctypes.CFUNCTYPE(ctypes.c_int, real.ctype, *[_POINTER] * 5)
-
-
-@cache
-def projection_type(real: NativeReal) -> Any:
-    """int f(real t, real *y, const real *u, const void *p, real *work)"""
-    return ctypes.CFUNCTYPE(ctypes.c_int, real.ctype, *[_POINTER] * 4)
-
-
-#: The same for doubles.
-RHS = function_type(DOUBLE)
-
-#: The same at eight states: t and every array with the state as last index.
-LANES = ctypes.CFUNCTYPE(ctypes.c_int, *[_POINTER] * 6)
 
 
 def _address(function: Any) -> int:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.integrators.native import DOUBLE, NativeReal
+from lagrange_cli.simulate.integrators.c_types import DOUBLE, NativeReal
 
 __all__ = ["Motions", "Samples", "SideBySide", "Steps", "digits_of"]
 

@@ -12,8 +12,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array, Rhs, UnfitError
+from lagrange_cli.simulate.integrators.event_functions import Falling
 from lagrange_cli.simulate.integrators.expressions import Expressions
-from lagrange_cli.simulate.integrators.falling import Falling
 
 __all__ = ["TOUCHING", "Dip", "Flags", "Gaps", "Kind", "Stuck", "Switch", "SwitchedRhs"]
 

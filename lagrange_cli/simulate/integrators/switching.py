@@ -26,7 +26,7 @@ from lagrange_cli.simulate.integrators.base import (
     StepError,
     projection,
 )
-from lagrange_cli.simulate.integrators.falling import RISES
+from lagrange_cli.simulate.integrators.event_functions import RISES
 from lagrange_cli.simulate.integrators.switched import (
     TOUCHING,
     Dip,

@@ -1,0 +1,13 @@
+"""Arrays of doubles: states, slopes, samples."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Array"]
+
+#: Floating-point numbers; shapes stand where arrays are passed.
+Array: TypeAlias = NDArray[np.float64]
