@@ -20,6 +20,7 @@ __all__ = [
     "LagrangeError",
     "Mark",
     "Problem",
+    "StoppedError",
     "escape_controls",
     "nearest",
     "placed",
@@ -83,6 +84,10 @@ class InternalError(LagrangeError):
     """The program is wrong, not its input (exit 3)."""
 
     exit_code = 3
+
+
+class StoppedError(Exception):
+    """The budget of seconds is spent, or the user has asked for an end."""
 
 
 def escape_controls(text: str) -> str:

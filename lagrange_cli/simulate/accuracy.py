@@ -23,7 +23,7 @@ from typing import Literal
 
 import numpy as np
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InputError, Problem, StoppedError
 from lagrange_cli.simulate.agreement import Agreement, Unclear
 from lagrange_cli.simulate.attempt import Attempt
 from lagrange_cli.simulate.checkpoint import Keeper
@@ -37,7 +37,7 @@ from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, s
 from lagrange_cli.simulate.rows import Rows, first_rows, windows
 from lagrange_cli.simulate.run import Failure
 from lagrange_cli.simulate.verdict import FLOOR_ULPS, Verdict
-from lagrange_cli.simulate.watch import StoppedError, Watch
+from lagrange_cli.simulate.watch import Watch
 
 __all__ = [
     "Disproof",

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from lagrange_cli.errors import StoppedError
 from lagrange_cli.simulate.accuracy import Measured, only_the_start, until, why
 from lagrange_cli.simulate.checkpoint import Keeper
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
@@ -16,7 +17,7 @@ from lagrange_cli.simulate.problem import InitialValueProblem, last_scales
 from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.run import Run
 from lagrange_cli.simulate.tracking import FIRST_STEP
-from lagrange_cli.simulate.watch import StoppedError, Watch
+from lagrange_cli.simulate.watch import Watch
 
 __all__ = ["control_of", "integrate_with_method", "measured_run"]
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lagrange_cli.errors import AccuracyError, Problem
+from lagrange_cli.errors import AccuracyError, Problem, StoppedError
 from lagrange_cli.simulate.agreement import agreement, end_of_bounces
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
 from lagrange_cli.simulate.integrators.base import Array, projection
@@ -24,7 +24,7 @@ from lagrange_cli.simulate.pilot import Pilot
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
 from lagrange_cli.simulate.run import Failure, Run
 from lagrange_cli.simulate.tracking import LEAST
-from lagrange_cli.simulate.watch import StoppedError, Watch
+from lagrange_cli.simulate.watch import Watch
 
 __all__ = ["Motion", "Reference", "errors", "motion_of", "no_time", "reference"]
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.cache import Cache, open_cache
+from lagrange_cli.errors import StoppedError
 from lagrange_cli.simulate.compiler import CompileError
 from lagrange_cli.simulate.contact_parts import ContactParts, InterpretedParts, NativeParts
 from lagrange_cli.simulate.contacts import ContactRhs
@@ -41,7 +42,6 @@ from lagrange_cli.simulate.tables import (
     no_columns,
 )
 from lagrange_cli.simulate.tracing import functions_of, tracing
-from lagrange_cli.simulate.watch import StoppedError
 
 __all__ = [
     "RightHandSide",

@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 
-from lagrange_cli.errors import AccuracyError, InputError
+from lagrange_cli.errors import AccuracyError, InputError, StoppedError
 from lagrange_cli.scene.dimensions import dimensions
 from lagrange_cli.simulate.charts import simulate_past_charts
 from lagrange_cli.simulate.integrators.base import Array
@@ -23,7 +23,7 @@ from lagrange_cli.simulate.right_hand_side import right_hand_side
 from lagrange_cli.simulate.simulation import problem_of
 from lagrange_cli.simulate.stress_points import StressPoint
 from lagrange_cli.simulate.trajectory import Event, Trajectory
-from lagrange_cli.simulate.watch import StoppedError, Watch
+from lagrange_cli.simulate.watch import Watch
 
 __all__ = ["Outcome", "StressRun", "StressTask", "run_point"]
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InputError, Problem, StoppedError
 from lagrange_cli.simulate.front import behind, cheapest, pareto
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.model import Model
@@ -36,7 +36,7 @@ from lagrange_cli.simulate.trade_runs import (
     at_the_end,
     ladder,
 )
-from lagrange_cli.simulate.watch import StoppedError, Watch
+from lagrange_cli.simulate.watch import Watch
 
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache

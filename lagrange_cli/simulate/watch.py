@@ -6,12 +6,13 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from lagrange_cli.errors import StoppedError
 from lagrange_cli.stages import announce, is_heard
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.checkpoint import Keeper
 
-__all__ = ["StoppedError", "Watch"]
+__all__ = ["Watch"]
 
 #: Seconds between two announcements of the time reached.
 GLANCE = 0.2
@@ -19,10 +20,6 @@ GLANCE = 0.2
 #: Part of the remaining bar that a pass over the samples takes; the rest is
 #: for passes that may follow.
 PASS = 0.9
-
-
-class StoppedError(Exception):
-    """The budget of seconds is spent, or the user has asked for an end."""
 
 
 class Watch:

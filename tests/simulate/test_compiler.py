@@ -17,6 +17,7 @@ from native_systems import compiled
 
 from lagrange_cli import loads
 from lagrange_cli.cache import Cache, open_cache
+from lagrange_cli.errors import StoppedError
 from lagrange_cli.simulate import compiler, simulate
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
@@ -25,7 +26,6 @@ from lagrange_cli.simulate.library import Source
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.modelling import model_of
 from lagrange_cli.simulate.right_hand_side import interpreted, right_hand_side
-from lagrange_cli.simulate.watch import StoppedError
 
 PENDULUM = """
 name: pendulum
