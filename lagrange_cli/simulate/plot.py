@@ -5,17 +5,16 @@ from __future__ import annotations
 import io
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.simulate.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-    from lagrange_cli.simulate.trajectory import Trajectory
 
 __all__ = ["draw", "new_figure", "picture", "require_program"]
 
@@ -26,7 +25,29 @@ LONGEST_LEGEND = 12
 SALT = "lagrange"
 
 
-def draw(trajectory: Trajectory, ending: str) -> bytes:
+class Curves(Protocol):
+    """Times, and values at them: shape (samples,) each."""
+
+    @property
+    def t(self) -> Array: ...
+    @property
+    def columns(self) -> Mapping[str, Array]: ...
+    @property
+    def energy(self) -> Array: ...
+
+
+class Drawn(Curves, Protocol):
+    """A trajectory as a picture shows it, by its ``outline`` where it has too many samples."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def coordinates(self) -> tuple[str, ...]: ...
+    @property
+    def outline(self) -> Curves | None: ...
+
+
+def draw(trajectory: Drawn, ending: str) -> bytes:
     """The picture's bytes: coordinates, velocities and energy over time.
 
     Raises
@@ -39,7 +60,7 @@ def draw(trajectory: Trajectory, ending: str) -> bytes:
     dots = [f"dot({name})" for name in trajectory.coordinates]
     _lines(top, trajectory, list(trajectory.coordinates), "coordinates")
     _lines(middle, trajectory, dots, "velocities")
-    shown = trajectory.outline or trajectory
+    shown: Curves = trajectory.outline or trajectory
     bottom.plot(shown.t, shown.energy, color="black")
     bottom.set_ylabel("energy")
     bottom.set_xlabel("t")
@@ -127,8 +148,8 @@ def picture(figure: Figure, ending: str) -> bytes:
     return file.getvalue()
 
 
-def _lines(axes: Axes, trajectory: Trajectory, names: list[str], label: str) -> None:
-    shown = trajectory.outline or trajectory
+def _lines(axes: Axes, trajectory: Drawn, names: list[str], label: str) -> None:
+    shown: Curves = trajectory.outline or trajectory
     for name in names:
         axes.plot(shown.t, shown.columns[name], label=name)
     axes.set_ylabel(label)
