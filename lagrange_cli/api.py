@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from lagrange_cli.emit.registry import OptionValue
+    from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.scene.model import Formulation, Scene
     from lagrange_cli.simulate import Trajectory

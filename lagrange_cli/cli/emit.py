@@ -14,7 +14,8 @@ from lagrange_cli.cli.guard import guard_folder
 from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.session import Session
-from lagrange_cli.emit.registry import EMITTERS, Emitter, Option, emitter
+from lagrange_cli.emit.base import Emitter, Option
+from lagrange_cli.emit.registry import EMITTERS, emitter
 from lagrange_cli.files import write_files
 from lagrange_cli.stages import announce
 

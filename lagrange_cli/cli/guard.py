@@ -13,7 +13,7 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.files import Named, read_bytes, require_apart, same_file
 
 if TYPE_CHECKING:
-    from lagrange_cli.emit.registry import Emitter
+    from lagrange_cli.emit.base import Emitter
     from lagrange_cli.scene.model import Scene
 
 __all__ = ["checkpoint_files", "guard", "guard_folder", "guard_scenes"]

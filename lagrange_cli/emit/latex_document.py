@@ -20,9 +20,9 @@ from lagrange_cli.emit.account import (
     was_divided,
 )
 from lagrange_cli.emit.escape import latex_text
-from lagrange_cli.emit.latex import Row, Typesetter
 from lagrange_cli.emit.latex_forces import forces_section
 from lagrange_cli.emit.latex_formula import latex_number
+from lagrange_cli.emit.latex_typesetter import Row, Typesetter
 from lagrange_cli.emit.symbols import latex_name
 
 if TYPE_CHECKING:

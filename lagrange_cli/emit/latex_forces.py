@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.account import multiplier_label
 from lagrange_cli.emit.escape import latex_text
 from lagrange_cli.emit.forces import FORCES_LINE, force_notes, force_rows, reaction_rows
-from lagrange_cli.emit.latex import Row, Typesetter
+from lagrange_cli.emit.latex_typesetter import Row, Typesetter
 from lagrange_cli.emit.symbols import latex_name
 
 if TYPE_CHECKING:

@@ -3,134 +3,22 @@
 Help, choices, documentation and tests derive from :data:`EMITTERS`. To add a
 format, write a module with ``emit(equations, options) -> dict[str, str]`` and
 add an :class:`Emitter` whose ``run`` imports it when called (importing this
-module loads no format and no SymPy). The contract of a format:
-
-1. ``emit`` is a pure function: the same equations and options give the same
-   bytes, whatever the hash seed, the machine or the day.
-2. It returns file names (no folders) with their text, those of
-   :meth:`Emitter.files`: ``NAME.EXT`` with ``NAME`` = ``equations.name``,
-   changed where it is ``reserved``, and ``EXT`` one of ``extensions``. It
-   writes nothing itself.
-3. Text from a scene (titles, names, descriptions) is escaped for the format,
-   so that nothing in a scene runs as code of that format.
-4. What cannot be printed exactly is refused with
-   :class:`~lagrange_cli.errors.InternalError`, never approximated.
-5. ``options`` passed to ``run`` holds every declared option with a valid
-   value.
+module loads no format and no SymPy). :mod:`.base` says what a format
+promises.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.naming import C_HEADERS, PYTHON_MODULES, file_stem
-from lagrange_cli.errors import InputError, Mark, Problem, nearest, placed
+from lagrange_cli.emit.base import Emitter, Option, OptionValue, unknown_choice
+from lagrange_cli.emit.naming import C_HEADERS, PYTHON_MODULES
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["EMITTERS", "Emitter", "Option", "OptionValue", "emitter"]
-
-OptionValue: TypeAlias = str | bool
-
-
-@dataclass(frozen=True, slots=True)
-class Option:
-    """An option of a format: one of ``choices``, or a flag where there are none.
-
-    The default of a choice is one of ``choices``, that of a flag is False.
-    """
-
-    name: str
-    help: str
-    choices: tuple[str, ...] = ()
-    default: OptionValue = False
-
-    @property
-    def is_flag(self) -> bool:
-        return not self.choices
-
-    def accepts(self, value: OptionValue) -> bool:
-        return isinstance(value, bool) if self.is_flag else value in self.choices
-
-
-@dataclass(frozen=True, slots=True)
-class Emitter:
-    """An output format; ``run`` turns equations and complete options into files.
-
-    ``extensions`` are those of the files it writes, in order, with the dot;
-    ``single_file`` says that there is just one, which can go to the terminal. Names in
-    ``reserved`` are those of files that would be in the way of others.
-    """
-
-    name: str
-    title: str
-    extensions: tuple[str, ...]
-    single_file: bool
-    run: Callable[[Equations, Mapping[str, OptionValue]], dict[str, str]]
-    options: tuple[Option, ...] = ()
-    reserved: frozenset[str] = frozenset()
-
-    def emit(
-        self, equations: Equations, options: Mapping[str, OptionValue] | None = None
-    ) -> dict[str, str]:
-        """Return file name → text.
-
-        Parameters
-        ----------
-        equations
-            What a derivation yields.
-        options
-            Values of the format's options; those absent take their defaults.
-
-        Raises
-        ------
-        InputError
-            An option that the format does not have, or a value it does not take; at the scene's
-            place, equations that the format cannot hold.
-        """
-        complete = self._complete(options or {})
-        try:
-            return self.run(equations, complete)
-        except InputError as refusal:
-            raise placed(refusal, Mark(equations.file, 1, 1)) from refusal
-
-    def files(self, name: str) -> tuple[str, ...]:
-        """The names of the files for a system of this name, in order."""
-        stem = file_stem(name, self.reserved)
-        return tuple(stem + extension for extension in self.extensions)
-
-    def renamed(self, name: str) -> list[str]:
-        """A remark where the files for a system of this name cannot have it."""
-        plain = file_stem(name)
-        if file_stem(name, self.reserved) == plain:
-            return []
-        wanted = " and ".join(plain + extension for extension in self.extensions)
-        named = " and ".join(self.files(name))
-        return [f"named {named}: {wanted} would hide what Python or C has under that name"]
-
-    def _complete(self, given: Mapping[str, OptionValue]) -> dict[str, OptionValue]:
-        """Check the given options and add the defaults of the others."""
-        known = {option.name: option for option in self.options}
-        for name in sorted(given):
-            if name not in known:
-                raise _refusal(f"format '{self.name}' has no option '{name}'", name, list(known))
-            if not known[name].accepts(given[name]):
-                choices = list(known[name].choices)
-                expected = ", ".join(choices) if choices else "true or false"
-                raise _refusal(
-                    f"option '{name}' of format '{self.name}' cannot be '{given[name]}'; "
-                    f"it takes {expected}",
-                    str(given[name]),
-                    choices,
-                )
-        return {name: given.get(name, option.default) for name, option in known.items()}
-
-
-def _refusal(message: str, found: str, candidates: list[str]) -> InputError:
-    return InputError(Problem(message, hint=nearest(found, candidates), rule="usage"))
+__all__ = ["EMITTERS", "emitter"]
 
 
 def _latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
@@ -215,7 +103,7 @@ def emitter(name: str) -> Emitter:
         There is none; the message lists those there are.
     """
     if name not in EMITTERS:
-        raise _refusal(
+        raise unknown_choice(
             f"unknown format '{name}'; there are {', '.join(EMITTERS)}", name, list(EMITTERS)
         )
     return EMITTERS[name]

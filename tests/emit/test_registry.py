@@ -5,7 +5,8 @@ import sys
 
 import pytest
 
-from lagrange_cli.emit.registry import EMITTERS, Emitter, Option, emitter
+from lagrange_cli.emit.base import Emitter, Option
+from lagrange_cli.emit.registry import EMITTERS, emitter
 from lagrange_cli.errors import InputError
 
 
