@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c_main_contacts import REASON, contact_replacements
 from lagrange_cli.emit.c_names import CNames, Real, c_string
-from lagrange_cli.emit.recorded import c_recorded
+from lagrange_cli.emit.c_recorded import c_recorded
 from lagrange_cli.emit.starting import TOLERANCE, residual_labels, steps_per_row
 
 if TYPE_CHECKING:

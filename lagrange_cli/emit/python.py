@@ -29,8 +29,8 @@ from lagrange_cli.emit.python_contacts import (
 from lagrange_cli.emit.python_functions import function_source, prelude, program_of
 from lagrange_cli.emit.python_kernels import tables_source
 from lagrange_cli.emit.python_project import project_source
+from lagrange_cli.emit.python_recorded import python_recorded
 from lagrange_cli.emit.python_solution import ROUNDING
-from lagrange_cli.emit.recorded import python_recorded
 from lagrange_cli.emit.starting import TOLERANCE, rates_note, residual_labels, steps_per_row
 from lagrange_cli.version import __version__
 

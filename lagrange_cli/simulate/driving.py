@@ -1,6 +1,6 @@
 """Inputs from files: their pieces side by side, and where they are known.
 
-The coefficients of :mod:`lagrange_cli.emit.recorded` are numbers that change from piece to
+The coefficients of :mod:`lagrange_cli.files.interpolation` are numbers that change from piece to
 piece; nothing is compiled for them.
 """
 
@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lagrange_cli.emit.recorded import Polynomials, polynomials
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.files import Recording
+from lagrange_cli.files.interpolation import Polynomials, polynomials
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
 from lagrange_cli.simulate.integrators.pieces import Pieces
 

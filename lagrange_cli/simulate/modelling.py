@@ -27,8 +27,8 @@ from lagrange_cli.emit.disturbed import disturb
 from lagrange_cli.emit.forces import force_columns
 from lagrange_cli.emit.program import build_program
 from lagrange_cli.emit.python_functions import module_source, program_of
-from lagrange_cli.emit.recorded import COEFFICIENTS
 from lagrange_cli.errors import InputError, Mark, Problem, placed
+from lagrange_cli.files.interpolation import COEFFICIENTS
 from lagrange_cli.mechanics.equations import Input, Parameter
 from lagrange_cli.simulate.chart_code import (
     former_chart,

@@ -1,0 +1,79 @@
+"""Recordings as polynomials between their rows.
+
+Between two rows an input is a polynomial in the time since the first of them: that row's
+value (``previous``), a straight line (``linear``), or a cubic (``cubic``) with two
+continuous derivatives at all rows and a third one at the second and the last but one (the
+"not-a-knot" spline; de Boor, *A Practical Guide to Splines*, IV).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files.recordings import Interpolation, Recording, read_recording
+
+__all__ = ["COEFFICIENTS", "Polynomials", "polynomials"]
+
+#: Coefficients of the polynomials of each interpolation.
+COEFFICIENTS: dict[Interpolation, int] = {"previous": 1, "linear": 2, "cubic": 4}
+
+_Array: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Polynomials:
+    """What an input is from each of ``starts`` to the next, and until ``end`` (or infinity).
+
+    ``coefficients`` of the time since the start, the lowest first: shape (len(starts), k).
+    """
+
+    recording: Recording
+    starts: _Array
+    coefficients: _Array
+    end: float
+
+
+def polynomials(recording: Recording) -> Polynomials:
+    """Read a recording.
+
+    Raises
+    ------
+    InputError
+        Located: it cannot be read, or changes faster than doubles can say.
+    """
+    found = read_recording(recording)
+    times, values = np.array(found.times), np.array(found.values)
+    if recording.interpolation == "previous":
+        # What is held until the next row is held after the last one too.
+        return Polynomials(recording, times, values[:, None], math.inf)
+    with np.errstate(all="ignore"):
+        coefficients = _coefficients(recording.interpolation, times, values)
+    bad = np.flatnonzero(~np.isfinite(coefficients).all(axis=1))
+    if len(bad):
+        raise InputError(
+            Problem(
+                f"'{recording.file}' changes faster than doubles can say"
+                f" after t = {found.times[bad[0]]!r}",
+                recording.mark,
+                rule="recording",
+            )
+        )
+    return Polynomials(recording, times[:-1], coefficients, found.times[-1])
+
+
+def _coefficients(interpolation: Interpolation, times: _Array, values: _Array) -> _Array:
+    slopes = np.diff(values) / np.diff(times)
+    if interpolation == "linear" or not np.isfinite(slopes).all():
+        return np.column_stack([values[:-1], slopes])
+    from scipy.interpolate import CubicSpline
+
+    try:
+        return np.asarray(np.flip(CubicSpline(times, values).c, axis=0).T)
+    except (ValueError, np.linalg.LinAlgError):
+        return np.full((len(slopes), 4), np.nan)
