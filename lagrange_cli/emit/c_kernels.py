@@ -7,7 +7,6 @@ the source file, which functions share.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from hashlib import sha256
 from textwrap import wrap
 
 from lagrange_cli.emit.c_names import CNames, Real
@@ -17,6 +16,7 @@ from lagrange_cli.emit.kernels import Column, Elimination, Kernel, Part, Total, 
 from lagrange_cli.emit.operands import Operand, Variable, rebuilt
 from lagrange_cli.emit.printing import Dialect, expression
 from lagrange_cli.emit.program import Program
+from lagrange_cli.emit.tables import node_tables, relative, table_name, tables_of
 
 __all__ = [
     "finite_check",
@@ -137,47 +137,10 @@ static int @NAME@_solve_sparse(int m, int n, const int *node, const int *rows, c
 """
 
 
-def table_name(prefix: str, table: tuple[int, ...]) -> str:
-    """The name of a table, told by what it holds: functions that need the same one share it."""
-    return f"{prefix}_at_{sha256(repr(table).encode()).hexdigest()[:12]}"
-
-
 def _table_text(prefix: str, table: tuple[int, ...]) -> str:
     rows = _wrapped(", ".join(map(str, table)), 1, 0)
     name = table_name(prefix, table)
     return "\n".join([f"static const int {name}[] = {{", *rows, "};", ""])
-
-
-def tables_of(program: Program) -> Iterator[tuple[int, ...]]:
-    """The tables that a program looks into, in the order of first need."""
-    for part in program.parts:
-        if isinstance(part, Kernel):
-            columns = [*part.inputs, *(column for column, _ in part.results)]
-            yield from (relative(column) for column in columns if column.step is None)
-        elif isinstance(part, Elimination) and isinstance(part.factors, Supernodes):
-            yield from node_tables(part.factors)
-
-
-def relative(column: Column) -> tuple[int, ...]:
-    """Indices as they differ from the first, so that neighbouring columns have one table."""
-    return tuple(index - column.indices[0] for index in column.indices)
-
-
-def node_tables(of: Supernodes) -> tuple[tuple[int, ...], ...]:
-    """``node``, ``rows``, ``from`` and ``spots`` of the solver."""
-    nodes: list[int] = []
-    rows: list[int] = []
-    sources: list[int] = []
-    spots: list[int] = []
-    for node in of.nodes:
-        for update in node.updates:
-            sources += [update.source, update.first, update.last, len(spots)]
-            spots += update.rows
-        nodes += [node.first, node.columns, len(node.rows), node.start, len(rows)]
-        nodes.append(len(sources) // 4)
-        rows += node.rows
-    # An array of C has elements.
-    return tuple(nodes), tuple(rows), tuple(sources or [0] * 4), tuple(spots or [0])
 
 
 def kernel_helpers(programs: Mapping[str, Program], names: CNames, real: Real) -> str:

@@ -5,16 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c_names import Real, c_string
+from lagrange_cli.emit.constants import BOUNCES, EVENTS
 from lagrange_cli.emit.naming import comment_text
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["BOUNCES", "EVENTS", "REASON", "contact_replacements"]
-
-#: Events in one step after which bounces are ended, and after which the run is.
-BOUNCES = 50
-EVENTS = 1000
+__all__ = ["REASON", "contact_replacements"]
 
 _ADVANCE = """
 /* out[0..@NAME@_CONTACTS-1]: what falls through zero at events. */

@@ -8,6 +8,7 @@ from lagrange_cli.emit.c_body import work_size
 from lagrange_cli.emit.c_names import CNames, Real
 from lagrange_cli.emit.c_reset import reset_workspace
 from lagrange_cli.emit.c_solvers import fill
+from lagrange_cli.emit.constants import NEWTON_STEPS, RESIDUAL_AT_REST, RESIDUAL_ROUNDING
 from lagrange_cli.emit.constraints import INTERNAL
 from lagrange_cli.emit.program import Program
 
@@ -112,15 +113,6 @@ _VELOCITIES = """\
 }
 """
 
-#: Residuals of as many units in the last place are left alone.
-NEAR = 1.0
-
-#: Larger ones are not taken for rounding, however slowly they shrink.
-FAR = 1024.0
-
-#: Steps of Newton's method before giving up.
-ROUNDS = 50
-
 
 def residual_text(programs: Mapping[str, Program], names: CNames, real: Real) -> str:
     """The helpers of all projections, empty where there is none."""
@@ -155,9 +147,9 @@ def project_text(programs: Mapping[str, Program], names: CNames, real: Real, of:
             "@N@": str(programs[f"{of}velocity_change"].coordinates),
             "@POSITIONS@": str(_closures(programs, f"{of}position_change")),
             "@CLOSURES@": str(_closures(programs, f"{of}velocity_change")),
-            "@ROUNDS@": str(ROUNDS),
-            "@NEAR@": real.value(NEAR),
-            "@FAR@": real.value(FAR),
+            "@ROUNDS@": str(NEWTON_STEPS),
+            "@NEAR@": real.value(RESIDUAL_AT_REST),
+            "@FAR@": real.value(RESIDUAL_ROUNDING),
             "@TWO@": real.value(2.0),
         },
     )

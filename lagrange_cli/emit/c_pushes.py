@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from lagrange_cli.emit.c_names import Real
+from lagrange_cli.emit.constants import PUSH_STEPS
 
-__all__ = ["STEPS", "push_replacements", "push_templates"]
+__all__ = ["push_replacements", "push_templates"]
 
 #: Contacts from which on those that push are guessed first.
 FEWEST_GUESSED = 8
 
 #: Rounds of guesses, and pivots (of a matrix with ones on the diagonal) that end them.
 ROUNDS, SMALLEST = 12, 1e-6
-
-#: Steps of the search for pushes, times one more than there are contacts.
-STEPS = 64
 
 _AMONG_ACTIVE = """\
 /* more[0..n-1] becomes r of d r = more, for active pushes alone; what is zero costs nothing
@@ -220,7 +218,7 @@ def push_replacements(contacts: int, real: Real) -> dict[str, str]:
     """What stands for their tokens."""
     many = contacts >= FEWEST_GUESSED
     return {
-        "@STEPS@": str(STEPS),
+        "@STEPS@": str(PUSH_STEPS),
         "@ROUNDS@": str(ROUNDS),
         "@SMALLEST@": real.value(max(SMALLEST, 64 * float(real.epsilon))),
         "@GUESSED@": "    @NAME@_guess(n, w, size, c);\n" if many else "",

@@ -18,15 +18,10 @@ from lagrange_cli.emit.c_body import work_size
 from lagrange_cli.emit.c_names import CNames, Real
 from lagrange_cli.emit.c_pushes import push_replacements, push_templates
 from lagrange_cli.emit.c_solvers import fill
+from lagrange_cli.emit.constants import IMPACT_TOLERANCES, RATE_TOLERANCE
 from lagrange_cli.emit.program import Program, results_of
 
-__all__ = ["LEAST_TOLERANCE", "LOOSER", "reset_text", "reset_workspace"]
-
-#: Rates below this part of the magnitudes they are the sum of are zero (more in a short type).
-LEAST_TOLERANCE = 1e-12
-
-#: A rate after an impact may differ by as many tolerances from what it should be.
-LOOSER = 1000.0
+__all__ = ["reset_text", "reset_workspace"]
 
 _EVENTS = """\
 @STATIC@int @NAME@_@OF@events(@ARGUMENTS@)
@@ -268,8 +263,8 @@ def reset_text(programs: Mapping[str, Program], names: CNames, real: Real) -> st
         **push_replacements(_contacts(programs), real),
         "@MIN@": f"fmin{real.suffix}",
         "@MAX@": f"fmax{real.suffix}",
-        "@TOLERANCE@": real.value(max(LEAST_TOLERANCE, 64 * float(real.epsilon))),
-        "@LOOSER@": real.value(LOOSER),
+        "@TOLERANCE@": real.value(max(RATE_TOLERANCE, 64 * float(real.epsilon))),
+        "@LOOSER@": real.value(IMPACT_TOLERANCES),
         "@ULPS@": real.value(128 * float(real.epsilon)),
     }
     parts = [_EVENTS, _STRUCTURE, *push_templates(_contacts(programs)), _IMPACT, _RESET]

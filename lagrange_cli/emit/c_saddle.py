@@ -7,17 +7,9 @@ scales are taken from both, and the solution is refined.
 from __future__ import annotations
 
 from lagrange_cli.emit.c_names import Real
+from lagrange_cli.emit.constants import LARGEST_EXPONENT, LEAST_INERTIA, UNEVEN
 
-__all__ = ["SMALL", "UNEVEN", "WIDEST", "saddle_template"]
-
-#: Elimination that leaves less than this part of an inertia calls for refinement.
-UNEVEN = 2.0**-8
-
-#: An inertia below this part of the largest, with products of inertia, does so too.
-SMALL = 2.0**-100
-
-#: The largest exponent of w (a gradient may be as small as rounding leaves it).
-WIDEST = 100
+__all__ = ["saddle_template"]
 
 #: Below the exponent of every number.
 _LEAST = -65536.0
@@ -234,9 +226,9 @@ def saddle_template(real: Real, *, compliant: bool) -> str:
         "@CORNER@": "(i == j ? a[i*s + i] : @ZERO@)" if compliant else "@ZERO@",
         "@COMPLIANT@": _COMPLIANT if compliant else "",
         "@LEAST@": real.value(_LEAST),
-        "@SMALL@": real.value(SMALL),
+        "@SMALL@": real.value(LEAST_INERTIA),
         "@UNEVEN@": real.value(UNEVEN),
-        "@WIDEST@": str(WIDEST),
+        "@WIDEST@": str(LARGEST_EXPONENT),
     }.items():
         text = text.replace(token, value)
     return text

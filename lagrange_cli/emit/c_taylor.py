@@ -45,7 +45,7 @@ def taylor_text(function: str, program: Program, names: CNames, real: Real) -> s
     operands = (*program.output("pivots"), *program.output("scales"))
     if any(functions_in(operand) for operand in operands):
         return ""
-    found = Recurrences(real, n, 2 * n + 1)
+    found = Recurrences(real.literal, n, 2 * n + 1)
     try:
         for name, operand in program.assignments:
             series = found.of(operand)
@@ -78,7 +78,7 @@ def _tests(program: Program, found: Recurrences) -> list[str]:
     values |= {f"p{i}": f"p[{i}]" for i in range(program.parameters)}
     for i in range(program.coordinates):
         values |= {f"q{i}": f"c[{i}]", f"v{i}": f"c[{program.coordinates + i}]"}
-    dialect = Dialect(found.real.literal, {}, {**values, "t": f"c[{2 * program.coordinates}]"})
+    dialect = Dialect(found.literal, {}, {**values, "t": f"c[{2 * program.coordinates}]"})
     definite = [block.definite for block in program.blocks for _ in block.coordinates]
     pairs = zip(definite, program.output("pivots"), program.output("scales"), strict=True)
     lines = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.c_main_contacts import BOUNCES, EVENTS
+from lagrange_cli.emit.constants import BOUNCES, EVENTS
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.program import Program
 from lagrange_cli.emit.python_project import project_source

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from textwrap import wrap
 
-from lagrange_cli.emit.c_kernels import node_tables, relative, table_name, tables_of
 from lagrange_cli.emit.factors import Band
 from lagrange_cli.emit.kernels import Column, Elimination, Kernel, Part, Total, Zeros
 from lagrange_cli.emit.numbers import double_literal
 from lagrange_cli.emit.operands import Operand, Variable, rebuilt
 from lagrange_cli.emit.printing import Dialect, expression
 from lagrange_cli.emit.program import FUNCTIONS, Program
+from lagrange_cli.emit.tables import node_tables, relative, table_name, tables_of
 
 __all__ = ["KERNEL_HELPERS", "parts_source", "tables_source"]
 

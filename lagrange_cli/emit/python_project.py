@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from lagrange_cli.emit.c_project import FAR, NEAR, ROUNDS
-from lagrange_cli.emit.c_saddle import SMALL, UNEVEN, WIDEST
+from lagrange_cli.emit.constants import (
+    LARGEST_EXPONENT,
+    LEAST_INERTIA,
+    NEWTON_STEPS,
+    RESIDUAL_AT_REST,
+    RESIDUAL_ROUNDING,
+    UNEVEN,
+)
 
 __all__ = ["HELPERS", "project_source"]
 
@@ -98,8 +104,8 @@ def _solve_pivoted(a, b):
         b[j] = (b[j] - a[j, j + 1 :] @ b[j + 1 :]) / a[j, j]
     return b
 '''.replace("@UNEVEN@", repr(UNEVEN))
-    .replace("@SMALL@", repr(SMALL))
-    .replace("@WIDEST@", str(WIDEST)),
+    .replace("@SMALL@", repr(LEAST_INERTIA))
+    .replace("@WIDEST@", str(LARGEST_EXPONENT)),
     "_solve_banded": '''\
 def _solve_banded(a, b):
     """x of S x = b, for a positive definite band of which row k of a holds what is right of
@@ -199,9 +205,9 @@ def project_source(functions: Collection[str], parameter: str, of: str = "") -> 
         "@OF@": of,
         "@CALL@": "p, contact" if apart else "p",
         "@P@": parameter,
-        "@ROUNDS@": str(ROUNDS),
-        "@NEAR@": repr(NEAR),
-        "@FAR@": repr(FAR),
+        "@ROUNDS@": str(NEWTON_STEPS),
+        "@NEAR@": repr(RESIDUAL_AT_REST),
+        "@FAR@": repr(RESIDUAL_ROUNDING),
     }
     for token, replacement in replacements.items():
         text = text.replace(token, replacement)

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lagrange_cli.emit.c_pushes import STEPS
-from lagrange_cli.emit.c_reset import LEAST_TOLERANCE, LOOSER
+from lagrange_cli.emit.constants import IMPACT_TOLERANCES, PUSH_STEPS, RATE_TOLERANCE
 from lagrange_cli.emit.program import Program, results_of
 
 __all__ = ["reset_source"]
@@ -200,10 +199,10 @@ def reset_source(programs: Mapping[str, Program], parameter: str) -> list[str]:
         "@RESET@": "_contact_reset" if apart else "reset",
         "@P@": parameter,
         "@U@": str(u),
-        "@TOLERANCE@": repr(LEAST_TOLERANCE),
-        "@LOOSER@": repr(LOOSER),
+        "@TOLERANCE@": repr(RATE_TOLERANCE),
+        "@LOOSER@": repr(IMPACT_TOLERANCES),
         "@ULPS@": repr(2.0**-46),
-        "@STEPS@": str(STEPS),
+        "@STEPS@": str(PUSH_STEPS),
     }
     parts = []
     for part in (_EVENTS, _PUSHES, _TERMS, _HIT, _RESET):

@@ -15,10 +15,10 @@ Moore, *Interval Analysis*, 1966, chapter 11; Jorba, Zou, *Experiment. Math.* 14
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from lagrange_cli.emit.c_names import Real
 from lagrange_cli.emit.program import Call, Number, Operand, Product, Sum, Variable
 
 __all__ = ["FIRST", "NOW", "NoSeriesError", "Recurrences", "Series", "Step", "Term", "rows_of"]
@@ -66,9 +66,12 @@ class Step:
 
 @dataclass
 class Recurrences:
-    """Rows and constants as they are found to be needed; the first rows are the state."""
+    """Rows and constants as they are found to be needed; the first rows are the state.
 
-    real: Real
+    ``literal`` prints an exact number as a constant of the language.
+    """
+
+    literal: Callable[[Fraction], str]
     coordinates: int
     rows: int
     constants: list[str] = field(default_factory=list)
@@ -100,7 +103,7 @@ class Recurrences:
 
     def number(self, value: Fraction) -> str:
         """A number as a constant, "" for 1."""
-        return "" if value == 1 else f"({self.real.literal(value)})"
+        return "" if value == 1 else f"({self.literal(value)})"
 
     # Series of operands.
 

@@ -19,7 +19,6 @@ from test_banded import M, chain, net, python_functions, ring, state, truss, two
 
 from lagrange_cli.emit import program as programs_of
 from lagrange_cli.emit.banded import couplings
-from lagrange_cli.emit.c_kernels import node_tables
 from lagrange_cli.emit.constraints import constraint_programs
 from lagrange_cli.emit.disturbed import disturb
 from lagrange_cli.emit.factors import Band, Supernodes, factors, supernodes
@@ -27,6 +26,7 @@ from lagrange_cli.emit.kernels import Elimination, Kernel
 from lagrange_cli.emit.program import build_program, eliminations, operations
 from lagrange_cli.emit.python_functions import module_source, program_of
 from lagrange_cli.emit.python_kernels import KERNEL_HELPERS
+from lagrange_cli.emit.tables import node_tables
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.sparse import SparseRow
 from lagrange_cli.scene import read_text

@@ -1,0 +1,51 @@
+"""Limits of the methods in emitted programs, the same in every language."""
+
+from __future__ import annotations
+
+__all__ = [
+    "BOUNCES",
+    "EVENTS",
+    "IMPACT_TOLERANCES",
+    "LARGEST_EXPONENT",
+    "LEAST_INERTIA",
+    "NEWTON_STEPS",
+    "PUSH_STEPS",
+    "RATE_TOLERANCE",
+    "RESIDUAL_AT_REST",
+    "RESIDUAL_ROUNDING",
+    "UNEVEN",
+]
+
+#: Residuals of closures of as many units in the last place are left alone.
+RESIDUAL_AT_REST = 1.0
+
+#: Larger ones are not taken for rounding, however slowly they shrink.
+RESIDUAL_ROUNDING = 1024.0
+
+#: Steps of Newton's method onto the closures before giving up.
+NEWTON_STEPS = 50
+
+#: Elimination that leaves less than this part of an inertia calls for refinement.
+UNEVEN = 2.0**-8
+
+#: An inertia below this part of the largest, with products of inertia, does so too.
+LEAST_INERTIA = 2.0**-100
+
+#: The largest exponent of inertia over gradient squared (a gradient may be as small as rounding
+#: leaves it).
+LARGEST_EXPONENT = 100
+
+#: Steps of the search for pushes, times one more than there are contacts.
+PUSH_STEPS = 64
+
+#: Rates below this part of the magnitudes they are the sum of are zero (more in a short type).
+RATE_TOLERANCE = 1e-12
+
+#: A rate after an impact may differ by as many tolerances from what it should be.
+IMPACT_TOLERANCES = 1000.0
+
+#: Events in one step after which bounces are ended.
+BOUNCES = 50
+
+#: Events in one step after which the run is ended.
+EVENTS = 1000
