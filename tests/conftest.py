@@ -1,4 +1,4 @@
-"""What every test shares: a cache that is not the user's, and on request one of its own."""
+"""What every test shares: a cache that is not the user's, marks, and the switch of goldens."""
 
 from __future__ import annotations
 
@@ -8,6 +8,20 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--update-goldens",
+        action="store_true",
+        help="write expected outputs and messages anew; read the difference before committing it",
+    )
+
+
+@pytest.fixture
+def updates(request: pytest.FixtureRequest) -> bool:
+    """Whether expected outputs are to be written anew."""
+    return bool(request.config.getoption("--update-goldens"))
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -1,10 +1,9 @@
 """Exact texts of refusals: each scene in ``cases/`` beside what is reported for it.
 
-``LAGRANGE_UPDATE_ERRORS=1 pytest tests/errors`` rewrites the expected texts; look
-at the difference before committing it.
+``pytest tests/errors --update-goldens`` writes the expected texts anew; read the
+difference before you commit it.
 """
 
-import os
 from pathlib import Path
 
 import pytest
@@ -25,11 +24,11 @@ def reported(name: str) -> str:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_error_text(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_error_text(name: str, updates: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(CASES)
     found = reported(name)
     expected = CASES / f"{Path(name).stem}.stderr"
-    if os.environ.get("LAGRANGE_UPDATE_ERRORS"):
+    if updates:
         expected.write_text(found, encoding="utf-8")
     assert found == expected.read_text(encoding="utf-8")
     assert found

@@ -1,0 +1,405 @@
+"""pendulum: Simple pendulum
+
+A point mass on a massless rod, swinging in a vertical plane, released at rest. The angle is 2 asin(k cd(sqrt(g/l) t, k)) with k = sin(theta0/2), cd = cn/dn Jacobi's function; the period is 4 sqrt(l/g) K(k). L. D. Landau and E. M. Lifshitz, Mechanics (3rd ed., 1976), section 11, problem 1.
+
+Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with the closures of
+MULTIPLIERS beside them: l[k] is the multiplier and g[k] the gradient of closure k, so
+that l[k]*g[k] is the generalized force that it exerts. project leads a state back to
+the closures, to be called after each step. The state y holds the coordinates q in
+the order of COORDINATES, then their velocities v. Every function takes (t, y, p) with
+p a Parameters, and returns NaN where there is no result (a singular configuration, a
+domain error, overflow). With SciPy:
+
+    solve_ivp(rhs, (0, 10), INITIAL, args=(DEFAULTS,))
+
+Made by lagrange VERSION from the scene with SHA-256
+9026f7bac4ba64776743278ccd80f930012f3881a0ea10f9b800090fbb7dfee1
+This output is yours: use it as you like, under any terms.
+"""
+
+import sys
+from math import nan
+from typing import NamedTuple
+
+import numpy as np
+
+
+def _solve_saddle(a, b, n):
+    """[x, l] of M x = f + G^T l, G x = g, from [[M, G^T], [G, 0]], [f, g] and the number
+    of x; units do not matter (equilibration by powers of two after Bunch, J. ACM 18, 566).
+    Where M is nearly singular the solution is refined once (Skeel, Math. Comput. 35, 817).
+    """
+    s, size = len(b), np.abs(a[:n, :n]).max()
+    unit = np.ldexp(1.0, -np.frexp(size)[1]) if size > 0.0 else 1.0
+    a[:n, :n] *= unit
+    b[:n] *= unit
+    d = np.zeros(s)
+    uneven = _is_uneven(a[:n, :n])
+    if uneven:
+        d[:n] = _inertia_scales(a, n)
+    stuck = False
+    while not d.all():
+        before = np.count_nonzero(d)
+        for i in np.flatnonzero(d == 0.0):
+            entries = np.abs(a[i]) * (1.0 if stuck else d)
+            size = max(entries.max(), np.sqrt(np.abs(a[i, i])))
+            if size > 0.0:
+                d[i] = 1.0 if stuck else np.ldexp(1.0, -np.frexp(size)[1])
+                stuck = False
+        if np.count_nonzero(d) == before:
+            if stuck:
+                raise ArithmeticError("a row of zeros")
+            stuck = True
+    a *= d[:, None]
+    a *= d
+    b *= d
+    x = _solve_pivoted(a.copy(), b.copy())
+    if uneven:
+        x += _solve_pivoted(a.copy(), b - a @ x)
+    x *= d
+    x[n:] /= -unit
+    if not np.isfinite(x).all():
+        raise ArithmeticError("not finite")
+    return x
+
+
+def _is_uneven(m):
+    """Whether elimination leaves little of an inertia; coordinates without any do not count."""
+    c = m.copy()
+    for k, own in enumerate(m.diagonal()):
+        rest = c[k, k + 1 :]
+        if not (c[k, k] > 0.00390625 * own if own > 7.888609052210118e-31 else not np.delete(m[k], k).any()):
+            return True
+        if rest.any():
+            c[k + 1 :, k + 1 :] -= np.outer(rest / c[k, k], rest)
+    return False
+
+
+def _inertia_scales(a, n):
+    """One over the root of the inertia of each coordinate, or of w g^2 where that is more, for
+    the gradient g of each closure and the second smallest w of inertias over g^2 that it meets
+    (if there are two); 0 without either.
+    """
+    inertia = a.diagonal()[:n]
+    own = np.where(inertia != 0.0, np.frexp(inertia)[1], -65536)
+    sizes = own.copy()
+    for g in a[n:, :n]:
+        exponents = 2 * np.frexp(g)[1]
+        both = (g != 0.0) & (inertia != 0.0)
+        if both.any():
+            smallest = np.sort((own - exponents)[both])[:2]
+            sizes = np.where(
+                g != 0.0, np.maximum(sizes, min(smallest[-1], 100) + exponents), sizes
+            )
+    return np.where(sizes > -65536, np.ldexp(1.0, -np.ceil(sizes / 2).astype(int)), 0.0)
+
+
+def _solve_pivoted(a, b):
+    """x of a x = b by elimination with partial pivoting; a and b are overwritten."""
+    s = len(b)
+    for j in range(s):
+        best = j + np.argmax(np.abs(a[j:, j]))
+        if not abs(a[best, j]) > s * 2.0**-53:
+            raise ArithmeticError("a singular matrix")
+        a[[j, best]] = a[[best, j]]
+        b[[j, best]] = b[[best, j]]
+        ratio = a[j + 1 :, j] / a[j, j]
+        a[j + 1 :, j:] -= ratio[:, None] * a[j, j:]
+        b[j + 1 :] -= ratio * b[j]
+    for j in reversed(range(s)):
+        b[j] = (b[j] - a[j, j + 1 :] @ b[j + 1 :]) / a[j, j]
+    return b
+
+
+def _residual(out):
+    """The largest residual in units of the last place of the magnitudes that follow them."""
+    m = len(out) // 2
+    return (np.abs(out[:m]) / np.spacing(out[m:])).max()
+
+
+def _coupled_residual(out, squares):
+    """The same where changes of all coordinates are found together, and rounded together: the
+    magnitude of one residual counts for another as far as a change of the coordinates that
+    makes the one does the other; ``squares`` are those of the gradients.
+    """
+    m = len(out) // 2
+    slopes = np.sqrt(squares)
+    reach = np.max(out[m:][slopes > 0.0] / slopes[slopes > 0.0], initial=0.0)
+    beside = np.where(np.isfinite(reach * slopes), reach * slopes, 0.0)
+    return _residual(np.concatenate([out[:m], np.maximum(out[m:], beside)]))
+
+
+COORDINATES = ('x', 'z')
+CARTESIAN = ('y',)
+PARAMETERS = ('m', 'l', 'g')
+# bob: x = l*sin(theta), z = -l*cos(theta)
+MULTIPLIERS = ('bob',)
+RESIDUALS = ('bob', 'rate of bob')
+
+INITIAL = [0.9092974268256817, 0.4161468365471424, 0.0, 0.0]
+START, UNTIL, ROWS, STEPS = 0.0, 20.0, 500, 20
+
+
+class Parameters(NamedTuple):
+    """Parameters; NaN stands for one that must be given."""
+    m: float = 1.0  # m [kg]: mass of the bob
+    l: float = 1.0  # l [m]: length of the rod
+    g: float = 9.81  # g [m/s^2]: gravitational acceleration
+
+
+DEFAULTS = Parameters()
+
+
+def rhs(t, y, p=DEFAULTS):
+    """State derivative [v, a] at time t; all NaN where it does not exist."""
+    try:
+        p_m, p_l, p_g = p
+        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
+        m0_2 = 2.0*q_x
+        m0_4 = 2.0*q_z
+        m0 = np.array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], dtype=float).reshape(3, 3)
+        b0 = np.array([0.0, -p_m*p_g, -2.0*(v_x*v_x + v_z*v_z)], dtype=float)
+        with np.errstate(all="ignore"):
+            a0 = _solve_saddle(m0, b0, 2).tolist()
+        return np.array([v_x, v_z, a0[0], a0[1]], dtype=float)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return np.full(4, nan)
+
+
+def mass_matrix(t, y, p=DEFAULTS):
+    """Mass matrix M(q, t), n by n, of M a = f."""
+    try:
+        p_m, p_l, p_g = p
+        return np.array([p_m, 0.0, 0.0, p_m], dtype=float).reshape(2, 2)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return np.full((2, 2), nan)
+
+
+def forcing(t, y, p=DEFAULTS):
+    """Forcing f(q, v, t) of M a = f."""
+    try:
+        p_m, p_l, p_g = p
+        return np.array([0.0, -p_m*p_g], dtype=float)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return np.full(2, nan)
+
+
+def energy(t, y, p=DEFAULTS):
+    """Energy function: the sum of v dL/dv, less L (T + V in most systems)."""
+    try:
+        p_m, p_l, p_g = p
+        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
+        return float(p_m*(0.5*(v_x*v_x + v_z*v_z) + p_g*q_z))
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return nan
+
+
+def positions(t, y, p=DEFAULTS):
+    """Cartesian names, in the order of CARTESIAN."""
+    try:
+        return np.array([0.0], dtype=float)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return np.full(1, nan)
+
+
+def velocities(t, y, p=DEFAULTS):
+    """Time derivatives of the Cartesian names, in the order of CARTESIAN."""
+    try:
+        return np.array([0.0], dtype=float)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return np.full(1, nan)
+
+
+def multipliers(t, y, p=DEFAULTS):
+    """Multipliers, in the order of MULTIPLIERS; all NaN where they do not exist."""
+    try:
+        p_m, p_l, p_g = p
+        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
+        m0_2 = 2.0*q_x
+        m0_4 = 2.0*q_z
+        m0 = np.array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], dtype=float).reshape(3, 3)
+        b0 = np.array([0.0, -p_m*p_g, -2.0*(v_x*v_x + v_z*v_z)], dtype=float)
+        with np.errstate(all="ignore"):
+            a0 = _solve_saddle(m0, b0, 2).tolist()
+        return np.array([a0[2]], dtype=float)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return np.full(1, nan)
+
+
+def constraints(t, y, p=DEFAULTS):
+    """What is zero: lhs - rhs of closures of positions, then rates of all closures."""
+    try:
+        p_m, p_l, p_g = p
+        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
+        return np.array([q_x*q_x + q_z*q_z - p_l*p_l, 2.0*(q_x*v_x + q_z*v_z)], dtype=float)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return np.full(2, nan)
+
+
+def _position_error(t, y, p):
+    """Closures of positions, then the magnitudes behind them."""
+    try:
+        p_m, p_l, p_g = p
+        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
+        w0 = q_x*q_x
+        w1 = q_z*q_z
+        w2 = p_l*p_l
+        return np.array([w0 + w1 - w2, abs(w0) + abs(w1) + abs(w2) + abs(2.0*w0) + abs(2.0*w1)], dtype=float)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return np.full(2, nan)
+
+
+def _position_reach(t, y, p):
+    """Squares of the gradients of closures of positions, over the masses."""
+    try:
+        p_m, p_l, p_g = p
+        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
+        return np.array([4.0*(q_x*q_x + q_z*q_z)/p_m], dtype=float)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return np.full(1, nan)
+
+
+def _position_change(t, y, p):
+    """The change of q that makes the linearized closures vanish."""
+    try:
+        p_m, p_l, p_g = p
+        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
+        m0_2 = 2.0*q_x
+        m0_4 = 2.0*q_z
+        m0 = np.array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], dtype=float).reshape(3, 3)
+        b0 = np.array([0.0, 0.0, -q_x*q_x - q_z*q_z + p_l*p_l], dtype=float)
+        with np.errstate(all="ignore"):
+            a0 = _solve_saddle(m0, b0, 2).tolist()
+        return np.array([a0[0], a0[1]], dtype=float)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return np.full(2, nan)
+
+
+def _velocity_error(t, y, p):
+    """Rates of the closures, then the magnitudes behind them."""
+    try:
+        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
+        w0 = q_x*v_x
+        w1 = q_z*v_z
+        return np.array([2.0*(w0 + w1), abs(2.0*w0) + abs(2.0*w1)], dtype=float)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return np.full(2, nan)
+
+
+def _velocity_change(t, y, p):
+    """The change of v that makes the rates of the closures vanish."""
+    try:
+        p_m, p_l, p_g = p
+        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
+        m0_2 = 2.0*q_x
+        m0_4 = 2.0*q_z
+        m0 = np.array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], dtype=float).reshape(3, 3)
+        b0 = np.array([0.0, 0.0, -2.0*(q_x*v_x + q_z*v_z)], dtype=float)
+        with np.errstate(all="ignore"):
+            a0 = _solve_saddle(m0, b0, 2).tolist()
+        return np.array([a0[0], a0[1]], dtype=float)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return np.full(2, nan)
+
+
+def project(t, y, p=DEFAULTS):
+    """The state led back to the closures (all NaN where it is too far from them): q by the
+    smallest changes in the metric of the kinetic energy, until only rounding is left
+    (Newton's method), then v in the same metric.
+    """
+    y = np.array(y, dtype=float)
+    n = len(y) // 2
+    with np.errstate(all="ignore"):
+        last = np.inf
+        for number in range(50 + 1):
+            error = _position_error(t, y, p)
+            size = _residual(error)
+            if size <= 1.0:
+                break
+            if number:
+                size = _coupled_residual(error, _position_reach(t, y, p))
+                if size <= 1.0 or (size <= 1024.0 and 2.0 * size > last):
+                    break
+            if number == 50 or size != size:
+                return np.full(2 * n, nan)
+            last = size
+            y[:n] += _position_change(t, y, p)
+        if not _residual(_velocity_error(t, y, p)) <= 1.0:
+            y[n:] += _velocity_change(t, y, p)
+    return y if np.isfinite(y).all() else np.full(2 * n, nan)
+
+
+def integrate(y, t, until, steps, p=DEFAULTS):
+    """State after ``steps`` classical Runge-Kutta steps of fixed size from t to until."""
+    h = (until - t) / steps
+    for k in range(steps):
+        s = t + k * h
+        k1 = rhs(s, y, p)
+        k2 = rhs(s + h / 2, y + h / 2 * k1, p)
+        k3 = rhs(s + h / 2, y + h / 2 * k2, p)
+        k4 = rhs(s + h, y + h * k3, p)
+        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        y = project(s + h, y, p)
+    return y
+
+
+def start(given, until, p):
+    """The initial state led to the closures, and what is wrong with it: it violates them."""
+    y = project(START, given, p)
+    residuals = constraints(START, given, p)
+    n = len(given) // 2
+    places, rates = np.abs(given).reshape(2, n).max(axis=1).tolist()
+    rates = 1e-09 * rates
+    if until != START:
+        # Velocities that move no coordinate by more than rounding are none.
+        rates += 7.105427357601002e-15 * places / abs(until - START)
+    bounds = np.repeat([1e-09 * places, rates], n)
+    near = np.isfinite(residuals).all() and (np.abs(y - given) <= bounds).all()
+    if near:
+        return y, ""
+    worst = int(np.abs(residuals).argmax())
+    wrong = (
+        "the initial state violates the constraints by "
+        f"{abs(residuals[worst]):.3g} ({RESIDUALS[worst]})\n"
+    )
+    if not np.isfinite(y).all():
+        return y, f"{wrong}no state that obeys them was found near it"
+    state = [*COORDINATES, *(f"dot({name})" for name in COORDINATES)]
+    return y, f"{wrong}nearest: {' '.join(map('{}={!r}'.format, state, y.tolist()))}"
+
+
+def main(arguments):
+    """Integrate from INITIAL and print CSV; NAME=VALUE sets parameters and initial
+    values, until=T and steps=N (steps in an interval) the run."""
+    state = [*COORDINATES, *(f"dot({name})" for name in COORDINATES)]
+    parameters = dict(zip(PARAMETERS, DEFAULTS))
+    initial = dict(zip(state, INITIAL or [nan] * len(state)))
+    run = {"until": UNTIL, "steps": STEPS}
+    for argument in arguments:
+        name, _, value = argument.partition("=")
+        try:
+            table = next(table for table in (initial, parameters, run) if name in table)
+            table[name] = type(table[name])(value)
+        except (StopIteration, ValueError):
+            return f"{argument}: not NAME=NUMBER with a known name"
+    given = {**initial, **parameters}
+    missing = [name for name, value in given.items() if value != value]
+    if missing:
+        return f"values needed: {', '.join(f'{name}=VALUE' for name in missing)}"
+    p, y = Parameters(*parameters.values()), np.array(list(initial.values()))
+    y, wrong = start(y, run["until"], p)
+    if wrong:
+        return wrong
+    times = np.linspace(START, run["until"], ROWS + 1).tolist()
+    print(",".join(["t", *state]))
+    for t, following in zip(times, [*times[1:], None]):
+        print(",".join(map(repr, [t, *y.tolist()])))
+        if following is not None:
+            y = integrate(y, t, following, run["steps"], p)
+        if not np.isfinite(y).all():
+            return f"stopped after t = {t}: a singular configuration or a result not finite"
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
