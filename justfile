@@ -1,0 +1,54 @@
+# The verbs of CONTRIBUTING.md; `just` lists them.
+
+python := ".venv/bin/python"
+bin := ".venv/bin"
+
+# List the verbs.
+default:
+    @just --list
+
+# Make the virtual environment with all that tests and linters need.
+setup:
+    python3 -m venv .venv
+    {{bin}}/pip install --quiet -e '.[test,dev]'
+
+# The tests of about a minute, which touch every part.
+fast *options:
+    {{python}} -m pytest -m "not slow" -n 2 {{options}}
+
+# All tests.
+test *options:
+    {{python}} -m pytest -n auto --dist loadfile {{options}}
+
+# Style.
+lint:
+    {{bin}}/ruff check .
+    {{bin}}/ruff format --check .
+
+# Types.
+types:
+    {{bin}}/mypy
+
+# The layers of imports.
+layers:
+    {{bin}}/lint-imports
+
+# Every shipped scene against what it expects.
+gallery:
+    {{bin}}/lagrange check -j 2 systems
+
+# Write the expected outputs and messages anew.
+goldens:
+    {{python}} -m pytest tests/goldens tests/errors --update-goldens
+
+# Write what the commands of README.md print.
+readme:
+    {{python}} tests/test_readme.py
+
+# Compare all outputs with those of another commit.
+same-output commit *options:
+    {{python}} benchmarks/same_output.py {{commit}} {{options}}
+
+# What continuous integration does, on a copy of the checkout.
+ci:
+    .ci/run
