@@ -16,12 +16,16 @@ import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.language import Rate, to_sympy
-from lagrange_cli.scene.expression import Call, Expression, Name, walk
+from lagrange_cli.scene.expression import Call, Expression, Name, Node, walk
 from lagrange_cli.scene.model import Particle, Point, Scene
 
 __all__ = ["Names"]
 
 _AXES = ("x", "y", "z")
+
+#: Numbers, names and operations that an expression may have with definitions put in. Derivatives
+#: and the text of this many take some ten seconds; those of shipped scenes have up to 261.
+_LONGEST = 20_000
 
 
 class Names:
@@ -57,6 +61,7 @@ class Names:
         self.coordinates = {c.name: sp.Symbol(c.name, real=True) for c in scene.coordinates or ()}
         self._definitions = {d.name: d.expression for d in scene.definitions}
         self._meanings: dict[str, sp.Expr] = {}
+        self._lengths: dict[str, int] = {}
         self._open: list[str] = []
         self._position_entries: dict[str, Expression] = {}
         self.bodies: tuple[Particle | Point, ...] = (*scene.particles, *scene.points)
@@ -118,6 +123,7 @@ class Names:
             raise InputError(
                 Problem(f"definitions go in a circle: {cycle}", expression.mark(), rule="cycle")
             )
+        self._require_length(expression)
         self._open.append(name)
         try:
             return to_sympy(expression, self.lookup)
@@ -140,10 +146,37 @@ class Names:
 
     def convert(self, expression: Expression, rate: Rate | None = None) -> sp.Expr:
         """An expression over raw symbols; abbreviations that hold rates need ``rate``."""
+        self._require_length(expression)
         if rate is None:
             return self._rewrite(to_sympy(expression, self.lookup))
-        found = to_sympy(expression, lambda name: self._lookup_with_rate(name, rate), rate)
-        return self._rewrite(found)
+        return self._rewrite(self._converted_with_rate(expression, rate, {}))
+
+    def _require_length(self, expression: Expression) -> None:
+        """Refuse what would be written out without end: each of twenty definitions that names the
+        one before it twice doubles the expression."""
+        if self._length(expression) > _LONGEST:
+            raise InputError(
+                Problem(
+                    "with definitions in place of their names, this has more than"
+                    f" {_LONGEST} numbers, names and operations",
+                    expression.mark(),
+                    rule="too-large",
+                )
+            )
+
+    def _length(self, expression: Expression) -> int:
+        """The number of nodes of an expression with all definitions put in place of names."""
+        total = 0
+        for node in walk(expression.node):
+            total += 1
+            if not isinstance(node, Name):
+                continue
+            definition = self._definitions.get(node.name) or self._position_entries.get(node.name)
+            if definition is not None and node.name not in self._lengths:
+                self._lengths[node.name] = 0  # of a circle, which is refused elsewhere
+                self._lengths[node.name] = self._length(definition)
+            total += self._lengths.get(node.name, 0)
+        return total
 
     def rewriting(
         self, rewrite: Callable[[sp.Expr], sp.Expr], gone: Collection[sp.Symbol]
@@ -154,36 +187,38 @@ class Names:
         found._gone = frozenset(s.name for s in gone)
         return found
 
-    def _lookup_with_rate(self, name: str, rate: Rate) -> sp.Expr | None:
-        if name in self._definitions and name not in self.cartesian:
-            return to_sympy(
-                self._definitions[name], lambda n: self._lookup_with_rate(n, rate), rate
-            )
-        return self.lookup(name)
+    def _converted_with_rate(
+        self, expression: Expression, rate: Rate, meanings: dict[str, sp.Expr]
+    ) -> sp.Expr:
+        """An expression with rates; ``meanings`` are those of definitions met before."""
+
+        def lookup(name: str) -> sp.Expr | None:
+            if name not in self._definitions or name in self.cartesian:
+                return self.lookup(name)
+            if name not in meanings:
+                meanings[name] = self._converted_with_rate(self._definitions[name], rate, meanings)
+            return meanings[name]
+
+        return to_sympy(expression, lookup, rate)
 
     def holds_rate(self, expression: Expression) -> bool:
-        """Whether ``dot`` stands in an expression or in a definition that it names."""
-        for node in walk(expression.node):
-            if isinstance(node, Call) and node.function == "dot":
-                return True
-            if isinstance(node, Name) and node.name in self._definitions:
-                if node.name in self.cartesian:
-                    continue
-                if self.holds_rate(self._definitions[node.name]):
-                    return True
-        return False
+        """Whether ``dot`` stands in an expression or in an abbreviation that it names."""
+        return any(isinstance(x, Call) and x.function == "dot" for x in self._all_of(expression))
 
     def mentioned(self, expression: Expression) -> set[str]:
         """Declared coordinates that stand in an expression or in abbreviations that it names."""
-        found: set[str] = set()
-        for node in walk(expression.node):
-            if not isinstance(node, Name):
-                continue
-            if node.name in self.coordinates:
-                found.add(node.name)
-            elif node.name in self._definitions and node.name not in self.cartesian:
-                found |= self.mentioned(self._definitions[node.name])
-        return found
+        names = {node.name for node in self._all_of(expression) if isinstance(node, Name)}
+        return names & self.coordinates.keys()
+
+    def _all_of(self, expression: Expression) -> Iterator[Node]:
+        """Nodes of an expression, and of the abbreviations that it names, each once."""
+        pending, met = [expression], {*self.coordinates, *self.cartesian}
+        while pending:
+            for node in walk(pending.pop().node):
+                yield node
+                if isinstance(node, Name) and node.name in self._definitions.keys() - met:
+                    met.add(node.name)
+                    pending.append(self._definitions[node.name])
 
     def abbreviations(self) -> Iterator[tuple[str, Expression]]:
         """Definitions that are not of Cartesian names, of coordinates that there are."""
