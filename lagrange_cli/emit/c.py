@@ -7,30 +7,30 @@ compiles without warnings as C99 and as C++.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.cache import digest
 from lagrange_cli.emit.c_body import body_text, result_name
-from lagrange_cli.emit.c_contacts import contact_names, interface_text, mode_workspace
+from lagrange_cli.emit.c_contacts import contact_target, interface_text, mode_workspace
 from lagrange_cli.emit.c_header import header_text
 from lagrange_cli.emit.c_kernels import kernel_helpers
 from lagrange_cli.emit.c_main import main_text
-from lagrange_cli.emit.c_names import CNames, Real, real_type
+from lagrange_cli.emit.c_names import real_type
 from lagrange_cli.emit.c_project import project_text, residual_text
 from lagrange_cli.emit.c_solvers import helper_text, solver_text
+from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.constraints import INTERNAL, constraint_programs, contact_programs
 from lagrange_cli.emit.contacts import flagged
 from lagrange_cli.emit.naming import C_HEADERS, file_stem
-from lagrange_cli.emit.printing import Dialect, functions_in
-from lagrange_cli.emit.program import FUNCTIONS, Program, asked_for, build_program, operands_of
+from lagrange_cli.emit.printing import functions_in
+from lagrange_cli.emit.program import Program, asked_for, build_program, operands_of
 from lagrange_cli.emit.solve import Block
 from lagrange_cli.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["blocks_of", "emit", "function_names", "function_text", "functions_used"]
+__all__ = ["blocks_of", "emit", "function_text", "functions_used"]
 
 _MATH = "#include <math.h>\n"
 
@@ -63,20 +63,19 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
     """
     if options["main"] and not equations.coordinates:
         raise _nothing_to_integrate(equations)
-    real = real_type(str(options["real"]))
-    names = CNames.of(equations)
+    target = CTarget.of(equations, real_type(str(options["real"])))
     programs = _programs(equations)
     stem = file_stem(equations.name, C_HEADERS)
-    source = _source(equations, names, real, programs, stem)
+    source = _source(equations, target, programs, stem)
     if options["main"]:
-        source += main_text(equations, names, real)
+        source += main_text(equations, target)
     work = mode_workspace(programs, len(equations.contacts))
-    header = header_text(equations, names, real, work)
+    header = header_text(equations, target, work)
     stamp = f"0x{digest(header, source)[:8]}UL"
-    size, macro = f"#define {names.prefix}_WORK ", f"#define {names.prefix}_EMISSION {stamp}\n"
+    size, macro = f"#define {target.prefix}_WORK ", f"#define {target.prefix}_EMISSION {stamp}\n"
     return {
         f"{stem}.h": header.replace(size, macro + size, 1),
-        f"{stem}.c": source.replace(_MATH, _same_emission(names.prefix, stem, stamp) + _MATH, 1),
+        f"{stem}.c": source.replace(_MATH, _same_emission(target.prefix, stem, stamp) + _MATH, 1),
     }
 
 
@@ -112,37 +111,26 @@ def _nothing_to_integrate(equations: Equations) -> InputError:
 
 
 def _source(
-    equations: Equations, names: CNames, real: Real, programs: Mapping[str, Program], stem: str
+    equations: Equations, target: CTarget, programs: Mapping[str, Program], stem: str
 ) -> str:
-    dialect = Dialect(real.literal, function_names(names, real), names.inputs)
     used = set().union(*(functions_used(program) for program in programs.values()))
     parts = [
-        f"/* {names.prefix}: see {stem}.h, which documents every function. */\n",
+        f"/* {target.prefix}: see {stem}.h, which documents every function. */\n",
         f'#include "{stem}.h"\n\n{_MATH}',
-        helper_text(used, names, real),
-        solver_text(blocks_of(programs), names, real),
-        kernel_helpers(programs, names, real),
-        _defaults(equations, names, real),
+        helper_text(used, target),
+        solver_text(blocks_of(programs), target),
+        kernel_helpers(programs, target),
+        _defaults(equations, target),
     ]
     contacts = len(equations.contacts)
-    inner = contact_names(names, real, contacts)
-    with_flags = replace(dialect, names=inner.inputs)
+    inner = contact_target(target, contacts)
     for function, program in programs.items():
-        flags = program.parameters > len(names.fields)
-        of = (inner, real, with_flags) if flags else (names, real, dialect)
-        parts.append(function_text(function, program, *of))
-    parts += [residual_text(programs, names, real), project_text(programs, names, real)]
+        flags = program.parameters > len(target.names.fields)
+        parts.append(function_text(function, program, inner if flags else target))
+    parts += [residual_text(programs, target), project_text(programs, target)]
     if contacts:
-        parts.append(interface_text(programs, names, real, contacts))
+        parts.append(interface_text(programs, target, contacts))
     return "\n".join(part for part in parts if part)
-
-
-def function_names(names: CNames, real: Real) -> dict[str, str]:
-    """Every function of a program by its C name."""
-    own = {"sign", "min", "max"}
-    table = {name: name + real.suffix for name in FUNCTIONS if name not in own}
-    table["abs"] = "fabs" + real.suffix
-    return table | {name: f"{names.prefix}_{name}" for name in sorted(own)}
 
 
 def blocks_of(programs: Mapping[str, Program]) -> list[Block]:
@@ -156,7 +144,8 @@ def functions_used(program: Program) -> set[str]:
     return set().union(*(functions_in(operand) for operand, _ in operands_of(program)))
 
 
-def _defaults(equations: Equations, names: CNames, real: Real) -> str:
+def _defaults(equations: Equations, target: CTarget) -> str:
+    names, real = target.names, target.real
     lines = [f"void {names.prefix}_defaults({names.prefix}_params *p)", "{"]
     for parameter, field in zip(equations.parameters, names.fields, strict=True):
         value = "NAN" if parameter.value is None else real.value(parameter.value)
@@ -166,17 +155,15 @@ def _defaults(equations: Equations, names: CNames, real: Real) -> str:
     return "\n".join([*lines, "}", ""])
 
 
-def function_text(
-    function: str, program: Program, names: CNames, real: Real, dialect: Dialect
-) -> str:
+def function_text(function: str, program: Program, target: CTarget) -> str:
     """The definition of one function of the interface: a right-hand side where it has blocks."""
     result = result_name(function, program)
-    static = "static " if function in INTERNAL or names.contact_from is not None else ""
+    static = "static " if function in INTERNAL or target.names.contact_from is not None else ""
     return "\n".join(
         [
-            f"{static}int {names.prefix}_{function}({names.arguments(real, result)})",
+            f"{static}int {target.prefix}_{function}({target.arguments(result)})",
             "{",
-            *body_text(function, program, names, real, dialect),
+            *body_text(function, program, target),
             "}",
             "",
         ]

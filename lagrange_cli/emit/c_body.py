@@ -13,12 +13,12 @@ from fractions import Fraction
 from textwrap import wrap
 
 from lagrange_cli.emit.c_kernels import finite_check, kernels_text, room
-from lagrange_cli.emit.c_names import CNames, Real
 from lagrange_cli.emit.c_solvers import EPSILON_NAME, dense_size
+from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.constraints import finds_change, finds_multipliers
 from lagrange_cli.emit.families import Assignment
 from lagrange_cli.emit.operands import Number, Operand, Product, Variable, rebuilt
-from lagrange_cli.emit.printing import Dialect, expression
+from lagrange_cli.emit.printing import expression
 from lagrange_cli.emit.program import Program, following, input_names
 from lagrange_cli.emit.rolling import Affine, Cell, Loop, Place, Repeated, Statement, roll
 from lagrange_cli.emit.solve import Block
@@ -45,9 +45,7 @@ def work_size(program: Program) -> int:
     return max(dense_size(program.blocks) + values, 1)
 
 
-def body_text(
-    function: str, program: Program, names: CNames, real: Real, dialect: Dialect
-) -> list[str]:
+def body_text(function: str, program: Program, target: CTarget) -> list[str]:
     """The lines of a function that stores the outputs of a program.
 
     What solves a system if the program has blocks: ``multipliers`` or changes
@@ -57,7 +55,7 @@ def body_text(
     parts: Sequence[_Part]
     n = program.coordinates
     if program.parts:
-        return kernels_text(program, names, real, dialect, result_name(function, program))
+        return kernels_text(program, target, result_name(function, program))
     if finds_multipliers(function):
         results = sum(len(block.closures) for block in program.blocks)
         parts = _solution(program, {}, {k: Cell("out", k) for k in range(results)})
@@ -70,9 +68,7 @@ def body_text(
     else:
         stores = _in_order(program)
         parts, results = [_Stores(stores)], len(stores)
-    return _Writer(program, names, real, dialect).text(
-        parts, results, result_name(function, program)
-    )
+    return _Writer(program, target).text(parts, results, result_name(function, program))
 
 
 def result_name(function: str, program: Program) -> str:
@@ -228,11 +224,11 @@ def _dense_block(
 class _Writer:
     """Writes the body of one function line by line."""
 
-    def __init__(self, program: Program, names: CNames, real: Real, dialect: Dialect) -> None:
+    def __init__(self, program: Program, target: CTarget) -> None:
         self.program = program
-        self.names = names
-        self.real = real
-        self.dialect = dialect
+        self.names = target.names
+        self.real = target.real
+        self.dialect = target.dialect
         self.lines: list[str] = []
         self.depth = 0
         self.copied: set[int] = set()

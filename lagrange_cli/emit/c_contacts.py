@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from lagrange_cli.emit.c_names import CNames, Real
 from lagrange_cli.emit.c_project import project_text, workspace
 from lagrange_cli.emit.c_reset import reset_text
-from lagrange_cli.emit.c_solvers import fill
+from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.program import Program
 
-__all__ = ["contact_names", "interface_text", "mode_names", "mode_workspace"]
+__all__ = ["contact_target", "interface_text", "mode_target", "mode_workspace"]
 
 _MODE = """\
 /* contact[0..2*@U@-1]: 1 for what is closed, then zeros; whether anything is closed. */
@@ -72,21 +71,27 @@ int @NAME@_reset(@RESET@)
 """
 
 
-def contact_names(names: CNames, real: Real, contacts: int) -> CNames:
-    """Names of the functions that take flags and targets in an array of their own."""
+def contact_target(target: CTarget, contacts: int) -> CTarget:
+    """The target of the functions that take flags and targets in an array of their own."""
+    names = target.names
     own = len(names.fields)
     further = {f"p{own + k}": f"contact[{k}]" for k in range(2 * contacts)}
-    return replace(
+    flagged = replace(
         names,
         inputs={**names.inputs, **further},
         contact_from=own,
-        further=f"const {real.name} *contact, ",
+        further=f"const {target.real.name} *contact, ",
     )
+    return replace(target, names=flagged)
 
 
-def mode_names(names: CNames) -> CNames:
-    """Names of the functions of the interface, which take a mode."""
-    return replace(names, further="const int *mode, ")
+def mode_target(target: CTarget) -> CTarget:
+    """The target of the functions of the interface, which take a mode."""
+    return _with_further(target, "const int *mode, ")
+
+
+def _with_further(target: CTarget, further: str) -> CTarget:
+    return replace(target, names=replace(target.names, further=further))
 
 
 def mode_workspace(programs: Mapping[str, Program], contacts: int) -> int:
@@ -94,18 +99,16 @@ def mode_workspace(programs: Mapping[str, Program], contacts: int) -> int:
     return workspace(programs) + 2 * contacts
 
 
-def interface_text(
-    programs: Mapping[str, Program], names: CNames, real: Real, contacts: int
-) -> str:
+def interface_text(programs: Mapping[str, Program], target: CTarget, contacts: int) -> str:
     """Projection, events and impacts, and the functions of the interface around them."""
-    inner, outer = contact_names(names, real, contacts), mode_names(names)
+    inner, outer = contact_target(target, contacts), mode_target(target)
     given = {
         "@U@": str(contacts),
         "@START@": str(workspace(programs)),
-        "@DYDT@": outer.arguments(real, "dydt"),
-        "@OUT@": outer.arguments(real, "out"),
-        "@STATE@": outer.state_arguments(real),
-        "@RESET@": reset_arguments(names, real),
+        "@DYDT@": outer.arguments("dydt"),
+        "@OUT@": outer.arguments("out"),
+        "@STATE@": outer.state_arguments(),
+        "@RESET@": reset_arguments(target),
     }
     functions = (
         _FUNCTION.replace("@FUNCTION@", name) for name in ("multipliers", "constraints", "events")
@@ -113,14 +116,14 @@ def interface_text(
     texts = [_MODE, _RHS, *functions, _PROJECT, _RESET]
     return "\n".join(
         [
-            project_text(programs, inner, real, "contact_"),
-            reset_text(programs, inner, real),
-            *(fill(text, names, real, given) for text in texts),
+            project_text(programs, inner, "contact_"),
+            reset_text(programs, inner),
+            *(target.fill(text, given) for text in texts),
         ]
     )
 
 
-def reset_arguments(names: CNames, real: Real) -> str:
+def reset_arguments(target: CTarget) -> str:
     """The parameter list of the function that changes state and mode."""
-    further = f"int *mode, int event, {real.name} bounce, "
-    return replace(names, further=further).state_arguments(real)
+    further = f"int *mode, int event, {target.real.name} bounce, "
+    return _with_further(target, further).state_arguments()

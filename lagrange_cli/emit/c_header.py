@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.c_contacts import mode_names, reset_arguments
-from lagrange_cli.emit.c_names import CNames, Real
+from lagrange_cli.emit.c_contacts import mode_target, reset_arguments
+from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.program import asked_for
 from lagrange_cli.emit.starting import rates_note
@@ -103,13 +103,13 @@ int @NAME@_project(@PROJECT@);
 """
 
 
-def header_text(equations: Equations, names: CNames, real: Real, work: int) -> str:
+def header_text(equations: Equations, target: CTarget, work: int) -> str:
     """The text of ``NAME.h``."""
-    prefix = names.prefix
+    prefix = target.prefix
     guard = f"LAGRANGE_{prefix}_H"
     return "\n".join(
         [
-            *_comment(equations, names),
+            *_comment(equations, target),
             f"#ifndef {guard}",
             f"#define {guard}",
             "",
@@ -125,9 +125,9 @@ def header_text(equations: Equations, names: CNames, real: Real, work: int) -> s
             ),
             f"#define {prefix}_WORK {work}",
             "",
-            *_structure(equations, names, real),
+            *_structure(equations, target),
             "",
-            _declarations(equations, names, real),
+            _declarations(equations, target),
             "#ifdef __cplusplus",
             "}",
             "#endif",
@@ -153,25 +153,25 @@ def _sizes(equations: Equations, prefix: str) -> list[str]:
     ]
 
 
-def _declarations(equations: Equations, names: CNames, real: Real) -> str:
+def _declarations(equations: Equations, target: CTarget) -> str:
     text = _INTERFACE + (_INPUTS if equations.inputs else "")
     text += _OUTPUTS if equations.outputs else ""
     text += _CONTACTS if equations.contacts else _CONSTRAINED if equations.closures else ""
-    outer = mode_names(names) if equations.contacts else names
+    outer = mode_target(target) if equations.contacts else target
     return (
-        text.replace("@RHS@", outer.arguments(real, "dydt"))
-        .replace("@OUT@", names.arguments(real, "out"))
-        .replace("@MODE@", outer.arguments(real, "out"))
+        text.replace("@RHS@", outer.arguments("dydt"))
+        .replace("@OUT@", target.arguments("out"))
+        .replace("@MODE@", outer.arguments("out"))
         .replace("@CONSTRAINTS@", _ZEROS_CLOSED if equations.closures else _ZEROS)
-        .replace("@PROJECT@", outer.state_arguments(real))
-        .replace("@RESET@", reset_arguments(names, real))
-        .replace("@NAME@", names.prefix)
+        .replace("@PROJECT@", outer.state_arguments())
+        .replace("@RESET@", reset_arguments(target))
+        .replace("@NAME@", target.prefix)
     )
 
 
-def _comment(equations: Equations, names: CNames) -> list[str]:
+def _comment(equations: Equations, target: CTarget) -> list[str]:
     """The opening comment: what this is, the order of everything, return values."""
-    lines = [_titled(names.prefix, equations.title)]
+    lines = [_titled(target.prefix, equations.title)]
     if equations.description:
         lines += ["", comment_text(equations.description)]
     lines += [
@@ -191,8 +191,8 @@ def _comment(equations: Equations, names: CNames) -> list[str]:
     lines += _listed("Inputs", "u", [_given(given) for given in equations.inputs])
     lines += _listed("Outputs", "out", [name for name, _ in equations.outputs])
     lines += _closures(equations)
-    lines += _contacts(equations, names.prefix)
-    lines += ["", *_conventions(equations, names.prefix).splitlines()]
+    lines += _contacts(equations, target.prefix)
+    lines += ["", *_conventions(equations, target.prefix).splitlines()]
     return ["/*", *(f" * {line}".rstrip() for line in lines), " */"]
 
 
@@ -331,9 +331,10 @@ def _described(of: Coordinate | Parameter, name: str) -> str:
     return text
 
 
-def _structure(equations: Equations, names: CNames, real: Real) -> list[str]:
+def _structure(equations: Equations, target: CTarget) -> list[str]:
     """The structure of the parameters."""
-    lines = [f"typedef struct {names.prefix}_params {{"]
+    names, real = target.names, target.real
+    lines = [f"typedef struct {target.prefix}_params {{"]
     for parameter, field in zip(equations.parameters, names.fields, strict=True):
         default = "must be given"
         if parameter.value is not None:
@@ -342,4 +343,4 @@ def _structure(equations: Equations, names: CNames, real: Real) -> list[str]:
         lines.append(f"    {real.name} {field}; /* {described}; {default} */")
     if not equations.parameters:
         lines.append(f"    {real.name} {names.empty_field}; /* there are no parameters */")
-    return [*lines, f"}} {names.prefix}_params;"]
+    return [*lines, f"}} {target.prefix}_params;"]

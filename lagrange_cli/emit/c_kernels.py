@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from textwrap import wrap
 
-from lagrange_cli.emit.c_names import CNames, Real
-from lagrange_cli.emit.c_solvers import BANDED, fill
+from lagrange_cli.emit.c_solvers import BANDED
+from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.factors import Band, Supernodes
 from lagrange_cli.emit.kernels import Column, Elimination, Kernel, Part, Total, Zeros
 from lagrange_cli.emit.operands import Operand, Variable, rebuilt
-from lagrange_cli.emit.printing import Dialect, expression
+from lagrange_cli.emit.printing import expression
 from lagrange_cli.emit.program import Program
 from lagrange_cli.emit.tables import node_tables, relative, table_name, tables_of
 
@@ -143,19 +143,19 @@ def _table_text(prefix: str, table: tuple[int, ...]) -> str:
     return "\n".join([f"static const int {name}[] = {{", *rows, "};", ""])
 
 
-def kernel_helpers(programs: Mapping[str, Program], names: CNames, real: Real) -> str:
+def kernel_helpers(programs: Mapping[str, Program], target: CTarget) -> str:
     """What the kernels of all programs of a source file need: solvers, sums, tables."""
     parts = [part for program in programs.values() for part in program.parts]
     solved = [part.factors for part in parts if isinstance(part, Elimination)]
     texts = []
     if any(isinstance(of, Band) for of in solved):
-        texts.append(fill(BANDED, names, real))
+        texts.append(target.fill(BANDED))
     if any(isinstance(of, Supernodes) for of in solved):
-        texts.append(fill(_SUPERNODES, names, real))
+        texts.append(target.fill(_SUPERNODES))
     if any(isinstance(part, Total) for part in parts):
-        texts.append(fill(_TOTAL, names, real))
+        texts.append(target.fill(_TOTAL))
     tables = dict.fromkeys(t for program in programs.values() for t in tables_of(program))
-    texts += [_table_text(names.prefix, table) for table in tables]
+    texts += [_table_text(target.prefix, table) for table in tables]
     return "\n".join(filter(None, texts))
 
 
@@ -175,14 +175,12 @@ def _indexes_parameters(program: Program) -> bool:
     return any(c.array == "p" and not c.is_fixed for c in _columns(program))
 
 
-def kernels_text(
-    program: Program, names: CNames, real: Real, dialect: Dialect, result: str
-) -> list[str]:
+def kernels_text(program: Program, target: CTarget, result: str) -> list[str]:
     """The lines of a function that runs the parts of a program.
 
     ``result``: the name of the array of results.
     """
-    writer = _Writer(program, names, real, dialect, result)
+    writer = _Writer(program, target, result)
     for part in program.parts:
         writer.write(part)
     counted = program.results or "(i = 0;" in "".join(writer.lines)
@@ -210,19 +208,17 @@ class _Writer:
     def __init__(
         self,
         program: Program,
-        names: CNames,
-        real: Real,
-        dialect: Dialect,
+        target: CTarget,
         result: str,
     ) -> None:
         self.program = program
-        self.names = names
-        self.dialect = dialect
-        self.real = real.name
-        self.zero = real.value(0.0)
+        self.names = target.names
+        self.dialect = target.dialect
+        self.real = target.real.name
+        self.zero = target.real.value(0.0)
         self.result = result
         self.lines: list[str] = []
-        self.copies = names.parameter_array is None and _indexes_parameters(program)
+        self.copies = target.names.parameter_array is None and _indexes_parameters(program)
 
     def opening(self) -> list[str]:
         """The arguments that are not used, and parameters that loops index."""

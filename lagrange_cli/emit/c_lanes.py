@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from lagrange_cli.emit.c_names import CNames, Real
+from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.printing import Dialect, expression, functions_in
 from lagrange_cli.emit.program import Program, input_names
 
@@ -25,7 +25,7 @@ _CALLEES = {"sin": "lagrange_lane_sin", "cos": "lagrange_lane_cos", "sqrt": "sqr
 _SMALLEST_PIVOT = "1e-14"
 
 
-def lanes_text(function: str, program: Program, names: CNames, real: Real, dialect: Dialect) -> str:
+def lanes_text(function: str, program: Program, target: CTarget) -> str:
     """``PREFIX_FUNCTION_lanes``, empty where the program has no such form.
 
     It reads ``t[l]`` and ``y[8*i + l]`` and writes ``dydt[8*i + l]`` for l below 8; where the
@@ -37,11 +37,12 @@ def lanes_text(function: str, program: Program, names: CNames, real: Real, diale
     unrolled = all(block.unrolled for block in program.blocks)
     if program.is_large or not unrolled or not called <= _CALLEES.keys():
         return ""
+    dialect = target.dialect
     dialect = replace(dialect, functions=_CALLEES, names={**dialect.names, "t": "t[l]"})
     head = (
-        f"int {names.prefix}_{function}_lanes(const double *restrict t,\n"
+        f"int {target.prefix}_{function}_lanes(const double *restrict t,\n"
         "    const double *restrict y, const double *u,\n"
-        f"    const {names.prefix}_params *restrict p, double *work,\n"
+        f"    const {target.prefix}_params *restrict p, double *work,\n"
         "    double *restrict dydt)\n"
     )
     results = _results if program.blocks else _values

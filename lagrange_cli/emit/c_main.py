@@ -6,8 +6,9 @@ import re
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c_main_contacts import REASON, contact_replacements
-from lagrange_cli.emit.c_names import CNames, Real, c_string
+from lagrange_cli.emit.c_names import Real, c_string
 from lagrange_cli.emit.c_recorded import c_recorded
+from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.starting import TOLERANCE, residual_labels, steps_per_row
 
 if TYPE_CHECKING:
@@ -209,12 +210,13 @@ _REASON_CLOSED = (
 )
 
 
-def main_text(equations: Equations, names: CNames, real: Real) -> str:
+def main_text(equations: Equations, target: CTarget) -> str:
     """The text of ``main`` and what it needs, to stand at the end of ``NAME.c``."""
+    names, real = target.names, target.real
     fields = list(zip(equations.parameters, names.fields, strict=True))
     given = [_named(_PARAMETER, p.name, field) for p, field in fields]
     needed = [_named(_NEEDED, p.name, field) for p, field in fields if p.value is None]
-    recorded = c_recorded(equations, names.prefix, real)
+    recorded = c_recorded(equations, target)
     replacements = {
         "@RECORDED@": f"{recorded.functions}\n".lstrip("\n"),
         "@WITHIN@": recorded.checks,

@@ -90,21 +90,6 @@ class CNames:
             inputs |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
         return cls(prefix, tuple(fields), inputs)
 
-    def arguments(self, real: Real, result: str) -> str:
-        """The parameter list that all functions of the interface share."""
-        return (
-            f"{real.name} t, const {real.name} *y, const {real.name} *u, "
-            f"const {self.prefix}_params *p, {self.further}"
-            f"{real.name} *work, {real.name} *{result}"
-        )
-
-    def state_arguments(self, real: Real) -> str:
-        """The parameter list of the function that changes a state."""
-        return (
-            f"{real.name} t, {real.name} *y, const {real.name} *u, "
-            f"const {self.prefix}_params *p, {self.further}{real.name} *work"
-        )
-
     @property
     def passed(self) -> str:
         """What functions pass on to others, before ``work``."""

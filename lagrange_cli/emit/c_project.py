@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lagrange_cli.emit.c_body import work_size
-from lagrange_cli.emit.c_names import CNames, Real
 from lagrange_cli.emit.c_reset import reset_workspace
-from lagrange_cli.emit.c_solvers import fill
+from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.constants import NEWTON_STEPS, RESIDUAL_AT_REST, RESIDUAL_ROUNDING
 from lagrange_cli.emit.constraints import INTERNAL
 from lagrange_cli.emit.program import Program
@@ -114,16 +113,16 @@ _VELOCITIES = """\
 """
 
 
-def residual_text(programs: Mapping[str, Program], names: CNames, real: Real) -> str:
+def residual_text(programs: Mapping[str, Program], target: CTarget) -> str:
     """The helpers of all projections, empty where there is none."""
     used = any(name.endswith("velocity_change") for name in programs)
-    more = {"@NEXT@": "nextafter" + real.suffix}
-    text = fill(_SIZE, names, real, more) if used else ""
+    more = {"@NEXT@": "nextafter" + target.real.suffix}
+    text = target.fill(_SIZE, more) if used else ""
     positions = any(name.endswith("position_change") for name in programs)
-    return "\n".join([text, fill(_COUPLED, names, real)]) if positions else text
+    return "\n".join([text, target.fill(_COUPLED)]) if positions else text
 
 
-def project_text(programs: Mapping[str, Program], names: CNames, real: Real, of: str = "") -> str:
+def project_text(programs: Mapping[str, Program], target: CTarget, of: str = "") -> str:
     """The definition of ``NAME_project``, empty where there are no closures.
 
     Parameters
@@ -134,14 +133,13 @@ def project_text(programs: Mapping[str, Program], names: CNames, real: Real, of:
     if f"{of}velocity_change" not in programs:
         return ""
     positions = f"{of}position_change" in programs
-    return fill(
+    names, real = target.names, target.real
+    return target.fill(
         "".join([_HEAD, _POSITIONS if positions else _NO_POSITIONS, _VELOCITIES]),
-        names,
-        real,
         {
             "@OF@": of,
             "@STATIC@": "" if names.contact_from is None else "static ",
-            "@ARGUMENTS@": names.state_arguments(real),
+            "@ARGUMENTS@": target.state_arguments(),
             "@PASSED@": names.passed,
             "@START@": str(_inner(programs, of)),
             "@N@": str(programs[f"{of}velocity_change"].coordinates),

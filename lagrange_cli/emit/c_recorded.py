@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.c_names import Real, c_string
+from lagrange_cli.emit.c_names import c_string
+from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.recorded import described_input, polynomial_row, recorded_inputs
 
@@ -56,8 +57,9 @@ class CRecorded:
     checks: str
 
 
-def c_recorded(equations: Equations, prefix: str, real: Real) -> CRecorded:
+def c_recorded(equations: Equations, target: CTarget) -> CRecorded:
     """What a ``main`` needs of recordings; all empty where there are none."""
+    prefix, real = target.prefix, target.real
     functions, setting, checks = "", "", ""
     for number, of in recorded_inputs(equations):
         name = comment_text(described_input(equations, number))

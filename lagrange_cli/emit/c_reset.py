@@ -15,9 +15,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lagrange_cli.emit.c_body import work_size
-from lagrange_cli.emit.c_names import CNames, Real
+from lagrange_cli.emit.c_names import CNames
 from lagrange_cli.emit.c_pushes import push_replacements, push_templates
-from lagrange_cli.emit.c_solvers import fill
+from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.constants import IMPACT_TOLERANCES, RATE_TOLERANCE
 from lagrange_cli.emit.program import Program, results_of
 
@@ -247,14 +247,15 @@ _RESET = """\
 """
 
 
-def reset_text(programs: Mapping[str, Program], names: CNames, real: Real) -> str:
+def reset_text(programs: Mapping[str, Program], target: CTarget) -> str:
     """``events`` and ``reset`` with what they need, empty where there are no contacts."""
     if "gaps" not in programs:
         return ""
+    names, real = target.names, target.real
     own = programs["gaps"].parameters - 2 * _contacts(programs)
     given = _arguments(names, own) | {
         "@PASSED@": names.passed,
-        "@ARGUMENTS@": names.arguments(real, "out"),
+        "@ARGUMENTS@": target.arguments("out"),
         "@U@": str(_contacts(programs)),
         "@M@": str(_multipliers(programs) - _contacts(programs)),
         "@N@": str(programs["gaps"].coordinates),
@@ -268,7 +269,7 @@ def reset_text(programs: Mapping[str, Program], names: CNames, real: Real) -> st
         "@ULPS@": real.value(128 * float(real.epsilon)),
     }
     parts = [_EVENTS, _STRUCTURE, *push_templates(_contacts(programs)), _IMPACT, _RESET]
-    return "\n".join(fill(fill(part, names, real, given), names, real) for part in parts)
+    return "\n".join(target.fill(target.fill(part, given)) for part in parts)
 
 
 def _arguments(names: CNames, own: int) -> dict[str, str]:

@@ -9,15 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lagrange_cli.emit.c import blocks_of, function_names, function_text, functions_used
+from lagrange_cli.emit.c import blocks_of, function_text, functions_used
 from lagrange_cli.emit.c_kernels import kernel_helpers
 from lagrange_cli.emit.c_lanes import LANES_HEADER, lanes_text
 from lagrange_cli.emit.c_names import CNames, Real, real_type
 from lagrange_cli.emit.c_project import project_text, residual_text
 from lagrange_cli.emit.c_reset import reset_text
-from lagrange_cli.emit.c_solvers import fill, helper_text, solver_text
+from lagrange_cli.emit.c_solvers import helper_text, solver_text
+from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.c_taylor import TAYLOR_HEADER, taylor_text
-from lagrange_cli.emit.printing import Dialect
 from lagrange_cli.emit.program import Program, results_of
 
 __all__ = ["DOUBLE", "lanes_source", "library_source", "tables_source", "taylor_source"]
@@ -71,20 +71,20 @@ def library_source(programs: Mapping[str, Program], real: Real = DOUBLE) -> str:
     :func:`lagrange_cli.emit.c_project.workspace` is the size of ``work`` that serves all of
     them. The programs read parameters from an array at ``p``, of numbers of the type ``real``.
     """
-    names, dialect = _language(programs, real)
+    target = _target(programs, real)
     used = set().union(*(functions_used(program) for program in programs.values()))
     parts = [
         "#include <math.h>\n",
         _parameter_type(programs, real),
-        helper_text(used, names, real),
-        solver_text(blocks_of(programs), names, real),
-        kernel_helpers(programs, names, real),
-        *(function_text(f, p, names, real, dialect) for f, p in programs.items()),
-        residual_text(programs, names, real),
-        *(project_text(programs, names, real, of) for of in ("", "contact_")),
-        reset_text(programs, names, real),
+        helper_text(used, target),
+        solver_text(blocks_of(programs), target),
+        kernel_helpers(programs, target),
+        *(function_text(f, p, target) for f, p in programs.items()),
+        residual_text(programs, target),
+        *(project_text(programs, target, of) for of in ("", "contact_")),
+        reset_text(programs, target),
         _both(programs),
-        fill(_TABLE, names, real),
+        target.fill(_TABLE),
     ]
     return "\n".join(filter(None, parts))
 
@@ -99,25 +99,25 @@ def _both(programs: Mapping[str, Program]) -> str:
 def lanes_source(programs: Mapping[str, Program]) -> str:
     """What follows that text: right-hand sides at eight states at once, where they have that
     form, as functions ``system_NAME_lanes``."""
-    names, dialect = _language(programs, DOUBLE)
+    target = _target(programs, DOUBLE)
     sides = {f: p for f, p in programs.items() if p.blocks}
-    texts = [lanes_text(f, p, names, DOUBLE, dialect) for f, p in sides.items()]
+    texts = [lanes_text(f, p, target) for f, p in sides.items()]
     return "\n".join([f'#include "{LANES_HEADER}"\n', *texts]) if any(texts) else ""
 
 
 def taylor_source(programs: Mapping[str, Program]) -> str:
     """Recurrences for the Taylor coefficients of right-hand sides, as functions
     ``system_NAME_taylor``; empty where one of them has none."""
-    names, _ = _language(programs, DOUBLE)
-    sides = [taylor_text(f, programs[f], names, DOUBLE) for f in ("rhs", "disturbed")]
+    target = _target(programs, DOUBLE)
+    sides = [taylor_text(f, programs[f], target) for f in ("rhs", "disturbed")]
     return "\n".join([f'#include "{TAYLOR_HEADER}"\n', *sides]) if all(sides) else ""
 
 
 def tables_source(programs: Mapping[str, Program]) -> str:
     """What follows that text: :data:`TABLES` at eight states at once, where they have that form,
     as functions ``system_NAME_lanes``."""
-    names, dialect = _language(programs, DOUBLE)
-    found = [lanes_text(f, programs[f], names, DOUBLE, dialect) for f in TABLES if f in programs]
+    target = _target(programs, DOUBLE)
+    found = [lanes_text(f, programs[f], target) for f in TABLES if f in programs]
     return "\n".join([_parameter_type(programs, DOUBLE), *found])
 
 
@@ -125,9 +125,9 @@ def _parameter_type(programs: Mapping[str, Program], real: Real) -> str:
     return f"typedef struct {{ {real.name} p[{max(_parameters(programs), 1)}]; }} system_params;\n"
 
 
-def _language(programs: Mapping[str, Program], real: Real) -> tuple[CNames, Dialect]:
+def _target(programs: Mapping[str, Program], real: Real) -> CTarget:
     names = _dummy_names(programs["rhs"].coordinates, _parameters(programs), programs["rhs"].driven)
-    return names, Dialect(real.literal, function_names(names, real), names.inputs)
+    return CTarget(names, real)
 
 
 def _parameters(programs: Mapping[str, Program]) -> int:

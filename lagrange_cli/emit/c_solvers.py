@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 
-from lagrange_cli.emit.c_names import CNames, Real
 from lagrange_cli.emit.c_saddle import saddle_template
+from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.solve import Block
 
 __all__ = [
     "BANDED",
     "EPSILON_NAME",
     "dense_size",
-    "fill",
     "helper_text",
     "solver_text",
 ]
@@ -218,46 +217,27 @@ def _workspace(size: int, *, refined: bool) -> int:
     return size * size + 2 * size + (size * size + size) * refined
 
 
-def helper_text(used: Collection[str], names: CNames, real: Real) -> str:
+def helper_text(used: Collection[str], target: CTarget) -> str:
     """Definitions of the helpers among the functions that are used."""
-    return "\n".join(fill(_HELPERS[name], names, real) for name in _HELPERS if name in used)
+    return "\n".join(target.fill(_HELPERS[name]) for name in _HELPERS if name in used)
 
 
-def solver_text(blocks: Sequence[Block], names: CNames, real: Real) -> str:
+def solver_text(blocks: Sequence[Block], target: CTarget) -> str:
     """What solving the blocks needs: the bound for pivots and the loops."""
-    parts = []
+    real, parts = target.real, []
     if any((b.definite and b.size > 1 and not b.exact) or b.closures for b in blocks):
         parts.append(
             "/* A pivot below this multiple of its diagonal entry is rounding error. */\n"
-            f"#define {names.prefix}_{EPSILON_NAME} {real.literal(real.epsilon)}\n"
+            f"#define {target.prefix}_{EPSILON_NAME} {real.literal(real.epsilon)}\n"
         )
     loops = [block for block in blocks if not block.unrolled and block.band is None]
     if any(block.definite for block in loops):
-        parts.append(fill(_DEFINITE, names, real))
+        parts.append(target.fill(_DEFINITE))
     if any(not block.definite for block in loops):
-        parts.append(fill(_PIVOTED, names, real))
+        parts.append(target.fill(_PIVOTED))
     if any(block.closures for block in loops):
         compliant = any(block.compliant for block in loops)
-        parts.append(fill(saddle_template(real, compliant=compliant), names, real))
+        parts.append(target.fill(saddle_template(real, compliant=compliant)))
     if any(block.band is not None for block in blocks):
-        parts.append(fill(BANDED, names, real))
+        parts.append(target.fill(BANDED))
     return "\n".join(parts)
-
-
-def fill(template: str, names: CNames, real: Real, others: Mapping[str, str] | None = None) -> str:
-    """Put type, names and constants into a template."""
-    replacements = {
-        **(others or {}),
-        "@NAME@": names.prefix,
-        "@REAL@": real.name,
-        "@FABS@": "fabs" + real.suffix,
-        "@SQRT@": "sqrt" + real.suffix,
-        "@FREXP@": "frexp" + real.suffix,
-        "@LDEXP@": "ldexp" + real.suffix,
-        "@CEIL@": "ceil" + real.suffix,
-        "@ZERO@": real.value(0.0),
-        "@ONE@": real.value(1.0),
-    }
-    for token, text in replacements.items():
-        template = template.replace(token, text)
-    return template

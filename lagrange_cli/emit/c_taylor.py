@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from lagrange_cli.emit.c_names import CNames, Real
+from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.printing import Dialect, expression, functions_in
 from lagrange_cli.emit.program import Program
 from lagrange_cli.emit.series import (
@@ -33,7 +33,7 @@ _SUM = re.compile(r"\bs(\d+)\b")
 _AT_ONCE = 2
 
 
-def taylor_text(function: str, program: Program, names: CNames, real: Real) -> str:
+def taylor_text(function: str, program: Program, target: CTarget) -> str:
     """``PREFIX_FUNCTION_taylor`` and how many rows it needs, empty where there is no such form.
 
     It is a ``lagrange_series`` of the header; the first rows are those of the state, and
@@ -45,7 +45,7 @@ def taylor_text(function: str, program: Program, names: CNames, real: Real) -> s
     operands = (*program.output("pivots"), *program.output("scales"))
     if any(functions_in(operand) for operand in operands):
         return ""
-    found = Recurrences(real.literal, n, 2 * n + 1)
+    found = Recurrences(target.real.literal, n, 2 * n + 1)
     try:
         for name, operand in program.assignments:
             series = found.of(operand)
@@ -56,7 +56,7 @@ def taylor_text(function: str, program: Program, names: CNames, real: Real) -> s
         return ""
     rows = [i for block in program.blocks for i in block.coordinates]
     return _function(
-        f"{names.prefix}_{function}_taylor",
+        f"{target.prefix}_{function}_taylor",
         found,
         dict(zip(rows, accelerations, strict=True)),
         tests,
