@@ -43,7 +43,7 @@ from lagrange_cli.scene import read_file
 from lagrange_cli.simulate.charts import simulate_past_charts
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.request import resolve
+from lagrange_cli.simulate.request import SimulationOptions, resolve
 from lagrange_cli.simulate.right_hand_side import right_hand_side
 from lagrange_cli.simulate.simulation import simulate
 from lagrange_cli.simulate.trajectory import Trajectory
@@ -101,7 +101,7 @@ def systems(scene: Path) -> Iterator[System]:
 
 def sample_times(model: Model) -> Array:
     """The sample times that the scene asks for."""
-    return resolve(model, None, STEERING, None, None, None, None, None, None).times
+    return resolve(model, SimulationOptions(accuracy=STEERING)).times
 
 
 def judged(trajectory: Trajectory, reference: Reference) -> float:
@@ -148,7 +148,7 @@ def measured(system: System, accuracy: float, reference: Reference) -> Row:
         0,
     )
     try:
-        found = simulate_past_charts(system.model, accuracy=accuracy)
+        found = simulate_past_charts(system.model, SimulationOptions(accuracy=accuracy))
     except InputError as refusal:
         return replace(blank, reason=refusal.problems[0].message)
     if found.t[-1] > reference.times[-1]:

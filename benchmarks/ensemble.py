@@ -41,6 +41,7 @@ from integration import about
 
 from lagrange_cli.simulate.ensemble import Plan, Task, run_block, run_blocks, tasks_of
 from lagrange_cli.simulate.members import Own, Recipe, differ_in_numbers
+from lagrange_cli.simulate.request import SimulationOptions
 
 #: Positions without names, so that the columns are those that heyoka returns.
 SCENE = """
@@ -88,8 +89,8 @@ def plan(how: dict[str, Any]) -> Plan:
     own = Own({}, dict(zip(NAMES, map(repr, CENTRE), strict=True)))
     model = recipe.model(own)
     alone = differ_in_numbers(recipe, own, model)
-    common = {"until": UNTIL, "samples": SAMPLES}
-    return Plan(str(how), recipe, NAMES, own, model, alone, SAMPLES, {**common, **how})
+    options = SimulationOptions(until=UNTIL, samples=SAMPLES, **how)
+    return Plan(str(how), recipe, NAMES, own, model, alone, SAMPLES, options)
 
 
 def lagrange(starts: Sequence[Release], jobs: int, how: dict[str, Any]) -> Way:

@@ -23,6 +23,7 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.simulate.family import Family, family_of
 from lagrange_cli.simulate.integrators.side_by_side import Steps
 from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.request import SimulationOptions
 
 SAMPLES, SEED = 101, 7
 
@@ -90,7 +91,8 @@ def families(accuracy: float) -> list[Family]:
         scene = SYSTEMS / path.relative_to(FOLDER).parent / f"{path.name.split('.')[0]}.yaml"
         try:
             model = system(scene, "minimal").model
-            family = family_of(model, {"accuracy": accuracy, "samples": SAMPLES}, ())
+            options = SimulationOptions(accuracy=accuracy, samples=SAMPLES)
+            family = family_of(model, options, ())
         except InputError as refusal:
             print(f"{scene.stem}: {refusal.problems[0].message}", file=sys.stderr)
             continue

@@ -8,16 +8,20 @@ taken.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from lagrange_cli.cache import Cache
     from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.scene.model import Formulation, Scene
     from lagrange_cli.simulate import Trajectory
+    from lagrange_cli.simulate.checkpoint import Checkpoint
     from lagrange_cli.simulate.model import Model
+    from lagrange_cli.simulate.right_hand_side import RightHandSide
+    from lagrange_cli.simulate.stream import Stream
     from lagrange_cli.simulate.trade import Trade
 
 __all__ = ["Derivation", "LoadedScene", "load", "loads"]
@@ -133,16 +137,31 @@ class Derivation:
 
         return emitter(to).emit(self.equations, options)
 
-    def simulate(self, **options: Any) -> Trajectory:
+    def simulate(
+        self,
+        *,
+        progress: Callable[[float], None] | None = None,
+        reached: Callable[[float], None] | None = None,
+        stop: Callable[[], bool] | None = None,
+        functions: RightHandSide | None = None,
+        cache: Cache | None = None,
+        stream: Stream | None = None,
+        checkpoint: Checkpoint | None = None,
+        **options: Any,
+    ) -> Trajectory:
         """Integrate; see :func:`lagrange_cli.simulate.simulate` for the options."""
         from lagrange_cli.simulate.charts import simulate_past_charts
         from lagrange_cli.simulate.modelling import model_of
+        from lagrange_cli.simulate.request import SimulationOptions
+        from lagrange_cli.simulate.simulation import RunContext
 
+        asked = SimulationOptions(**options)
+        context = RunContext(functions, cache, stream, checkpoint, progress, reached, stop)
         wanted = "auto" if self.scene is None else self.scene.simulate.formulation or "auto"
         if wanted == "multiplier":
-            return simulate_past_charts(self._with_multipliers(), **options)
+            return simulate_past_charts(self._with_multipliers(), asked, None, context)
         other = self._with_multipliers if wanted == "auto" and self.scene is not None else None
-        return simulate_past_charts(model_of(self.equations), other, **options)
+        return simulate_past_charts(model_of(self.equations), asked, other, context)
 
     def tradeoff(self, **options: Any) -> Trade:
         """Measure speed against accuracy; see :func:`lagrange_cli.simulate.trade.trade`."""

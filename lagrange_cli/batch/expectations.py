@@ -181,8 +181,10 @@ def _simulated(
     """Integrate; SciPy is imported only for scenes that ask for this."""
     from lagrange_cli.simulate.charts import simulate_past_charts
     from lagrange_cli.simulate.modelling import model_of
+    from lagrange_cli.simulate.request import SimulationOptions
 
-    return simulate_past_charts(model_of(equations), until=until, accuracy=accuracy)
+    options = SimulationOptions(until=until, accuracy=accuracy)
+    return simulate_past_charts(model_of(equations), options)
 
 
 def _state(expect: Expect, equations: Equations) -> Iterator[Problem]:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble_store import Store
     from lagrange_cli.simulate.members import Own, Recipe
     from lagrange_cli.simulate.model import Model
+    from lagrange_cli.simulate.request import SimulationOptions
 
 __all__ = ["Asked", "many", "options", "simulate_ensemble"]
 
@@ -38,6 +39,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 _OPTIONS = (
     click.option(
         "--ensemble",
+        "member_file",
         type=click.Path(),
         metavar="FILE",
         help="Simulate a member for each row of a .csv file, whose header names parameters and "
@@ -77,44 +79,46 @@ class Many:
     resume: bool
 
 
-def many(how: dict[str, Any], plot: str | None) -> Many | None:
-    """Take these options out of others; None where there is one motion.
+def many(
+    member_file: str | None,
+    vary: tuple[str, ...],
+    jobs: int | None,
+    resume: str | None,
+    checkpoint: str | None,
+    plot: str | None,
+) -> Many | None:
+    """Gather the options of an ensemble; None where there is one motion.
 
     Raises
     ------
     InputError
         They contradict each other or what else is asked for.
     """
-    if how["ensemble"] is None and not how["vary"]:
-        if how["jobs"] is not None:
+    if member_file is None and not vary:
+        if jobs is not None:
             raise _usage("--jobs is for ensembles", "--ensemble FILE or --vary NAME=RANGE")
-        for name in ("ensemble", "vary", "jobs"):
-            del how[name]
         return None
-    if how["resume"]:
+    if resume:
         raise _usage(
-            f"an ensemble goes on from what stands beside -o, not from '{how['resume']}'",
+            f"an ensemble goes on from what stands beside -o, not from '{resume}'",
             "--resume at the end of the options, or --resume=",
         )
-    if how.pop("checkpoint") is not None:
+    if checkpoint is not None:
         raise _usage(
             "an ensemble keeps each member as it ends, without --checkpoint",
             "--resume -o ensemble.npz goes on with the others",
         )
-    resume = how.pop("resume") is not None
-    names = ("ensemble", "vary", "jobs")
-    found = Many(**{name: how.pop(name) for name in names}, resume=resume)
-    if found.ensemble is not None and found.vary:
+    if member_file is not None and vary:
         raise _usage("--ensemble and --vary both say what the members are", "give one of them")
     if plot is not None:
         raise _usage("an ensemble is not drawn", "-o ensemble.npz has the samples of all members")
-    return found
+    return Many(member_file, vary, jobs, resume is not None)
 
 
 @dataclass(frozen=True)
 class Asked:
     """What the options ask for; ``parameters``, ``initial`` and ``times`` as the scene's reader
-    takes them, ``how`` as :func:`lagrange_cli.simulate.simulate` does."""
+    takes them, ``options`` of all members, with the budget of all together."""
 
     many: Many
     source: Source
@@ -125,7 +129,12 @@ class Asked:
     columns: tuple[str, ...]
     output: str | None
     as_json: bool
-    how: Mapping[str, Any]
+    options: SimulationOptions
+
+    @property
+    def member_options(self) -> SimulationOptions:
+        """Options of each member, none of which has a budget of its own."""
+        return replace(self.options, budget=None)
 
     @property
     def recipe(self) -> Recipe:
@@ -180,7 +189,7 @@ def simulate_ensemble(session: Session, asked: Asked) -> int:
     begun = perf_counter()
     with session.progress("integrating") as move:
         jobs = asked.many.jobs or shared.cores()
-        budget = asked.how["budget"]
+        budget = asked.options.budget
         complete = run_members(tasks, store, jobs=jobs, budget=budget, progress=move)
     if complete and asked.output is not None:
         store.write(asked.output, times)
@@ -230,8 +239,7 @@ def _plan(session: Session, asked: Asked, members: Members, scene: Scene) -> tup
 
     _require_common_times(scene, Own.of(members.values(0), scene), members)
     own, model = _first_model(session, asked, members, scene)
-    how = {name: value for name, value in asked.how.items() if name != "budget"}
-    times = resolve(model, **{"until": None, **how, "budget": None}).times
+    times = resolve(model, asked.member_options).times
     plan = Plan(
         key=_key(asked, members),
         recipe=asked.recipe,
@@ -240,7 +248,7 @@ def _plan(session: Session, asked: Asked, members: Members, scene: Scene) -> tup
         model=model,
         alone=_alone(session, asked, own, model),
         samples=len(times),
-        how=how,
+        options=asked.member_options,
         extra=asked.columns,
         columns=asked.output is not None,
     )
@@ -310,9 +318,13 @@ def _key(asked: Asked, members: Members) -> str:
     """The hash of all that results depend on."""
     from lagrange_cli.cache import digest, fingerprint
 
-    how = {name: value for name, value in asked.how.items() if name != "budget"}
     shared = [sorted(given.items()) for given in (asked.parameters, asked.initial, asked.times)]
-    question = [shared, asked.formulation, asked.columns, sorted(how.items())]
+    question = [
+        shared,
+        asked.formulation,
+        asked.columns,
+        sorted(vars(asked.member_options).items()),
+    ]
     table = [members.names, members.rows]
     return digest("ensemble", fingerprint(), asked.source.data, *map(json.dumps, (question, table)))
 

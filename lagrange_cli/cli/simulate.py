@@ -6,6 +6,7 @@ import json
 import math
 import re
 from contextlib import contextmanager, nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.checkpoint import Checkpoint
     from lagrange_cli.simulate.model import Model
+    from lagrange_cli.simulate.request import SimulationOptions
 
 __all__ = ["simulate"]
 
@@ -262,7 +264,12 @@ def simulate(
     output: str | None,
     plot: str | None,
     as_json: bool,
-    **how: Any,
+    checkpoint: str | None,
+    resume: str | None,
+    member_file: str | None,
+    vary: tuple[str, ...],
+    jobs: int | None,
+    **chosen: Any,
 ) -> None:
     """Integrate SCENE, a YAML file or - for standard input, and report its end."""
     session = ctx.ensure_object(Session)
@@ -270,16 +277,21 @@ def simulate(
     times = {k: v for k, v in (("until", until), ("start", start)) if v is not None}
     if until is not None and _DECIMAL.fullmatch(until):
         # A plain number changes nothing of the model, which can be that of before.
-        how["until"] = float(times.pop("until"))
+        chosen["until"] = float(times.pop("until"))
     source = read_source(scene)
-    _guard(scene, source, parameters, {"-o": output, "--plot": plot}, how)
-    many = ensemble.many(how, plot)
+    state = checkpoint if resume is None else resume
+    _guard(scene, source, parameters, {"-o": output, "--plot": plot}, state, member_file)
+    many = ensemble.many(member_file, vary, jobs, resume, checkpoint, plot)
+    # What takes long to import comes after what is refused at once.
+    from lagrange_cli.simulate.request import SimulationOptions
+
+    wanted = SimulationOptions(**chosen)
     if many is not None:
         asked = (source, parameters, initial, times, formulation)
-        members = ensemble.Asked(many, *asked, columns, output, as_json, how)
+        members = ensemble.Asked(many, *asked, columns, output, as_json, wanted)
         with _alone(output):
             ctx.exit(ensemble.simulate_ensemble(session, members))
-    how["checkpoint"] = checkpoint = _checkpoint(how.pop("checkpoint"), how.pop("resume"))
+    kept = _checkpoint(checkpoint, resume)
     model_in = partial(
         model_of_scene,
         session,
@@ -289,23 +301,23 @@ def simulate(
         times=times,
         forces="forces" in columns,
     )
-    model = _model_within(session, how.get("budget"), partial(model_in, formulation=formulation))
+    model = _model_within(session, wanted.budget, partial(model_in, formulation=formulation))
     derive_seconds = perf_counter() - started
-    how["budget"] = _left_of(how.get("budget"), derive_seconds)
+    wanted = replace(wanted, budget=_left_of(wanted.budget, derive_seconds))
     free = (formulation or model.defaults.formulation or "auto") == "auto"
     other = partial(model_in, formulation="multiplier") if free else None
-    with _alone(None if checkpoint is None else checkpoint.path):
+    with _alone(None if kept is None else kept.path):
         files = output, columns, plot is not None
-        trajectory, interrupt = _integrated(session, model, other, files, how)
+        trajectory, interrupt = _integrated(session, model, other, wanted, files, kept)
         if output is not None and trajectory.written is None:
             trajectory.write(output, columns)
         shown = partial(_json, derive_seconds) if as_json else partial(_text, model)
         print_text(shown(trajectory, columns))
         if plot is not None:
             trajectory.plot(plot)
-        if checkpoint is not None and trajectory.status != "stopped":
-            checkpoint.remove()
-    for remark in _remarks(trajectory, model, checkpoint):
+        if kept is not None and trajectory.status != "stopped":
+            kept.remove()
+    for remark in _remarks(trajectory, model, kept):
         session.remark(remark)
     ended = trajectory.status == "stopped" and interrupt.asked
     ctx.exit(interrupt.exit_code if ended else trajectory.exit_code)
@@ -348,11 +360,11 @@ def _guard(
     source: Source,
     parameters: Mapping[str, str],
     outputs: Mapping[str, str | None],
-    how: Mapping[str, Any],
+    state: str | None,
+    member_file: str | None,
 ) -> None:
-    """Refuse outputs that would replace what is read, before any work."""
-    reads = [] if how["ensemble"] is None else [Named("the ensemble", how["ensemble"])]
-    state = how["checkpoint"] if how["resume"] is None else how["resume"]
+    """Refuse outputs that would replace what is read, before any work; ``state`` is written."""
+    reads = [] if member_file is None else [Named("the ensemble", member_file)]
     files = checkpoint_files(state) if state else {}
     guard(scene, source, parameters, {**outputs, **files}, reads)
 
@@ -361,8 +373,9 @@ def _integrated(
     session: Session,
     model: Model,
     other: Callable[[], Model] | None,
+    wanted: SimulationOptions,
     files: tuple[str | None, tuple[str, ...], bool],
-    how: dict[str, Any],
+    checkpoint: Checkpoint | None,
 ) -> tuple[Trajectory, Interrupts]:
     """The motion, and the signal that may have ended it.
 
@@ -374,6 +387,7 @@ def _integrated(
         The output with its further columns, and whether there is to be a picture.
     """
     from lagrange_cli.simulate.charts import simulate_past_charts
+    from lagrange_cli.simulate.simulation import RunContext
     from lagrange_cli.simulate.stream import Stream
     from lagrange_cli.simulate.trajectory import require_forces
 
@@ -384,10 +398,11 @@ def _integrated(
         def stop() -> bool:
             return interrupt.asked
 
-        told = {"progress": progress, "reached": progress.reached, "stop": stop}
-        run = {**how, **told, "cache": session.cache, "stream": Stream(*files)}
+        context = RunContext(
+            None, session.cache, Stream(*files), checkpoint, progress, progress.reached, stop
+        )
         with heard_by(Listener(ends=stop)):
-            trajectory = simulate_past_charts(model, other, **run)
+            trajectory = simulate_past_charts(model, wanted, other, context)
     session.explain_code()
     session.detail(f"method: {trajectory.choice}")
     return trajectory, interrupt

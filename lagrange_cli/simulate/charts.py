@@ -14,7 +14,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,10 +32,10 @@ from lagrange_cli.simulate.meeting import (
 )
 from lagrange_cli.simulate.model import FormerChart, Model, SingularPlace
 from lagrange_cli.simulate.outcome import Status
-from lagrange_cli.simulate.request import resolve
+from lagrange_cli.simulate.request import Request, SimulationOptions
 from lagrange_cli.simulate.right_hand_side import functions_of
 from lagrange_cli.simulate.rows import Rows
-from lagrange_cli.simulate.simulation import simulate
+from lagrange_cli.simulate.simulation import RunContext, integrate
 from lagrange_cli.simulate.trajectory import Trajectory
 
 __all__ = ["simulate_past_charts"]
@@ -55,7 +55,10 @@ RUNNING = 0.8
 
 
 def simulate_past_charts(
-    model: Model, other: Callable[[], Model] | None = None, **how: Any
+    model: Model,
+    options: SimulationOptions,
+    other: Callable[[], Model] | None = None,
+    context: RunContext | None = None,
 ) -> Trajectory:
     """Simulate a model, in other coordinates where its own are singular on the way.
 
@@ -63,21 +66,24 @@ def simulate_past_charts(
     ----------
     model
         What is to be simulated.
+    options
+        What the user asks for.
     other
         Makes the model of the same scene with multipliers, or refuses; None where
         the scene's coordinates are to be kept.
-    how
-        Options of :func:`.simulation.simulate`.
+    context
+        Means and listeners of the run; by default as :class:`.simulation.RunContext` has them.
 
     Raises
     ------
     InputError
         As :func:`.simulation.simulate`.
     """
+    context = context or RunContext()
     if model.chart is not None:
-        return _with_chart(model, model.chart, _alone(how))
+        return _with_chart(model, model.chart, options, _alone(context))
     if not model.singular:
-        return simulate(model, **how)
+        return integrate(model, context.resolved(model, options), context)
     started = time.perf_counter()
     looked: list[int] = []
 
@@ -86,17 +92,21 @@ def simulate_past_charts(
         _refuse_met(first_met(model, times, states, found.status, found.requested), times)
 
     try:
-        every = _grid(model, how).every(WATCHED)
-        first = simulate(model, every=every, look=look, **how)
+        request = context.resolved(model, options)
+        every = _grid(request).every(WATCHED)
+        first = integrate(model, request, context, every=every, look=look)
     except InputError as refusal:
-        return _from_start(model, other, how, refusal)
+        return _from_start(model, options, other, context, refusal)
     if looked:
         return first
     met = place_met(model, first)
     if met is None:
         return _thinned(first, every)
-    rest = _rest(how, time.perf_counter() - started)
-    second = None if other is None or rest is None else _in_other(other, met.place, rest)
+    left = _left(options.budget, time.perf_counter() - started)
+    second = None
+    if other is not None and left != 0:
+        again = replace(context, functions=None, progress=None, checkpoint=None, stream=None)
+        second = _in_other(other, met.place, replace(options, budget=left), again)
     if second is not None and (second.status == "ok" or second.t[-1] > first.t[-1]):
         return _with_costs(second, [first])
     return _thinned(_cut(first, met), every)
@@ -116,9 +126,9 @@ def _refuse_met(met: Meeting | None, times: Rows) -> None:
     )
 
 
-def _alone(how: Mapping[str, Any]) -> dict[str, Any]:
-    """Options of a run whose coordinates are read off its positions, in memory and as a whole."""
-    if how.get("checkpoint") is not None:
+def _alone(context: RunContext) -> RunContext:
+    """Context of a run in memory, and as a whole, whose coordinates are read off positions."""
+    if context.checkpoint is not None:
         raise InputError(
             Problem(
                 "a run cannot be interrupted and go on whose coordinates are read off positions",
@@ -126,28 +136,29 @@ def _alone(how: Mapping[str, Any]) -> dict[str, Any]:
                 rule="resume",
             )
         )
-    return {**how, "stream": None}
+    return replace(context, stream=None)
 
 
-def _rest(how: Mapping[str, Any], seconds: float) -> dict[str, Any] | None:
-    """Options of a second run; None where the first has used up the budget."""
-    budget = how.get("budget")
-    if budget is not None and seconds >= budget:
-        return None
-    left = None if budget is None else budget - seconds
-    fresh = {"functions": None, "progress": None, "checkpoint": None, "stream": None}
-    return {**how, "budget": left, **fresh}
+def _left(budget: float | None, seconds: float) -> float | None:
+    """Seconds that are left of a budget, 0 where it is used up; None where there is none."""
+    return None if budget is None else max(budget - seconds, 0.0)
 
 
 def _from_start(
-    model: Model, other: Callable[[], Model] | None, how: Mapping[str, Any], refusal: InputError
+    model: Model,
+    options: SimulationOptions,
+    other: Callable[[], Model] | None,
+    context: RunContext,
+    refusal: InputError,
 ) -> Trajectory:
     """The motion in other coordinates where it begins at a singular place of its own."""
     problem = refusal.problems[0]
     place = place_at_start(model) if problem.rule == "singular" else None
     if place is None:
         raise refusal
-    second = None if other is None else _in_other(other, place, _alone({**how, "functions": None}))
+    second = None
+    if other is not None:
+        second = _in_other(other, place, options, replace(_alone(context), functions=None))
     if second is None:
         said = f"the coordinates are singular where {place.where}"
         raise InputError(replace(problem, hint=f"{said}\n{problem.hint}")) from refusal
@@ -174,7 +185,10 @@ def _sliced(columns: Mapping[str, Array], kept: NDArray[np.intp]) -> dict[str, A
 
 
 def _in_other(
-    other: Callable[[], Model], place: SingularPlace, how: Mapping[str, Any]
+    other: Callable[[], Model],
+    place: SingularPlace,
+    options: SimulationOptions,
+    context: RunContext,
 ) -> Trajectory | None:
     """The motion with multipliers; None where that form has the same coordinates."""
     try:
@@ -184,18 +198,21 @@ def _in_other(
     kept = set(place.lost) & set(model.coordinates)
     if model.chart is None or (kept and not place.ends):
         return None
-    found = _with_chart(model, model.chart, how)
+    found = _with_chart(model, model.chart, options, context)
     said = f"in {model.formulation} form: the coordinates are singular where {place.where}"
     return replace(found, remarks=(said, *found.remarks))
 
 
-def _with_chart(model: Model, chart: FormerChart, how: Mapping[str, Any]) -> Trajectory:
+def _with_chart(
+    model: Model, chart: FormerChart, options: SimulationOptions, context: RunContext
+) -> Trajectory:
     """A simulation whose results hold the coordinates that have been replaced as well."""
     there = {*model.coordinates, *model.cartesian, *model.outputs}
     gone = [name for name in chart.coordinates if name not in there]
+    request = context.resolved(model, options)
     if not gone:
-        return simulate(model, **how)
-    run, found, every = _run_and_followed(model, chart, how)
+        return integrate(model, request, context)
+    run, found, every = _run_and_followed(model, chart, request, context)
     own = _own_columns(chart, gone, found, run)
     run = _thinned(replace(run, columns=own | dict(run.columns)), every)
     if not found.lost:
@@ -204,14 +221,16 @@ def _with_chart(model: Model, chart: FormerChart, how: Mapping[str, Any]) -> Tra
 
 
 def _run_and_followed(
-    model: Model, chart: FormerChart, how: Mapping[str, Any]
+    model: Model, chart: FormerChart, request: Request, context: RunContext
 ) -> tuple[Trajectory, Followed, int]:
     """A run as fine as its former coordinates need it, these, and every which sample counts."""
-    started, spent, grid = time.perf_counter(), 0.0, _grid(model, how)
-    every, before, options = grid.every(WATCHED), list[Trajectory](), _without_following(how)
-    deadline = started + (how.get("budget") or np.inf)
+    started, spent, grid = time.perf_counter(), 0.0, _grid(request)
+    every, before = grid.every(WATCHED), list[Trajectory]()
+    deadline = started + (request.budget or np.inf)
+    if request.budget is not None:
+        request = replace(request, budget=RUNNING * request.budget)
     fine = grid.finer(every, FOLLOWED)
-    whole = simulate(model, every=fine, **options)
+    whole = integrate(model, request, context, every=fine)
     while True:
         run = _thinned(whole, fine // every)
         begun = time.perf_counter()
@@ -221,23 +240,17 @@ def _run_and_followed(
         if every < finer <= fine:
             every = fine
             continue
-        rest = _rest(options, time.perf_counter() - started)
-        if run.status == "stopped" or finer <= every or rest is None:
+        left = _left(request.budget, time.perf_counter() - started)
+        if run.status == "stopped" or finer <= every or left == 0:
             break
         before.append(whole)
         every = fine = finer
-        options = {**options, "budget": rest["budget"], "progress": None}
-        whole = simulate(model, every=every, **options)
+        request, context = replace(request, budget=left), replace(context, progress=None)
+        whole = integrate(model, request, context, every=every)
     run = _with_costs(_as_far_as(chart, found, run, deadline), before)
     m = len(run.t)
     known = replace(found, q=found.q[:m], v=found.v[:m], amplification=found.amplification[:m])
     return replace(run, seconds={**run.seconds, "follow": spent}), known, every
-
-
-def _without_following(how: Mapping[str, Any]) -> dict[str, Any]:
-    """Options of a run that leaves a part of the budget for following its coordinates."""
-    budget = how.get("budget")
-    return dict(how) if budget is None else {**how, "budget": RUNNING * budget}
 
 
 def _moves(chart: FormerChart, found: Followed, run: Trajectory) -> Array:
@@ -352,12 +365,8 @@ class _Grid(NamedTuple):
         return next(possible)
 
 
-def _grid(model: Model, how: Mapping[str, Any]) -> _Grid:
+def _grid(request: Request) -> _Grid:
     """The times that are asked for."""
-    names = ("until", "accuracy", "method", "rtol", "atol", "step", "samples", "budget")
-    stream = how.get("stream")
-    many = None if stream is None else stream.in_memory
-    request = resolve(model, **{name: how.get(name) for name in names}, in_memory=many)
     steps = (
         0 if request.step is None else round((request.times[1] - request.times[0]) / request.step)
     )

@@ -14,7 +14,7 @@ from concurrent.futures import CancelledError
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,8 +28,9 @@ from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.members import Numbers, Own, Recipe
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.parallel import Aside, in_any_order, in_threads
+from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.right_hand_side import RightHandSide, right_hand_sides
-from lagrange_cli.simulate.simulation import trajectory_of
+from lagrange_cli.simulate.simulation import RunContext, trajectory_of
 from lagrange_cli.simulate.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -47,12 +48,28 @@ LARGEST_BLOCK, LARGEST_SIDE_BY_SIDE, FEWEST_BLOCKS = 32, 256, 16
 
 @dataclass(frozen=True)
 class Plan:
-    """What all members share.
+    """What all members share; plans of one key are one plan.
 
-    ``names`` are those that differ; ``own`` what the member has whose model is ``model``;
-    ``alone``: members differ in numbers alone. ``how`` are options of
-    :func:`.simulation.simulate`, ``extra`` further columns. ``key`` is the hash of all that
-    results depend on; plans of one key are one plan.
+    Attributes
+    ----------
+    key
+        Hash of all that results depend on.
+    recipe
+        The scene, and what options say of it.
+    names
+        Parameters and initial values that differ.
+    own, model
+        What one of the members has of its own, and its model.
+    alone
+        Members differ in numbers alone.
+    samples
+        Number of samples of each.
+    options
+        What is asked for of each.
+    extra
+        Further columns.
+    columns
+        Columns are kept, not only figures.
     """
 
     key: str
@@ -62,7 +79,7 @@ class Plan:
     model: Model = field(compare=False)
     alone: bool = field(compare=False)
     samples: int = field(compare=False)
-    how: Mapping[str, Any] = field(compare=False)
+    options: SimulationOptions = field(compare=False)
     extra: tuple[str, ...] = field(compare=False, default=())
     columns: bool = field(compare=False, default=True)
 
@@ -92,7 +109,7 @@ class _Runner:
         """What steps members side by side; None where each is run by itself."""
         if not self.plan.alone:
             return None
-        return family_of(self.plan.model, self.plan.how, self.plan.extra)
+        return family_of(self.plan.model, self.plan.options, self.plan.extra)
 
     def gathering(self, task: Task) -> Gathering:
         """Where parts of a task are put together."""
@@ -199,9 +216,9 @@ class _Runner:
         free = recipe.form(self.scene) == "auto"
         return simulate_past_charts(
             model,
+            self.plan.options,
             (lambda: recipe.model(own, "multiplier")) if free else None,
-            functions=functions,
-            **self.plan.how,
+            RunContext(functions),
         )
 
 

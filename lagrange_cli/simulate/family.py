@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from lagrange_cli.simulate.disproof import energy_is_conserved
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.problem import InitialValueProblem
-from lagrange_cli.simulate.request import Request, resolve
+from lagrange_cli.simulate.request import Request, SimulationOptions, resolve
 from lagrange_cli.simulate.together import METHOD, Runs, Together, together
 
 __all__ = ["Family", "Known", "Missed", "family_of"]
@@ -31,8 +31,6 @@ AT_A_TIME = 32
 
 #: Columns that can be asked for besides.
 _EXTRA = {"energy", "positions"}
-
-_OPTIONS = ("until", "accuracy", "method", "rtol", "atol", "step", "samples", "budget")
 
 
 @dataclass(frozen=True)
@@ -211,17 +209,17 @@ def _moved(found: Known | Missed, by: int) -> Known | Missed:
     return replace(found, numbers=found.numbers + by)
 
 
-def family_of(model: Model, how: Mapping[str, Any], extra: tuple[str, ...]) -> Family | None:
+def family_of(model: Model, options: SimulationOptions, extra: tuple[str, ...]) -> Family | None:
     """What steps members of a model side by side; None where that cannot be.
 
     Parameters
     ----------
-    how
-        Options of :func:`.simulation.simulate`.
+    options
+        What is asked for of each.
     extra
         Further columns.
     """
-    request = resolve(model, *(how.get(name) for name in _OPTIONS))
+    request = resolve(model, options)
     chosen = request.method is None and request.atol is None
     clash = "energy" in extra and "energy" in {*model.cartesian, *model.outputs}
     if not chosen or clash or not set(extra) <= _EXTRA:

@@ -10,13 +10,13 @@ from decimal import Decimal
 
 import numpy as np
 
-from lagrange_cli.errors import InputError, Problem, nearest, placed
+from lagrange_cli.errors import InputError, Mark, Problem, nearest, placed
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.model import Defaults, Model
 from lagrange_cli.simulate.rows import Grid, Rows
 
-__all__ = ["AUTO", "Request", "method_of", "require_fit", "resolve"]
+__all__ = ["AUTO", "Request", "SimulationOptions", "method_of", "require_fit", "resolve"]
 
 #: The name of the method that is chosen by the program.
 AUTO = "auto"
@@ -41,12 +41,80 @@ MOST_STEPS = 1e9
 MOST_NUMBERS = 20_000_000
 
 
+@dataclass(frozen=True, kw_only=True)
+class SimulationOptions:
+    """Options of a user who asks for a motion; None leaves one to the scene, then to the program.
+
+    Attributes
+    ----------
+    until
+        Time of the last sample, after the scene's ``from``.
+    accuracy
+        Largest error of any coordinate or velocity at any sample, relative to its scale;
+        excludes the next three.
+    method
+        Name of an integrator, or ``auto``: the method that ``accuracy`` would use.
+    rtol
+        Local relative tolerance of a method.
+    atol
+        Local absolute tolerance, in the unit of each component; by default ``rtol``/100 of
+        its scale.
+    step
+        Time between samples; of a method with fixed steps, its step.
+    samples
+        Number of samples, both ends included.
+    budget
+        Seconds after which the run stops and keeps what it has.
+    """
+
+    until: float | None = None
+    accuracy: float | None = None
+    method: str | None = None
+    rtol: float | None = None
+    atol: float | None = None
+    step: float | None = None
+    samples: int | None = None
+    budget: float | None = None
+
+    @property
+    def controls(self) -> tuple[str | float | None, ...]:
+        """A method and its tolerances, which control the error without an accuracy."""
+        return self.method, self.rtol, self.atol
+
+    def completed(self, defaults: Defaults) -> SimulationOptions:
+        """Take from the scene's section what controls the error, and when to sample, as a whole."""
+        options = replace(self, method=None) if self.method == AUTO else self
+        if options.accuracy is None and not any(x is not None for x in options.controls):
+            options = replace(
+                options,
+                accuracy=defaults.accuracy,
+                method=None if defaults.method == AUTO else defaults.method,
+                rtol=defaults.rtol,
+                atol=defaults.atol,
+            )
+        if options.samples is None and options.step is None:
+            options = replace(options, samples=defaults.samples, step=defaults.step)
+        return options
+
+
 @dataclass(frozen=True)
 class Request:
-    """A request that can be served: either ``accuracy``, or ``rtol`` or ``step`` with ``method``.
+    """Resolved options that can be served: an accuracy, or a method with a tolerance or step.
 
-    ``method`` None means that the program chooses; ``step`` divides the time
-    between samples.
+    Attributes
+    ----------
+    times
+        Sample times; a :class:`.rows.Grid` where memory does not hold all states.
+    initial
+        Initial state, shape (2n,).
+    accuracy, rtol, atol, budget
+        As in :class:`SimulationOptions`; ``accuracy`` is None where nothing is promised.
+    method
+        None where the program chooses.
+    step
+        Step of a method with fixed steps, which divides the time between samples; else None.
+    mark
+        Place of the scene's section where no option gives the accuracy; else None.
     """
 
     times: Rows
@@ -57,6 +125,7 @@ class Request:
     atol: float | None
     step: float | None
     budget: float | None
+    mark: Mark | None = None
 
     def refined(self, every: int) -> Request:
         """With the time between samples in so many equal parts; the times there are stay."""
@@ -68,18 +137,7 @@ class Request:
         return replace(self, times=np.append(between, times[-1]))
 
 
-def resolve(
-    model: Model,
-    until: float | None,
-    accuracy: float | None,
-    method: str | None,
-    rtol: float | None,
-    atol: float | None,
-    step: float | None,
-    samples: int | None,
-    budget: float | None,
-    in_memory: int | None = None,
-) -> Request:
+def resolve(model: Model, options: SimulationOptions, in_memory: int | None = None) -> Request:
     """Fill in the scene's defaults and refuse what cannot be served.
 
     A way to control the error that is given as an option (accuracy, or method
@@ -92,59 +150,41 @@ def resolve(
     InputError
         It cannot be served: told at the place of the scene's section where no option is given.
     """
-    options = (until, accuracy, method, rtol, atol, step, samples, budget)
     try:
-        return _resolved(model, *options, in_memory)
+        return _resolved(model, options, in_memory)
     except InputError as refusal:
-        if any(option is not None for option in options):
+        if options != SimulationOptions():
             raise
         raise placed(refusal, model.defaults.mark) from refusal
 
 
-def _resolved(
-    model: Model,
-    until: float | None,
-    accuracy: float | None,
-    method: str | None,
-    rtol: float | None,
-    atol: float | None,
-    step: float | None,
-    samples: int | None,
-    budget: float | None,
-    in_memory: int | None,
-) -> Request:
-    defaults = model.defaults
+def _resolved(model: Model, options: SimulationOptions, in_memory: int | None) -> Request:
     _require_motion(model)
     initial = _initial(model)
-    method = None if method == AUTO else method
-    chosen = (method, rtol, atol)
-    if accuracy is None and chosen == (None, None, None):
-        accuracy = defaults.accuracy
-        method = None if defaults.method == AUTO else defaults.method
-        chosen = (method, defaults.rtol, defaults.atol)
-    if accuracy is not None and chosen != (None, None, None):
+    mark = model.defaults.mark if options.accuracy is None else None
+    options = options.completed(model.defaults)
+    accuracy, rtol, atol, step = options.accuracy, options.rtol, options.atol, options.step
+    uncontrolled = not any(x is not None for x in options.controls)
+    if accuracy is not None and not uncontrolled:
         raise _refused(
             "accuracy excludes method, rtol and atol: it chooses them",
             "--accuracy 1e-9, or --method DOP853 --rtol 1e-9",
         )
-    method, rtol, atol = chosen
-    of = None if method is None else method_of(method)
-    if samples is None and step is None:
-        samples, step = defaults.samples, defaults.step
-    until = _until(model, until)
-    _check_numbers(accuracy, rtol, atol, step, budget)
-    if accuracy is None and chosen == (None, None, None):
+    method = None if options.method is None else method_of(options.method)
+    until = _until(model, options.until)
+    _check_numbers(options)
+    if accuracy is None and uncontrolled:
         accuracy = DEFAULT_ACCURACY
-    grid = _grid(model, until, of, step, samples)
-    fixed = of is not None and not of.adaptive
+    grid = _grid(model, until, method, step, options.samples)
+    fixed = method is not None and not method.adaptive
     times = _times(model, grid, step, fixed=fixed, in_memory=in_memory)
-    if accuracy is None and (of is None or of.adaptive) and rtol is None:
+    if accuracy is None and (method is None or method.adaptive) and rtol is None:
         raise _refused("a method needs its tolerance", "--rtol 1e-9")
-    if of is not None:
-        require_fit(model, of)
-        _check_control(of, step, rtol, atol)
+    if method is not None:
+        require_fit(model, method)
+        _check_control(method, step, rtol, atol)
     inner = _dividing(float(times[1] - times[0]), step) if fixed and step is not None else None
-    return Request(times, initial, accuracy, of, rtol, atol, inner, budget)
+    return Request(times, initial, accuracy, method, rtol, atol, inner, options.budget, mark)
 
 
 def _refused(message: str, hint: str) -> InputError:
@@ -220,21 +260,13 @@ def _until(model: Model, until: float | None) -> float:
     return float(until)
 
 
-def _check_numbers(
-    accuracy: float | None,
-    rtol: float | None,
-    atol: float | None,
-    step: float | None,
-    budget: float | None,
-) -> None:
-    for name, value, fix in (("accuracy", accuracy, "1e-9"), ("rtol", rtol, "1e-9")):
+def _check_numbers(options: SimulationOptions) -> None:
+    for name, fix in (("accuracy", "1e-9"), ("rtol", "1e-9")):
+        value = getattr(options, name)
         if value is not None and not 0 < value < 1:
             raise _refused(f"{name} must be between 0 and 1, not {value:g}", f"--{name} {fix}")
-    for name, value, fix in (
-        ("atol", atol, "1e-12"),
-        ("step", step, "0.01"),
-        ("budget", budget, "60"),
-    ):
+    for name, fix in (("atol", "1e-12"), ("step", "0.01"), ("budget", "60")):
+        value = getattr(options, name)
         if value is not None and not (math.isfinite(value) and value > 0):
             raise _refused(f"{name} must be a positive number, not {value:g}", f"--{name} {fix}")
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.errors import InputError, placed
+from lagrange_cli.errors import InputError, Mark, placed
 from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
 from lagrange_cli.simulate.along import Along, along
 from lagrange_cli.simulate.branching import without_branches
@@ -26,7 +26,7 @@ from lagrange_cli.simulate.integrators.taylor import Taylor
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.outcome import reason, status
 from lagrange_cli.simulate.problem import InitialValueProblem
-from lagrange_cli.simulate.request import Request, resolve
+from lagrange_cli.simulate.request import Request, SimulationOptions, resolve
 from lagrange_cli.simulate.right_hand_side import RightHandSide, right_hand_side
 from lagrange_cli.simulate.rows import Grid, Rows
 from lagrange_cli.simulate.spool import Samples
@@ -41,7 +41,47 @@ if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["problem_of", "simulate", "trajectory_of"]
+__all__ = ["RunContext", "integrate", "problem_of", "simulate", "trajectory_of"]
+
+#: Looks at all times and states of a stream, and at what is known of them.
+Look: TypeAlias = Callable[[Rows, Rows, Trajectory], None]
+
+
+@dataclass(frozen=True)
+class RunContext:
+    """Means and listeners of a run, which no result depends on, beside the user's options.
+
+    Attributes
+    ----------
+    functions
+        What evaluates the model; by default compiled where there is a C
+        compiler, else interpreted.
+    cache
+        Keeps what is compiled; by default the user's.
+    stream
+        What becomes of samples that are more than memory should hold; by default they are
+        refused.
+    checkpoint
+        Where to write the state of the run now and then, and when it is stopped.
+    progress
+        Called with a fraction from 0 to 1 that never falls.
+    reached
+        Called with the simulated time, which begins anew with each pass over the samples.
+    stop
+        Asked often; once it is true the run stops and keeps what it has.
+    """
+
+    functions: RightHandSide | None = None
+    cache: Cache | None = None
+    stream: Stream | None = None
+    checkpoint: Checkpoint | None = None
+    progress: Callable[[float], None] | None = None
+    reached: Callable[[float], None] | None = None
+    stop: Callable[[], bool] | None = None
+
+    def resolved(self, model: Model, options: SimulationOptions) -> Request:
+        """The request for which these means are there; refuses as :func:`.request.resolve`."""
+        return resolve(model, options, None if self.stream is None else self.stream.in_memory)
 
 
 def simulate(
@@ -60,56 +100,20 @@ def simulate(
     stop: Callable[[], bool] | None = None,
     functions: RightHandSide | None = None,
     cache: Cache | None = None,
-    every: int = 1,
     stream: Stream | None = None,
     checkpoint: Checkpoint | None = None,
-    look: Callable[[Rows, Rows, Trajectory], None] | None = None,
 ) -> Trajectory:
     """Integrate the equations of motion from their initial state.
 
     What is not given comes from the scene's section ``simulate``; without any,
-    ``accuracy`` is 1e-6.
+    ``accuracy`` is 1e-6 and there are 501 samples.
 
     Parameters
     ----------
-    until
-        Time of the last sample, after the scene's ``from``.
-    accuracy
-        Largest error of any coordinate or velocity at any sample, over its
-        scale, measured and reported; excludes the next three.
-    method, rtol, atol
-        A name of :data:`~lagrange_cli.simulate.integrators.INTEGRATORS` (or
-        ``auto``, the method that ``accuracy`` would use) and local
-        tolerances; ``atol`` in the units of each component, by default
-        ``rtol``/100 of its scale.
-    step
-        Time between samples; of a method with fixed steps, its step.
-    samples
-        Number of samples, both ends included; 501 by default.
-    budget
-        Seconds after which the run stops and keeps what it has; the compiler
-        is given up after half of them.
-    progress
-        Called with a fraction from 0 to 1 that never falls.
-    reached
-        Called with the simulated time, which begins anew with each pass over the samples.
-    stop
-        Asked often; once it is true the run stops and keeps what it has.
-    functions
-        What evaluates the model; by default compiled where there is a C
-        compiler, else interpreted.
-    cache
-        Keeps what is compiled; by default the user's.
-    every
-        Parts of the time between samples; the result has a sample after each.
-    stream
-        What becomes of samples that are more than memory should hold; by default they are
-        refused.
-    checkpoint
-        Where to write the state of the run now and then, and when it is stopped.
-    look
-        Called with all times and states of a stream, and what is known of them, before anything
-        is written; may refuse.
+    until, accuracy, method, rtol, atol, step, samples, budget
+        See :class:`.request.SimulationOptions`.
+    progress, reached, stop, functions, cache, stream, checkpoint
+        See :class:`RunContext`.
 
     Raises
     ------
@@ -119,48 +123,79 @@ def simulate(
         no accelerations at the start, or it is not on the constraints.
     """
     model = system if isinstance(system, Model) else _modelled(system)
-    many = None if stream is None else stream.in_memory
-    request = resolve(model, until, accuracy, method, rtol, atol, step, samples, budget, many)
+    options = SimulationOptions(
+        until=until,
+        accuracy=accuracy,
+        method=method,
+        rtol=rtol,
+        atol=atol,
+        step=step,
+        samples=samples,
+        budget=budget,
+    )
+    context = RunContext(functions, cache, stream, checkpoint, progress, reached, stop)
+    return integrate(model, context.resolved(model, options), context)
+
+
+def integrate(
+    model: Model,
+    request: Request,
+    context: RunContext,
+    *,
+    every: int = 1,
+    look: Look | None = None,
+) -> Trajectory:
+    """Integrate what is asked for.
+
+    Parameters
+    ----------
+    every
+        Parts of the time between samples; the result has a sample after each.
+    look
+        Called with all times and states of a stream, and what is known of them, before anything
+        is written; may refuse.
+
+    Raises
+    ------
+    InputError
+        As :func:`simulate`.
+    """
+    stream, checkpoint = context.stream, context.checkpoint
     if checkpoint is not None and request.method is not None:
         # Before any file is made.
         Keeper.require(request.method)
     span = float(request.times[0]), float(request.times[-1])
-    watch = Watch(progress, budget, reached=reached, span=span, stop=stop)
-    with _at_the_scene(model, accuracy):
+    watch = Watch(
+        context.progress, request.budget, reached=context.reached, span=span, stop=context.stop
+    )
+    with _at_the_scene(request.mark):
         if stream is None or not isinstance(request.times, Grid):
-            fine = request.refined(every)
-            return _simulated(model, fine, watch, functions, cache, checkpoint)
+            context = replace(context, stream=None)
+            return _simulated(model, request.refined(every), watch, context)
         with spooled(stream, model, request, checkpoint) as room:
-            return _simulated(
-                model, request, watch, functions, cache, checkpoint, stream, room, look
-            )
+            return _simulated(model, request, watch, context, room, look)
 
 
 @contextmanager
-def _at_the_scene(model: Model, accuracy: float | None) -> Iterator[None]:
-    """Refuse at the scene's place what has none, unless an option asked for the accuracy."""
+def _at_the_scene(mark: Mark | None) -> Iterator[None]:
+    """Refuse at the scene's place, if there is one, what has none."""
     try:
         yield
     except InputError as refusal:
-        if accuracy is not None:
-            raise
-        raise placed(refusal, model.defaults.mark) from refusal
+        raise placed(refusal, mark) from refusal
 
 
 def _simulated(
     model: Model,
     request: Request,
     watch: Watch,
-    functions: RightHandSide | None,
-    cache: Cache | None,
-    checkpoint: Checkpoint | None,
-    stream: Stream | None = None,
+    context: RunContext,
     room: Callable[[], Samples] | None = None,
-    look: Callable[[Rows, Rows, Trajectory], None] | None = None,
+    look: Look | None = None,
 ) -> Trajectory:
     started = time.perf_counter()
-    if functions is None:
-        functions = right_hand_side(model, cache, request.budget)
+    stream, checkpoint = context.stream, context.checkpoint
+    functions = context.functions or right_hand_side(model, context.cache, request.budget)
     problem = problem_of(model, request, functions, room)
     if functions.drive is not None:
         functions.drive.require(problem.start, problem.until)

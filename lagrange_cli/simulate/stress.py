@@ -15,7 +15,7 @@ from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.scene.dimensions import dimensions
 from lagrange_cli.simulate.members import Own, Recipe
 from lagrange_cli.simulate.parallel import in_any_order
-from lagrange_cli.simulate.request import resolve
+from lagrange_cli.simulate.request import SimulationOptions, resolve
 from lagrange_cli.simulate.stress_points import STRESS_AXES, Ground, points_of
 from lagrange_cli.simulate.stress_runs import StressRun, StressTask, run_point
 
@@ -85,7 +85,7 @@ def stress(
     for axis in axes or ():
         _require_known(axis)
     ground = _ground(recipe)
-    resolve(ground.model, None, accuracy, None, None, None, None, None, budget)
+    resolve(ground.model, SimulationOptions(accuracy=accuracy, budget=budget))
     points = points_of(ground, axes)
     tasks = [StressTask(k, recipe, point, accuracy, budget) for k, point in enumerate(points)]
     runs: list[StressRun] = []

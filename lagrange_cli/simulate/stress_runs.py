@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, Literal, NamedTuple, cast
+from typing import Literal, NamedTuple, cast
 
 import numpy as np
 
@@ -18,9 +18,9 @@ from lagrange_cli.simulate.members import Own, Recipe
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.pilot import pilot
 from lagrange_cli.simulate.reference import Motion, errors, reference
-from lagrange_cli.simulate.request import resolve
+from lagrange_cli.simulate.request import SimulationOptions, resolve
 from lagrange_cli.simulate.right_hand_side import right_hand_side
-from lagrange_cli.simulate.simulation import problem_of
+from lagrange_cli.simulate.simulation import RunContext, problem_of
 from lagrange_cli.simulate.stress_points import StressPoint
 from lagrange_cli.simulate.trajectory import Event, Trajectory
 from lagrange_cli.simulate.watch import Watch
@@ -106,11 +106,11 @@ class _Forms:
     def _other(self) -> Model:
         return self._recipe.model(self._own, "multiplier")
 
-    def simulated(self, **how: Any) -> Trajectory:
+    def simulated(self, options: SimulationOptions) -> Trajectory:
         """What ``simulate`` makes of it; compiling does not count to the budget."""
-        functions = right_hand_side(self.first)
+        context = RunContext(right_hand_side(self.first))
         other = self._other if self._free else None
-        return simulate_past_charts(self.first, other, functions=functions, **how)
+        return simulate_past_charts(self.first, options, other, context)
 
     def of(self, formulation: str) -> Model:
         """The one that ran."""
@@ -134,7 +134,7 @@ def run_point(task: StressTask) -> StressRun:
     accuracy = point.accuracy or task.accuracy
     try:
         forms = _Forms(recipe, own)
-        found = forms.simulated(accuracy=accuracy, budget=task.budget)
+        found = forms.simulated(SimulationOptions(accuracy=accuracy, budget=task.budget))
     except InputError as refusal:
         return StressRun(task.number, point, "refused", reason=refusal.problems[0].message)
     if len(found.t) < 2:
@@ -198,7 +198,7 @@ def _by_reference(model: Model, found: Trajectory, times: Array, budget: float) 
     AccuracyError, StoppedError
         There is none.
     """
-    request = resolve(model, None, None, "DOP853", 1e-6, None, None, None, None)
+    request = resolve(model, SimulationOptions(method="DOP853", rtol=1e-6))
     problem = problem_of(model, replace(request, times=times), right_hand_side(model))
     with np.errstate(all="ignore"):
         coarse = pilot(problem, 1e-9, Watch(None, budget))
@@ -228,8 +228,8 @@ def _switch(model: Model, names: tuple[str, ...], event: Event) -> Switch:
 def _by_formulation(model: Model, found: Trajectory, budget: float) -> _Compared | None:
     """The error by the motion in other coordinates, as accurate as it can be had."""
     try:
-        how = {"accuracy": (found.requested or 0.0) / FINER, "budget": budget}
-        other = simulate_past_charts(model, None, **how)
+        accuracy = (found.requested or 0.0) / FINER
+        other = simulate_past_charts(model, SimulationOptions(accuracy=accuracy, budget=budget))
     except InputError:
         return None
     common = min(len(found.t), len(other.t))
@@ -256,7 +256,8 @@ def _with_units(task: StressTask, run: StressRun, found: Trajectory) -> StressRu
     change by powers of two."""
     point, recipe = task.point, task.recipe
     known, factors = dimensions(recipe.scene()), point.scaled or {}
-    plain = _Forms(recipe, Own()).simulated(accuracy=task.accuracy, budget=task.budget)
+    options = SimulationOptions(accuracy=task.accuracy, budget=task.budget)
+    plain = _Forms(recipe, Own()).simulated(options)
     common = min(len(found.t), len(plain.t))
     jumps = [np.isin(of.t[:common], of.exempt) for of in (found, plain)]
     distance = 0.0

@@ -24,7 +24,14 @@ from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.pilot import Pilot, pilot
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.reference import Reference, no_time, reference
-from lagrange_cli.simulate.request import AUTO, Request, method_of, require_fit, resolve
+from lagrange_cli.simulate.request import (
+    AUTO,
+    Request,
+    SimulationOptions,
+    method_of,
+    require_fit,
+    resolve,
+)
 from lagrange_cli.simulate.right_hand_side import RightHandSide, right_hand_side
 from lagrange_cli.simulate.simulation import problem_of
 from lagrange_cli.simulate.starting import require_a_start
@@ -141,7 +148,8 @@ def trade(
     AccuracyError
         There is no reference that is accurate enough.
     """
-    request = resolve(model, until, None, "DOP853", 1e-6, None, None, None, budget)
+    options = SimulationOptions(until=until, method="DOP853", rtol=1e-6, budget=budget)
+    request = resolve(model, options)
     chosen, left_out = _fitting(model, methods)
     functions = functions or right_hand_side(model, cache)
     problem = _problem(model, request, functions)

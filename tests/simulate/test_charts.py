@@ -17,6 +17,8 @@ from lagrange_cli.simulate.charts import simulate_past_charts
 from lagrange_cli.simulate.following import Samples, follow
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate.request import SimulationOptions
+from lagrange_cli.simulate.simulation import RunContext
 
 SPHERICAL = """
 name: spherical
@@ -381,6 +383,7 @@ def test_a_budget_counts_for_both_runs():
     def other():
         return model_of(derive(read_text(ELBOW.replace("ROOT", ROD)), formulation="multiplier"))
 
-    run = simulate_past_charts(model, other, budget=500.0, progress=budgets.append)
+    context = RunContext(progress=budgets.append)
+    run = simulate_past_charts(model, SimulationOptions(budget=500.0), other, context)
     assert run.formulation == "multiplier"
     assert budgets == sorted(budgets), "progress never falls"

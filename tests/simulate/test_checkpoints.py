@@ -19,6 +19,8 @@ from lagrange_cli.simulate.checkpoint import Checkpoint
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate.request import SimulationOptions
+from lagrange_cli.simulate.simulation import RunContext
 from lagrange_cli.simulate.stream import Stream
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -180,15 +182,15 @@ def test_an_orbit_in_polar_coordinates_goes_on(tmp_path):
     """Its coordinates are singular at the centre, which it does not meet."""
     model = model_of(derive(read_file(ROOT / "systems" / "celestial" / "kepler.yaml")))
     assert model.singular
-    whole = simulate_past_charts(model, accuracy=1e-9)
+    whole = simulate_past_charts(model, SimulationOptions(accuracy=1e-9))
     looks = iter(range(10**9))
     path = str(tmp_path / "c")
-    first = simulate_past_charts(
-        model, accuracy=1e-9, checkpoint=Checkpoint(path), stop=lambda: next(looks) >= 25
-    )
+    options = SimulationOptions(accuracy=1e-9)
+    context = RunContext(checkpoint=Checkpoint(path), stop=lambda: next(looks) >= 25)
+    first = simulate_past_charts(model, options, context=context)
     assert first.status == "stopped"
     again = Checkpoint(path, resume=os.path.exists(path))
-    found = simulate_past_charts(model, accuracy=1e-9, checkpoint=again)
+    found = simulate_past_charts(model, options, context=RunContext(checkpoint=again))
     assert compared(found) == compared(whole)
     assert found.npz() == whole.npz()
 

@@ -14,7 +14,7 @@ from lagrange_cli.simulate.modelling import model_of
 from lagrange_cli.simulate.noise import noise_of_step
 from lagrange_cli.simulate.pilot import pilot
 from lagrange_cli.simulate.problem import InitialValueProblem
-from lagrange_cli.simulate.request import resolve
+from lagrange_cli.simulate.request import SimulationOptions, resolve
 from lagrange_cli.simulate.right_hand_side import interpreted
 from lagrange_cli.simulate.simulation import problem_of, simulate
 from lagrange_cli.simulate.watch import Watch
@@ -50,7 +50,7 @@ def model(text):
 
 
 def problem(of, functions):
-    request = resolve(of, None, 1e-6, None, None, None, None, None, None)
+    request = resolve(of, SimulationOptions(accuracy=1e-6))
     return problem_of(of, request, functions)
 
 

@@ -16,6 +16,7 @@ from lagrange_cli.simulate.checkpoint import Checkpoint
 from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.modelling import model_of
 from lagrange_cli.simulate.pilot import pilot
+from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
 from lagrange_cli.simulate.watch import Watch
 
@@ -56,7 +57,7 @@ COSTS = [
 
 @pytest.mark.parametrize(("name", "formulation", "eps"), COSTS)
 def test_at_most_four_times_the_run(name, formulation, eps):
-    found = simulate_past_charts(model(name, formulation), accuracy=eps)
+    found = simulate_past_charts(model(name, formulation), SimulationOptions(accuracy=eps))
     if not found.implementation.startswith("compiled") or EXTENDED.epsilon >= DOUBLE.epsilon:
         pytest.skip("counts are those of compiled code, and wider arithmetic")
     assert found.status == "ok"
@@ -65,7 +66,9 @@ def test_at_most_four_times_the_run(name, formulation, eps):
 
 def test_what_rests_is_compared_with_what_rounding_moves():
     """Three evaluations of what rests; rounding, and so the runs beside it, do not rest."""
-    found = simulate_past_charts(model("lecture/lever", "minimal"), accuracy=1e-12)
+    found = simulate_past_charts(
+        model("lecture/lever", "minimal"), SimulationOptions(accuracy=1e-12)
+    )
     if not found.implementation.startswith("compiled"):
         pytest.skip("counts are those of compiled code")
     assert (found.status, found.rhs_evaluations) == ("ok", 3)

@@ -32,6 +32,7 @@ from lagrange_cli.simulate.members import (
     require_known_names,
 )
 from lagrange_cli.simulate.parallel import in_any_order
+from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
@@ -86,7 +87,7 @@ def plan_of(text, names, first, **more):
     model = found.model(own)
     alone = differ_in_numbers(found, own, model)
     samples = model.defaults.samples
-    return Plan("key", found, tuple(names), own, model, alone, samples, {}, **more)
+    return Plan("key", found, tuple(names), own, model, alone, samples, SimulationOptions(), **more)
 
 
 @pytest.fixture(autouse=True)
@@ -155,10 +156,10 @@ def test_members_of_shipped_scenes_are_single_runs(scene, values, alone, togethe
     model = found.model(first)
     assert differ_in_numbers(found, first, model) is alone
     how = {"until": model.defaults.start + 1.0, "accuracy": 1e-6, "samples": 11, "method": None}
-    plan = Plan("key", found, tuple(values), first, model, alone, 11, how)
+    plan = Plan("key", found, tuple(values), first, model, alone, 11, SimulationOptions(**how))
     block = run_block(Task(plan, 0, (tuple(both[1] for both in values.values()),)))
     member = found.model(own)
-    single = simulate_past_charts(member, lambda: found.model(own, "multiplier"), **how)
+    single = simulate_past_charts(member, plan.options, lambda: found.model(own, "multiplier"))
     assert single.status == "ok"
     assert (block.words["method"] == ["Taylor"]) is together
     assert_is(block, 0, single)
@@ -218,7 +219,7 @@ def test_a_start_in_other_names_is_derived_one_by_one():
     own = Own({"m": "1"})
     model = found.model(own)
     assert not differ_in_numbers(found, own, model)
-    plan = Plan("key", found, ("l",), Own({"l": "2"}), model, False, 11, {})
+    plan = Plan("key", found, ("l",), Own({"l": "2"}), model, False, 11, SimulationOptions())
     blocks = blocks_of(plan, [("2",), ("3",)])
     assert blocks[0].words["status"] == ["ok"]
     assert blocks[0].columns["theta"][0, 0] == pytest.approx(math.pi / 6, abs=1e-15)

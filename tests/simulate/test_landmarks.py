@@ -14,7 +14,7 @@ from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.landmark_code import landmarks
 from lagrange_cli.simulate.modelling import driven, model_of
 from lagrange_cli.simulate.pilot import pilot
-from lagrange_cli.simulate.request import resolve
+from lagrange_cli.simulate.request import SimulationOptions, resolve
 from lagrange_cli.simulate.right_hand_side import interpreted
 from lagrange_cli.simulate.simulation import problem_of
 from lagrange_cli.simulate.watch import Watch
@@ -77,7 +77,7 @@ def test_what_steps_resolve_anyway_is_not_watched() -> None:
         model = model_of(load(f"systems/{path}.yaml").derive().equations)
         assert model.landmarks
         functions = compiled_or_skip(model)
-        request = resolve(model, *[None] * 8)
+        request = resolve(model, SimulationOptions())
         with np.errstate(all="ignore"):
             assert not pilot(problem_of(model, request, functions), 1e-10, Watch()).sharp
 

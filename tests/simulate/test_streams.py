@@ -18,7 +18,9 @@ from lagrange_cli.scene import read_text
 from lagrange_cli.simulate import rows, simulate, spool
 from lagrange_cli.simulate.charts import simulate_past_charts
 from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.rows import Grid, Ranges, first_from
+from lagrange_cli.simulate.simulation import RunContext
 from lagrange_cli.simulate.stream import Stream
 
 PENDULUM = """
@@ -171,13 +173,14 @@ def test_a_stream_of_a_motion_past_a_singular_place_is_refused_unwritten(small, 
     stream = Stream(str(tmp_path / "t.csv"), in_memory=0)
     of = model(SPHERICAL.format(rate=1e-6))
     with pytest.raises(InputError, match="the coordinates are singular where"):
-        simulate_past_charts(of, **STEPS, stream=stream)
+        simulate_past_charts(of, SimulationOptions(**STEPS), context=RunContext(stream=stream))
     assert os.listdir(tmp_path) == []
 
 
 def test_a_stream_that_keeps_away_from_singular_places_is_written(small, tmp_path):
     of = model(SPHERICAL.format(rate=2))
-    simulate_past_charts(of, **STEPS, stream=Stream(str(tmp_path / "t.csv"), in_memory=0))
+    stream = Stream(str(tmp_path / "t.csv"), in_memory=0)
+    simulate_past_charts(of, SimulationOptions(**STEPS), context=RunContext(stream=stream))
     assert (tmp_path / "t.csv").read_text() == simulate(of, **STEPS).csv()
 
 

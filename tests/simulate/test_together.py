@@ -17,6 +17,7 @@ from lagrange_cli.simulate.ensemble import Plan, Task, run_block, run_blocks, ta
 from lagrange_cli.simulate.family import family_of
 from lagrange_cli.simulate.members import Own, Recipe, differ_in_numbers
 from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
 
 HOW = {"until": 5.0, "accuracy": 1e-9, "samples": 51}
@@ -94,7 +95,9 @@ def plan_of(name, how=HOW, **more):
     own = Own.of(first, found.scene())
     model = found.model(Own())
     assert differ_in_numbers(found, Own(), model)
-    return Plan("key", found, names, own, model, True, how["samples"], how, **more)
+    return Plan(
+        "key", found, names, own, model, True, how["samples"], SimulationOptions(**how), **more
+    )
 
 
 def rows_of(name, members):
@@ -106,7 +109,7 @@ def rows_of(name, members):
 
 def single_of(plan, row):
     own = Own.of(dict(zip(plan.names, row, strict=True)), plan.recipe.scene())
-    return simulate(plan.recipe.model(own), **plan.how)
+    return simulate(plan.recipe.model(own), **vars(plan.options))
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -147,8 +150,8 @@ def test_an_orbit_closes():
     axis = 1 / (2 - speed**2 / k)
     periods = 2 * math.pi * np.sqrt(axis**3 / k)
     for row, period in list(zip(rows, periods.tolist(), strict=True))[:3]:
-        how = {"until": period, "accuracy": 1e-11, "samples": 21}
-        family = family_of(plan.model, how, ())
+        options = SimulationOptions(until=period, accuracy=1e-11, samples=21)
+        family = family_of(plan.model, options, ())
         (known,) = family.run(np.array([[1, 0, 0, float(row[1])]]), np.array([[1, float(row[0])]]))
         assert abs(known.columns["x"][0, -1] - 1) < 1e-10
         assert abs(known.columns["y"][0, -1]) < 1e-10
@@ -280,7 +283,7 @@ initial: {{x: 1, dot(x): 0}}
 """
     plan = plan_of(text, {"until": 0.5, "accuracy": 1e-6, "samples": 3})
     assert plan.model.code.taylor == ""
-    assert family_of(plan.model, plan.how, ()) is None
+    assert family_of(plan.model, plan.options, ()) is None
 
 
 def test_without_a_compiler_members_are_run_one_by_one(monkeypatch):
@@ -329,7 +332,8 @@ def test_the_c_is_clean_for_any_width(tmp_path, name):
 @pytest.mark.parametrize("distance", [1e-2, 1e-6])
 def test_a_start_at_a_perihelion_is_resolved(distance):
     """Half a revolution later the comet is at its aphelion, at rest but for angular momentum."""
-    family = family_of(plan_of("kepler").model, {**HOW, "until": math.pi, "accuracy": 1e-6}, ())
+    options = SimulationOptions(**{**HOW, "until": math.pi, "accuracy": 1e-6})
+    family = family_of(plan_of("kepler").model, options, ())
     speed = math.sqrt((2 - distance) / distance)
     (known,) = family.run(np.array([[distance, 0, 0, speed]]), np.array([[1.0, 1.0]]))
     assert known.columns["x"][0, -1] == pytest.approx(distance - 2, abs=2e-6)

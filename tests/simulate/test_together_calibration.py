@@ -13,6 +13,7 @@ from compiling import skip_without_compiler
 
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.family import Known, family_of
+from lagrange_cli.simulate.request import SimulationOptions
 
 ROOT = Path(__file__).parents[2]
 SYSTEMS, REFERENCES = ROOT / "systems", ROOT / "tests" / "references"
@@ -35,7 +36,7 @@ def judged(calibration, path, accuracy):
     """True and estimated error of a scene's own motion; None where it is left to a single run."""
     scene = SYSTEMS / path.relative_to(REFERENCES).parent / f"{path.name.split('.')[0]}.yaml"
     model = calibration.system(scene, "minimal").model
-    family = family_of(model, {"accuracy": accuracy}, ())
+    family = family_of(model, SimulationOptions(accuracy=accuracy), ())
     if family is None:
         return None
     given = np.array([[p.value or 0.0 for p in model.parameters]])

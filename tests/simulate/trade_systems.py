@@ -9,7 +9,7 @@ import numpy as np
 from lagrange_cli import loads
 from lagrange_cli.simulate.modelling import model_of
 from lagrange_cli.simulate.pilot import pilot
-from lagrange_cli.simulate.request import resolve
+from lagrange_cli.simulate.request import SimulationOptions, resolve
 from lagrange_cli.simulate.right_hand_side import right_hand_side
 from lagrange_cli.simulate.simulation import problem_of
 from lagrange_cli.simulate.trade_runs import Point, Setting
@@ -83,7 +83,7 @@ def model(scene, form=""):
 
 
 def problem_and_pilot(of):
-    request = resolve(of, None, None, "DOP853", 1e-6, None, None, None, None)
+    request = resolve(of, SimulationOptions(method="DOP853", rtol=1e-6))
     functions = right_hand_side(of)
     problem = problem_of(of, request, functions)
     with np.errstate(all="ignore"):

@@ -16,6 +16,7 @@ from lagrange_cli.mechanics.tape import Tape
 from lagrange_cli.scene import read_file
 from lagrange_cli.simulate.charts import simulate_past_charts
 from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.right_hand_side import interpreted
 from lagrange_cli.simulate.simulation import simulate
 
@@ -119,7 +120,7 @@ def test_motions_agree_within_their_estimates(name):
     start = few.defaults.start
     until = start + 0.2 * (few.defaults.until - start)
     how = {"until": until, "accuracy": 1e-9, "samples": 41}
-    ours, theirs = simulate(few, **how), simulate_past_charts(many, **how)
+    ours, theirs = simulate(few, **how), simulate_past_charts(many, SimulationOptions(**how))
     assert ours.status == theirs.status == "ok"
     assert (ours.formulation, theirs.formulation) == ("minimal", "multiplier")
     assert set(ours.columns) <= set(theirs.columns), "results carry every name of the scene"
