@@ -135,7 +135,9 @@ class Measured:
     obstacle: Obstacle | None = None
 
 
-def integrate_to_accuracy(problem: InitialValueProblem, eps: float, watch: Watch) -> Measured:
+def integrate_to_accuracy(
+    problem: InitialValueProblem, eps: float, watch: Watch, keeper: Keeper | None = None
+) -> Measured:
     """Integrate so that every sample is within ``eps`` of its scale, as measured.
 
     Raises
@@ -151,16 +153,16 @@ def integrate_to_accuracy(problem: InitialValueProblem, eps: float, watch: Watch
         try:
             part = FIRST_READ_OFF if problem.read_off else FIRST_TOLERANCE
             first = min(part * eps, LARGEST_TOLERANCE)
-            found = pilot_or_before(problem, first, watch, looks=True)
+            found = pilot_or_before(problem, first, watch, keeper, looks=True)
             problem = replace(problem, between=found.between)
             problem = watching(problem) if found.sharp else problem
             refuse_below_floor(problem, eps, found.scales[-1, : len(problem.kinds)])
-            if watch.keeper is not None:
-                watch.keeper.keep(
+            if keeper is not None:
+                keeper.keep(
                     lambda: {"pilot": found.state(), "attempts": [a.state() for a in attempts]}
                 )
-            _attempt(problem, eps, found, first, attempts, watch)
-            _attempt_wider(problem, eps, found, attempts, watch)
+            _attempt(problem, eps, found, first, attempts, watch, keeper)
+            _attempt_wider(problem, eps, found, attempts, watch, keeper)
         except (StoppedError, KeyboardInterrupt):
             stopped = True
     if not attempts:
@@ -199,19 +201,20 @@ def _attempt(
     first: float,
     attempts: list[Attempt],
     watch: Watch,
+    keeper: Keeper | None,
 ) -> None:
     """Try smaller and smaller tolerances; ``attempts`` grows by those that are begun."""
     mine: list[Attempt] = []
     least = smallest_tolerance(problem, found)
     for tolerance in tolerances(least, first, problem.epsilon, mine):
-        watch.next_pass()
+        watch.progress.next_pass()
         before = attempts[-1] if attempts else None
         last = tolerance == least and not problem.widens
         mine.append(Attempt(problem, eps, found, tolerance, len(mine), before, last))
         attempts.append(mine[-1])
-        if watch.keeper is not None:
-            _go_on(mine[-1], len(attempts) - 1, watch.keeper)
-        mine[-1].go(watch)
+        if keeper is not None:
+            _go_on(mine[-1], len(attempts) - 1, keeper)
+        mine[-1].go(watch if keeper is None else keeper.watched(watch))
 
 
 def _go_on(attempt: Attempt, number: int, keeper: Keeper) -> None:
@@ -235,6 +238,7 @@ def _attempt_wider(
     found: Pilot,
     attempts: list[Attempt],
     watch: Watch,
+    keeper: Keeper | None,
 ) -> None:
     """Try on in wider arithmetic where doubles were not enough."""
     best = max(attempts, key=lambda attempt: attempt.judge().samples)
@@ -249,7 +253,7 @@ def _attempt_wider(
         first = min(last.tolerance, FIRST_WIDER_TOLERANCE) / excess
         method = explicit_method(wider, first)
         finer = replace(found.finer(wider.epsilon / problem.epsilon), method=method)
-        _attempt(wider, eps, finer, first, attempts, watch)
+        _attempt(wider, eps, finer, first, attempts, watch, keeper)
 
 
 def smallest_tolerance(problem: InitialValueProblem, found: Pilot) -> float:

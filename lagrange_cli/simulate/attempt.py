@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +23,6 @@ from lagrange_cli.simulate.run import Failure, Run
 from lagrange_cli.simulate.steering import Steering
 from lagrange_cli.simulate.tracking import COARSE
 from lagrange_cli.simulate.verdict import Judging, Verdict
-from lagrange_cli.simulate.watch import Watch
 
 __all__ = ["Attempt"]
 
@@ -217,7 +216,7 @@ class Attempt:
         """Whether the arithmetic is wider than that of doubles."""
         return self._problem.epsilon < float(np.finfo(float).eps)
 
-    def go(self, watch: Watch) -> None:
+    def go(self, watch: Callable[[float], None]) -> None:
         """Advance the runs side by side until the end, a failure, or a hopeless error."""
         self._march(watch)
         if self._by_other_method and not self.settled and self._other_is_worse():
@@ -230,7 +229,7 @@ class Attempt:
         self._disturbed = self._disturb(self.run.method)
         self._march_at = _March()
 
-    def _march(self, watch: Watch) -> None:
+    def _march(self, watch: Callable[[float], None]) -> None:
         samples, at = len(self._problem.times), self._march_at
         block = max(BLOCK, samples // MOST_BLOCKS)
         while not at.ended:
@@ -280,7 +279,7 @@ class Attempt:
             control, tolerance = self._schedule[run]
             control.atol[:] = self._steering.absolute(tolerance, run.filled)
 
-    def _advance(self, run: Run, samples: int, watch: Watch) -> None:
+    def _advance(self, run: Run, samples: int, watch: Callable[[float], None]) -> None:
         started = time.perf_counter()
         start, span = self._problem.start, self._problem.span
         try:

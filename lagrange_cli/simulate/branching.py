@@ -9,7 +9,6 @@ nothing is promised behind the place.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -52,8 +51,7 @@ def without_branches(
     """
     if measured.stopped or measured.failure is not None or _keeps_away(places, problem, measured):
         return measured
-    count, watch = len(measured.states), copy.copy(watch)
-    watch.keeper = None  # trials are not what a run goes on from
+    count, watch = len(measured.states), watch.apart()
     fine, seen = problem, measured
     if count < LEAST_LOOKED:
         times = np.linspace(problem.start, problem.until, LEAST_LOOKED)

@@ -17,7 +17,7 @@ from itertools import count
 from typing import IO, Any
 
 from lagrange_cli.cache import digest, fingerprint
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InputError, Problem, StoppedError
 from lagrange_cli.files import write_file
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.base import Integrator, State
@@ -152,6 +152,19 @@ class Keeper:
             return
         write_file(self.path, pack({"run": self._known, "state": self._state()}))
         self._last = time.monotonic()
+
+    def watched(self, watch: Callable[[float], None]) -> Callable[[float], None]:
+        """Visit beside what is called after every step, and before it ends the run."""
+
+        def watch_and_visit(fraction: float) -> None:
+            try:
+                watch(fraction)
+            except StoppedError:
+                self.visit(now=True)
+                raise
+            self.visit()
+
+        return watch_and_visit
 
     @staticmethod
     def require(method: type[Integrator]) -> None:

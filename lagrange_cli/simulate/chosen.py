@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -25,8 +26,10 @@ __all__ = ["control_of", "integrate_with_method", "measured_run"]
 ABSOLUTE_PART = 0.01
 
 
-def integrate_with_method(problem: InitialValueProblem, request: Request, watch: Watch) -> Measured:
-    """Integrate once; all samples that the run reached are kept.
+def integrate_with_method(
+    problem: InitialValueProblem, request: Request, watch: Watch, keeper: Keeper | None = None
+) -> Measured:
+    """Integrate once; all samples that the run reached are kept, and its state by the keeper.
 
     Raises
     ------
@@ -36,16 +39,16 @@ def integrate_with_method(problem: InitialValueProblem, request: Request, watch:
     started = time.perf_counter()
     with np.errstate(all="ignore"):
         try:
-            found = _pilot_if_needed(problem, request, watch)
+            found = _pilot_if_needed(problem, request, watch, keeper)
         except (StoppedError, KeyboardInterrupt):
             return only_the_start(problem, time.perf_counter() - started)
         method = request.method or (found.method if found else INTEGRATORS["DOP853"])
-        watch.next_pass()
+        watch.progress.next_pass()
         run_started = time.perf_counter()
         run = Run(method, problem, control_of(problem, request, found))
-        if watch.keeper is not None:
-            _begin(run, watch.keeper, found)
-        stopped = _go(run, problem, watch)
+        if keeper is not None:
+            _begin(run, keeper, found)
+        stopped = _go(run, problem, watch if keeper is None else keeper.watched(watch))
     return replace(
         measured_run(run, problem),
         stopped=stopped,
@@ -89,7 +92,7 @@ def measured_run(run: Run, problem: InitialValueProblem) -> Measured:
     )
 
 
-def _go(run: Run, problem: InitialValueProblem, watch: Watch) -> bool:
+def _go(run: Run, problem: InitialValueProblem, watch: Callable[[float], None]) -> bool:
     """Run to the end; True if the user or the budget stopped it."""
     try:
         while run.go(len(problem.times)):
@@ -99,12 +102,14 @@ def _go(run: Run, problem: InitialValueProblem, watch: Watch) -> bool:
     return False
 
 
-def _pilot_if_needed(problem: InitialValueProblem, request: Request, watch: Watch) -> Pilot | None:
+def _pilot_if_needed(
+    problem: InitialValueProblem, request: Request, watch: Watch, keeper: Keeper | None
+) -> Pilot | None:
     """The coarse run, where scales for ``atol`` or a method are wanted of it."""
     known = request.atol is not None or request.rtol is None
     if request.method is not None and known:
         return None
-    return pilot_or_before(problem, request.rtol or 1e-6, watch)
+    return pilot_or_before(problem, request.rtol or 1e-6, watch, keeper)
 
 
 def control_of(problem: InitialValueProblem, request: Request, found: Pilot | None) -> Control:

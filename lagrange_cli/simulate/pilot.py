@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from lagrange_cli.simulate.checkpoint import Keeper
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.integrators.base import Array, Rhs, State
 from lagrange_cli.simulate.integrators.native import NativeRhs
@@ -120,12 +121,16 @@ class Pilot:
 
 
 def pilot_or_before(
-    problem: InitialValueProblem, tolerance: float, watch: Watch, *, looks: bool = False
+    problem: InitialValueProblem,
+    tolerance: float,
+    watch: Watch,
+    keeper: Keeper | None,
+    *,
+    looks: bool = False,
 ) -> Pilot:
     """What the pilot finds, or found before a run was interrupted that goes on."""
-    before = None if watch.keeper is None else watch.keeper.before
-    if before is not None:
-        return Pilot.restored(before["pilot"])
+    if keeper is not None and keeper.before is not None:
+        return Pilot.restored(keeper.before["pilot"])
     return pilot(problem, tolerance, watch, looks=looks)
 
 

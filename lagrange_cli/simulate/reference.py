@@ -24,7 +24,7 @@ from lagrange_cli.simulate.pilot import Pilot
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing
 from lagrange_cli.simulate.run import Failure, Run
 from lagrange_cli.simulate.tracking import LEAST
-from lagrange_cli.simulate.watch import Watch
+from lagrange_cli.simulate.watch import Deadline, Progress, Watch
 
 __all__ = ["Motion", "Reference", "errors", "motion_of", "no_time", "reference"]
 
@@ -197,7 +197,7 @@ class _Makers:
         absolute = np.maximum(tolerance * found.scales[-1], _noise(problem, found) + LEAST)
         control = Control(np.zeros_like(absolute), absolute, found.first_step, problem.longest_step)
         run = Run(INTEGRATORS[name], problem, control)
-        watch = Watch(self._progress, self._budget)
+        watch = Watch(Progress(self._progress), Deadline.after(self._budget))
         try:
             while run.go(len(problem.times)):
                 watch((run.t - problem.start) / problem.span)

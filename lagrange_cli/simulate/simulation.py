@@ -35,7 +35,7 @@ from lagrange_cli.simulate.stream import Stream, picked, spooled, streamed
 from lagrange_cli.simulate.trajectory import Event, Trajectory
 from lagrange_cli.simulate.uniqueness import require_unique_start, steep
 from lagrange_cli.simulate.unseen import unseen_forces
-from lagrange_cli.simulate.watch import Watch
+from lagrange_cli.simulate.watch import Deadline, Progress, Watch
 
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
@@ -165,9 +165,8 @@ def integrate(
         # Before any file is made.
         Keeper.require(request.method)
     span = float(request.times[0]), float(request.times[-1])
-    watch = Watch(
-        context.progress, request.budget, reached=context.reached, span=span, stop=context.stop
-    )
+    progress = Progress(context.progress, context.reached, span)
+    watch = Watch(progress, Deadline.after(request.budget), context.stop)
     with _at_the_scene(request.mark):
         if stream is None or not isinstance(request.times, Grid):
             context = replace(context, stream=None)
@@ -202,19 +201,20 @@ def _simulated(
     require_a_start(model, problem)
     places = steep(model, functions)
     require_unique_start(places, problem.start, problem.y0)
+    keeper = None
     if checkpoint is not None:
-        watch.keeper = Keeper(checkpoint, identity(model, request, functions))
+        keeper = Keeper(checkpoint, identity(model, request, functions))
     compile_seconds = time.perf_counter() - started
     if request.accuracy is not None:
-        measured = integrate_to_accuracy(problem, request.accuracy, watch)
+        measured = integrate_to_accuracy(problem, request.accuracy, watch, keeper)
         if places is not None and not (model.multipliers or model.contacts):
             measured = without_branches(places, problem, measured, request.accuracy, watch)
     else:
-        measured = integrate_with_method(problem, request, watch)
+        measured = integrate_with_method(problem, request, watch, keeper)
     seen = along(model, functions, problem.start, measured)
     measured = undisproved(model, seen, problem.times, measured, request.accuracy)
     if not measured.stopped:
-        watch.done()
+        watch.progress.done()
     found = _trajectory(model, request, seen, problem, measured, compile_seconds)
     if stream is not None and look is not None:
         look(problem.times, measured.states, found)

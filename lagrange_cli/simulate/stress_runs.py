@@ -23,7 +23,7 @@ from lagrange_cli.simulate.right_hand_side import right_hand_side
 from lagrange_cli.simulate.simulation import RunContext, problem_of
 from lagrange_cli.simulate.stress_points import StressPoint
 from lagrange_cli.simulate.trajectory import Event, Trajectory
-from lagrange_cli.simulate.watch import Watch
+from lagrange_cli.simulate.watch import Deadline, Watch
 
 __all__ = ["Outcome", "StressRun", "StressTask", "run_point"]
 
@@ -201,7 +201,7 @@ def _by_reference(model: Model, found: Trajectory, times: Array, budget: float) 
     request = resolve(model, SimulationOptions(method="DOP853", rtol=1e-6))
     problem = problem_of(model, replace(request, times=times), right_hand_side(model))
     with np.errstate(all="ignore"):
-        coarse = pilot(problem, 1e-9, Watch(None, budget))
+        coarse = pilot(problem, 1e-9, Watch(deadline=Deadline.after(budget)))
         known = reference(problem, coarse, budget)
         error = errors(problem, known.scales, _motion(model, found, times), known.motion)
     until = "" if len(times) == len(found.t) else f" until t = {times[-1]:.6g}"

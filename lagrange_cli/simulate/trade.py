@@ -43,7 +43,7 @@ from lagrange_cli.simulate.trade_runs import (
     at_the_end,
     ladder,
 )
-from lagrange_cli.simulate.watch import Watch
+from lagrange_cli.simulate.watch import Deadline, Watch
 
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
@@ -230,7 +230,7 @@ class _Stages:
 
 def _pilot(problem: InitialValueProblem, budget: float) -> Pilot:
     try:
-        return pilot(problem, 1e-9, Watch(None, PATIENCE * budget))
+        return pilot(problem, 1e-9, Watch(deadline=Deadline.after(PATIENCE * budget)))
     except StoppedError:
         raise no_time() from None
 

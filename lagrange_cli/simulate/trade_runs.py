@@ -23,7 +23,7 @@ from lagrange_cli.simulate.reference import Motion, Reference, errors, motion_of
 from lagrange_cli.simulate.request import AUTO, Request
 from lagrange_cli.simulate.right_hand_side import RightHandSide
 from lagrange_cli.simulate.run import Run
-from lagrange_cli.simulate.watch import Watch
+from lagrange_cli.simulate.watch import Deadline, Watch
 
 __all__ = ["ACCURACIES", "RESOLVED", "Bench", "Point", "Setting", "at_the_end", "ladder"]
 
@@ -144,7 +144,8 @@ class Bench:
     def _explore_auto(self, setting: Setting, accuracy: float) -> Point:
         started, limit = time.perf_counter(), ESTIMATE * self.budget
         try:
-            measured = integrate_to_accuracy(self.problem, accuracy, Watch(None, limit))
+            watch = Watch(deadline=Deadline.after(limit))
+            measured = integrate_to_accuracy(self.problem, accuracy, watch)
         except InputError as refusal:
             reason = refusal.problems[0].message
             return Point(setting, "failed", reason, None, False, 0, 0, None)

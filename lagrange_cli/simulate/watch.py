@@ -1,18 +1,17 @@
-"""Progress and budget of a simulation."""
+"""Progress, deadline and cancellation of a run, asked after every step."""
 
 from __future__ import annotations
 
+import copy
+import math
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
 
 from lagrange_cli.errors import StoppedError
 from lagrange_cli.stages import announce, is_heard
 
-if TYPE_CHECKING:
-    from lagrange_cli.simulate.checkpoint import Keeper
-
-__all__ = ["Watch"]
+__all__ = ["Deadline", "Progress", "Watch"]
 
 #: Seconds between two announcements of the time reached.
 GLANCE = 0.2
@@ -22,60 +21,108 @@ GLANCE = 0.2
 PASS = 0.9
 
 
-class Watch:
-    """Called with the fraction done of the present pass, tells the user and minds the budget.
+class Progress:
+    """Tells how far the passes over the samples are.
 
-    ``progress`` gets a fraction from 0 to 1 that never falls; ``budget`` is in
-    seconds of wall clock (None: without limit). ``reached`` gets the time that the pass has
-    reached, of ``span``, which is from where to where; ``stop`` says whether the user has asked
-    for an end. ``keeper`` writes the state of the runs now and then, and before an end.
+    Parameters
+    ----------
+    progress
+        Called with a fraction from 0 to 1 that never falls.
+    reached
+        Called with the simulated time that the present pass has reached.
+    span
+        First and last simulated time.
     """
-
-    keeper: Keeper | None = None
 
     def __init__(
         self,
         progress: Callable[[float], None] | None = None,
-        budget: float | None = None,
-        *,
         reached: Callable[[float], None] | None = None,
         span: tuple[float, float] = (0.0, 1.0),
-        stop: Callable[[], bool] | None = None,
     ) -> None:
-        self._progress, self._reached, self._stop = progress, reached, stop
+        self._progress, self._reached = progress, reached
         self._start, self._until = span
-        self._deadline = None if budget is None else time.perf_counter() + budget
         self._base, self._share, self._shown = 0.0, 0.1, 0.0
         self._announced = time.perf_counter()
 
     def next_pass(self) -> None:
-        """A further pass over the samples begins."""
+        """Begin a further pass over the samples."""
         self._base += self._share
         self._share = PASS * (1 - self._base)
 
-    def __call__(self, fraction: float) -> None:
-        late = self._deadline is not None and time.perf_counter() > self._deadline
-        ends = late or (self._stop is not None and self._stop())
-        if self.keeper is not None:
-            self.keeper.visit(now=ends)
-        if ends:
-            raise StoppedError
+    def at(self, fraction: float) -> None:
+        """Tell the fraction done of the present pass."""
         self._tell(self._base + self._share * fraction)
-        self._announce(fraction)
-        if self._reached is not None:
-            self._reached(self._start + fraction * (self._until - self._start))
-
-    def done(self) -> None:
-        self._tell(1.0)
-
-    def _announce(self, fraction: float) -> None:
-        """Say how far the pass is, now and then, where somebody listens."""
+        t = self._start + fraction * (self._until - self._start)
         if is_heard() and time.perf_counter() - self._announced > GLANCE:
             self._announced = time.perf_counter()
-            announce(f"integrating, t = {self._start + fraction * (self._until - self._start):.6g}")
+            announce(f"integrating, t = {t:.6g}")
+        if self._reached is not None:
+            self._reached(t)
+
+    def done(self) -> None:
+        """Tell that nothing is left to do."""
+        self._tell(1.0)
 
     def _tell(self, fraction: float) -> None:
         # One call in a thousandth of the whole is enough for any display.
         if self._progress is not None and (fraction >= self._shown + 1e-3 or fraction == 1):
             self._shown = fraction
             self._progress(fraction)
+
+
+@dataclass(frozen=True)
+class Deadline:
+    """When a budget is spent.
+
+    Attributes
+    ----------
+    at
+        Value of ``time.perf_counter`` in seconds.
+    """
+
+    at: float = math.inf
+
+    @classmethod
+    def after(cls, budget: float | None) -> Deadline:
+        """The deadline so many seconds from now; None: there is none."""
+        return cls() if budget is None else cls(time.perf_counter() + budget)
+
+    @property
+    def passed(self) -> bool:
+        return time.perf_counter() > self.at
+
+
+@dataclass(frozen=True)
+class Watch:
+    """Called after every step with the fraction done of the present pass.
+
+    Attributes
+    ----------
+    progress
+        Told how far the run is.
+    deadline
+        The run ends when it has passed.
+    stop
+        Says whether the user has asked for an end.
+    """
+
+    progress: Progress = field(default_factory=Progress)
+    deadline: Deadline = Deadline()
+    stop: Callable[[], bool] | None = None
+
+    def __call__(self, fraction: float) -> None:
+        """Tell the progress.
+
+        Raises
+        ------
+        StoppedError
+            The run is to end here.
+        """
+        if self.deadline.passed or (self.stop is not None and self.stop()):
+            raise StoppedError
+        self.progress.at(fraction)
+
+    def apart(self) -> Watch:
+        """A watch of runs besides, whose passes do not count."""
+        return replace(self, progress=copy.copy(self.progress))

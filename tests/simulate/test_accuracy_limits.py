@@ -14,7 +14,7 @@ from accuracy_systems import (
 )
 
 from lagrange_cli.simulate.accuracy import integrate_to_accuracy
-from lagrange_cli.simulate.watch import Watch
+from lagrange_cli.simulate.watch import Deadline, Progress, Watch
 
 
 def test_finite_time_singularity():
@@ -132,7 +132,7 @@ def test_interrupt_keeps_what_holds():
 
     *given, exact = SYSTEMS["pendulum"]
     of = problem(*given)
-    measured = integrate_to_accuracy(of, 1e-9, Watch(interrupt))
+    measured = integrate_to_accuracy(of, 1e-9, Watch(Progress(interrupt)))
     assert measured.stopped
     assert 5 < len(measured.states) < len(of.times)
     assert true_errors(of, measured, exact).max() < 1e-9
@@ -143,7 +143,7 @@ def test_budget_stops_a_run():
         return np.array([y[1], -1e12 * y[0]])
 
     of = problem(slow, [1.0, 0.0], 1e3, ("length",))
-    measured = integrate_to_accuracy(of, 1e-6, Watch(budget=0.2))
+    measured = integrate_to_accuracy(of, 1e-6, Watch(deadline=Deadline.after(0.2)))
     assert measured.stopped
     assert len(measured.states) == 1
 
@@ -153,7 +153,7 @@ def test_interrupt_in_the_pilot_keeps_the_start():
         raise KeyboardInterrupt
 
     *given, _ = SYSTEMS["pendulum"]
-    measured = integrate_to_accuracy(problem(*given), 1e-9, Watch(interrupt))
+    measured = integrate_to_accuracy(problem(*given), 1e-9, Watch(Progress(interrupt)))
     assert measured.stopped
     assert measured.states.tolist() == [[1.0, 0.0]]
 
@@ -161,9 +161,9 @@ def test_interrupt_in_the_pilot_keeps_the_start():
 def test_progress_never_falls():
     seen = []
     *given, _ = SYSTEMS["pendulum-near-separatrix"]
-    watch = Watch(seen.append)
+    watch = Watch(Progress(seen.append))
     integrate_to_accuracy(problem(*given), 1e-9, watch)
-    watch.done()
+    watch.progress.done()
     assert seen == sorted(seen)
     assert seen[0] >= 0
     assert seen[-1] == 1.0
