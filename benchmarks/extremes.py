@@ -18,10 +18,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from lagrange_cli.cli.reports.stress import sentence, setting, summary
 from lagrange_cli.files import read_bytes
 from lagrange_cli.simulate.members import Recipe
 from lagrange_cli.simulate.stress import Stress, stress
-from lagrange_cli.simulate.stress_report import sentence, setting, summary
 from lagrange_cli.simulate.stress_runs import StressRun
 
 ROOT = Path(__file__).resolve().parents[1]

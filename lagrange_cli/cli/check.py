@@ -10,6 +10,8 @@ import click
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard_scenes
 from lagrange_cli.cli.output import Command, print_text
+from lagrange_cli.cli.reports.check import FORMATS
+from lagrange_cli.cli.reports.check import junit as junit_xml
 from lagrange_cli.cli.session import Session
 from lagrange_cli.files import write_file
 from lagrange_cli.stages import Listener, heard_by
@@ -51,7 +53,7 @@ def _checked(
 @click.option(
     "--format",
     "format_",
-    type=click.Choice(["text", "github", "json"]),
+    type=click.Choice(list(FORMATS)),
     default="text",
     show_default=True,
     help="How to report: for a person, as GitHub annotations, as JSON.",
@@ -92,9 +94,6 @@ def check(
     """
     session = ctx.ensure_object(Session)
     report = _checked(session, paths, parameters, {"-o": output, "--junit": junit}, jobs)
-    from lagrange_cli.batch.reports import FORMATS
-    from lagrange_cli.batch.reports import junit as junit_xml
-
     text = FORMATS["json" if as_json else format_](report)
     if output is None:
         print_text(text)

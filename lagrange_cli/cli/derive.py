@@ -9,8 +9,9 @@ import click
 
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
-from lagrange_cli.cli.output import Command, can_encode, print_text, stdout_encoding
+from lagrange_cli.cli.output import Command, print_text, stdout_encoding
 from lagrange_cli.cli.remembered import Answer, Source, read_source, remembered
+from lagrange_cli.cli.reports.derive import FORMATS
 from lagrange_cli.cli.session import Session
 from lagrange_cli.files import write_file
 from lagrange_cli.stages import announce
@@ -58,37 +59,12 @@ def derived(
     return equations
 
 
-def _text(equations: Equations, form: str, ascii_only: bool, encoding: str) -> str:
-    """The derivation as text, in ASCII where the encoding has no more."""
-    from lagrange_cli.emit.text import derivation_text
-
-    text = derivation_text(equations, ascii=ascii_only, form=form)
-    if ascii_only or can_encode(text, encoding):
-        return text
-    return derivation_text(equations, ascii=True, form=form)
-
-
-def _json(equations: Equations, form: str) -> str:
-    import json
-
-    from lagrange_cli.emit.report import derivation_report
-
-    return json.dumps(derivation_report(equations, form), indent=2, ensure_ascii=False) + "\n"
-
-
-def _latex(equations: Equations, form: str) -> str:
-    from lagrange_cli.emit.registry import emitter
-
-    (text,) = emitter("latex").emit(equations, {"form": form}).values()
-    return text
-
-
 @click.command(cls=Command, short_help="Degrees of freedom, Lagrangian and equations of motion.")
 @options.scene
 @click.option(
     "--format",
     "format_",
-    type=click.Choice(["text", "latex", "json"]),
+    type=click.Choice(list(FORMATS)),
     default="text",
     show_default=True,
     help="What to write.",
@@ -151,12 +127,7 @@ def derive(
             formulation=formulation,
         )
         announce("writing the derivation")
-        if format_ == "json":
-            text = _json(equations, form)
-        elif format_ == "latex":
-            text = _latex(equations, form)
-        else:
-            text = _text(equations, form, ascii_only, encoding)
+        text = FORMATS[format_](equations, form, ascii_only, encoding)
         return Answer(text, equations.warnings, equations.remarks)
 
     how = (format_, form, formulation, forces, digits, ascii_only, encoding)

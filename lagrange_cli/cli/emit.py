@@ -13,6 +13,7 @@ from lagrange_cli.cli.derive import derived
 from lagrange_cli.cli.guard import guard_folder
 from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
+from lagrange_cli.cli.reports.emit import listed_formats
 from lagrange_cli.cli.session import Session
 from lagrange_cli.emit.base import Emitter, Option
 from lagrange_cli.emit.registry import EMITTERS, emitter
@@ -56,12 +57,7 @@ def _list(ctx: click.Context, option: click.Parameter, value: bool) -> None:
     """Print the formats and stop."""
     if not value or ctx.resilient_parsing:
         return
-    width = max(map(len, EMITTERS))
-    lines = [
-        f"{name:<{width}}  {', '.join('NAME' + e for e in format_.extensions)}  {format_.title}"
-        for name, format_ in EMITTERS.items()
-    ]
-    print_text("\n".join(lines))
+    print_text(listed_formats(EMITTERS))
     ctx.exit()
 
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
-import math
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -17,6 +15,7 @@ from lagrange_cli.cli import options as shared
 from lagrange_cli.cli.models import model_of_scene
 from lagrange_cli.cli.output import print_text
 from lagrange_cli.cli.remembered import Answer, Source, remembered
+from lagrange_cli.cli.reports.ensemble import FORMATS, SimulatedMembers
 from lagrange_cli.cli.session import INTERRUPTED, Session
 from lagrange_cli.errors import InputError, Problem
 
@@ -24,15 +23,14 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.model import Formulation, Scene
     from lagrange_cli.simulate.ensemble import Plan
     from lagrange_cli.simulate.ensemble_file import Members
-    from lagrange_cli.simulate.ensemble_store import Store
     from lagrange_cli.simulate.members import Own, Recipe
     from lagrange_cli.simulate.model import Model
     from lagrange_cli.simulate.request import SimulationOptions
 
 __all__ = ["Asked", "many", "options", "simulate_ensemble"]
 
-#: Members that are tried for one that can be derived, and failures that a person is shown.
-MOST_TRIED, MOST_SHOWN = 3, 12
+#: Members that are tried for one that can be derived.
+MOST_TRIED = 3
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -194,15 +192,13 @@ def simulate_ensemble(session: Session, asked: Asked) -> int:
     if complete and asked.output is not None:
         store.write(asked.output, times)
     seconds = {"derive": begun - started, "integrate": perf_counter() - begun}
-    report = _report(asked, members, store, sizes, plan, seconds)
-    print_text(
-        json.dumps(report, indent=2, ensure_ascii=False) + "\n" if asked.as_json else _text(report)
-    )
+    report = SimulatedMembers(plan, members, store, sizes, asked.output, seconds)
+    print_text(FORMATS["json" if asked.as_json else "text"](report))
     if not complete and asked.output is not None:
         session.remark(f"stopped; --resume -o {asked.output} goes on with the other members")
     if not complete:
         return INTERRUPTED if budget is None else 1
-    return 0 if set(report["counts"]) == {"ok"} else 1
+    return 0 if set(report.counts()) == {"ok"} else 1
 
 
 # What all members share.
@@ -327,67 +323,3 @@ def _key(asked: Asked, members: Members) -> str:
     ]
     table = [members.names, members.rows]
     return digest("ensemble", fingerprint(), asked.source.data, *map(json.dumps, (question, table)))
-
-
-# The report.
-
-
-def _report(
-    asked: Asked,
-    members: Members,
-    store: Store,
-    sizes: Sequence[int],
-    plan: Plan,
-    seconds: Mapping[str, float],
-) -> dict[str, Any]:
-    """What ``--json`` writes."""
-    statuses, reasons = store.words("status"), store.words("reason")
-    until, estimated = store.figures("holds_until"), store.figures("estimated")
-    failed = [
-        {
-            "member": member,
-            "values": members.values(member),
-            "status": status,
-            "holds_until": None if math.isnan(holds) else float(holds),
-            "reason": reason,
-        }
-        for member, status, reason, holds in zip(
-            store.members(sizes), statuses, reasons, until, strict=True
-        )
-        if status != "ok"
-    ]
-    known = [x for x in estimated.tolist() if not math.isnan(x)]
-    return {
-        "name": plan.model.name,
-        "members": len(members),
-        "finished": len(statuses),
-        "counts": dict(sorted(Counter(statuses).items())),
-        "failed": failed,
-        "estimated": max(known, default=None),
-        "numbers_alone": plan.alone,
-        "output": asked.output,
-        "seconds": dict(seconds),
-    }
-
-
-def _text(report: Mapping[str, Any]) -> str:
-    """The result for a person."""
-    counts = ", ".join(f"{count} {status}" for status, count in report["counts"].items())
-    lines = [
-        f"{report['name']}: {report['finished']} of {report['members']} members",
-        "",
-        f"Status    {counts or 'none is finished'}",
-    ]
-    if report["estimated"] is not None:
-        lines.append(f"Accuracy  {report['estimated']:.1e} estimated, the largest of all members")
-    rate = report["finished"] / max(report["seconds"]["integrate"], 1e-9)
-    lines.append(f"Speed     {rate:.3g} members a second")
-    failed = report["failed"]
-    if failed:
-        lines += ["", "Failed"]
-    for of in failed[:MOST_SHOWN]:
-        values = ", ".join(f"{name} = {text}" for name, text in of["values"].items())
-        lines.append(f"  {of['member']}  {values}: {of['status']}, {of['reason']}")
-    if len(failed) > MOST_SHOWN:
-        lines.append(f"  and {len(failed) - MOST_SHOWN} more; --json lists them all")
-    return "\n".join(lines)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from contextlib import contextmanager, nullcontext
@@ -21,13 +20,14 @@ from lagrange_cli.cli.interrupts import Interrupts, interrupts
 from lagrange_cli.cli.models import model_of_scene
 from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import Source, read_source
+from lagrange_cli.cli.reports.simulate import FORMATS, Simulated
 from lagrange_cli.cli.session import Session
 from lagrange_cli.errors import AccuracyError, InputError, Problem
 from lagrange_cli.files import Named, check_writable, sole_writer
 from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping
 
     from lagrange_cli.scene.model import Formulation
     from lagrange_cli.simulate import Trajectory
@@ -39,9 +39,6 @@ __all__ = ["simulate"]
 
 #: A plain number.
 _DECIMAL = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,3})?", re.ASCII)
-
-#: Events that are listed for a person, and values with each.
-MOST_EVENTS, MOST_VALUES = 12, 6
 
 #: Seconds of the budget that are left to the motion where deriving has just not spent them all.
 LEAST_BUDGET = 1e-3
@@ -80,98 +77,6 @@ def _extra(ctx: click.Context, option: click.Parameter, value: str | None) -> tu
     if value is not None and unknown:
         raise click.BadParameter(f"'{unknown[0]}' is not one of {', '.join(EXTRA)}", ctx, option)
     return names if value is not None else ()
-
-
-def _number(value: float | None, form: str) -> str:
-    return "none" if value is None else format(value, form)
-
-
-def _state(trajectory: Trajectory) -> list[str]:
-    """The last state as a table: each name with its value and its rate, if it has one."""
-    state = trajectory.state
-    rates = {name: state.get(f"dot({name})") for name in state if not name.startswith("dot(")}
-    width = max(map(len, rates), default=0)
-    rows = [
-        f"  {name:<{width}}  {state[name]:>16.9g}" + ("" if rate is None else f"  {rate:>16.9g}")
-        for name, rate in rates.items()
-    ]
-    return [f"  {'':<{width}}  {'value':>16}  {'rate':>16}", *rows]
-
-
-def _events(trajectory: Trajectory, shown: Sequence[str]) -> list[str]:
-    """What happened when, with the values of some names there, and a blank line."""
-    events = trajectory.events
-    if not events:
-        return []
-    width = max(len(event.name) for event in events[:MOST_EVENTS])
-    lines = ["Events"]
-    for event in events[:MOST_EVENTS]:
-        values = [f"{name} = {event.state[name]:.9g}" for name in shown[:MOST_VALUES]]
-        at = f"  t = {event.t:<12.9g} {event.name:<{width}}"
-        lines.append(f"{at}  {', '.join(values)}")
-    if len(events) > MOST_EVENTS:
-        lines.append(f"  and {len(events) - MOST_EVENTS} more until t = {events[-1].t:.9g}")
-    return [*lines, ""]
-
-
-def _promise(trajectory: Trajectory) -> str:
-    if trajectory.requested is None:
-        return "nothing is promised or estimated: a method was chosen"
-    estimated = _number(trajectory.estimated, ".1e")
-    until = _number(trajectory.holds_until, ".9g")
-    return f"{trajectory.requested:g} requested, {estimated} estimated, holds until t = {until}"
-
-
-def _further(trajectory: Trajectory, extra: Sequence[str]) -> dict[str, float]:
-    """The last values of the columns that were asked for beside those of the state."""
-    table = trajectory.table(extra)
-    return {n: float(table[n][-1]) for n in table if n != "t" and n not in trajectory.columns}
-
-
-def _listed(values: Mapping[str, float]) -> list[str]:
-    """One value a line, and a blank line, if there are any."""
-    width = max(map(len, values), default=0)
-    rows = [f"  {name:<{width}}  {value:>16.9g}" for name, value in values.items()]
-    return [*rows, ""] if rows else []
-
-
-def _text(model: Model, trajectory: Trajectory, extra: Sequence[str]) -> str:
-    """The result for a person."""
-    # Where no energy is conserved the Jacobi integral may be: its drift is another thing.
-    conserved = "Jacobi" if "jacobi" in model.conserved else "Energy"
-    shown = (*model.coordinates, *model.outputs)
-    drift, off = trajectory.energy_drift, trajectory.constraint_drift
-    lines = [
-        f"{trajectory.name} at t = {trajectory.t[-1]:.9g}",
-        "",
-        *_state(trajectory),
-        "",
-        *_listed(_further(trajectory, extra)),
-        *_events(trajectory, shown),
-        f"Accuracy  {_promise(trajectory)}",
-        f"{conserved:<10}"
-        + ("not found to be conserved" if drift is None else f"relative drift {drift:.1e}"),
-        *([] if off is None else [f"Constraints  largest drift {off:.1e}"]),
-        *([f"Form      {trajectory.formulation}"] if trajectory.remarks else []),
-        f"Method    {trajectory.method}, {trajectory.steps} steps, "
-        f"{trajectory.rhs_evaluations} evaluations of the right-hand side",
-        f"Code      {trajectory.implementation}",
-    ]
-    return "\n".join(lines)
-
-
-def _finite(value: Any) -> Any:
-    """The same JSON value with null for what is not a finite number."""
-    if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _json(derive_seconds: float, trajectory: Trajectory, extra: Sequence[str]) -> str:
-    summary = trajectory.summary(derive_seconds=derive_seconds)
-    if extra:
-        summary["with"] = _further(trajectory, extra)
-    return json.dumps(_finite(summary), indent=2, ensure_ascii=False) + "\n"
 
 
 @click.command(cls=Command, short_help="A trajectory to the accuracy that you state.")
@@ -311,8 +216,8 @@ def simulate(
         trajectory, interrupt = _integrated(session, model, other, wanted, files, kept)
         if output is not None and trajectory.written is None:
             trajectory.write(output, columns)
-        shown = partial(_json, derive_seconds) if as_json else partial(_text, model)
-        print_text(shown(trajectory, columns))
+        report = Simulated(model, trajectory, columns, derive_seconds)
+        print_text(FORMATS["json" if as_json else "text"](report))
         if plot is not None:
             trajectory.plot(plot)
         if kept is not None and trajectory.status != "stopped":

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING
 
 import click
@@ -11,6 +10,7 @@ from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import read_source
+from lagrange_cli.cli.reports.stress import FORMATS
 from lagrange_cli.cli.session import Session
 from lagrange_cli.files import write_file
 
@@ -79,7 +79,6 @@ def stress(
     guard(scene, source, parameters, {"-o": output})
     from lagrange_cli.simulate.members import Recipe
     from lagrange_cli.simulate.stress import stress as run
-    from lagrange_cli.simulate.stress_report import summary, text
 
     times = {} if until is None else {"until": until}
     recipe = Recipe(source.file, source.data, parameters, initial, times, False, formulation)
@@ -92,8 +91,7 @@ def stress(
             jobs=jobs or options.cores(),
             progress=move,
         )
-    report = json.dumps(summary(found), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     if output is not None:
-        write_file(output, report)
-    print_text(report if as_json else text(found))
+        write_file(output, FORMATS["json"](found))
+    print_text(FORMATS["json" if as_json else "text"](found))
     ctx.exit(1 if found.counts["wrong"] else 0)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -13,6 +12,7 @@ from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.models import model_of_scene
 from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import read_source
+from lagrange_cli.cli.reports.tradeoff import FORMATS
 from lagrange_cli.cli.session import Session
 from lagrange_cli.files import write_file
 
@@ -31,10 +31,6 @@ class _Methods(click.Option):
         names = ", ".join(INTEGRATORS)
         self.help = f"With commas between them: auto, {names}.  [default: all that can run here]"
         return super().get_help_record(ctx)
-
-
-def _json(found: dict[str, Any]) -> str:
-    return json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 @click.command(cls=Command, short_help="Speed against accuracy of every method, measured.")
@@ -100,7 +96,6 @@ def tradeoff(
         formulation=formulation,
     )
     from lagrange_cli.simulate.trade import trade
-    from lagrange_cli.simulate.trade_report import summary, text
 
     with session.progress("measuring") as move:
         found = trade(
@@ -112,10 +107,9 @@ def tradeoff(
             cache=session.cache,
         )
     session.explain_code()
-    report = _json(summary(found))
     if output is not None:
-        write_file(output, report)
-    print_text(report if as_json else text(found))
+        write_file(output, FORMATS["json"](found))
+    print_text(FORMATS["json" if as_json else "text"](found))
     if plot is not None:
         from lagrange_cli.simulate.trade_plot import draw_trade
 

@@ -15,11 +15,12 @@ from trade_systems import (
     model,
 )
 
+from lagrange_cli.cli.reports.character_plot import character_plot
+from lagrange_cli.cli.reports.tradeoff import options_of, summary, text
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.trade import trade
 from lagrange_cli.simulate.trade_plot import draw_trade
-from lagrange_cli.simulate.trade_report import character_plot, options_of, summary, text
 from lagrange_cli.simulate.trade_runs import Setting
 
 

@@ -1,19 +1,33 @@
-"""What became of a scene at its extremes, as JSON and as text for a terminal."""
+"""Report of ``lagrange stress``: what became of a scene at its extremes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.simulate.stress import Stress
-from lagrange_cli.simulate.stress_points import StressPoint
-from lagrange_cli.simulate.stress_runs import StressRun
+from lagrange_cli.cli.reports.json_text import json_text
+from lagrange_cli.cli.reports.tables import Column, labelled, table
 
-__all__ = ["sentence", "setting", "summary", "text"]
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.stress import Stress
+    from lagrange_cli.simulate.stress_points import StressPoint
+    from lagrange_cli.simulate.stress_runs import StressRun
+
+__all__ = ["FORMATS", "sentence", "setting", "summary", "text"]
 
 #: Characters of a setting and of a reason in the table.
 SETTING, REASON = 26, 72
+
+_RUNS = (
+    Column("axis", 12),
+    Column("value", 8, ">", " "),
+    Column("set"),
+    Column("outcome", 8),
+    Column("error", 8, ">", " "),
+    Column("estimate", 8, ">", " "),
+    Column("reason"),
+)
 
 #: Units of the bases, as scenes have them.
 _UNITS = {"mass": "kg", "length": "m", "time": "s"}
@@ -72,10 +86,10 @@ def text(found: Stress) -> str:
     """The table and what it comes to, for a person."""
     lines = [f"{found.name}: {sentence(found.counts)}", ""]
     if found.runs:
-        lines += [*_table(found.runs), ""]
+        lines += [*table(_RUNS, list(map(_row, found.runs))), ""]
     lines += _references(found.runs)
     if found.left_out:
-        lines.append(f"Left out   the scene has no points of {', '.join(found.left_out)}")
+        lines += _labelled("Left out", f"the scene has no points of {', '.join(found.left_out)}")
     return "\n".join(lines)
 
 
@@ -92,25 +106,16 @@ def sentence(counts: dict[str, int]) -> str:
     return said
 
 
-def _table(runs: Sequence[StressRun]) -> list[str]:
-    settings = [_cut(setting(run.point), SETTING) for run in runs]
-    width = max(map(len, ("set", *settings)))
-    head = (
-        f"  {'axis':<12} {'value':>8}  {'set':<{width}}  {'outcome':<8} {'error':>8}"
-        f" {'estimate':>8}  reason"
-    )
+def _row(run: StressRun) -> list[str]:
     return [
-        head,
-        *(_row(run, f"{given:<{width}}") for run, given in zip(runs, settings, strict=True)),
+        run.point.axis,
+        f"{run.point.value:.3g}",
+        _cut(setting(run.point), SETTING),
+        run.outcome,
+        _number(run.error),
+        _number(run.estimated),
+        _cut(run.reason, REASON),
     ]
-
-
-def _row(run: StressRun, given: str) -> str:
-    row = (
-        f"  {run.point.axis:<12} {run.point.value:>8.3g}  {given}  {run.outcome:<8}"
-        f" {_number(run.error):>8} {_number(run.estimated):>8}  {_cut(run.reason, REASON)}"
-    )
-    return row.rstrip()
 
 
 def _references(runs: Sequence[StressRun]) -> list[str]:
@@ -121,7 +126,11 @@ def _references(runs: Sequence[StressRun]) -> list[str]:
             kind = run.reference.partition(" until ")[0]
             kinds[kind] = kinds.get(kind, 0) + 1
     listed = ", ".join(f"{kind} ({count})" for kind, count in kinds.items())
-    return [f"Reference  {listed}"] if kinds else []
+    return _labelled("Reference", listed) if kinds else []
+
+
+def _labelled(label: str, said: str) -> list[str]:
+    return labelled([(label, said)], width=9)
 
 
 def _number(value: float | None) -> str:
@@ -130,3 +139,10 @@ def _number(value: float | None) -> str:
 
 def _cut(said: str, most: int) -> str:
     return said if len(said) <= most else said[: most - 3] + "..."
+
+
+#: Name of a format → what writes it.
+FORMATS: Mapping[str, Callable[[Stress], str]] = {
+    "text": text,
+    "json": lambda found: json_text(summary(found)),
+}

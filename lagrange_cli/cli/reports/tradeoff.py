@@ -1,24 +1,49 @@
-"""A measured trade as JSON, and as text for a terminal with a picture made of characters."""
+"""Report of ``lagrange tradeoff``: a measured trade of speed against accuracy."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.simulate.reference import Reference
-from lagrange_cli.simulate.trade import Behind, Recommendation, Trade
-from lagrange_cli.simulate.trade_runs import Point, Setting
+from lagrange_cli.cli.reports.character_plot import character_plot
+from lagrange_cli.cli.reports.json_text import json_text
+from lagrange_cli.cli.reports.tables import Column, labelled, table
 
-__all__ = ["character_plot", "options_of", "summary", "text"]
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.reference import Reference
+    from lagrange_cli.simulate.trade import Behind, Recommendation, Trade
+    from lagrange_cli.simulate.trade_runs import Point, Setting
 
-#: Characters of the picture, and errors above which nothing is drawn.
-WIDTH, HEIGHT, LARGEST = 64, 18, 1.0
+__all__ = ["FORMATS", "options_of", "summary", "text"]
 
 _ENDS = {"ok": "", "given_up": "given up", "failed": "failed"}
 
-LETTERS = "abcdefghijklmnopqrstuvwxyz"
+_RUNS = (
+    Column("method", 8),
+    Column("setting", 14, before=" "),
+    Column("error", 8, ">", " "),
+    Column("seconds", 9, ">", " "),
+    Column("quartiles", 19, ">", " "),
+    Column("evaluations", 11, ">", " "),
+    Column("drift", 8, ">", " "),
+    Column("front"),
+)
+
+#: Options, the method that was chosen, and what it costs in units of the front.
+_AUTOMATIC = (
+    Column("", 16),
+    Column("", 24, before=" "),
+    Column("error", 6, ">", " "),
+    Column("evaluations", 11, ">", " "),
+    Column("as good", 8, ">", " "),
+    Column("enough", 6, ">", " "),
+    Column("seconds", 8, ">", " "),
+    Column("as good", 8, ">", " "),
+    Column("enough", 6, ">", " "),
+)
+
+_RECOMMENDED = (Column("", 5), Column("", 32), Column(before=" "))
 
 
 def options_of(setting: Setting) -> str:
@@ -127,14 +152,20 @@ def text(trade: Trade) -> str:
             f"{trade.name} until t = {trade.until:.9g}: {len(trade.points)} runs,"
             f" {trade.samples} samples each, timed {trade.repeat} times",
             "",
-            f"Reference  {known.method}, error {known.error:.0e}{checked}",
-            f"Code       {trade.implementation}",
+            *_labelled(
+                ("Reference", f"{known.method}, error {known.error:.0e}{checked}"),
+                ("Code", trade.implementation),
+            ),
             "",
             *(_compared(trade) if trade.points else ()),
             *_automatics(trade.automatic),
-            *(f"Left out   {reason}" for reason in trade.left_out.values()),
+            *_labelled(*(("Left out", reason) for reason in trade.left_out.values())),
         ]
     )
+
+
+def _labelled(*rows: tuple[str, str]) -> list[str]:
+    return labelled(rows, width=9)
 
 
 def _compared(trade: Trade) -> list[str]:
@@ -149,50 +180,51 @@ def _compared(trade: Trade) -> list[str]:
 
 
 def _table(points: Sequence[Point]) -> list[str]:
-    head = (
-        f"  {'method':<8} {'setting':<14} {'error':>8} {'seconds':>9} {'quartiles':>19}"
-        f" {'evaluations':>11} {'drift':>8}  front"
-    )
     alike = groupby(points, key=lambda p: (p.setting.method, p.outcome, p.reason))
     rows = [[*map(_row, of)] if key[1] == "ok" else [_without_end([*of])] for key, of in alike]
-    return [head, *(row for group in rows for row in group)]
+    return table(_RUNS, [row for group in rows for row in group])
 
 
-def _start(setting: Setting) -> str:
+def _start(setting: Setting) -> list[str]:
     given = f"rtol {setting.rtol:.0e}" if setting.rtol is not None else f"step {setting.step:.3g}"
-    return f"  {setting.method:<8} {given:<14}"
+    return [setting.method, given]
 
 
-def _without_end(points: Sequence[Point]) -> str:
+def _without_end(points: Sequence[Point]) -> list[str]:
     """Runs of one method that did not come to the end for one reason."""
     first = points[0]
     work = sum(point.evaluations for point in points)
     more = "" if len(points) == 1 else f", with {len(points) - 1} finer ones,"
     what = f"{_ENDS[first.outcome]}{more} after {work} evaluations: {first.reason}"
-    return f"{_start(first.setting)} {what}"
+    return [*_start(first.setting), what]
 
 
-def _row(point: Point) -> str:
+def _row(point: Point) -> list[str]:
     first, third = point.quartiles
-    error = f"{point.error:.1e}" if point.resolved else f"<{point.error:.0e}"
-    drift = "-" if point.drift is None else f"{point.drift:.1e}"
-    marks = ("", "time", "work", "both")[point.pareto + 2 * point.pareto_evaluations]
-    row = (
-        f"{_start(point.setting)} {error:>8} {point.median:>9.2e} {first:>9.2e} {third:>9.2e}"
-        f" {point.evaluations:>11} {drift:>8}  {marks}"
-    )
-    return row.rstrip()
+    return [
+        *_start(point.setting),
+        f"{point.error:.1e}" if point.resolved else f"<{point.error:.0e}",
+        f"{point.median:.2e}",
+        f"{first:>9.2e} {third:>9.2e}",
+        f"{point.evaluations}",
+        "-" if point.drift is None else f"{point.drift:.1e}",
+        ("", "time", "work", "both")[point.pareto + 2 * point.pareto_evaluations],
+    ]
 
 
 def _recommendations(trade: Trade) -> list[str]:
-    lines = ["Recommended"]
-    for found in trade.recommended:
-        point = found.point
-        lines.append(
-            f"  {found.accuracy:.0e}  {options_of(point.setting):<32} error {point.error:.0e},"
-            f" {point.median:.1e} s, {point.evaluations} evaluations"
-        )
-    return lines if len(lines) > 1 else ["Recommended  nothing: no run is good to 1e-03"]
+    if not trade.recommended:
+        return _labelled(("Recommended", "nothing: no run is good to 1e-03"))
+    rows = [
+        [
+            f"{found.accuracy:.0e}",
+            options_of(found.point.setting),
+            f"error {found.point.error:.0e}, {found.point.median:.1e} s,"
+            f" {found.point.evaluations} evaluations",
+        ]
+        for found in trade.recommended
+    ]
+    return ["Recommended", *table(_RECOMMENDED, rows, heading=False)]
 
 
 def _automatics(found: Sequence[Behind]) -> list[str]:
@@ -201,22 +233,26 @@ def _automatics(found: Sequence[Behind]) -> list[str]:
         return []
     return [
         "Automatic, times the least of runs that are as good, and of those that are good enough",
-        f"  {'':<16} {'':<24} {'error':>6} {'evaluations':>11} {'as good':>8} {'enough':>6}"
-        f" {'seconds':>8} {'as good':>8} {'enough':>6}",
-        *map(_automatic_row, found),
+        *table(_AUTOMATIC, list(map(_automatic_row, found))),
     ]
 
 
-def _automatic_row(found: Behind) -> str:
+def _automatic_row(found: Behind) -> list[str]:
     point = found.point
-    start = f"  {options_of(point.setting):<16} "
+    start = options_of(point.setting)
     if point.outcome != "ok":
-        return f"{start}{_ENDS[point.outcome]}: {point.reason}"
-    return (
-        f"{start}{point.chosen:<24} {point.error:>6.0e} {point.evaluations:>11}"
-        f" {_times(found.evaluations):>8} {_times(found.evaluations_needed):>6}"
-        f" {point.median:>8.1e} {_times(found.seconds):>8} {_times(found.seconds_needed):>6}"
-    )
+        return [start, f"{_ENDS[point.outcome]}: {point.reason}"]
+    return [
+        start,
+        point.chosen or "",
+        f"{point.error:.0e}",
+        f"{point.evaluations}",
+        _times(found.evaluations),
+        _times(found.evaluations_needed),
+        f"{point.median:.1e}",
+        _times(found.seconds),
+        _times(found.seconds_needed),
+    ]
 
 
 def _times(factor: float | None) -> str:
@@ -224,47 +260,8 @@ def _times(factor: float | None) -> str:
     return "-" if factor is None else f"{factor:.2g}"
 
 
-# The picture.
-
-
-def character_plot(points: Sequence[Point], width: int = WIDTH, height: int = HEIGHT) -> list[str]:
-    """The logarithm of the error over that of the seconds, a letter a method.
-
-    Capitals are on the front; they cover what else falls on their place.
-    """
-    letters = _letters(points)
-    drawn = [
-        (math.log10(p.median), math.log10(p.distance), p)
-        for p in points
-        if p.seconds and 0 < p.distance <= LARGEST
-    ]
-    if not drawn:
-        return ["no run to draw"]
-    low, high = math.floor(min(y for _, y, _ in drawn)), math.ceil(max(y for _, y, _ in drawn))
-    left, right = math.floor(min(x for x, _, _ in drawn)), math.ceil(max(x for x, _, _ in drawn))
-    low, left = min(low, high - 1), min(left, right - 1)
-    rows = [[" "] * width for _ in range(height)]
-    for x, y, point in sorted(drawn, key=lambda d: d[2].pareto):
-        column = round((x - left) / (right - left) * (width - 1))
-        row = round((high - y) / (high - low) * (height - 1))
-        letter = letters[point.setting.method]
-        rows[row][column] = letter.upper() if point.pareto else letter
-    return [
-        "error",
-        *_with_axis(rows, low, high),
-        f"{'':7}+{'-' * width}",
-        f"{'':7}{f'1e{left:+03d}':<{width - 6}}{f'1e{right:+03d} s':>7}",
-        "  " + "  ".join(f"{letter} {name}" for name, letter in letters.items()),
-    ]
-
-
-def _letters(points: Sequence[Point]) -> dict[str, str]:
-    names = dict.fromkeys(p.setting.method for p in points)
-    return dict(zip(names, LETTERS, strict=False))
-
-
-def _with_axis(rows: Sequence[Sequence[str]], low: int, high: int) -> list[str]:
-    """Rows with the power of ten that each is nearest to, where there is one."""
-    last = len(rows) - 1
-    labels = {round((high - y) / (high - low) * last): f"1e{y:+03d}" for y in range(low, high + 1)}
-    return [f"{labels.get(k, ''):>6} |{''.join(row)}".rstrip() for k, row in enumerate(rows)]
+#: Name of a format → what writes it.
+FORMATS: Mapping[str, Callable[[Trade], str]] = {
+    "text": text,
+    "json": lambda trade: json_text(summary(trade)),
+}

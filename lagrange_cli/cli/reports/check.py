@@ -1,20 +1,28 @@
-"""A check's report as text, GitHub annotations, JSON and JUnit XML."""
+"""Report of ``lagrange check``: text, GitHub annotations, JSON and JUnit XML."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from lagrange_cli.batch.model import Report, SceneReport
+from lagrange_cli.cli.reports.json_text import json_text
+from lagrange_cli.cli.reports.tables import Column, table
 from lagrange_cli.errors import Problem, escape_controls, render
 
-__all__ = ["FORMATS", "github", "json_text", "junit", "scene_text", "text"]
+if TYPE_CHECKING:
+    from lagrange_cli.batch import Report, SceneReport
+
+__all__ = ["FORMATS", "github", "json_report", "junit", "scene_text", "text"]
+
+#: Outcome, path, seconds.
+_SCENE = (Column("", 7, before=""), Column(), Column())
 
 
 def scene_text(scene: SceneReport) -> str:
     """The lines for one scene: its outcome, and each problem with its place."""
-    lines = [f"{scene.outcome:<7}  {escape_controls(scene.path)}  ({scene.seconds:.2f} s)"]
+    row = [scene.outcome, escape_controls(scene.path), f"({scene.seconds:.2f} s)"]
+    lines = table(_SCENE, [row], heading=False)
     for problem in scene.problems:
         lines.extend("  " + line for line in render(problem).splitlines())
     return "\n".join(lines)
@@ -70,7 +78,7 @@ def _problem(problem: Problem) -> dict[str, object]:
     }
 
 
-def json_text(report: Report) -> str:
+def json_report(report: Report) -> str:
     """The JSON contract of ``check --format json``."""
     scenes = [
         {
@@ -81,8 +89,7 @@ def json_text(report: Report) -> str:
         }
         for scene in report.scenes
     ]
-    value = {"scenes": scenes, "summary": report.summary}
-    return json.dumps(value, indent=2, ensure_ascii=False) + "\n"
+    return json_text({"scenes": scenes, "summary": report.summary})
 
 
 def _xml(text: str) -> str:
@@ -120,5 +127,9 @@ def junit(report: Report) -> str:
     return ElementTree.tostring(suites, encoding="unicode", xml_declaration=True) + "\n"
 
 
-FORMATS: dict[str, Callable[[Report], str]] = {"text": text, "github": github, "json": json_text}
-"""What ``check --format`` can write."""
+#: Name of a format → what writes it.
+FORMATS: Mapping[str, Callable[[Report], str]] = {
+    "text": text,
+    "github": github,
+    "json": json_report,
+}

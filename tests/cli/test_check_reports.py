@@ -10,8 +10,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from lagrange_cli.batch import Report, SceneReport
-from lagrange_cli.batch.reports import FORMATS, github, json_text, junit, text
 from lagrange_cli.cli.main import run
+from lagrange_cli.cli.reports.check import FORMATS, github, json_report, junit, text
 from lagrange_cli.errors import Mark, Problem, escape_controls
 
 MARK = Mark("dir/a.yaml", 3, 7, "  dof: 2", 1)
@@ -50,7 +50,7 @@ def test_text_shows_the_place_and_what_was_found():
 
 
 def test_json_is_the_contract():
-    assert json.loads(json_text(Report((FAILED, INVALID)))) == {
+    assert json.loads(json_report(Report((FAILED, INVALID)))) == {
         "scenes": [
             {
                 "path": "dir/a.yaml",

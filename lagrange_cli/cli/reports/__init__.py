@@ -1,0 +1,11 @@
+"""Reports of the commands: what each prints for a person, and its JSON.
+
+In go the values that the commands work out (a trajectory, a measured trade, the outcomes of a
+check), out come texts; nothing is computed here and nothing is printed. One module a command,
+named like it, each with a table ``FORMATS`` from the name of a format to the function that
+writes it. All tables are written by :mod:`.tables` and all JSON by :mod:`.json_text`; read
+:mod:`.simulate` first.
+
+The derivation itself is written by the formats of :mod:`lagrange_cli.emit`, which the Python
+interface and documents use too.
+"""

@@ -1,0 +1,71 @@
+"""Report of ``lagrange cache``: what is kept from earlier runs, and what was removed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from lagrange_cli.cache import LARGEST, Cache, Removed
+from lagrange_cli.cli.reports.json_text import json_text
+from lagrange_cli.cli.reports.tables import labelled
+from lagrange_cli.errors import escape_controls
+
+__all__ = ["FORMATS", "files"]
+
+#: The endings of files by what they hold.
+KINDS = {"answers": (".json",), "compiled": (".so", ".db")}
+
+
+def summary(cache: Cache, removed: Removed | None) -> dict[str, Any]:
+    """What ``lagrange cache --json`` writes; ``removed`` is None where nothing was to be."""
+    entries = cache.entries()
+    report = {
+        "folder": cache.folder,
+        "usable": cache.reason is None,
+        "reason": cache.reason,
+        "entries": {kind: sum(e.suffix in s for e in entries) for kind, s in KINDS.items()},
+        "bytes": sum(entry.size for entry in entries),
+        "largest": LARGEST,
+    }
+    if removed is not None:
+        report["removed"] = {"files": removed.files, "bytes": removed.size}
+    return report
+
+
+def text(cache: Cache, removed: Removed | None) -> str:
+    """The same for a person."""
+    if removed is not None:
+        return f"removed {files(removed.files)}, {_size(removed.size)}"
+    report = summary(cache, removed)
+    lines = []
+    if report["reason"] is not None:
+        lines.append(f"Nothing is kept: {report['reason']}")
+    if report["folder"] is not None:
+        entries, size = report["entries"], report["bytes"]
+        kept = [
+            ("Folder", report["folder"]),
+            ("Entries", f"{entries['answers']} answers, {entries['compiled']} compiled"),
+            ("Size", f"{_size(size)} of at most {_size(report['largest'])}"),
+        ]
+        lines += labelled(kept, width=7)
+    return "\n".join(map(escape_controls, lines))
+
+
+def _size(count: int) -> str:
+    """A number of bytes, short."""
+    for unit, size in (("MiB", 2**20), ("KiB", 2**10)):
+        if count >= size:
+            return f"{count / size:.1f} {unit}"
+    return f"{count} bytes"
+
+
+def files(count: int) -> str:
+    """``1 file`` or ``2 files``."""
+    return "1 file" if count == 1 else f"{count} files"
+
+
+#: Name of a format → what writes it.
+FORMATS: Mapping[str, Callable[[Cache, Removed | None], str]] = {
+    "text": text,
+    "json": lambda cache, removed: json_text(summary(cache, removed), ascii=True),
+}

@@ -1,0 +1,25 @@
+"""Report of ``lagrange emit --list``: the formats that equations can be written in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from lagrange_cli.cli.reports.tables import Column, table
+
+if TYPE_CHECKING:
+    from lagrange_cli.emit.base import Emitter
+
+__all__ = ["listed_formats"]
+
+#: Name, files, title.
+_FORMATS = (Column(before=""), Column("", 0), Column())
+
+
+def listed_formats(emitters: Mapping[str, Emitter]) -> str:
+    """One format a line: its name, the files it writes, its title."""
+    rows = [
+        [name, ", ".join("NAME" + e for e in emitter.extensions), emitter.title]
+        for name, emitter in emitters.items()
+    ]
+    return "\n".join(table(_FORMATS, rows, heading=False))

@@ -1,0 +1,132 @@
+"""Report of ``lagrange simulate`` for an ensemble: what became of its members."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.cli.reports.json_text import json_text
+from lagrange_cli.cli.reports.tables import labelled
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.ensemble import Plan
+    from lagrange_cli.simulate.ensemble_file import Members
+    from lagrange_cli.simulate.ensemble_store import Store
+
+__all__ = ["FORMATS", "SimulatedMembers"]
+
+#: Failures that a person is shown.
+MOST_SHOWN = 12
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatedMembers:
+    """What is reported of an ensemble.
+
+    Attributes
+    ----------
+    plan, members
+        What was to be done, and the values of all members.
+    store, sizes
+        Results, and the number of members in each of its parts.
+    output
+        The file with the samples, if one was asked for.
+    seconds
+        ``derive`` and ``integrate``.
+    """
+
+    plan: Plan
+    members: Members
+    store: Store
+    sizes: Sequence[int]
+    output: str | None
+    seconds: Mapping[str, float]
+
+    def counts(self) -> dict[str, int]:
+        """How many members have each status."""
+        return dict(sorted(Counter(self.store.words("status")).items()))
+
+    def failed(self) -> list[dict[str, Any]]:
+        """Members that are not ``ok``."""
+        store = self.store
+        columns = (
+            store.members(self.sizes),
+            store.words("status"),
+            store.words("reason"),
+            store.figures("holds_until"),
+        )
+        return [
+            {
+                "member": member,
+                "values": self.members.values(member),
+                "status": status,
+                "holds_until": float(holds),
+                "reason": reason,
+            }
+            for member, status, reason, holds in zip(*columns, strict=True)
+            if status != "ok"
+        ]
+
+    def estimated(self) -> float | None:
+        """The largest of the estimated errors; None where there is none."""
+        known = [x for x in self.store.figures("estimated").tolist() if not math.isnan(x)]
+        return max(known, default=None)
+
+
+def summary(simulated: SimulatedMembers) -> dict[str, Any]:
+    """What ``--json`` writes."""
+    counts = simulated.counts()
+    return {
+        "name": simulated.plan.model.name,
+        "members": len(simulated.members),
+        "finished": sum(counts.values()),
+        "counts": counts,
+        "failed": simulated.failed(),
+        "estimated": simulated.estimated(),
+        "numbers_alone": simulated.plan.alone,
+        "output": simulated.output,
+        "seconds": dict(simulated.seconds),
+    }
+
+
+def text(simulated: SimulatedMembers) -> str:
+    """The result for a person."""
+    counts, estimated = simulated.counts(), simulated.estimated()
+    finished = sum(counts.values())
+    listed = ", ".join(f"{count} {status}" for status, count in counts.items())
+    rate = finished / max(simulated.seconds["integrate"], 1e-9)
+    known = [("Status", listed or "none is finished")]
+    if estimated is not None:
+        known.append(("Accuracy", f"{estimated:.1e} estimated, the largest of all members"))
+    known.append(("Speed", f"{rate:.3g} members a second"))
+    lines = [
+        f"{simulated.plan.model.name}: {finished} of {len(simulated.members)} members",
+        "",
+        *labelled(known, width=8),
+        *_failures(simulated.failed()),
+    ]
+    return "\n".join(lines)
+
+
+def _failures(failed: Sequence[Mapping[str, Any]]) -> list[str]:
+    """The first failures, a line each, under a blank line; nothing where there are none."""
+    if not failed:
+        return []
+    lines = ["", "Failed"]
+    for member in failed[:MOST_SHOWN]:
+        values = ", ".join(f"{name} = {given}" for name, given in member["values"].items())
+        what = f"{member['status']}, {member['reason']}"
+        lines.append(f"  {member['member']}  {values}: {what}")
+    if len(failed) > MOST_SHOWN:
+        lines.append(f"  and {len(failed) - MOST_SHOWN} more; --json lists them all")
+    return lines
+
+
+#: Name of a format → what writes it.
+FORMATS: Mapping[str, Callable[[SimulatedMembers], str]] = {
+    "text": text,
+    "json": lambda simulated: json_text(summary(simulated)),
+}

@@ -1,0 +1,144 @@
+"""Report of ``lagrange simulate``: the end of a trajectory and the accuracy it has."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lagrange_cli.cli.reports.json_text import json_text
+from lagrange_cli.cli.reports.tables import Column, labelled, table
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate import Trajectory
+    from lagrange_cli.simulate.model import Model
+
+__all__ = ["FORMATS", "Simulated"]
+
+#: Events that are listed for a person, and values with each.
+MOST_EVENTS, MOST_VALUES = 12, 6
+
+_STATE = (Column(), Column("value", 16, ">"), Column("rate", 16, ">"))
+
+#: Name and value.
+_FURTHER = (Column(), Column("", 16, ">"))
+
+#: Time, name, values.
+_EVENTS = (Column("", 16), Column(before=" "), Column())
+
+
+@dataclass(frozen=True, slots=True)
+class Simulated:
+    """What is reported of a simulation.
+
+    Attributes
+    ----------
+    model
+        What was simulated, as it was asked for.
+    trajectory
+        Its motion, which may have been found in another formulation.
+    extra
+        Names of the further columns that were asked for.
+    derive_seconds
+        Time from the start of the command to the model.
+    """
+
+    model: Model
+    trajectory: Trajectory
+    extra: Sequence[str] = ()
+    derive_seconds: float = 0.0
+
+    def further(self) -> dict[str, float]:
+        """The last values of the columns that were asked for beside those of the state."""
+        columns = self.trajectory.table(self.extra)
+        beside = [n for n in columns if n != "t" and n not in self.trajectory.columns]
+        return {name: float(columns[name][-1]) for name in beside}
+
+
+def _number(value: float | None, form: str) -> str:
+    return "none" if value is None else format(value, form)
+
+
+def _state(trajectory: Trajectory) -> list[str]:
+    """The last state as a table: each name with its value and its rate, if it has one."""
+    state = trajectory.state
+    rates = {name: state.get(f"dot({name})") for name in state if not name.startswith("dot(")}
+    rows = [
+        [name, f"{state[name]:.9g}", *([] if rate is None else [f"{rate:.9g}"])]
+        for name, rate in rates.items()
+    ]
+    return table(_STATE, rows)
+
+
+def _further(values: Mapping[str, float]) -> list[str]:
+    """One value a line, and a blank line, if there are any."""
+    rows = [[name, f"{value:.9g}"] for name, value in values.items()]
+    return [*table(_FURTHER, rows, heading=False), ""] if rows else []
+
+
+def _events(trajectory: Trajectory, shown: Sequence[str]) -> list[str]:
+    """What happened when, with the values of some names there, and a blank line."""
+    events = trajectory.events
+    if not events:
+        return []
+    rows = [
+        [
+            f"t = {event.t:.9g}",
+            event.name,
+            ", ".join(f"{name} = {event.state[name]:.9g}" for name in shown[:MOST_VALUES]),
+        ]
+        for event in events[:MOST_EVENTS]
+    ]
+    lines = ["Events", *table(_EVENTS, rows, heading=False)]
+    if len(events) > MOST_EVENTS:
+        lines.append(f"  and {len(events) - MOST_EVENTS} more until t = {events[-1].t:.9g}")
+    return [*lines, ""]
+
+
+def _promise(trajectory: Trajectory) -> str:
+    if trajectory.requested is None:
+        return "nothing is promised or estimated: a method was chosen"
+    estimated = _number(trajectory.estimated, ".1e")
+    until = _number(trajectory.holds_until, ".9g")
+    return f"{trajectory.requested:g} requested, {estimated} estimated, holds until t = {until}"
+
+
+def text(simulated: Simulated) -> str:
+    """The result for a person."""
+    model, trajectory = simulated.model, simulated.trajectory
+    # Where no energy is conserved the Jacobi integral may be: its drift is another thing.
+    conserved = "Jacobi" if "jacobi" in model.conserved else "Energy"
+    drift, off = trajectory.energy_drift, trajectory.constraint_drift
+    drifts = "not found to be conserved" if drift is None else f"relative drift {drift:.1e}"
+    known = [
+        ("Accuracy", _promise(trajectory)),
+        (conserved, drifts),
+        *([] if off is None else [("Constraints", f"largest drift {off:.1e}")]),
+        *([("Form", trajectory.formulation)] if trajectory.remarks else []),
+        (
+            "Method",
+            f"{trajectory.method}, {trajectory.steps} steps, "
+            f"{trajectory.rhs_evaluations} evaluations of the right-hand side",
+        ),
+        ("Code", trajectory.implementation),
+    ]
+    lines = [
+        f"{trajectory.name} at t = {trajectory.t[-1]:.9g}",
+        "",
+        *_state(trajectory),
+        "",
+        *_further(simulated.further()),
+        *_events(trajectory, (*model.coordinates, *model.outputs)),
+        *labelled(known, width=8),
+    ]
+    return "\n".join(lines)
+
+
+def json_report(simulated: Simulated) -> str:
+    """The result as JSON."""
+    summary = simulated.trajectory.summary(derive_seconds=simulated.derive_seconds)
+    return json_text(summary | ({"with": simulated.further()} if simulated.extra else {}))
+
+
+#: Name of a format → what writes it.
+FORMATS: Mapping[str, Callable[[Simulated], str]] = {"text": text, "json": json_report}
