@@ -63,12 +63,22 @@ def load(
 
 
 def loads(
-    text: str | bytes, *, parameters: Values | None = None, initial: Values | None = None
+    text: str | bytes,
+    *,
+    file: str = "<text>",
+    parameters: Values | None = None,
+    initial: Values | None = None,
+    times: Values | None = None,
 ) -> LoadedScene:
-    """Read a scene from its text; see :func:`load`."""
+    """Read a scene from its text; see :func:`load`.
+
+    ``file`` is the name that messages have for it; ``times`` replaces ``until`` and ``start`` of
+    its section ``simulate``.
+    """
     from lagrange_cli.scene import read_text
 
-    return LoadedScene(read_text(text, parameters=_texts(parameters), initial=_texts(initial)))
+    given = {"parameters": _texts(parameters), "initial": _texts(initial), "times": _texts(times)}
+    return LoadedScene(read_text(text, file, **given))
 
 
 @dataclass(frozen=True)
@@ -78,7 +88,7 @@ class LoadedScene:
     scene: Scene
 
     def derive(
-        self, *, digits: int = 30, forces: bool = False, formulation: Formulation = "auto"
+        self, *, digits: int = 30, forces: bool = False, formulation: Formulation | None = "auto"
     ) -> Derivation:
         """Derive and certify the equations of motion.
 
@@ -90,7 +100,8 @@ class LoadedScene:
             Find the constraint forces too.
         formulation
             ``minimal``: few coordinates; ``multiplier``: Cartesian names, with the
-            constraints beside them; ``auto``: as the program chooses.
+            constraints beside them; ``auto``: as the program chooses; None: as the scene
+            says in its section ``simulate``.
 
         Raises
         ------
@@ -100,8 +111,9 @@ class LoadedScene:
         """
         from lagrange_cli.mechanics import derive
 
-        found = derive(self.scene, digits=digits, forces=forces, formulation=formulation)
-        return Derivation(found, self.scene if formulation == "auto" else None)
+        wanted = self.scene.simulate.formulation_for(formulation)
+        equations = derive(self.scene, digits=digits, forces=forces, formulation=wanted)
+        return Derivation(equations, self.scene if wanted == "auto" else None)
 
     def __repr__(self) -> str:
         return f"<LoadedScene {self.scene.name}>"
@@ -124,6 +136,12 @@ class Derivation:
         from lagrange_cli.emit.report import derivation_report
 
         return derivation_report(self.equations, form)
+
+    def text(self, *, form: str = "lagrange", ascii: bool = False) -> str:
+        """What ``lagrange derive`` prints."""
+        from lagrange_cli.emit.text import derivation_text
+
+        return derivation_text(self.equations, ascii=ascii, form=form)
 
     def emit(self, to: str, **options: OptionValue) -> dict[str, str]:
         """Return file name → text in a format of ``lagrange emit --list``.
@@ -150,8 +168,7 @@ class Derivation:
         **options: Any,
     ) -> Trajectory:
         """Integrate; see :func:`lagrange_cli.simulate.simulate` for the options."""
-        from lagrange_cli.simulate.charts import simulate_past_charts
-        from lagrange_cli.simulate.modelling import model_of
+        from lagrange_cli.simulate.charts import other_form, simulate_past_charts
         from lagrange_cli.simulate.request import SimulationOptions
         from lagrange_cli.simulate.simulation import RunContext
 
@@ -160,15 +177,21 @@ class Derivation:
         wanted = "auto" if self.scene is None else self.scene.simulate.formulation or "auto"
         if wanted == "multiplier":
             return simulate_past_charts(self._with_multipliers(), asked, None, context)
-        other = self._with_multipliers if wanted == "auto" and self.scene is not None else None
-        return simulate_past_charts(model_of(self.equations), asked, other, context)
+        model = self.model()
+        other = None if self.scene is None else other_form(model, None, self._with_multipliers)
+        return simulate_past_charts(model, asked, other, context)
 
     def tradeoff(self, **options: Any) -> Trade:
         """Measure speed against accuracy; see :func:`lagrange_cli.simulate.trade.trade`."""
-        from lagrange_cli.simulate.modelling import model_of
         from lagrange_cli.simulate.trade import trade
 
-        return trade(model_of(self.equations), **options)
+        return trade(self.model(), **options)
+
+    def model(self) -> Model:
+        """What simulations run: the equations as code, without symbols."""
+        from lagrange_cli.simulate.modelling import model_of
+
+        return model_of(self.equations)
 
     def _with_multipliers(self) -> Model:
         from lagrange_cli.mechanics import derive
@@ -185,9 +208,7 @@ class Derivation:
         return f"$$\n{equations_latex(self.equations)}\n$$"
 
     def __str__(self) -> str:
-        from lagrange_cli.emit.text import derivation_text
-
-        return derivation_text(self.equations, ascii=False, form="lagrange")
+        return self.text()
 
     def __repr__(self) -> str:
         return f"<Derivation of {self.equations.name}>"

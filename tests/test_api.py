@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ import lagrange_cli
 from lagrange_cli import InputError, load, loads
 from lagrange_cli.cli.main import lagrange
 from lagrange_cli.cli.session import Session
+from lagrange_cli.simulate.charts import other_form
 
 ROOT = Path(__file__).resolve().parents[1]
 HOLE = ROOT / "systems" / "lecture" / "masses_through_hole.yaml"
@@ -83,3 +85,32 @@ def test_errors_are_those_of_the_command():
 
 def test_every_exported_name_is_there():
     assert all(hasattr(lagrange_cli, name) for name in lagrange_cli.__all__)
+
+
+def test_coordinates_are_left_only_where_the_formulation_is_free():
+    """One rule for commands, ensembles, stress runs and Python."""
+    model = load(HOLE).derive().model()
+
+    def maker():
+        return model
+
+    for asked, scenes, free in (
+        (None, None, True),
+        ("auto", "minimal", True),
+        (None, "auto", True),
+        (None, "minimal", False),
+        ("minimal", None, False),
+        ("multiplier", "auto", False),
+    ):
+        given = replace(model, defaults=replace(model.defaults, formulation=scenes))
+        assert other_form(given, asked, maker) is (maker if free else None)
+
+
+def test_formulation_of_the_scene():
+    text = HOLE.read_text(encoding="utf-8")
+    chosen = text.replace("simulate: {", "simulate: {formulation: multiplier, ")
+    assert chosen != text
+    scene = loads(chosen, times={"until": "1 + 1"})
+    assert scene.derive(formulation=None).equations.formulation == "multiplier"
+    assert scene.derive().equations.formulation == "minimal"
+    assert scene.derive().model().defaults.until == 2.0

@@ -2,61 +2,24 @@
 
 from __future__ import annotations
 
-from time import perf_counter
 from typing import TYPE_CHECKING
 
 import click
 
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
+from lagrange_cli.cli.models import derivation_of_scene
 from lagrange_cli.cli.output import Command, print_text, stdout_encoding
-from lagrange_cli.cli.remembered import Answer, Source, read_source, remembered
+from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.reports.derive import FORMATS
 from lagrange_cli.cli.session import Session
 from lagrange_cli.files import write_file
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.scene.model import Formulation
 
-__all__ = ["derive", "derived"]
-
-
-def derived(
-    session: Session,
-    source: Source,
-    *,
-    parameters: Mapping[str, str],
-    initial: Mapping[str, str] | None = None,
-    times: Mapping[str, str] | None = None,
-    digits: int = 30,
-    forces: bool = False,
-    formulation: Formulation | None = None,
-) -> Equations:
-    """Derive a scene for a command; its warnings and remarks go to stderr.
-
-    ``formulation`` None is that of the scene's section ``simulate``; ``times`` replaces
-    ``until`` and ``start`` there, by expressions.
-    """
-    from lagrange_cli.scene import read_text
-    from lagrange_cli.scene.overrides import override_times
-
-    started = perf_counter()
-    announce("reading the scene")
-    scene = read_text(source.data, source.file, parameters=parameters, initial=initial)
-    read = override_times(scene, times or {})
-    # After reading, so that a mistake in the scene is answered at once.
-    from lagrange_cli.mechanics import derive as derive_equations
-
-    form: Formulation = formulation or read.simulate.formulation or "auto"
-    equations = derive_equations(read, digits=digits, forces=forces, formulation=form)
-    announce("")
-    session.tell(equations.warnings, equations.remarks)
-    session.detail(f"derived and certified in {perf_counter() - started:.2f} s")
-    return equations
+__all__ = ["derive"]
 
 
 @click.command(cls=Command, short_help="Degrees of freedom, Lagrangian and equations of motion.")
@@ -118,7 +81,7 @@ def derive(
     form = "explicit" if form == "explicit" else "lagrange"
 
     def work() -> Answer:
-        equations = derived(
+        derivation = derivation_of_scene(
             session,
             source,
             parameters=parameters,
@@ -127,8 +90,8 @@ def derive(
             formulation=formulation,
         )
         announce("writing the derivation")
-        text = FORMATS[format_](equations, form, ascii_only, encoding)
-        return Answer(text, equations.warnings, equations.remarks)
+        text = FORMATS[format_](derivation, form, ascii_only, encoding)
+        return Answer(text, derivation.equations.warnings, derivation.equations.remarks)
 
     how = (format_, form, formulation, forces, digits, ascii_only, encoding)
     asked = (*how, list(parameters.items()))

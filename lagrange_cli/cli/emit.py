@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lagrange_cli.cli import options
-from lagrange_cli.cli.derive import derived
 from lagrange_cli.cli.guard import guard_folder
+from lagrange_cli.cli.models import derivation_of_scene
 from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.reports.emit import listed_formats
@@ -116,10 +116,13 @@ def emit(
         guard_folder(output, scene, source, parameters, format_)
 
     def work() -> Answer:
-        equations = derived(session, source, parameters=parameters, formulation=formulation)
+        derivation = derivation_of_scene(
+            session, source, parameters=parameters, formulation=formulation
+        )
+        equations = derivation.equations
         announce(f"writing {format_.title}")
         recorded = any(u.recording is not None for u in equations.inputs)
-        value = {"name": equations.name, "files": format_.emit(equations, given)}
+        value = {"name": equations.name, "files": derivation.emit(to, **given)}
         return Answer(value, equations.warnings, equations.remarks, lasting=not recorded)
 
     asked = (to, formulation, sorted(given.items()), list(parameters.items()))

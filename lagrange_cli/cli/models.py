@@ -1,21 +1,50 @@
-"""The model of a scene, as the commands that integrate need it."""
+"""Derivation and model of a scene for the commands: the Python interface, with what is told."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.derive import derived
 from lagrange_cli.cli.remembered import Answer, Source, remembered
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from lagrange_cli.api import Derivation
     from lagrange_cli.cli.session import Session
     from lagrange_cli.scene.model import Formulation
     from lagrange_cli.simulate.model import Model
 
-__all__ = ["model_of_scene"]
+__all__ = ["derivation_of_scene", "model_of_scene"]
+
+
+def derivation_of_scene(
+    session: Session,
+    source: Source,
+    *,
+    parameters: Mapping[str, str],
+    initial: Mapping[str, str] | None = None,
+    times: Mapping[str, str] | None = None,
+    **options: Any,
+) -> Derivation:
+    """Derive a scene for a command; its warnings and remarks go to stderr.
+
+    ``options`` are those of :meth:`lagrange_cli.api.LoadedScene.derive`.
+    """
+    from lagrange_cli.api import loads
+
+    started = perf_counter()
+    announce("reading the scene")
+    # Reading imports no mathematics: a mistake in the scene is answered at once.
+    scene = loads(
+        source.data, file=source.file, parameters=parameters, initial=initial, times=times
+    )
+    derivation = scene.derive(**options)
+    announce("")
+    session.tell(derivation.equations.warnings, derivation.equations.remarks)
+    session.detail(f"derived and certified in {perf_counter() - started:.2f} s")
+    return derivation
 
 
 def model_of_scene(
@@ -31,20 +60,13 @@ def model_of_scene(
     """The model of a scene: that of before, or derived anew."""
 
     def work() -> Answer:
-        equations = derived(
-            session,
-            source,
-            parameters=parameters,
-            initial=initial,
-            times=times,
-            forces=forces,
-            formulation=formulation,
+        values = {"parameters": parameters, "initial": initial, "times": times}
+        derivation = derivation_of_scene(
+            session, source, **values, forces=forces, formulation=formulation
         )
-        from lagrange_cli.simulate.modelling import model_of
-
         announce("preparing the simulation")
-        value = model_of(equations).to_json()
-        return Answer(value, equations.warnings, equations.remarks)
+        value = derivation.model().to_json()
+        return Answer(value, derivation.equations.warnings, derivation.equations.remarks)
 
     given = [sorted(given.items()) for given in (parameters, initial, times)]
     asked = [*given, forces, formulation]

@@ -209,8 +209,9 @@ def simulate(
     model = _model_within(session, wanted.budget, partial(model_in, formulation=formulation))
     derive_seconds = perf_counter() - started
     wanted = replace(wanted, budget=_left_of(wanted.budget, derive_seconds))
-    free = (formulation or model.defaults.formulation or "auto") == "auto"
-    other = partial(model_in, formulation="multiplier") if free else None
+    from lagrange_cli.simulate.charts import other_form
+
+    other = other_form(model, formulation, partial(model_in, formulation="multiplier"))
     with _alone(None if kept is None else kept.path):
         files = output, columns, plot is not None
         trajectory, interrupt = _integrated(session, model, other, wanted, files, kept)

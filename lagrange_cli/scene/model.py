@@ -185,6 +185,10 @@ class SimulateDefaults:
     atol: Expression | None = None
     formulation: Formulation | None = None
 
+    def formulation_for(self, asked: Formulation | None) -> Formulation:
+        """The formulation that is asked for, else the scene's, else ``auto``."""
+        return asked or self.formulation or "auto"
+
 
 @dataclass(frozen=True, slots=True)
 class StateExpectation:

@@ -22,7 +22,7 @@ from lagrange_cli.scene import conditions, declarations, physics
 from lagrange_cli.scene.helpers import read_plane
 from lagrange_cli.scene.model import ErrorExpectation, Scene
 from lagrange_cli.scene.names import check_names
-from lagrange_cli.scene.overrides import override_initial, override_parameters
+from lagrange_cli.scene.overrides import override_initial, override_parameters, override_times
 from lagrange_cli.scene.problems import shown, suggestion
 from lagrange_cli.scene.shapes import Reading
 from lagrange_cli.scene.source import Mapping, SourceNode, compose, decode
@@ -112,10 +112,12 @@ def read_text(
     *,
     parameters: AbstractMapping[str, str] | None = None,
     initial: AbstractMapping[str, str] | None = None,
+    times: AbstractMapping[str, str] | None = None,
 ) -> Scene:
     """Read a scene from its text; ``file`` is the name used in messages.
 
-    See :func:`read_file`.
+    ``times`` replaces ``until`` and ``start`` of its section ``simulate``, by expressions. For
+    the others see :func:`read_file`.
     """
     root, digest = _root(data, file)
     reading = Reading(file, given=parameters or {})
@@ -139,7 +141,7 @@ def read_text(
         scene = override_initial(scene, initial or {}, reading.problems)
         check_names(scene, reading.problems, reading.parts, reading.index_marks)
     reading.problems.raise_if_any()
-    return replace(scene, warnings=reading.problems.warnings)
+    return override_times(replace(scene, warnings=reading.problems.warnings), times or {})
 
 
 def expected_error(data: bytes | str, file: str = "<text>") -> ErrorExpectation | None:

@@ -38,7 +38,7 @@ from lagrange_cli.simulate.rows import Rows
 from lagrange_cli.simulate.simulation import RunContext, integrate
 from lagrange_cli.simulate.trajectory import Trajectory
 
-__all__ = ["simulate_past_charts"]
+__all__ = ["other_form", "simulate_past_charts"]
 
 #: Parts of the time in which places and coordinates are watched at least, in which
 #: coordinates are followed close to such places, and the most.
@@ -425,3 +425,27 @@ def _own_columns(
         places[name] = np.where(known, q, np.nan)
         rates[f"dot({name})"] = np.where(steady, v, np.nan)
     return places | rates
+
+
+def other_form(
+    model: Model, formulation: str | None, with_multipliers: Callable[[], Model]
+) -> Callable[[], Model] | None:
+    """What makes the model of the same scene in coordinates that may take the place of its own.
+
+    Parameters
+    ----------
+    model
+        That of the formulation that was asked for.
+    formulation
+        The one asked for; None for the scene's.
+    with_multipliers
+        Makes the model in Cartesian coordinates with multipliers.
+
+    Returns
+    -------
+    Callable or None
+        ``with_multipliers`` where the formulation is the program's choice; None where the
+        coordinates are to be kept.
+    """
+    wanted = formulation or model.defaults.formulation or "auto"
+    return with_multipliers if wanted == "auto" else None

@@ -22,7 +22,7 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.files.rows import NUMBER
 from lagrange_cli.simulate.accuracy import Measured
 from lagrange_cli.simulate.blocks import FIGURES, WORDS, Block, Gathering, Part
-from lagrange_cli.simulate.charts import simulate_past_charts
+from lagrange_cli.simulate.charts import other_form, simulate_past_charts
 from lagrange_cli.simulate.family import Family, Missed, family_of
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.members import Numbers, Own, Recipe
@@ -213,11 +213,10 @@ class _Runner:
 
     def _simulated(self, own: Own, model: Model, functions: RightHandSide | None) -> Trajectory:
         recipe = self.plan.recipe
-        free = recipe.form(self.scene) == "auto"
         return simulate_past_charts(
             model,
             self.plan.options,
-            (lambda: recipe.model(own, "multiplier")) if free else None,
+            other_form(model, recipe.formulation, lambda: recipe.model(own, "multiplier")),
             RunContext(functions),
         )
 

@@ -68,16 +68,15 @@ class Recipe:
             Located: what is wrong with it.
         """
         from lagrange_cli.scene import read_text
-        from lagrange_cli.scene.overrides import override_times
 
         own = own or Own()
-        scene = read_text(
+        return read_text(
             self.data,
             self.file,
             parameters={**self.parameters, **own.parameters},
             initial={**self.initial, **own.initial},
+            times=self.times,
         )
-        return override_times(scene, self.times)
 
     def model(self, own: Own, formulation: Formulation | None = None) -> Model:
         """The model of a member, derived.
@@ -88,11 +87,8 @@ class Recipe:
             Located: what is wrong with it.
         """
         scene = self.scene(own)
-        return _derived(scene, self.forces, formulation or self.form(scene))
-
-    def form(self, scene: Scene) -> Formulation:
-        """The formulation that is asked for."""
-        return self.formulation or scene.simulate.formulation or "auto"
+        wanted = scene.simulate.formulation_for(formulation or self.formulation)
+        return _derived(scene, self.forces, wanted)
 
 
 def _derived(scene: Scene, forces: bool, formulation: Formulation) -> Model:

@@ -11,7 +11,7 @@ import numpy as np
 
 from lagrange_cli.errors import AccuracyError, InputError, StoppedError
 from lagrange_cli.scene.dimensions import dimensions
-from lagrange_cli.simulate.charts import simulate_past_charts
+from lagrange_cli.simulate.charts import other_form, simulate_past_charts
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.switched import Kind, Switch
 from lagrange_cli.simulate.members import Own, Recipe
@@ -100,7 +100,6 @@ class _Forms:
 
     def __init__(self, recipe: Recipe, own: Own) -> None:
         self.first = recipe.model(own)
-        self._free = recipe.form(recipe.scene(own)) == "auto"
         self._recipe, self._own = recipe, own
 
     def _other(self) -> Model:
@@ -109,7 +108,7 @@ class _Forms:
     def simulated(self, options: SimulationOptions) -> Trajectory:
         """What ``simulate`` makes of it; compiling does not count to the budget."""
         context = RunContext(right_hand_side(self.first))
-        other = self._other if self._free else None
+        other = other_form(self.first, self._recipe.formulation, self._other)
         return simulate_past_charts(self.first, options, other, context)
 
     def of(self, formulation: str) -> Model:

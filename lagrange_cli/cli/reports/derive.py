@@ -9,39 +9,33 @@ from lagrange_cli.cli.output import can_encode
 from lagrange_cli.cli.reports.json_text import json_text
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.api import Derivation
 
 __all__ = ["FORMATS"]
 
 
-def text(equations: Equations, form: str, ascii_only: bool, encoding: str) -> str:
+def text(derivation: Derivation, form: str, ascii_only: bool, encoding: str) -> str:
     """The derivation as text, in ASCII where the encoding has no more."""
-    from lagrange_cli.emit.text import derivation_text
-
-    written = derivation_text(equations, ascii=ascii_only, form=form)
+    written = derivation.text(form=form, ascii=ascii_only)
     if ascii_only or can_encode(written, encoding):
         return written
-    return derivation_text(equations, ascii=True, form=form)
+    return derivation.text(form=form, ascii=True)
 
 
-def json_report(equations: Equations, form: str, _ascii_only: bool, _encoding: str) -> str:
+def json_report(derivation: Derivation, form: str, _ascii_only: bool, _encoding: str) -> str:
     """The derivation as JSON."""
-    from lagrange_cli.emit.report import derivation_report
-
-    return json_text(derivation_report(equations, form))
+    return json_text(derivation.report(form=form))
 
 
-def latex(equations: Equations, form: str, _ascii_only: bool, _encoding: str) -> str:
+def latex(derivation: Derivation, form: str, _ascii_only: bool, _encoding: str) -> str:
     """The derivation as a LaTeX document."""
-    from lagrange_cli.emit.registry import emitter
-
-    (written,) = emitter("latex").emit(equations, {"form": form}).values()
+    (written,) = derivation.emit("latex", form=form).values()
     return written
 
 
 #: Name of a format → what writes it, in a form of the equations, in plain ASCII or in what an
 #: encoding has.
-FORMATS: Mapping[str, Callable[[Equations, str, bool, str], str]] = {
+FORMATS: Mapping[str, Callable[[Derivation, str, bool, str], str]] = {
     "text": text,
     "latex": latex,
     "json": json_report,
