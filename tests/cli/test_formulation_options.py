@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 import shutil
 import subprocess
+from dataclasses import replace
 from typing import get_args
 
 import pytest
 from terminal import lagrange, succeed
 
+from lagrange_cli.api import load
 from lagrange_cli.cli.options import FORMULATIONS
+from lagrange_cli.cli.reports.simulate import FORMATS, Simulated
 from lagrange_cli.scene.model import Formulation
 
 SPHERICAL = "systems/pendulums/spherical_pendulum.yaml"
@@ -124,3 +127,14 @@ def test_what_is_not_known_is_not_a_number(tmp_path):
     column = header.split(",").index("phi")
     assert first.split(",")[column] == "nan"
     assert float(second.split(",")[column]) == pytest.approx(0.6435011087932844)
+
+
+def test_form_is_told_where_it_is_another_one():
+    """The form stands in the report where the motion left the scene's, whatever else is said."""
+    derivation = load(TRAMMEL).derive()
+    model = derivation.model()
+    run = derivation.simulate(until=0.1)
+    told = replace(run, remarks=("something else",))
+    assert "\nForm " not in FORMATS["text"](Simulated(model, told))
+    gone_on = replace(told, formulation="multiplier")
+    assert "\nForm      multiplier\n" in FORMATS["text"](Simulated(model, gone_on))

@@ -48,6 +48,11 @@ class Simulated:
     extra: Sequence[str] = ()
     derive_seconds: float = 0.0
 
+    @property
+    def in_other_form(self) -> bool:
+        """Whether the motion was found in another formulation than the model's."""
+        return self.trajectory.formulation != self.model.formulation
+
     def further(self) -> dict[str, float]:
         """The last values of the columns that were asked for beside those of the state."""
         columns = self.trajectory.table(self.extra)
@@ -114,7 +119,7 @@ def text(simulated: Simulated) -> str:
         ("Accuracy", _promise(trajectory)),
         (conserved, drifts),
         *([] if off is None else [("Constraints", f"largest drift {off:.1e}")]),
-        *([("Form", trajectory.formulation)] if trajectory.remarks else []),
+        *([("Form", trajectory.formulation)] if simulated.in_other_form else []),
         (
             "Method",
             f"{trajectory.method}, {trajectory.steps} steps, "
