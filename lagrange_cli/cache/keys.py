@@ -60,7 +60,7 @@ def _files(folder: str) -> Iterator[str]:
     while waiting:
         with os.scandir(waiting.pop()) as entries:
             for entry in entries:
-                if entry.name.endswith((".py", ".c", ".h")):
+                if entry.name.endswith((".py", ".c", ".h", ".in")):
                     found = entry.stat()
                     path = os.path.relpath(entry.path, folder)
                     yield f"{path} {found.st_size} {found.st_mtime_ns}"

@@ -9,66 +9,9 @@ from lagrange_cli.emit.c_project import project_text, workspace
 from lagrange_cli.emit.c_reset import reset_text
 from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.program import Program
+from lagrange_cli.emit.template_files import c_template
 
 __all__ = ["contact_target", "interface_text", "mode_target", "mode_workspace"]
-
-_MODE = """\
-/* contact[0..2*@U@-1]: 1 for what is closed, then zeros; whether anything is closed. */
-static int @NAME@_flags(const int *mode, @REAL@ *contact)
-{
-    int k, any = 0;
-    for (k = 0; k < @U@; ++k) {
-        const int closed = mode != 0 && mode[k] != 0;
-        contact[k] = closed ? @ONE@ : @ZERO@;
-        contact[@U@ + k] = @ZERO@;
-        any = any || closed;
-    }
-    return any;
-}
-"""
-
-_RHS = """\
-int @NAME@_rhs(@DYDT@)
-{
-    @REAL@ *const contact = work + @START@;
-    if (!@NAME@_flags(mode, contact)) {
-        return @NAME@_flight_rhs(t, y, u, p, work, dydt);
-    }
-    return @NAME@_contact_rhs(t, y, u, p, contact, work, dydt);
-}
-"""
-
-_FUNCTION = """\
-int @NAME@_@FUNCTION@(@OUT@)
-{
-    @REAL@ *const contact = work + @START@;
-    (void)@NAME@_flags(mode, contact);
-    return @NAME@_contact_@FUNCTION@(t, y, u, p, contact, work, out);
-}
-"""
-
-_PROJECT = """\
-int @NAME@_project(@STATE@)
-{
-    @REAL@ *const contact = work + @START@;
-    (void)@NAME@_flags(mode, contact);
-    return @NAME@_contact_project(t, y, u, p, contact, work);
-}
-"""
-
-_RESET = """\
-int @NAME@_reset(@RESET@)
-{
-    @REAL@ *const contact = work + @START@;
-    int k, status;
-    (void)@NAME@_flags(mode, contact);
-    status = @NAME@_contact_reset(t, y, u, p, contact, event, bounce, work);
-    for (k = 0; status == 0 && k < @U@; ++k) {
-        mode[k] = contact[k] > @ZERO@;
-    }
-    return status;
-}
-"""
 
 
 def contact_target(target: CTarget, contacts: int) -> CTarget:
@@ -111,9 +54,13 @@ def interface_text(programs: Mapping[str, Program], target: CTarget, contacts: i
         "@RESET@": reset_arguments(target),
     }
     functions = (
-        _FUNCTION.replace("@FUNCTION@", name) for name in ("multipliers", "constraints", "events")
+        c_template("mode_function").replace("@FUNCTION@", name)
+        for name in ("multipliers", "constraints", "events")
     )
-    texts = [_MODE, _RHS, *functions, _PROJECT, _RESET]
+    flags, rhs, project, reset = (
+        c_template(f"mode_{name}") for name in ("flags", "rhs", "project", "reset")
+    )
+    texts = [flags, rhs, *functions, project, reset]
     return "\n".join(
         [
             project_text(programs, inner, "contact_"),

@@ -10,6 +10,7 @@ from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.program import asked_for
 from lagrange_cli.emit.starting import rates_note
+from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -17,26 +18,6 @@ if TYPE_CHECKING:
 
 __all__ = ["header_text"]
 
-_INTERFACE = """\
-/* Values for all parameters that have one in the scene; the others become NaN. */
-void @NAME@_defaults(@NAME@_params *p);
-
-/* dydt[0..2n-1]: time derivative of the state. */
-int @NAME@_rhs(@RHS@);
-
-/* out[0..n*n-1]: mass matrix M(q, t) by rows. */
-int @NAME@_mass_matrix(@OUT@);
-
-/* out[0..n-1]: forcing f(q, v, t). */
-int @NAME@_forcing(@OUT@);
-
-/* out[0], out[1], out[2]: kinetic energy T, potential V, and the energy
- * function (sum of v dL/dv, less L), which is T + V in most systems. */
-int @NAME@_energy(@OUT@);
-
-/* out[0..@NAME@_POSITIONS-1]: Cartesian names in the order above. */
-int @NAME@_positions(@OUT@);
-"""
 
 _INPUTS = """
 /* out[0..@NAME@_INPUTS-1]: the inputs as the scene has them at time t. */
@@ -46,60 +27,6 @@ int @NAME@_inputs(@OUT@);
 _OUTPUTS = """
 /* out[0..@NAME@_OUTPUTS-1]: the outputs in the order above. */
 int @NAME@_outputs(@OUT@);
-"""
-
-_CONTACTS = """
-/* out[0..@NAME@_MULTIPLIERS-1]: the multipliers of the closures, then of the contacts,
- * zero for one that is open. */
-int @NAME@_multipliers(@MODE@);
-
-/* out[0..@NAME@_CONSTRAINTS-1]: @CONSTRAINTS@
- * zero for one that is open. */
-int @NAME@_constraints(@MODE@);
-
-/*
- * Leads y back to what is closed, which it leaves in the course of integration:
- * q by the smallest changes, in the metric of the kinetic energy, until only
- * rounding is left (Newton's method), then v in the same metric. To be called
- * after each step. Returns 1 in a singular configuration, 2 if a result is not
- * finite, 3 if y is too far from any state that obeys them; y has then changed.
- */
-int @NAME@_project(@PROJECT@);
-
-/* out[k]: falls through zero where contact k opens or closes: its multiplier
- * where it is closed, its gap where it is open. */
-int @NAME@_events(@MODE@);
-
-/*
- * What happens at an event of contact number event, or at a start (event = -1):
- * an impact where what closes approaches, by Newton's law with impulses that only
- * push, all that is closed taking part (bounce 1: with the restitution of each
- * contact; 0: without, to end a sequence of ever shorter bounces). y, of which
- * v may change, and mode are then those to go on with. Returns 1 in a singular
- * configuration, 2 if a result is not finite, 4 if the contacts leave no motion (walls
- * that close in) or a restitution is not between 0 and 1; y and mode are then meaningless.
- */
-int @NAME@_reset(@RESET@);
-"""
-
-_CONSTRAINED = """
-/* out[0..@NAME@_MULTIPLIERS-1]: the multipliers, in the order of the closures above. */
-int @NAME@_multipliers(@OUT@);
-
-/* out[0..@NAME@_CONSTRAINTS-1]: lhs - rhs of the closures of positions, then
- * what should be zero of the velocities, for each of the closures above: its
- * time derivative, or lhs - rhs of one that holds velocities. */
-int @NAME@_constraints(@OUT@);
-
-/*
- * Leads y back to the closures, which it leaves in the course of integration:
- * q by the smallest changes, in the metric of the kinetic energy, until only
- * rounding is left (Newton's method), then v in the same metric. To be called
- * after each step, and before the first where the state is not known to obey
- * the closures. Returns 1 in a singular configuration, 2 if a result is not
- * finite, 3 if y is too far from any state that obeys them; y has then changed.
- */
-int @NAME@_project(@PROJECT@);
 """
 
 
@@ -154,9 +81,11 @@ def _sizes(equations: Equations, prefix: str) -> list[str]:
 
 
 def _declarations(equations: Equations, target: CTarget) -> str:
-    text = _INTERFACE + (_INPUTS if equations.inputs else "")
+    text = c_template("interface") + (_INPUTS if equations.inputs else "")
     text += _OUTPUTS if equations.outputs else ""
-    text += _CONTACTS if equations.contacts else _CONSTRAINED if equations.closures else ""
+    if equations.contacts or equations.closures:
+        kind = "contacts" if equations.contacts else "closures"
+        text += "\n" + c_template(f"interface_{kind}")
     outer = mode_target(target) if equations.contacts else target
     return (
         text.replace("@RHS@", outer.arguments("dydt"))

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from textwrap import wrap
 
-from lagrange_cli.emit.c_solvers import BANDED
 from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.factors import Band, Supernodes
 from lagrange_cli.emit.kernels import Column, Elimination, Kernel, Part, Total, Zeros
@@ -17,6 +16,7 @@ from lagrange_cli.emit.operands import Operand, Variable, rebuilt
 from lagrange_cli.emit.printing import expression
 from lagrange_cli.emit.program import Program
 from lagrange_cli.emit.tables import node_tables, relative, table_name, tables_of
+from lagrange_cli.emit.template_files import c_template
 
 __all__ = [
     "finite_check",
@@ -32,110 +32,6 @@ __all__ = [
 #: Lines are broken before this column.
 WIDTH = 96
 
-_TOTAL = """\
-/* The sum of n numbers, in pairs; they are overwritten. */
-static @REAL@ @NAME@_total(int n, @REAL@ *a)
-{
-    int i;
-    while (n > 1) {
-        const int half = (n + 1)/2;
-        for (i = 0; i < n - half; ++i) {
-            a[i] += a[half + i];
-        }
-        n = half;
-    }
-    return a[0];
-}
-"""
-
-_SUPERNODES = """\
-/*
- * Solve a x = b for a symmetric positive definite matrix of m rows whose lower
- * triangle is given by rectangles: neighbouring columns with nonzeros in the
- * same rows, zeros where elimination will fill them. x replaces b, behind which
- * m numbers and a column are overwritten. a = L D L^T, from left to right: the
- * ratios L replace what is below the diagonal. Pivots are judged against the
- * diagonal before elimination.
- *
- * Of each of the n rectangles, node has its first column, the number of its
- * columns and of its rows, where its numbers start (column by column), where
- * its rows start in rows, and where its updates end. Of each update of it, from
- * has the rectangle that it comes from, which of its rows, from the first to
- * before the last, are columns of this one, and where in spots those and all
- * later rows of it stand among the rows of this one.
- */
-static int @NAME@_solve_sparse(int m, int n, const int *node, const int *rows, const int *from,
-                               const int *spots, @REAL@ *a, @REAL@ *b)
-{
-    @REAL@ *const d = b + m; /* the diagonal, then reciprocals of the pivots */
-    @REAL@ *const sum = d + m;
-    int h, i, j, k, update = 0;
-    for (h = 0; h < n; ++h) {
-        const int *const of = node + 6*h;
-        for (k = 0; k < of[1]; ++k) {
-            d[of[0] + k] = a[of[3] + k*of[2] + k];
-        }
-    }
-    for (h = 0; h < n; ++h) {
-        const int *const of = node + 6*h;
-        const int height = of[2];
-        @REAL@ *const own = a + of[3];
-        for (; update < of[5]; ++update) {
-            const int *const source = node + 6*from[4*update];
-            const int first = from[4*update + 1], last = from[4*update + 2], end = source[2];
-            const int *const spot = spots + from[4*update + 3] - first;
-            const @REAL@ *const other = a + source[3];
-            for (k = first; k < last; ++k) {
-                @REAL@ *const column = own + spot[k]*height;
-                for (i = k; i < end; ++i) {
-                    sum[i] = @ZERO@;
-                }
-                for (j = 0; j < source[1]; ++j) {
-                    const @REAL@ *const left = other + j*end;
-                    const @REAL@ ratio = left[k]*left[j];
-                    for (i = k; i < end; ++i) {
-                        sum[i] += ratio*left[i];
-                    }
-                }
-                for (i = k; i < end; ++i) {
-                    column[spot[i]] -= sum[i];
-                }
-            }
-        }
-        for (k = 0; k < of[1]; ++k) {
-            @REAL@ *const column = own + k*height;
-            if (!(column[k] > (@REAL@)m*@NAME@_EPSILON*d[of[0] + k])) {
-                return 1;
-            }
-            d[of[0] + k] = @ONE@/column[k];
-            for (j = k + 1; j < of[1]; ++j) {
-                @REAL@ *const right = own + j*height;
-                const @REAL@ ratio = column[j]*d[of[0] + k];
-                for (i = j; i < height; ++i) {
-                    right[i] -= ratio*column[i];
-                }
-            }
-            for (i = k + 1; i < height; ++i) {
-                column[i] *= d[of[0] + k];
-                b[rows[of[4] + i]] -= column[i]*b[of[0] + k];
-            }
-        }
-    }
-    for (h = n - 1; h >= 0; --h) {
-        const int *const of = node + 6*h;
-        for (k = of[1] - 1; k >= 0; --k) {
-            const @REAL@ *const column = a + of[3] + k*of[2];
-            @REAL@ rest = b[of[0] + k]*d[of[0] + k];
-            for (i = k + 1; i < of[2]; ++i) {
-                rest -= column[i]*b[rows[of[4] + i]];
-            }
-            b[of[0] + k] = rest;
-        }
-    }
-    return 0;
-}
-"""
-
 
 def _table_text(prefix: str, table: tuple[int, ...]) -> str:
     rows = _wrapped(", ".join(map(str, table)), 1, 0)
@@ -149,11 +45,11 @@ def kernel_helpers(programs: Mapping[str, Program], target: CTarget) -> str:
     solved = [part.factors for part in parts if isinstance(part, Elimination)]
     texts = []
     if any(isinstance(of, Band) for of in solved):
-        texts.append(target.fill(BANDED))
+        texts.append(target.fill(c_template("solve_banded")))
     if any(isinstance(of, Supernodes) for of in solved):
-        texts.append(target.fill(_SUPERNODES))
+        texts.append(target.fill(c_template("solve_sparse")))
     if any(isinstance(part, Total) for part in parts):
-        texts.append(target.fill(_TOTAL))
+        texts.append(target.fill(c_template("total")))
     tables = dict.fromkeys(t for program in programs.values() for t in tables_of(program))
     texts += [_table_text(target.prefix, table) for table in tables]
     return "\n".join(filter(None, texts))

@@ -10,35 +10,13 @@ from lagrange_cli.emit.c_names import c_string
 from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.recorded import described_input, polynomial_row, recorded_inputs
+from lagrange_cli.emit.template_files import c_template
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 __all__ = ["CRecorded", "c_recorded"]
 
-_C = """\
-/* @TEXT@, at t with what lies between two rows continued from the time at. */
-static @REAL@ @NAME@_recorded_@K@(@REAL@ t, @REAL@ at)
-{
-    static const @REAL@ rows[@ROWS@][@WIDTH@] = {
-@NUMBERS@
-    };
-    @REAL@ value = @ZERO@;
-    int low = 0, high = @ROWS@, k;
-    while (high - low > 1) {
-        const int middle = (low + high)/2;
-        if (rows[middle][0] <= at) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    for (k = @WIDTH@ - 1; k > 0; --k) {
-        value = value*(t - rows[low][0]) + rows[low][k];
-    }
-    return value;
-}
-"""
 
 _C_BOUNDS = """\
     if (!(start >= @FIRST@@UNTIL@)) {
@@ -64,7 +42,9 @@ def c_recorded(equations: Equations, target: CTarget) -> CRecorded:
     for number, of in recorded_inputs(equations):
         name = comment_text(described_input(equations, number))
         rows = [", ".join(map(real.value, polynomial_row(of, k))) for k in range(len(of.starts))]
-        text = _C.replace("@NUMBERS@", ",\n".join(f"        {{{row}}}" for row in rows))
+        text = c_template("recorded").replace(
+            "@NUMBERS@", ",\n".join(f"        {{{row}}}" for row in rows)
+        )
         for token, value in (
             ("@TEXT@", name),
             ("@REAL@", real.name),

@@ -19,6 +19,7 @@ from lagrange_cli.emit.c_solvers import helper_text, solver_text
 from lagrange_cli.emit.c_target import CTarget
 from lagrange_cli.emit.c_taylor import TAYLOR_HEADER, taylor_text
 from lagrange_cli.emit.program import Program, results_of
+from lagrange_cli.emit.template_files import c_template
 
 __all__ = ["DOUBLE", "lanes_source", "library_source", "tables_source", "taylor_source"]
 
@@ -27,39 +28,6 @@ DOUBLE = real_type("double")
 
 #: Functions that are evaluated at the samples of many motions.
 TABLES = ("energy", "positions", "velocities", "outputs")
-
-#: Evaluates a function at many states; what does not exist becomes NaN.
-_TABLE = """\
-typedef int (*function)(@REAL@, const @REAL@ *, const @REAL@ *, const system_params *, @REAL@ *,
-                        @REAL@ *);
-
-/* out[i*columns ..]: a function at t[i] and y[i*width ..], for i below rows. */
-void system_table(function f, long rows, const @REAL@ *t, const @REAL@ *y, long width,
-                  const @REAL@ *u, const system_params *p, @REAL@ *work, @REAL@ *out,
-                  long columns)
-{
-    long i, k;
-    for (i = 0; i < rows; ++i) {
-        @REAL@ *row = out + i*columns;
-        if (f(t[i], y + i*width, u, p, work, row) != 0) {
-            for (k = 0; k < columns; ++k) {
-                row[k] = NAN;
-            }
-        }
-    }
-}
-"""
-
-
-#: What the surfaces of kinks and contacts are located by together.
-_BOTH = """\
-int system_events_and_surfaces(double t, const double *y, const double *u, const system_params *p,
-                               double *work, double *out)
-{
-    const int status = system_events(t, y, u, p, work, out);
-    return status != 0 ? status : system_surfaces(t, y, u, p, work, out + @CONTACTS@);
-}
-"""
 
 
 def library_source(programs: Mapping[str, Program], real: Real = DOUBLE) -> str:
@@ -84,7 +52,7 @@ def library_source(programs: Mapping[str, Program], real: Real = DOUBLE) -> str:
         *(project_text(programs, target, of) for of in ("", "contact_")),
         reset_text(programs, target),
         _both(programs),
-        target.fill(_TABLE),
+        target.fill(c_template("table")),
     ]
     return "\n".join(filter(None, parts))
 
@@ -93,7 +61,9 @@ def _both(programs: Mapping[str, Program]) -> str:
     """Event functions of contacts, then of surfaces, where there are both."""
     if not {"gaps", "surfaces"} <= programs.keys():
         return ""
-    return _BOTH.replace("@CONTACTS@", str(results_of(programs["gaps"]) // 2))
+    return c_template("events_and_surfaces").replace(
+        "@CONTACTS@", str(results_of(programs["gaps"]) // 2)
+    )
 
 
 def lanes_source(programs: Mapping[str, Program]) -> str:

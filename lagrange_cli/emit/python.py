@@ -32,6 +32,7 @@ from lagrange_cli.emit.python_project import project_source
 from lagrange_cli.emit.python_recorded import python_recorded
 from lagrange_cli.emit.python_solution import ROUNDING
 from lagrange_cli.emit.starting import TOLERANCE, rates_note, residual_labels, steps_per_row
+from lagrange_cli.emit.template_files import python_template
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -41,53 +42,6 @@ __all__ = ["emit"]
 
 _FUNCTIONS = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
 
-_SCRIPT = '''\
-def integrate(y, t, until, steps, p=DEFAULTS):
-    """State after ``steps`` classical Runge-Kutta steps of fixed size from t to until."""
-    h = (until - t) / steps
-    for k in range(steps):
-        s = t + k * h
-        k1 = rhs(s, y, p)
-        k2 = rhs(s + h / 2, y + h / 2 * k1, p)
-        k3 = rhs(s + h / 2, y + h / 2 * k2, p)
-        k4 = rhs(s + h, y + h * k3, p)
-        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    return y
-
-
-def main(arguments):
-    """Integrate from INITIAL and print CSV; NAME=VALUE sets parameters and initial
-    values, until=T and steps=N (steps in an interval) the run."""
-    state = [*COORDINATES, *(f"dot({name})" for name in COORDINATES)]
-    parameters = dict(zip(PARAMETERS, DEFAULTS))
-    initial = dict(zip(state, INITIAL or [nan] * len(state)))
-    run = {"until": UNTIL, "steps": STEPS}
-    for argument in arguments:
-        name, _, value = argument.partition("=")
-        try:
-            table = next(table for table in (initial, parameters, run) if name in table)
-            table[name] = type(table[name])(value)
-        except (StopIteration, ValueError):
-            return f"{argument}: not NAME=NUMBER with a known name"
-    given = {**initial, **parameters}
-    missing = [name for name, value in given.items() if value != value]
-    if missing:
-        return f"values needed: {', '.join(f'{name}=VALUE' for name in missing)}"
-    p, y = Parameters(*parameters.values()), np.array(list(initial.values()))
-    times = np.linspace(START, run["until"], ROWS + 1).tolist()
-    print(",".join(["t", *state]))
-    for t, following in zip(times, [*times[1:], None]):
-        print(",".join(map(repr, [t, *y.tolist()])))
-        if following is not None:
-            y = integrate(y, t, following, run["steps"], p)
-        if not np.isfinite(y).all():
-            return f"stopped after t = {t}: the mass matrix is singular or a result not finite"
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
-'''
 
 #: Lines of the script: where a step begins, after which a state is led back to the closures,
 #: and where the run begins.
@@ -101,34 +55,6 @@ _CHECKED = """\
 """
 _MAIN = "def main(arguments):\n"
 
-#: What stands before ``main``: rounding is taken out of a start, and nothing else.
-_START_FUNCTION = '''\
-def start(given, until, p):
-    """The initial state led to the closures, and what is wrong with it: it violates them."""
-    y = project(START, given, p)
-    residuals = constraints(START, given, p)
-    n = len(given) // 2
-    places, rates = np.abs(given).reshape(2, n).max(axis=1).tolist()
-    rates = @TOLERANCE@ * rates
-    if until != START:
-        # Velocities that move no coordinate by more than rounding are none.
-        rates += @ROUNDING@ * places / abs(until - START)
-    bounds = np.repeat([@TOLERANCE@ * places, rates], n)
-    near = np.isfinite(residuals).all() and (np.abs(y - given) <= bounds).all()
-    if near:
-        return y, ""
-    worst = int(np.abs(residuals).argmax())
-    wrong = (
-        "the initial state violates the constraints by "
-        f"{abs(residuals[worst]):.3g} ({RESIDUALS[worst]})\\n"
-    )
-    if not np.isfinite(y).all():
-        return y, f"{wrong}no state that obeys them was found near it"
-    state = [*COORDINATES, *(f"dot({name})" for name in COORDINATES)]
-    return y, f"{wrong}nearest: {' '.join(map('{}={!r}'.format, state, y.tolist()))}"
-
-
-'''
 
 _SINGULAR = "{t}: the mass matrix is singular or a result not finite"
 _SINGULAR_CLOSED = "{t}: a singular configuration or a result not finite"
@@ -234,7 +160,7 @@ def _names(equations: Equations, fields: Sequence[str]) -> dict[str, str]:
 
 def _script(equations: Equations) -> str:
     """What runs the module; states are led back to the closures where there are any."""
-    text = _SCRIPT
+    text = python_template("script")
     recorded = any(given.recording is not None for given in equations.inputs)
     if recorded:
         text = text.replace(_NOT_FINITE, f"{_NOT_FINITE}, or a recording ends")
@@ -243,9 +169,9 @@ def _script(equations: Equations) -> str:
     if equations.closures:
         text = text.replace(_STEP, f"{_STEP}        y = project(s + h, y, p)\n")
         text = text.replace(_START, f"{_START}{_CHECKED}")
-        start = _START_FUNCTION.replace("@TOLERANCE@", repr(TOLERANCE))
+        start = python_template("start").replace("@TOLERANCE@", repr(TOLERANCE))
         start = start.replace("@ROUNDING@", repr(64 * float(ROUNDING)))
-        text = text.replace(_MAIN, f"{start}{_MAIN}")
+        text = text.replace(_MAIN, f"{start}\n\n{_MAIN}")
         text = text.replace(_SINGULAR, _SINGULAR_CLOSED)
     if equations.contacts:
         held = _HELD.replace("        ", "    ").replace("=s +", "=t +") if recorded else ""

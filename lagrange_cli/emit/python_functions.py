@@ -25,8 +25,8 @@ from lagrange_cli.emit.program import (
     following,
     input_names,
 )
-from lagrange_cli.emit.python_kernels import KERNEL_HELPERS, parts_source, tables_source
-from lagrange_cli.emit.python_project import HELPERS, project_source
+from lagrange_cli.emit.python_kernels import parts_source, tables_source
+from lagrange_cli.emit.python_project import HELPERS, helper_source, project_source
 from lagrange_cli.emit.python_reset import reset_source
 from lagrange_cli.emit.python_solution import WIDTH, assigned, joined, solution, symmetric
 
@@ -64,26 +64,8 @@ _MATH = (
     "tanh",
 )
 
-#: Functions that the standard library has not, by name.
-_HELPERS = {
-    "_sign": '''\
-def _sign(x):
-    """1, 0 or -1 with the sign of x (NaN for NaN)."""
-    return float(x > 0.0) - float(x < 0.0) if x == x else nan
-''',
-    "_min": '''\
-def _min(a, b):
-    """The smaller of two numbers (NaN if one is)."""
-    return a if a < b or a != a else b
-''',
-    "_max": '''\
-def _max(a, b):
-    """The larger of two numbers (NaN if one is)."""
-    return a if a > b or a != a else b
-''',
-    **HELPERS,
-    **KERNEL_HELPERS,
-}
+#: Functions that the standard library has not, by the names of their templates.
+_HELPERS = ("sign", "min", "max", *HELPERS, "solve_sparse")
 
 #: Every function of a program as the module calls it.
 PYTHON_FUNCTIONS = {
@@ -178,7 +160,7 @@ def _given(programs: Mapping[str, Program], program: Program) -> list[tuple[str,
 
 def prelude(body: str) -> tuple[list[str], list[str]]:
     """Import lines and definitions that the functions in ``body`` need, and no others."""
-    helpers = [source for name, source in _HELPERS.items() if f"{name}(" in body]
+    helpers = [helper_source(name) for name in _HELPERS if f"_{name}(" in body]
     words = set(re.findall(r"(?<![\w.])\w+", "\n".join([body, *helpers])))
     names = [name for name in _MATH if name in words]
     if not names:

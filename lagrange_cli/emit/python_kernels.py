@@ -13,7 +13,7 @@ from lagrange_cli.emit.printing import Dialect, expression
 from lagrange_cli.emit.program import FUNCTIONS, Program
 from lagrange_cli.emit.tables import node_tables, relative, table_name, tables_of
 
-__all__ = ["KERNEL_HELPERS", "parts_source", "tables_source"]
+__all__ = ["parts_source", "tables_source"]
 
 #: Longer lines are broken.
 WIDTH = 92
@@ -32,49 +32,6 @@ _OTHERWISE = {
 _DIALECT = Dialect(
     double_literal, {name: f"np.{_OTHERWISE.get(name, name)}" for name in FUNCTIONS}, {}
 )
-
-#: What the functions call, by name.
-KERNEL_HELPERS = {
-    "_solve_sparse": '''\
-def _solve_sparse(m, node, rows, sources, spots, a, b):
-    """x of S x = b for a positive definite matrix of m rows whose lower triangle is given by
-    rectangles of a: neighbouring columns with nonzeros in the same rows (S = L D L^T).
-
-    Of each, node has its first column, the numbers of its columns and rows, where its numbers
-    and its rows start, and where its updates end: of each of them, sources has the rectangle
-    that it comes from, which of its rows are columns of this one, and where in spots all later
-    rows of it stand among the rows of this one.
-    """
-    blocks = [a[at : at + c * h].reshape(c, h) for _, c, h, at, _, _ in node]
-    bounds = m * 2.0**-53 * np.concatenate([block.diagonal() for block in blocks])
-    pivots = np.empty(m)
-    update = 0
-    for (start, columns, height, _, at, end), block in zip(node, blocks):
-        for source, first, last, spot in sources[update:end]:
-            other = blocks[source]
-            scaled = pivots[node[source, 0] : node[source, 0] + node[source, 1], None] * other
-            where = spots[spot : spot + other.shape[1] - first]
-            change = scaled[:, first:last].T @ other[:, first:]
-            for k in range(last - first):
-                block[where[k], where[k:]] -= change[k, k:]
-        update = end
-        below = rows[at : at + height]
-        for k in range(columns):
-            pivot = block[k, k]
-            if not pivot > bounds[start + k]:
-                raise ArithmeticError("a singular matrix")
-            pivots[start + k] = pivot
-            for j in range(k + 1, columns):
-                block[j, j:] -= block[k, j] / pivot * block[k, j:]
-            block[k, k + 1 :] /= pivot
-            b[below[k + 1 :]] -= block[k, k + 1 :] * b[start + k]
-    b[:m] /= pivots
-    for (start, columns, height, _, at, _), block in zip(node[::-1], blocks[::-1]):
-        below = rows[at : at + height]
-        for k in reversed(range(columns)):
-            b[start + k] -= block[k, k + 1 :] @ b[below[k + 1 :]]
-''',
-}
 
 
 def tables_source(programs: Iterable[Program]) -> str:

@@ -12,27 +12,12 @@ from lagrange_cli.emit.recorded import (
     polynomial_row,
     recorded_inputs,
 )
+from lagrange_cli.emit.template_files import python_template
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 __all__ = ["python_recorded"]
-
-_PYTHON = '''\
-def recorded(t, y, p, at=None):
-    """The recorded inputs at time t, with what lies between two rows continued from the time
-    at, by default t itself; NaN for the others, and outside a recording."""
-    values = [nan] * len(INPUTS)
-    for number, end, rows in RECORDED:
-        within = @ROUNDING@ * (end - rows[0][0]) if end < inf else 0.0
-        if rows[0][0] - within <= t <= end + within:
-            row = bisect_right(rows, (t if at is None else at, inf)) - 1
-            start, *coefficients = rows[max(row, 0)]
-            values[number] = 0.0
-            for coefficient in reversed(coefficients):
-                values[number] = values[number] * (t - start) + coefficient
-    return values
-'''
 
 
 def python_recorded(equations: Equations) -> list[str]:
@@ -50,4 +35,7 @@ def python_recorded(equations: Equations) -> list[str]:
         ]
         lines += [f"        {polynomial_row(of, k)}," for k in range(len(of.starts))]
         lines.append("    ]),")
-    return ["\n".join([*lines, "]", ""]), _PYTHON.replace("@ROUNDING@", repr(ROUNDING))]
+    return [
+        "\n".join([*lines, "]", ""]),
+        python_template("recorded").replace("@ROUNDING@", repr(ROUNDING)),
+    ]

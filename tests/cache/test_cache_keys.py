@@ -70,6 +70,10 @@ def add_kernel(installed: Path) -> None:
     (installed / "lagrange_cli" / "cache" / "kernel.c").write_text("")
 
 
+def add_template(installed: Path) -> None:
+    (installed / "lagrange_cli" / "cache" / "solve.c.in").write_text("")
+
+
 def remove_module(installed: Path) -> None:
     (installed / "lagrange_cli" / "cache" / "unused.py").unlink()
 
@@ -102,6 +106,7 @@ def another_place_of_numpy(installed: Path) -> None:
     [
         add_module,
         add_kernel,
+        add_template,
         remove_module,
         edit_module,
         edit_to_the_same_size,

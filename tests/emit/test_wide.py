@@ -25,8 +25,8 @@ from lagrange_cli.emit.factors import Band, Supernodes, factors, supernodes
 from lagrange_cli.emit.kernels import Elimination, Kernel
 from lagrange_cli.emit.program import build_program, eliminations, operations
 from lagrange_cli.emit.python_functions import module_source, program_of
-from lagrange_cli.emit.python_kernels import KERNEL_HELPERS
 from lagrange_cli.emit.tables import node_tables
+from lagrange_cli.emit.template_files import python_template
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.sparse import SparseRow
 from lagrange_cli.scene import read_text
@@ -220,7 +220,7 @@ def test_sparse_elimination_solves(count, seed):
 def eliminated(of, matrix, right):
     """The solution by the emitted solver in Python."""
     namespace = {"np": np}
-    exec(KERNEL_HELPERS["_solve_sparse"], namespace)  # a constant of the program
+    exec(python_template("solve_sparse"), namespace)  # a constant of the program
     a, b = np.zeros(of.numbers), np.zeros(of.room)
     for i, row in enumerate(of.order):
         for j, column in enumerate(of.order[: i + 1]):

@@ -1,0 +1,38 @@
+"""Templates of emitted code: files with tokens like ``@NAME@``, read when first asked for.
+
+Each file below ``templates/c`` and ``templates/python`` is code of its language once its tokens
+have values, so that a compiler, or Python's parser, can read it; tests have them do so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
+
+__all__ = ["c_template", "filled", "python_template"]
+
+#: The package beside whose modules the folder of the templates lies.
+_PACKAGE = "lagrange_cli.emit"
+
+
+def c_template(name: str) -> str:
+    """The text of ``templates/c/NAME.c.in``."""
+    return _text("c", f"{name}.c.in")
+
+
+def python_template(name: str) -> str:
+    """The text of ``templates/python/NAME.py.in``."""
+    return _text("python", f"{name}.py.in")
+
+
+@cache
+def _text(folder: str, name: str) -> str:
+    return files(_PACKAGE).joinpath("templates", folder, name).read_text(encoding="ascii")
+
+
+def filled(template: str, replacements: Mapping[str, str]) -> str:
+    """The template with a text for each token, in their order: a text may hold later tokens."""
+    for token, text in replacements.items():
+        template = template.replace(token, text)
+    return template

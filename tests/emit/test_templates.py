@@ -1,0 +1,230 @@
+"""Templates of emitted code are code of their language once their tokens have values."""
+
+from __future__ import annotations
+
+import ast
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+from emitted_c import WARNINGS, compiler, run
+
+import lagrange_cli.emit
+from lagrange_cli.emit.c_names import CNames, Real, real_type
+from lagrange_cli.emit.c_target import CTarget
+from lagrange_cli.emit.template_files import c_template, filled, python_template
+
+FOLDER = Path(lagrange_cli.emit.__file__).parent / "templates"
+C_NAMES = sorted(path.name.removesuffix(".c.in") for path in (FOLDER / "c").iterdir())
+PYTHON_NAMES = sorted(path.name.removesuffix(".py.in") for path in (FOLDER / "python").iterdir())
+
+#: What lies within a function of another template, which is tested with it.
+PARTS = ["project_positions"]
+
+STATE = "@REAL@ t, const @REAL@ *y, const @REAL@ *u, const system_params *p"
+MOVED = STATE.replace("const @REAL@ *y", "@REAL@ *y")
+CHANGED = "@REAL@ t, @REAL@ *y, const @REAL@ *u, system_params *p, @REAL@ *contact"
+
+#: Values of tokens, as those of a system with two contacts and three coordinates.
+C_VALUES = {
+    "@LED@": c_template("project_positions"),
+    "@ARGUMENTS@": f"{STATE}, const @REAL@ *contact, @REAL@ *work, @REAL@ *out",
+    "@OUT@": f"{STATE}, const int *mode, @REAL@ *work, @REAL@ *out",
+    "@DYDT@": f"{STATE}, const int *mode, @REAL@ *work, @REAL@ *dydt",
+    "@MUTABLE_STATE@": CHANGED,
+    "@MUTABLE@": CHANGED.replace("@REAL@ *y", "const @REAL@ *y"),
+    "@STATE@": f"{STATE}, const @REAL@ *contact",
+    "@MODE@": f"{STATE}, const int *mode, @REAL@ *work, @REAL@ *out",
+    "@PROJECT@": f"{STATE}, @REAL@ *work",
+    "@PASSED@": "t, y, u, p, contact",
+    "@FREE@": "t, y, u, p",
+    "@RHS@": f"{STATE}, @REAL@ *work, @REAL@ *dydt",
+    "@RESET@": f"{STATE}, int *mode, int event, @REAL@ bounce, @REAL@ *work",
+    "@GUESSED@": "    @NAME@_guess(n, w, size, c);\n",
+    "@CORNER@": "(i == j ? a[i*s + i] : @ZERO@)",
+    "@TESTS@": "    if (side[0]*place[0] < 0) {\n        return 1;\n    }",
+    "@NUMBERS@": "        {@ZERO@, @ONE@},\n        {@ONE@, @ZERO@}",
+    "@INT@": "int",
+    "@STATIC@": "static ",
+    "@CONSTRAINTS@": "the gaps of the contacts, then their rates,",
+    "@TEXT@": "force",
+    "@FUNCTION@": "multipliers",
+    **dict.fromkeys(["@CONTACT@", "@CHANGING@", "@FLIGHT@", "@OF@", "@COMPLIANT@"], ""),
+    "@U@": "2",
+    "@N@": "3",
+    "@M@": "1",
+    "@K@": "0",
+    "@START@": "40",
+    "@RESULTS@": "6",
+    "@POSITIONS@": "2",
+    "@CLOSURES@": "2",
+    "@ROUNDS@": "12",
+    "@STEPS@": "20",
+    "@ROWS@": "2",
+    "@WIDTH@": "2",
+    "@PLACES@": "2",
+    "@OFFSET@": "3",
+    "@WIDEST@": "9999",
+}
+
+#: Those of the program around the functions, whose tokens have other meanings.
+MAIN_VALUES = {
+    "@RESET@": "        status = @NAME@_reset(t, y, 0, p, mode, event, @ONE@, work);\n",
+    "@BEGIN@": "    status = @NAME@_reset(t, y, 0, p, mode, -1, @ONE@, work);\n",
+    "@EVENTS@": "    status = @NAME@_events(t, y, 0, p, mode, work, out);\n",
+    "@RHS@": "        status = @NAME@_rhs(t + at[stage]*h, s, 0, p, work, k[stage]);\n",
+    "@START@": "@ZERO@",
+    "@STEP@": "@NAME@_step(start + (@REAL@)(row*steps + step)*h, h, &p, y)",
+    "@STEPPED@": "0",
+    "@COUNT@": "3",
+    "@STATE_NAMES@": '"a", "b", "c", "dot(a)", "dot(b)", "dot(c)"',
+    "@GIVEN@": "1, 1, 1, 1, 1, 1",
+    "@INITIAL@": "0, 0, 0, 0, 0, 0",
+    "@RESIDUALS@": '"rod", "rate of rod"',
+    "@CONTACTS@": '"floor", "wall"',
+    "@REASON@": '"result is not finite"',
+    "@BOUNCES@": "50",
+    "@MOST@": "100",
+    **dict.fromkeys(["@RECORDED@", "@MODE@", "@INPUTS@", "@ADVANCE@", "@MODES@", "@BEGUN@"], ""),
+    **dict.fromkeys(["@START_CHECKED@", "@PARAMETERS@", "@NEEDED@", "@WITHIN@"], ""),
+    **dict.fromkeys(["@START_PROJECTED@", "@CLEAR@"], ""),
+}
+
+#: Values of single templates.
+OWN_VALUES = {
+    "events_and_surfaces": {"@CONTACTS@": "2"},
+    "guarded_lanes": {"@NUMBERS@": "6"},
+    "mode_project": {"@STATE@": f"{MOVED}, const int *mode, @REAL@ *work"},
+    "project": {"@ARGUMENTS@": f"{MOVED}, const @REAL@ *contact, @REAL@ *work"},
+}
+
+#: Templates whose functions give no int and are called by others.
+NEEDED = {"coupled_residual": ["residual"], "project": ["residual", "coupled_residual"]}
+
+PRELUDE = """\
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#define restrict __restrict
+#define system_EPSILON 1e-7f
+#define system_COORDINATES 3
+#define system_STATE 6
+#define system_CONTACTS 2
+#define system_CONSTRAINTS 2
+#define system_WORK 100
+typedef struct { @REAL@ p[9]; } system_params;
+"""
+
+
+def c_values(name: str, real: Real) -> dict[str, str]:
+    """The values of the tokens of a template."""
+    numbers = dict.fromkeys(["@TOLERANCE@", "@SMALL@", "@LEAST@", "@NEAR@"], real.value(0.25))
+    numbers |= dict.fromkeys(["@FAR@", "@UNEVEN@", "@SMALLEST@", "@LOOSER@"], real.value(0.5))
+    numbers |= dict.fromkeys(["@ULPS@", "@ULP@", "@NOISE@", "@ROUNDING@"], real.value(0.125))
+    numbers |= {f"@{k}@": real.value(v) for k, v in {"HALF": 0.5, "TWO": 2.0, "SIX": 6.0}.items()}
+    numbers |= {
+        "@UNTIL@": real.value(10.0),
+        "@MIN@": "fmin" + real.suffix,
+        "@MAX@": "fmax" + real.suffix,
+        "@NEXT@": "nextafter" + real.suffix,
+        "@PARSE@": real.parse,
+        "@FORMAT@": real.print_format,
+        "@SHORT@": real.print_format,
+        "@CAST@": "(double)" if real.name == "float" else "",
+    }
+    own = OWN_VALUES.get(name, MAIN_VALUES if name.startswith("main") else {})
+    return {**C_VALUES, **own, **numbers}
+
+
+def c_code(name: str, real: Real) -> str:
+    """A source file of the template and of what it needs to be declared."""
+    target = CTarget(CNames("system", (), {}), real)
+    names = ["closing", *NEEDED.get(name, []), name]
+    codes = [
+        target.fill(target.fill(c_template(one), c_values(one, real)))
+        for one in dict.fromkeys(names)
+    ]
+    assert re.findall(r"@\w+@", codes[-1]) == []
+    own = "#undef system_STATE\n" if name == "main" else ""
+    return "\n".join([target.fill(PRELUDE) + own, *codes])
+
+
+@pytest.mark.compiler
+@pytest.mark.parametrize("real", ["float", "double", "long-double"])
+def test_compilers_read_every_template_of_c(real: str, tmp_path: Path) -> None:
+    """Functions that stand in other templates are called undeclared, as C89 had it."""
+    sources = []
+    for name in C_NAMES:
+        if name not in PARTS:
+            sources.append(tmp_path / f"{name}.c")
+            sources[-1].write_text(c_code(name, real_type(real)), encoding="ascii")
+    lenient = ["-Wno-implicit-function-declaration", "-Wno-unused", "-Wno-unused-parameter"]
+    warnings = [w for w in WARNINGS if w not in ("-pedantic", "-Wpedantic", "-pedantic-errors")]
+    run(compiler(), "-std=gnu89", "-fsyntax-only", *warnings, *lenient, *sources)
+
+
+PYTHON_VALUES = {
+    "@LED@": python_template("project_positions"),
+    "@NAME@": "project",
+    "@P@": "p=DEFAULTS",
+    "@CALL@": "p",
+    "@GIVEN@": "p",
+    "@OF@": "contact_",
+    "@OWN@": "_",
+    "@FUNCTION@": "multipliers",
+    "@DOC@": "Multipliers.",
+    "@FLAGS@": "p[3:5]",
+    "@SET@": "p = [*p[:3], *map(float, flags), *map(float, targets)]",
+    "@FLIGHT@": "rhs",
+    "@FREE@": "p",
+    "@RESET@": "reset",
+    "@HELD@": "",
+    "@U@": "2",
+    "@ROUNDS@": "12",
+    "@STEPS@": "20",
+    "@BOUNCES@": "50",
+    "@WIDEST@": "9999",
+}
+
+#: Those of templates in which a token has another meaning.
+PYTHON_OWN = {"script_contacts": {"@U@": ", held", "@EVENTS@": "100"}, "events": {"@P@": "p"}}
+
+
+@pytest.mark.parametrize("name", [name for name in PYTHON_NAMES if name not in PARTS])
+def test_python_reads_every_template_of_python(name: str) -> None:
+    values = {"@EVENTS@": "events", **PYTHON_VALUES, **PYTHON_OWN.get(name, {})}
+    if name in ("gap_terms", "hit", "reset"):
+        values["@P@"] = "p"
+    code = re.sub(r"@[A-Z]+@", "0.25", filled(python_template(name), values))
+    assert ast.parse(code).body
+
+
+@pytest.mark.parametrize(("folder", "suffix"), [("c", ".c.in"), ("python", ".py.in")])
+def test_every_template_is_used(folder: str, suffix: str) -> None:
+    """Each is named, in quotes, by a module of its language."""
+    modules = Path(lagrange_cli.emit.__file__).parent.rglob("*.py")
+    texts = "\n".join(path.read_text(encoding="utf-8") for path in modules)
+    for path in (FOLDER / folder).iterdir():
+        assert path.name.endswith(suffix)
+        name = path.name.removesuffix(suffix)
+        stem = re.sub("^(mode|interface)_", "", name)
+        assert re.search(f"""['"]({name}|{stem})['"]""", texts)
+
+
+def test_templates_are_plain() -> None:
+    """They end with one line's end, and have no tabs."""
+    for path in FOLDER.rglob("*.in"):
+        text = path.read_bytes()
+        assert text.isascii()
+        assert re.fullmatch(rb"[^\n].*[^\n]\n", text, re.DOTALL)
+        assert not re.search(rb"[\t\r]", text)
+
+
+def test_packages_hold_every_template() -> None:
+    package = Path(lagrange_cli.__file__).parent
+    project = tomllib.loads((package.parent / "pyproject.toml").read_text(encoding="utf-8"))
+    patterns = project["tool"]["setuptools"]["package-data"]["lagrange_cli"]
+    packed = {path for pattern in patterns for path in package.glob(pattern)}
+    assert {*FOLDER.rglob("*.in")} <= packed
