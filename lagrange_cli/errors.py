@@ -15,11 +15,16 @@ from typing import ClassVar, Literal
 
 __all__ = [
     "AccuracyError",
+    "InconsistentError",
+    "InconsistentStartError",
     "InputError",
     "InternalError",
     "LagrangeError",
     "Mark",
+    "MissingStartError",
+    "NotRealError",
     "Problem",
+    "SingularError",
     "StoppedError",
     "escape_controls",
     "nearest",
@@ -69,9 +74,29 @@ class InputError(LagrangeError):
     """The scene, a parameter or the usage is wrong (exit 2)."""
 
 
+class SingularError(InputError):
+    """Constraints, coordinates or inertia are singular where the motion begins, or everywhere."""
+
+
+class InconsistentError(InputError):
+    """The constraints contradict each other, or no real configuration satisfies them."""
+
+
+class MissingStartError(InputError):
+    """The initial values do not determine the initial state."""
+
+
+class InconsistentStartError(InputError):
+    """The initial values contradict the constraints."""
+
+
+class NotRealError(InputError):
+    """A value is no real number."""
+
+
 def placed(refusal: InputError, mark: Mark | None) -> InputError:
     """The same refusal, with this place for the problems that have none."""
-    return InputError(*(p if p.mark else replace(p, mark=mark) for p in refusal.problems))
+    return type(refusal)(*(p if p.mark else replace(p, mark=mark) for p in refusal.problems))
 
 
 class AccuracyError(LagrangeError):

@@ -9,7 +9,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.errors import InconsistentError, InputError, Mark, Problem, SingularError
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.mechanics.wording import written
 from lagrange_cli.scene.expression import Equation
@@ -36,41 +36,45 @@ class Solution:
     reference: Mapping[sp.Symbol, mpf]
     constants: frozenset[sp.Symbol]
 
-    def several(self) -> Problem:
+    def several(self) -> InputError:
         """Nothing chooses one; or they are one and the same."""
         if len(set(self.branches)) == 1:
             return self._double()
         listed = ", ".join(f"{self.unknown} = {_written(b)}" for b in self.branches)
         hint = f"choose one by giving '{self.unknown}', and what it depends on,"
         hint += " in 'initial' or 'near'"
-        return self._problem(
+        problem = self._problem(
             f"constraint '{self.constraint}' leaves several branches: {listed}",
             [hint, *(_line("near", place) for place in self._choices(self.reference))],
             "ambiguous-branch",
         )
+        return InputError(problem)
 
-    def _double(self) -> Problem:
-        return self._problem(
+    def _double(self) -> SingularError:
+        problem = self._problem(
             f"constraint '{self.constraint}' is singular: wherever it holds, its gradient vanishes",
             ["write", f"{self.constraint}: {self.unknown} = {_written(self.branches[0])}"],
             "singular",
         )
+        return SingularError(problem)
 
-    def meeting(self) -> Problem:
+    def meeting(self) -> SingularError:
         """Branches meet at the given configuration: the chart ends there."""
         held = sorted({str(s) for b in self.branches for s in b.free_symbols - self.constants})
         if not held:
             return self._double()
-        return self._problem(
+        problem = self._problem(
             f"the given configuration is singular: two branches of '{self.constraint}' for"
             f" '{self.unknown}' meet there, so that {', '.join(held)} cannot tell them apart",
             [f"take '{self.unknown}' as a coordinate, or start elsewhere", *self._elsewhere()],
             "singular",
         )
+        return SingularError(problem)
 
-    def unreal(self, message: str) -> Problem:
+    def unreal(self, message: str) -> InconsistentError:
         """They are not real at the given configuration."""
-        return self._problem(message, ["start elsewhere", *self._elsewhere()], "inconsistent")
+        hints = ["start elsewhere", *self._elsewhere()]
+        return InconsistentError(self._problem(message, hints, "inconsistent"))
 
     def _elsewhere(self) -> list[str]:
         constants = {s: x for s, x in self.reference.items() if s in self.constants}

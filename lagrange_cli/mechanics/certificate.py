@@ -28,7 +28,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InputError, InternalError, Mark, Problem
+from lagrange_cli.errors import InputError, InternalError, Mark, NotRealError, Problem
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.equations import Certificate, Closure, ShownEquation
 from lagrange_cli.mechanics.restraints import Restraints
@@ -255,7 +255,7 @@ def _not_derived(
 def not_real(scene: Scene) -> InputError:
     """The refusal of a scene whose expressions have no values around its configuration."""
     mark = scene.initial[0].mark if scene.initial else Mark(scene.file, 1, 1)
-    return InputError(
+    return NotRealError(
         Problem(
             "the scene's expressions are not finite real numbers at any configuration tried"
             + (" near the initial one" if scene.initial else ""),

@@ -13,7 +13,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InconsistentError, InputError, Problem
 from lagrange_cli.mechanics.certificates import contradicting
 from lagrange_cli.mechanics.elimination import Elimination, Stated, substitute
 from lagrange_cli.mechanics.lengths import overlong_rod
@@ -103,7 +103,7 @@ def contradiction(
         return proven
     stated = [found.stated[k] for k in used]
     listed = quoted([s.constraint for s in stated])
-    return InputError(
+    return InconsistentError(
         Problem(
             f"with what else is given {listed} comes to {written(reduced)} = 0,"
             " which does not hold",
@@ -263,7 +263,7 @@ def _refusal(names: Names, stated: Sequence[Stated], proof: _Proof) -> InputErro
         message = f"constraint {listed} holds for no motion: the parameters do not satisfy it"
     else:
         message = f"constraint {listed} cannot hold: {_no_real(names, proof)} satisfies it"
-    return InputError(
+    return InconsistentError(
         Problem(
             message,
             stated[-1].equation.mark(),

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import mpmath
 import sympy as sp
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InconsistentError, InputError, Problem
 from lagrange_cli.mechanics.branches import SeveralWaysError, Solution
 from lagrange_cli.mechanics.calculus import derivative
 from lagrange_cli.mechanics.definitions import dependency_order
@@ -56,7 +56,7 @@ class Stated:
         return self.left - self.right
 
 
-class ImpossibleError(InputError):
+class ImpossibleError(InconsistentError):
     """Stated equations, by number, that no real configuration satisfies."""
 
     def __init__(self, problem: Problem, numbers: Sequence[int]) -> None:
@@ -344,12 +344,12 @@ class Elimination:
             return branches[0]
         target = self.reference.get(unknown)
         if not real or (target is None and len(real) != 1):
-            raise InputError(self._solution(number, unknown, branches).several())
+            raise self._solution(number, unknown, branches).several()
         distance = {k: abs((at[k] or 0) - (target or 0)) for k in real}
         best = min(real, key=distance.__getitem__)
         length = self._length(branches)
         if any(k != best and _meet(at[k], at[best], length) for k in real):
-            raise InputError(self._solution(number, unknown, branches).meeting())
+            raise self._solution(number, unknown, branches).meeting()
         named = self.stated[number].constraint
         self.remarks.append(
             f"{unknown} = {_written(branches[best])} is the branch of '{named}'"
@@ -375,7 +375,7 @@ class Elimination:
             mark = self.stated[number].equation.mark()
             return ImpossibleError(Problem(message, mark, rule="inconsistent"), used)
         message = f"the given configuration does not satisfy {listed}: {unknown} is not real"
-        return InputError(self._solution(number, unknown, branches).unreal(message))
+        return self._solution(number, unknown, branches).unreal(message)
 
     def _solution(self, number: int, unknown: sp.Symbol, branches: Sequence[sp.Expr]) -> Solution:
         name, mark = self.stated[number].constraint, self.stated[number].equation.mark()

@@ -18,7 +18,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.errors import InputError, Mark, Problem, SingularError
 from lagrange_cli.mechanics.calculus import Kinematics
 from lagrange_cli.mechanics.cartesian import cartesian_form, incidence
 from lagrange_cli.mechanics.charts import MOST_COORDINATES, kept_momenta
@@ -58,8 +58,8 @@ def reduced_for(scene: Scene, wanted: Formulation) -> tuple[Reduced, tuple[str, 
     """
     try:
         return reduce(scene), ()
-    except InputError as refusal:
-        if refusal.problems[0].rule != "singular" or wanted == "minimal":
+    except SingularError as refusal:
+        if wanted == "minimal":
             raise
         names = Names(scene)
         if not names.coordinates.keys() <= names.cartesian.keys():

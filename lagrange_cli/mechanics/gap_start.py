@@ -9,7 +9,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InconsistentStartError, InputError, NotRealError, Problem
 from lagrange_cli.mechanics.geometry import Restriction, gap_over_names
 from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.steps import Row
@@ -147,7 +147,7 @@ class GapStart:
         one_sided = next(u for u in scene.unilateral if u.name == gap.name)
         held = gap_over_names(names, one_sided).free_symbols
         entry = next((e for e in scene.initial if names.lookup(e.name) in held), scene.initial[0])
-        return InputError(
+        return InconsistentStartError(
             Problem(
                 f"the initial values violate the one-sided constraint '{gap.name}':"
                 f" {gap.text} is missed by {mpmath.nstr(abs(value), 3)}",
@@ -158,7 +158,7 @@ class GapStart:
 
 
 def _rough(gap: Restriction) -> InputError:
-    return InputError(
+    return NotRealError(
         Problem(
             f"the one-sided constraint '{gap.name}' has no gradient at the initial configuration",
             gap.mark,

@@ -15,7 +15,14 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import (
+    InconsistentStartError,
+    InputError,
+    MissingStartError,
+    NotRealError,
+    Problem,
+    SingularError,
+)
 from lagrange_cli.mechanics.configuration import Configurations, Search
 from lagrange_cli.mechanics.equations import InitialState
 from lagrange_cli.mechanics.gap_start import GapStart
@@ -238,7 +245,7 @@ class _Initial:
     def _undetermined(self, missing: Sequence[int]) -> InputError:
         names = [self.reduced.coordinates[j].name for j in missing]
         listed = ", ".join(f"'{n}'" for n in names)
-        return InputError(
+        return MissingStartError(
             Problem(
                 f"the initial values do not determine {listed}",
                 self.reduced.scene.initial[0].mark,
@@ -346,7 +353,7 @@ class _Initial:
         return worst
 
     def _singular(self) -> InputError:
-        return InputError(
+        return SingularError(
             Problem(
                 "the constraints are singular at the initial configuration:"
                 " they do not give velocities there",
@@ -357,7 +364,7 @@ class _Initial:
         )
 
     def _unreal(self) -> InputError:
-        return InputError(
+        return NotRealError(
             Problem(
                 "the initial configuration is outside the domain of the coordinates",
                 self.reduced.scene.initial[0].mark,
@@ -368,7 +375,7 @@ class _Initial:
 
 def _contradiction(entry: InitialValue, value: mpf) -> InputError:
     name = f"dot({entry.name})" if entry.order else entry.name
-    return InputError(
+    return InconsistentStartError(
         Problem(
             f"the initial value of '{name}' violates the constraints:"
             f" given {entry.value.text}, they ask for {mpmath.nstr(value, 12)}",

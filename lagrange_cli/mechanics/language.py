@@ -13,7 +13,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InputError, NotRealError, Problem
 from lagrange_cli.mechanics.calculus import derivative
 from lagrange_cli.mechanics.roots import LONGEST_ROOT, has_long_root
 from lagrange_cli.scene.expression import (
@@ -81,7 +81,7 @@ def to_sympy(expression: Expression, lookup: Lookup, rate: Rate | None = None) -
     """
     result = _Conversion(expression, lookup, rate).convert(expression.node)
     if result.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
-        raise InputError(
+        raise NotRealError(
             Problem(
                 f"'{expression.text}' is not a finite real number",
                 expression.mark(),
@@ -101,6 +101,9 @@ class _Conversion:
 
     def refuse(self, node: Node, message: str, rule: str) -> InputError:
         return InputError(Problem(message, self.expression.mark(node.span), rule=rule))
+
+    def not_real(self, node: Node, message: str) -> NotRealError:
+        return NotRealError(Problem(message, self.expression.mark(node.span), rule="not-real"))
 
     def convert(self, node: Node) -> sp.Expr:
         match node:
@@ -125,7 +128,7 @@ class _Conversion:
     def real(self, node: Node, value: sp.Expr) -> sp.Expr:
         """A part that is imaginary is refused even where the whole would be real again."""
         if value.has(sp.I) or value.is_real is False:
-            raise self.refuse(node, "this is not a real number", "not-real")
+            raise self.not_real(node, "this is not a real number")
         return value
 
     def name(self, node: Name) -> sp.Expr:
@@ -141,13 +144,13 @@ class _Conversion:
         if operator == "*":
             return value
         if value.is_zero:
-            raise self.refuse(node, "division by zero", "not-real")
+            raise self.not_real(node, "division by zero")
         return sp.Pow(value, -1)
 
     def power(self, node: Pow) -> sp.Expr:
         base, exponent = self.convert(node.base), self.convert(node.exponent)
         if exponent.is_negative and base.is_zero:
-            raise self.refuse(node, "division by zero", "not-real")
+            raise self.not_real(node, "division by zero")
         if base.is_Rational and exponent.is_Rational:
             bits = max(int(base.p).bit_length(), int(base.q).bit_length())
             if abs(exponent) * bits > _POWER_BITS:

@@ -16,7 +16,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InconsistentError, InputError, Problem
 from lagrange_cli.mechanics.elimination import Stated
 from lagrange_cli.mechanics.names import Names
 from lagrange_cli.mechanics.ranks import TOLERANCE
@@ -148,7 +148,7 @@ def _refusal(names: Names, rod: _Rod, path: Sequence[_Rod], rods: Sequence[_Rod]
     contradict = "contradict" if len(stated) > 1 else "contradicts"
     plural = "s" if len(stated) > 1 else ""
     other = "each other" if len(stated) > 1 else "the points"
-    return InputError(
+    return InconsistentError(
         Problem(
             f"constraint{plural} {named} {contradict} {other}: {ends} {are} {length} apart,"
             f" where {others} {verb} {reach} at most",

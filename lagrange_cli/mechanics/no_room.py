@@ -14,7 +14,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InconsistentError, InputError, Problem
 from lagrange_cli.mechanics.contradictions import is_contradictory, smallest
 from lagrange_cli.mechanics.elimination import Stated, substitute
 from lagrange_cli.mechanics.farkas import FalseSum, false_sum
@@ -241,7 +241,7 @@ def _refusal(
     if line:
         hints = [f"{hints[0]}, or give it more room:", line]
     mark = chosen[-1].equation.mark()
-    return InputError(Problem(f"{what}: {why}", mark, "\n".join(hints), rule="inconsistent"))
+    return InconsistentError(Problem(f"{what}: {why}", mark, "\n".join(hints), rule="inconsistent"))
 
 
 def _wider(reduced: Reduced, stated: Stated, missing: mpf) -> str:
@@ -279,7 +279,7 @@ def _not_found(reduced: Reduced, room: Room) -> InputError | None:
     named = [*_beside(reduced, room, closures, gaps), *(room.gaps[k].name for k in gaps)]
     if len(named) == 1:
         return None
-    return InputError(
+    return InconsistentError(
         Problem(
             f"no configuration found in {room.starts} starts that satisfies {quoted(named)}",
             room.gaps[gaps[-1]].mark,

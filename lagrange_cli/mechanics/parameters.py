@@ -118,8 +118,7 @@ class Values:
         try:
             require_bounded(expression.node, {n: _rational_or_float(self.exact[n]) for n in known})
         except ExpressionError as error:
-            problem = Problem(error.message, expression.mark(error.span), error.hint, error.rule)
-            raise InputError(problem) from None
+            raise error.located(expression.mark(error.span)) from None
 
     def float(self, expression: Expression) -> float | None:
         """The double nearest to an expression's value."""

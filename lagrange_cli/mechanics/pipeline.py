@@ -8,7 +8,14 @@ from dataclasses import replace
 import mpmath
 import sympy as sp
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import (
+    InconsistentStartError,
+    InputError,
+    MissingStartError,
+    NotRealError,
+    Problem,
+    SingularError,
+)
 from lagrange_cli.mechanics.certificate import Evidence, certify, certify_shown, not_real
 from lagrange_cli.mechanics.charts import singular_places
 from lagrange_cli.mechanics.defaults import simulation_defaults
@@ -49,7 +56,7 @@ from lagrange_cli.stages import announce
 __all__ = ["derive", "interpret"]
 
 #: What is wrong with an initial state that has no place, or several, in the coordinates.
-NOT_REACHED = ("initial-inconsistent", "initial-missing", "not-real", "singular")
+NOT_REACHED = (InconsistentStartError, MissingStartError, NotRealError, SingularError)
 NOT_REACHED_REMARK = (
     "in multiplier form: the coordinates do not give the initial state, where they are singular"
 )
@@ -112,8 +119,8 @@ def _in_formulation(
 
     try:
         return derived(formulation)
-    except InputError as refusal:
-        if formulation != "auto" or refusal.problems[0].rule not in NOT_REACHED:
+    except NOT_REACHED as refusal:
+        if formulation != "auto":
             raise
         try:
             found = derived("multiplier")

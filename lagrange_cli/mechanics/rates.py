@@ -16,7 +16,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InconsistentError, InputError, Problem
 from lagrange_cli.mechanics.calculus import derivative
 from lagrange_cli.mechanics.contradictions import explained
 from lagrange_cli.mechanics.elimination import Elimination, Stated, substitute
@@ -299,7 +299,7 @@ class _Combination:
         if outcome is not None:
             come = f"{'it gives' if alone else 'together they give'} {self._false(outcome)}"
         because = f"{' and '.join(rates)}, and " if rates else ""
-        return InputError(
+        return InconsistentError(
             Problem(
                 f"{what}: {because}{come}",
                 last.equation.mark(),
@@ -325,7 +325,7 @@ class _Combination:
         names, last = self._rates.names, self._rows[-1]
         named = quoted([row.constraint for row in self._rows])
         equation = f"{written(outcome)} = 0"
-        return InputError(
+        return InconsistentError(
             Problem(
                 f"constraints {named} hold together only where {equation}:"
                 f" a constraint on positions, to be stated in place of '{last.constraint}'",

@@ -16,7 +16,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InconsistentError, Problem, SingularError
 from lagrange_cli.mechanics.account import (
     balance,
     level_remarks,
@@ -221,9 +221,6 @@ def _problem(scene: Scene) -> _Problem:
     return _Problem(scene, names, values, masses, _reference(names, values, scene))
 
 
-#: What a constant of integration can be the reason of.
-_OF_A_CONSTANT = ("inconsistent", "singular")
-
 #: A constraint's name and one of its equations.
 _Written = tuple[str, Equation]
 
@@ -270,8 +267,8 @@ def _integrated(problem: _Problem) -> _Integrated:
         open_ones = [x for k, x in enumerate(found.open_ones) if k not in whole]
         try:
             reduced = _reduced(problem, stated, strict=not open_ones)
-        except InputError as refusal:
-            if problem.scene.initial or refusal.problems[0].rule not in _OF_A_CONSTANT:
+        except (InconsistentError, SingularError):
+            if problem.scene.initial:
                 raise
             break  # with other constants of integration than zero they may hold
         remarks = [*found.remarks, *new]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
-from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.errors import InconsistentError, InputError, Mark, Problem, SingularError
 from lagrange_cli.mechanics.elimination import Elimination, Stated
 from lagrange_cli.mechanics.pasting import (
     changed_start,
@@ -215,7 +215,7 @@ def no_configuration(scene: Scene, found: Elimination, related: Sequence[int] = 
     hint = "give one in 'initial' or 'near'"
     if len(constraints) > 1:
         hint += ", or leave one of these constraints out"
-    return InputError(
+    return InconsistentError(
         Problem(
             f"no configuration found in {starts} starts that satisfies {named}",
             used[0].equation.mark() if used else Mark(scene.file, 1, 1),
@@ -228,7 +228,7 @@ def no_configuration(scene: Scene, found: Elimination, related: Sequence[int] = 
 def nowhere_else(scene: Scene, found: Elimination, related: Sequence[int]) -> InputError:
     """The given configuration satisfies the equations of some numbers, and none beside it does."""
     constraints = list(dict.fromkeys(s.constraint for s in rests_on(found, related)))
-    return InputError(
+    return SingularError(
         Problem(
             f"nothing moves at the given configuration: it satisfies {quoted(constraints)}, and no"
             " other one beside it was found that does",
@@ -241,7 +241,7 @@ def nowhere_else(scene: Scene, found: Elimination, related: Sequence[int]) -> In
 
 def no_solution(stated: Stated) -> InputError:
     """An equation that no value of its unknown satisfies, though an inverse function gives one."""
-    return InputError(
+    return InconsistentError(
         Problem(
             f"constraint '{stated.constraint}' cannot hold where the given configuration is",
             stated.equation.mark(),
@@ -258,7 +258,7 @@ def satisfied_elsewhere(scene: Scene, stated: Stated, values: Mapping[str, str])
     known = values.keys() <= given | {e.name for e in scene.near}
     why = "not around the initial configuration" if known else "no initial configuration chooses it"
     line = changed_start(scene, values) if given & values.keys() else near_line(scene, values)
-    return InputError(
+    return SingularError(
         Problem(
             f"constraint '{stated.constraint}' is satisfied by the definitions on a part of the"
             f" configurations only, as around {place}: {why}",
@@ -293,7 +293,7 @@ def singular(scene: Scene, found: Elimination, numbers: Sequence[int]) -> InputE
         lines = [f"{squares[0].constraint}: {_crossing(roots)}"]
         lines += coordinates_left(scene, *roots)
         hint = "\n".join([hint, *lines])
-    return InputError(
+    return SingularError(
         Problem(
             f"{what} {quoted(named)} {why}",
             found.stated[numbers[-1]].equation.mark(),

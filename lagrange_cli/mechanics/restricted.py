@@ -8,7 +8,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InconsistentStartError, InputError, Problem
 from lagrange_cli.mechanics.configuration import STARTS, Search
 from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.steps import Row
@@ -115,7 +115,7 @@ class Restricted:
         """The error of initial values for which no configuration came up."""
         named = ", ".join(f"'{n}'" for n in dict.fromkeys(c.name for c in self._closures))
         satisfies = f" that satisfies {named}" if named else ""
-        return InputError(
+        return InconsistentStartError(
             Problem(
                 f"no configuration with the initial values was found in {STARTS} starts{satisfies}",
                 self._start,
@@ -126,7 +126,7 @@ class Restricted:
     def violated(self, number: int, miss: mpf, what: str = "values") -> InputError:
         """The error of initial values that a closure contradicts."""
         closure = self._closures[number]
-        return InputError(
+        return InconsistentStartError(
             Problem(
                 f"the initial {what} violate constraint '{closure.name}'"
                 f" by {mpmath.nstr(miss, 3)}: {closure.text}",

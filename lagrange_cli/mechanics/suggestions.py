@@ -9,7 +9,13 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InputError
+from lagrange_cli.errors import (
+    InconsistentStartError,
+    InputError,
+    MissingStartError,
+    NotRealError,
+    SingularError,
+)
 from lagrange_cli.mechanics.manifold import Manifold
 from lagrange_cli.mechanics.pasting import initial_line, section_line
 from lagrange_cli.mechanics.ranks import TOLERANCE
@@ -24,8 +30,8 @@ _MOST, _PLACES = 16, 8
 _CHOSEN, _EXACT = 2, 12
 #: How far inside of gaps values are taken, beside the size of the motion.
 _INSIDE = mpf("0.05")
-#: Errors after which the given values stay as they are, and after which they do not.
-_MISSING, _WRONG = "initial-missing", ("initial-inconsistent", "not-real", "singular")
+#: Errors after which the given values do not stay as they are.
+_WRONG = (InconsistentStartError, NotRealError, SingularError)
 
 _Point = dict[sp.Symbol, mpf]
 
@@ -139,17 +145,17 @@ def with_suggestion(
         Whether the positions are as the constraints ask.
     """
     (problem,) = error.problems
-    singular, orders = problem.rule == "singular", tuple[int, ...]()
+    singular, orders = isinstance(error, SingularError), tuple[int, ...]()
     values: dict[str, str] | None = {}
-    if problem.rule == _MISSING:
+    if isinstance(error, MissingStartError):
         values, orders = configuration(reduced, given), (0, 1)
-    elif problem.rule in _WRONG and placed and not singular:
+    elif isinstance(error, _WRONG) and placed and not singular:
         orders = (0,)
-    elif problem.rule in _WRONG:
+    elif isinstance(error, _WRONG):
         values = configuration(reduced, {}, None if singular else given)
         # Velocities are free where only gaps hold the positions.
         orders = () if reduced.closures else (1,)
     if not values and orders in ((), (1,)):
         return error
     line = initial_line(reduced.scene, values or {}, orders)
-    return InputError(replace(problem, hint=f"{problem.hint}\n{line}" if problem.hint else line))
+    return type(error)(replace(problem, hint=f"{problem.hint}\n{line}" if problem.hint else line))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InconsistentError, InputError, MissingStartError, Problem
 from lagrange_cli.mechanics.calculus import derivative
 from lagrange_cli.mechanics.elimination import Stated
 from lagrange_cli.mechanics.equations import Coordinate
@@ -177,7 +177,7 @@ def _constant(
     if missing:
         listed = ", ".join(f"'{s}'" for s in missing)
         shown = str(whole).replace("**", "^")
-        raise InputError(
+        raise MissingStartError(
             Problem(
                 f"constraint '{level.constraint}' is the rate of {shown} = constant,"
                 f" and 'initial' does not give {listed}",
@@ -315,4 +315,4 @@ def _inconsistent(taking_part: Sequence[Restriction]) -> InputError:
             " no velocities satisfy them together"
         )
     mark, hint = taking_part[-1].mark, leave_out(named)
-    return InputError(Problem(what, mark, hint=hint, rule="inconsistent"))
+    return InconsistentError(Problem(what, mark, hint=hint, rule="inconsistent"))

@@ -26,7 +26,12 @@ from lagrange_cli.scene.expression import (
     children,
     walk,
 )
-from lagrange_cli.scene.tokens import MAX_EXPONENT, ExpressionError
+from lagrange_cli.scene.tokens import (
+    MAX_EXPONENT,
+    ExpressionError,
+    ExpressionLimitError,
+    NotRealExpressionError,
+)
 
 __all__ = ["ANY_EXTENT", "MAX_POWER", "Extent", "check_depth", "extent_of", "require_bounded"]
 
@@ -76,7 +81,7 @@ def check_depth(node: Node, depth: int) -> None:
         level = [below for above in level for below in children(above)]
         if not level:
             return
-    raise ExpressionError(f"nested more than {depth} deep", level[0].span, rule="limit")
+    raise ExpressionLimitError(f"nested more than {depth} deep", level[0].span, rule="limit")
 
 
 def extent_of(node: Node, names: Mapping[str, Extent]) -> Extent:
@@ -94,7 +99,7 @@ def extent_of(node: Node, names: Mapping[str, Extent]) -> Extent:
         except OverflowError:
             raise _too_large(part) from None
         except ZeroDivisionError:
-            raise ExpressionError("division by zero", part.span, rule="not-real") from None
+            raise NotRealExpressionError("division by zero", part.span, rule="not-real") from None
         except ValueError:
             raise _not_real(part) from None
     return found[id(node)]
@@ -123,9 +128,9 @@ def require_bounded(node: Node, values: Mapping[str, Fraction | float]) -> None:
             raise _too_large(part) from None
         except (ZeroDivisionError, ValueError):
             found[id(part)] = ANY_EXTENT
-        except ExpressionError as error:
-            if error.rule == "limit":
-                raise
+        except ExpressionLimitError:
+            raise
+        except ExpressionError:
             found[id(part)] = ANY_EXTENT
 
 
@@ -175,7 +180,7 @@ def _product(node: Mul, found: Mapping[int, Extent]) -> Extent:
         elif operator == "*":
             coefficient = coefficient * part.value
         elif part.value == 0:
-            raise ExpressionError("division by zero", factor.span, rule="not-real")
+            raise NotRealExpressionError("division by zero", factor.span, rule="not-real")
         else:
             coefficient = coefficient / part.value
         _check_size(coefficient, node)
@@ -190,7 +195,7 @@ def _power(node: Pow, found: Mapping[int, Extent]) -> Extent:
         return Extent(_constant_power(node, base.value, exponent))
     power = base.power * abs(float(exponent))
     if power > MAX_POWER:
-        raise ExpressionError(f"a power beyond {MAX_POWER}", node.exponent.span, rule="limit")
+        raise ExpressionLimitError(f"a power beyond {MAX_POWER}", node.exponent.span, rule="limit")
     return Extent(None, max(power, 1))
 
 
@@ -248,7 +253,7 @@ def _check_size(value: Fraction | float, node: Node) -> None:
 
 
 def _too_large(node: Node) -> ExpressionError:
-    return ExpressionError(
+    return ExpressionLimitError(
         "this constant is too large",
         node.span,
         f"constants stay within 10^-{MAX_EXPONENT} to 10^{MAX_EXPONENT} and 20000 digits",
@@ -257,4 +262,4 @@ def _too_large(node: Node) -> ExpressionError:
 
 
 def _not_real(node: Node) -> ExpressionError:
-    return ExpressionError("this constant is not a real number", node.span, rule="not-real")
+    return NotRealExpressionError("this constant is not a real number", node.span, rule="not-real")

@@ -15,11 +15,11 @@ from collections.abc import Collection
 from dataclasses import replace
 from typing import cast
 
-from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.errors import InputError, Mark
 from lagrange_cli.scene.bounds import check_depth, extent_of
 from lagrange_cli.scene.expression import SUM, Equation, Expression, Name, Node, Relation
 from lagrange_cli.scene.parser import MAX_NESTING, parse_tokens
-from lagrange_cli.scene.tokens import ExpressionError, Token, tokenize
+from lagrange_cli.scene.tokens import ExpressionError, ExpressionLimitError, Token, tokenize
 
 __all__ = [
     "INEQUALITIES",
@@ -121,12 +121,12 @@ def parse_key(text: str, origin: Mark, *, exact: bool = True) -> Expression:
 
 def _located(error: ExpressionError, text: str, origin: Mark, exact: bool) -> InputError:
     whole = Expression(Name("", (0, 0)), text, origin, exact)
-    return InputError(Problem(error.message, whole.mark(error.span), error.hint, error.rule))
+    return error.located(whole.mark(error.span))
 
 
 def _tokens(text: str, limited: bool, declares: bool = False) -> list[Token]:
     if limited and len(text) > MAX_LENGTH:
-        raise ExpressionError(
+        raise ExpressionLimitError(
             f"an expression of more than {MAX_LENGTH} characters", (0, 1), rule="limit"
         )
     return _with_ranges(tokenize(text), declares)

@@ -14,7 +14,7 @@ from fractions import Fraction
 from types import MappingProxyType
 from typing import Literal
 
-from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.errors import InputError, Mark
 from lagrange_cli.scene.expression import (
     RANGE,
     SUM,
@@ -34,7 +34,7 @@ from lagrange_cli.scene.expression import (
 )
 from lagrange_cli.scene.grammar import parse_equation, parse_expression
 from lagrange_cli.scene.problems import shown
-from lagrange_cli.scene.tokens import ExpressionError
+from lagrange_cli.scene.tokens import ExpressionError, ExpressionLimitError, NotRealExpressionError
 
 __all__ = [
     "MAX_FAMILY",
@@ -83,7 +83,7 @@ class Budget:
         self.terms += terms
         if self.terms > MAX_TERMS:
             self.exceeded = True
-            raise ExpressionError(
+            raise ExpressionLimitError(
                 f"families and sums are written out to more than {MAX_TERMS} terms",
                 span,
                 rule="limit",
@@ -160,8 +160,7 @@ def _written(expression: Expression, values: Values, budget: Budget) -> Node:
 
 
 def _located(error: ExpressionError, expression: Expression) -> InputError:
-    mark = expression.mark(error.span)
-    return InputError(Problem(error.message, mark, error.hint, error.rule))
+    return error.located(expression.mark(error.span))
 
 
 def _is_plain(node: Node, values: Values) -> bool:
@@ -196,7 +195,7 @@ def whole_number(node: Node, values: Values, what: str = "an index") -> int:
             rule="index",
         )
     if not -_MAX_INDEX <= value.numerator <= _MAX_INDEX:
-        raise ExpressionError(f"{what} beyond {_MAX_INDEX}", node.span, rule="limit")
+        raise ExpressionLimitError(f"{what} beyond {_MAX_INDEX}", node.span, rule="limit")
     return value.numerator
 
 
@@ -216,7 +215,7 @@ def _rational(node: Node, values: Values) -> Fraction:
             for operator, factor in node.factors:
                 value = _rational(factor, values)
                 if operator == "/" and not value:
-                    raise ExpressionError("division by zero", factor.span, rule="not-real")
+                    raise NotRealExpressionError("division by zero", factor.span, rule="not-real")
                 product = product * value if operator == "*" else product / value
             return product
     raise _not_an_index(node, values)
@@ -266,7 +265,7 @@ def _ends(node: Node, values: Values) -> tuple[str, range]:
     start = whole_number(first, values, "the end of a range")
     stop = whole_number(last, values, "the end of a range")
     if stop - start >= MAX_FAMILY:
-        raise ExpressionError(
+        raise ExpressionLimitError(
             f"a range of more than {MAX_FAMILY} values",
             node.span,
             f"{index.name} goes from {start} to {stop}",
@@ -290,7 +289,7 @@ def check_family(name: Name, ranges: Sequence[Node], values: Values) -> None:
         if isinstance(first, Number) and isinstance(last, Number) and last.value < first.value:
             raise ExpressionError("this range runs backwards", part.span, rule="index")
     if _family_size(ranges, values) > MAX_FAMILY:
-        raise ExpressionError(
+        raise ExpressionLimitError(
             f"a family of more than {MAX_FAMILY} members", name.span, rule="limit"
         )
 
@@ -311,7 +310,7 @@ def _family_size(ranges: Sequence[Node], values: Values) -> int:
 
 
 def _too_many_indices(node: Node) -> ExpressionError:
-    return ExpressionError(f"more than {_MAX_INDICES} indices", node.span, rule="limit")
+    return ExpressionLimitError(f"more than {_MAX_INDICES} indices", node.span, rule="limit")
 
 
 class _Writer:

@@ -21,7 +21,7 @@ from lagrange_cli.scene.expression import (
     Pow,
 )
 from lagrange_cli.scene.problems import shown, suggestion
-from lagrange_cli.scene.tokens import ExpressionError, Token, number_value
+from lagrange_cli.scene.tokens import ExpressionError, ExpressionLimitError, Token, number_value
 
 __all__ = ["MAX_NESTING", "parse_tokens"]
 
@@ -242,7 +242,9 @@ class _Parser:
     def _deeper(self, token: Token) -> None:
         self.depth += 1
         if self.depth > MAX_NESTING:
-            raise ExpressionError(f"nested more than {MAX_NESTING} deep", token.span, rule="limit")
+            raise ExpressionLimitError(
+                f"nested more than {MAX_NESTING} deep", token.span, rule="limit"
+            )
 
     def _end_factor(self, value: Node) -> None:
         """Close signs and powers from the right, and append the factor."""

@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import ClassVar
 
+from lagrange_cli.errors import InputError, Mark, NotRealError, Problem
 from lagrange_cli.scene.expression import Span
 
 __all__ = [
@@ -13,6 +15,8 @@ __all__ = [
     "MAX_DIGITS",
     "MAX_EXPONENT",
     "ExpressionError",
+    "ExpressionLimitError",
+    "NotRealExpressionError",
     "Token",
     "number_value",
     "tokenize",
@@ -65,12 +69,28 @@ _INSTEAD = {
 class ExpressionError(Exception):
     """Something wrong within an expression's text; the parser adds the place in the file."""
 
+    _refusal: ClassVar[type[InputError]] = InputError
+
     def __init__(self, message: str, span: Span, hint: str = "", rule: str = "syntax") -> None:
         super().__init__(message)
         self.message = message
         self.span = span
         self.hint = hint
         self.rule = rule
+
+    def located(self, mark: Mark) -> InputError:
+        """The refusal at a place in a file."""
+        return self._refusal(Problem(self.message, mark, self.hint, self.rule))
+
+
+class ExpressionLimitError(ExpressionError):
+    """An expression is too large or too deep."""
+
+
+class NotRealExpressionError(ExpressionError):
+    """A constant is no real number."""
+
+    _refusal = NotRealError
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,12 +150,14 @@ def number_value(token: Token) -> Fraction:
     mantissa, _, exponent = token.text.lower().partition("e")
     whole, _, fraction = mantissa.partition(".")
     if len(whole) + len(fraction) > MAX_DIGITS:
-        raise ExpressionError(
+        raise ExpressionLimitError(
             f"a number of more than {MAX_DIGITS} digits", token.span, rule="limit"
         )
     # A long exponent is compared by its length: int() is not asked to read it.
     if len(exponent.lstrip("+-0")) > 3 or abs(int(exponent or "0")) > MAX_EXPONENT:
-        raise ExpressionError(f"a decimal exponent beyond {MAX_EXPONENT}", token.span, rule="limit")
+        raise ExpressionLimitError(
+            f"a decimal exponent beyond {MAX_EXPONENT}", token.span, rule="limit"
+        )
     shift = int(exponent or "0") - len(fraction)
     digits = int((whole + fraction) or "0")
     return Fraction(digits * 10**shift) if shift >= 0 else Fraction(digits, 10**-shift)

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InputError, Problem, SingularError
 from lagrange_cli.simulate.following import Followed, Samples, Turning, follow
 from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.meeting import (
@@ -153,7 +153,7 @@ def _from_start(
 ) -> Trajectory:
     """The motion in other coordinates where it begins at a singular place of its own."""
     problem = refusal.problems[0]
-    place = place_at_start(model) if problem.rule == "singular" else None
+    place = place_at_start(model) if isinstance(refusal, SingularError) else None
     if place is None:
         raise refusal
     second = None
@@ -161,7 +161,7 @@ def _from_start(
         second = _in_other(other, place, options, replace(_alone(context), functions=None))
     if second is None:
         said = f"the coordinates are singular where {place.where}"
-        raise InputError(replace(problem, hint=f"{said}\n{problem.hint}")) from refusal
+        raise type(refusal)(replace(problem, hint=f"{said}\n{problem.hint}")) from refusal
     return second
 
 

@@ -27,7 +27,7 @@ from lagrange_cli.emit.disturbed import disturb
 from lagrange_cli.emit.forces import force_columns
 from lagrange_cli.emit.program import build_program
 from lagrange_cli.emit.python_functions import module_source, program_of
-from lagrange_cli.errors import InputError, Mark, Problem, placed
+from lagrange_cli.errors import InputError, Mark, NotRealError, Problem, placed
 from lagrange_cli.files.interpolation import COEFFICIENTS
 from lagrange_cli.mechanics.equations import Input, Parameter
 from lagrange_cli.simulate.chart_code import (
@@ -149,7 +149,7 @@ def driven(equations: Equations) -> Equations:
         found = expression.xreplace(given)
         if found.has(zoo, nan, oo, -oo, I):
             names = ", ".join(f"'{u.name}'" for u in equations.inputs)
-            raise InputError(
+            raise NotRealError(
                 Problem(
                     f"with the values of {names} a force or an energy is no finite real number",
                     hint="look at what stands below fractions and under roots",

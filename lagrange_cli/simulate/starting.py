@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InputError, Problem, SingularError
 from lagrange_cli.simulate.integrators.base import Array, projection
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.problem import InitialValueProblem
@@ -58,7 +58,7 @@ def _near(projected: Array, y: Array) -> bool:
 
 
 def _refused(message: str, hint: str) -> InputError:
-    return InputError(Problem(message, hint=hint, rule="singular"))
+    return SingularError(Problem(message, hint=hint, rule="singular"))
 
 
 def _state(model: Model, problem: InitialValueProblem) -> str:
