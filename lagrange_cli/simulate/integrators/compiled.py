@@ -23,6 +23,7 @@ from lagrange_cli.simulate.integrators.base import (
     State,
     StepError,
 )
+from lagrange_cli.simulate.integrators.c_structures import Status, run_type
 from lagrange_cli.simulate.integrators.c_types import NativeReal
 from lagrange_cli.simulate.integrators.event_functions import Event, Falling, NativeEvents
 from lagrange_cli.simulate.integrators.events import EventBuffer
@@ -54,36 +55,16 @@ def _advance_type(real: NativeReal) -> Any:
 
 
 #: What kernel.h says of the return value of a call.
-_FAILURES = {
-    1: "the step size underflowed",
-    2: "the state is no longer finite",
-    4: UNMET,
-    5: DIVERGES,
+_FAILURES: dict[int, str] = {
+    Status.UNDERFLOW: "the step size underflowed",
+    Status.NOT_FINITE: "the state is no longer finite",
+    Status.UNMET: UNMET,
+    Status.DIVERGES: DIVERGES,
 }
-_ENDED = 3
-
 _MOST_STEPS = 2**62
 
 #: Bytes of the largest vector of the machines of today.
 _ALIGNMENT = 64
-
-
-@cache
-def _run_type(real: NativeReal) -> Any:
-    """``lagrange_run`` of kernel.h."""
-    fields = (
-        *((name, _POINTER) for name in ("rhs", "lanes", "project", "u", "p", "work")),
-        *((name, _POINTER) for name in ("rtol", "atol", "memory")),
-        ("events", _POINTER),
-        ("n", _LONG),
-        *((name, real.ctype) for name in ("t_end", "max_step", "t", "t_old", "t_new", "h")),
-        *((name, _LONG) for name in ("steps", "rejections", "evaluations", "dense", "mode")),
-        *((name, real.ctype) for name in ("rate", "noise")),
-        *((name, _POINTER) for name in ("starts", "inputs")),
-        *((name, _LONG) for name in ("width", "pieces", "piece")),
-        *((name, _POINTER) for name in ("shift", "landmarks")),
-    )
-    return type("Run", (ctypes.Structure,), {"_fields_": fields})
 
 
 class _Compiled:
@@ -111,7 +92,7 @@ class _Compiled:
         self._tolerances = memory[n * rows : n * (rows + 2)].reshape(2, n)
         self._scratch = memory[n * (rows + 2) : n * (rows + 3)].reshape(1, n)
         self._memory[0] = y0
-        self._run = run = _run_type(rhs.real)()
+        self._run = run = run_type(rhs.real)()
         address, row = memory.ctypes.data, memory.itemsize * n
         run.rhs, run.lanes, run.project = rhs.address, rhs.lanes_address, rhs.projection_address
         run.p = rhs.parameters_address
@@ -238,7 +219,7 @@ class _Compiled:
         )
         if out is not states:
             states[: filled.value] = out[: filled.value]
-        self.ended = status == _ENDED
+        self.ended = status == Status.ENDED
         self._read()
         if self.ended:
             self.fallen = self.events[-1].index

@@ -7,6 +7,7 @@ import ctypes
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Begun
+from lagrange_cli.simulate.integrators.c_structures import MOST_EVENTS, events_type
 from lagrange_cli.simulate.integrators.c_types import NativeReal
 from lagrange_cli.simulate.integrators.event_functions import PARTS, Event, NativeEvents
 
@@ -14,22 +15,8 @@ __all__ = ["EventBuffer"]
 
 _LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
 
-#: Events of one function in a step at most (events.c).
-_MOST = 3 * PARTS
-
 #: Steps full of events for which there is room in one call.
 _STEPS = 64
-
-
-class _Events(ctypes.Structure):
-    """``lagrange_events`` of events.h."""
-
-    _fields_ = (
-        *((name, _POINTER) for name in ("function", "u", "p", "work", "direction", "terminal")),
-        *((name, _POINTER) for name in ("sign", "noise", "reach", "before", "values", "state")),
-        *((name, _LONG) for name in ("count", "capacity", "found", "first")),
-        *((name, _POINTER) for name in ("times", "indices", "states")),
-    )
 
 
 class EventBuffer:
@@ -42,7 +29,7 @@ class EventBuffer:
         self, events: NativeEvents, dimension: int, real: NativeReal, inputs: int | None = None
     ) -> None:
         count, dtype = len(events.directions), real.dtype
-        capacity = _STEPS * _MOST * count
+        capacity = _STEPS * MOST_EVENTS * count
         self.found: list[Event] = []
         self.dips: list[Event] = []
         self._count = count
@@ -67,7 +54,7 @@ class EventBuffer:
         self.signs = arrays["sign"]
         self._noise, self._reach = arrays["noise"], arrays["reach"]
         self._kept_alive = events, arrays
-        self._c = _Events(count=count, capacity=capacity, u=inputs)
+        self._c = events_type()(count=count, capacity=capacity, u=inputs)
         self._c.function = ctypes.cast(events.function, _POINTER)
         for name, array in arrays.items():
             setattr(self._c, name, array.ctypes.data)

@@ -9,14 +9,12 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.c_structures import LANDMARK_ROWS, landmarks_type
 from lagrange_cli.simulate.integrators.c_types import NativeReal
 
 __all__ = ["LandmarkBuffer", "NativeLandmarks"]
 
 _POINTER = ctypes.c_void_p
-
-#: Rows of values: those of one state, and those of the times of a step (landmarks.c).
-_ROWS = 8
 
 
 @dataclass(frozen=True)
@@ -35,16 +33,6 @@ class NativeLandmarks:
     count: int
 
 
-class _Landmarks(ctypes.Structure):
-    """``lagrange_landmarks`` of kernel.h."""
-
-    _fields_ = (
-        *((name, _POINTER) for name in ("function", "p", "work", "level", "active")),
-        *((name, _POINTER) for name in ("values", "state")),
-        *((name, ctypes.c_int64) for name in ("count", "remade")),
-    )
-
-
 class LandmarkBuffer:
     """What a kernel reads and writes of landmarks; ``peaks`` is what it keeps between steps."""
 
@@ -56,11 +44,11 @@ class LandmarkBuffer:
             "work": np.empty_like(landmarks.work, dtype),
             "level": self.peaks[0],
             "active": self.peaks[1],
-            "values": np.empty((_ROWS, count), dtype),
+            "values": np.empty((LANDMARK_ROWS, count), dtype),
             "state": np.empty(dimension, dtype),
         }
         self._kept_alive = landmarks, arrays
-        self._c = _Landmarks(count=count)
+        self._c = landmarks_type()(count=count)
         self._c.function = ctypes.cast(landmarks.function, _POINTER)
         for name, array in arrays.items():
             setattr(self._c, name, array.ctypes.data)

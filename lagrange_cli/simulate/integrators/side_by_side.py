@@ -10,13 +10,13 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.integrators.c_structures import members_type
 from lagrange_cli.simulate.integrators.c_types import DOUBLE, NativeReal
 
 __all__ = ["Motions", "Samples", "SideBySide", "Steps", "digits_of"]
@@ -69,21 +69,6 @@ class Motions:
     steps: Integers
 
 
-@cache
-def _members_type(width: int, real: NativeReal) -> Any:
-    """``lagrange_members`` of taylor.c."""
-    fields = (
-        *((name, _POINTER) for name in ("series", "times", "starts", "p", "kinds", "states")),
-        *((name, _POINTER) for name in ("filled", "steps", "memory")),
-        *((name, _LONG) for name in ("n", "rows", "order", "members", "samples", "parameters")),
-        ("most_steps", _LONG),
-        *((name, real.ctype) for name in ("tolerance", "longest", "glance", "forgiven")),
-        ("begun", _LONG),
-        *((name, _LONG * width) for name in ("member", "next")),
-    )
-    return type("Members", (ctypes.Structure,), {"_fields_": fields})
-
-
 class SideBySide:
     """The series of a system with what steps them.
 
@@ -105,7 +90,7 @@ class SideBySide:
         real: NativeReal = DOUBLE,
     ) -> None:
         self.system, self._stepper, self._kinds, self.real = system, stepper, kinds, real
-        self._type = _members_type(_WIDTH(("lagrange_taylor_width", stepper))(), real)
+        self._type = members_type(_WIDTH(("lagrange_taylor_width", stepper))(), real)
         self._advance = _ADVANCE(("lagrange_taylor_advance", stepper))
 
     def run(

@@ -1,0 +1,130 @@
+"""What Python knows of structures and constants of the C kernels is what the compiler knows."""
+
+from __future__ import annotations
+
+import ctypes
+import platform
+import re
+import subprocess
+from collections.abc import Iterator, Mapping
+from graphlib import TopologicalSorter
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lagrange_cli.simulate import kernels, unseen
+from lagrange_cli.simulate.compiler import find_compiler
+from lagrange_cli.simulate.integrators import crossing
+from lagrange_cli.simulate.integrators.c_structures import (
+    LANDMARK_ROWS,
+    MOST_EVENTS,
+    Status,
+    events_type,
+    landmarks_type,
+    members_type,
+    run_type,
+)
+from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED, NativeReal
+from lagrange_cli.simulate.integrators.event_functions import PARTS, RISES
+
+#: Lanes of motions that are stepped side by side, by the options that make so many.
+WIDTHS: dict[tuple[str, ...], int] = {(): 2}
+if platform.machine() == "x86_64":
+    WIDTHS |= {("-mavx",): 4, ("-mavx512f",): 8}
+
+#: A constant of C → its twin, by the file that has it.
+CONSTANTS: Mapping[str, Mapping[str, float]] = {
+    "events.c": {"MOST": MOST_EVENTS, "LAGRANGE_PARTS": PARTS, "LAGRANGE_RISES": RISES},
+    "landmarks.c": {"TIMES + 1": LANDMARK_ROWS, "RESOLVED": unseen.RESOLVED},
+    "advance.c": {"EARLY": crossing.EARLY, "BEHIND": crossing.BEHIND},
+    "kernel.h": {f"LAGRANGE_{status.name}": status.value for status in Status},
+}
+
+
+def claims(name: str, structure: Any) -> Iterator[str]:
+    """What C says of a structure if it is the same as the one of ctypes."""
+    yield f"sizeof({name}) == {ctypes.sizeof(structure)}"
+    for field, kind in structure._fields_:
+        yield f"offsetof({name}, {field}) == {getattr(structure, field).offset}"
+        yield f"sizeof((({name} *)0)->{field}) == {ctypes.sizeof(kind)}"
+
+
+def compiled(
+    folder: Path, sources: Mapping[str, str], file: str, claimed: list[str], *options: str
+) -> subprocess.CompletedProcess[str]:
+    """Have the compiler judge some claims behind a file."""
+    for name, text in sources.items():
+        (folder / name).write_text(text, encoding="ascii")
+    lines = [f'_Static_assert({claim}, "{claim}");' for claim in claimed]
+    text = "\n".join([f'#include "{file}"', "#include <stddef.h>", *lines, ""])
+    (folder / "claims.c").write_text(text, encoding="ascii")
+    command = [
+        *find_compiler().command,
+        "-std=c11",
+        "-fsyntax-only",
+        *options,
+        str(folder / "claims.c"),
+    ]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60)
+
+
+def sources_of(real: NativeReal, sources: Mapping[str, str]) -> Mapping[str, str]:
+    return sources if real is DOUBLE else kernels.extended(sources)
+
+
+@pytest.mark.compiler
+@pytest.mark.parametrize("real", [DOUBLE, EXTENDED], ids=["double", "extended"])
+def test_a_run_is_the_same_in_both_languages(real: NativeReal, tmp_path: Path) -> None:
+    claimed = [
+        *claims("lagrange_run", run_type(real)),
+        *claims("lagrange_events", events_type()),
+        *claims("lagrange_landmarks", landmarks_type()),
+    ]
+    done = compiled(tmp_path, sources_of(real, kernels.files()), "events.h", claimed)
+    assert done.returncode == 0, done.stderr[:2000]
+
+
+@pytest.mark.compiler
+@pytest.mark.parametrize("real", [DOUBLE, EXTENDED], ids=["double", "extended"])
+@pytest.mark.parametrize("options", WIDTHS, ids=lambda options: "".join(options) or "plain")
+def test_members_are_the_same_in_both_languages(
+    real: NativeReal, options: tuple[str, ...], tmp_path: Path
+) -> None:
+    width = WIDTHS[options] if real is DOUBLE else 1
+    claimed = [f"LAGRANGE_WIDTH == {width}"]
+    claimed += claims("lagrange_members", members_type(width, real))
+    wide = () if real is DOUBLE else ("-DLAGRANGE_WIDE",)
+    sources = sources_of(real, kernels.members())
+    done = compiled(tmp_path, sources, "taylor.c", claimed, *options, *wide)
+    assert done.returncode == 0, done.stderr[:2000]
+
+
+@pytest.mark.compiler
+@pytest.mark.parametrize("file", CONSTANTS)
+def test_constants_are_the_same_in_both_languages(file: str, tmp_path: Path) -> None:
+    claimed = [f"{name} == {value!r}" for name, value in CONSTANTS[file].items()]
+    done = compiled(tmp_path, kernels.files(), file, claimed)
+    assert done.returncode == 0, done.stderr[:2000]
+
+
+@pytest.mark.compiler
+def test_a_field_out_of_place_is_told(tmp_path: Path) -> None:
+    fields = list(run_type(DOUBLE)._fields_)
+    fields[0], fields[1] = fields[1], fields[0]
+    swapped = type("Swapped", (ctypes.Structure,), {"_fields_": fields})
+    claimed = list(claims("lagrange_run", swapped))
+    done = compiled(tmp_path, kernels.files(), "events.h", claimed)
+    assert "offsetof(lagrange_run, rhs)" in done.stderr
+
+
+def test_no_status_is_missing() -> None:
+    (body,) = re.findall(r"enum \{\s*(LAGRANGE_OK.*?)\}", kernels.files()["kernel.h"], re.DOTALL)
+    assert re.findall(r"^\s*LAGRANGE_(\w+)", body, re.MULTILINE) == [s.name for s in Status]
+
+
+def test_files_of_c_include_each_other_in_no_circle() -> None:
+    texts = {**kernels.files(), **kernels.members()}
+    graph = {name: re.findall(r'#include "(\S+)"', text) for name, text in texts.items()}
+    assert graph["taylor.c"] == ["taylor.h"]
+    assert set(TopologicalSorter(graph).static_order()) == texts.keys()
