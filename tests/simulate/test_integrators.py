@@ -255,7 +255,7 @@ def test_integrators_see_neither_sympy_nor_equations():
 
     import lagrange_cli.simulate.integrators as package
 
-    packages = ("simulate.integrators", "simulate.compiler", "cache", "files")
+    packages = ("simulate.integrators", "simulate.arrays", "simulate.compiler", "cache", "files")
     allowed = {"numpy", "scipy", "heyoka", "sksundae", *(f"lagrange_cli.{p}" for p in packages)}
     for file in Path(package.__file__).parent.glob("*.py"):
         for node in ast.walk(ast.parse(file.read_text())):
