@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,9 +19,11 @@ __all__ = [
     "cores",
     "formulation",
     "initial",
+    "integrators",
     "jobs",
     "json_flag",
     "listed",
+    "naming",
     "not_empty",
     "output_file",
     "output_folder",
@@ -38,6 +40,27 @@ __all__ = [
 FORMULATIONS = ("auto", "minimal", "multiplier")
 
 Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+def naming(wording: str, names: Callable[[], Iterable[str]]) -> type[click.Option]:
+    """A class of options whose help names what a registry has, imported only for that.
+
+    ``wording`` has ``{}`` in their place.
+    """
+
+    class Naming(click.Option):
+        def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+            self.help = wording.format(", ".join(names()))
+            return super().get_help_record(ctx)
+
+    return Naming
+
+
+def integrators() -> Iterable[str]:
+    """Names of the integration methods."""
+    from lagrange_cli.simulate.integrators import INTEGRATORS
+
+    return INTEGRATORS
 
 
 def _assignments(

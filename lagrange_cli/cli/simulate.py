@@ -49,17 +49,6 @@ ENDINGS = (".csv", ".npz")
 EXTRA = ("energy", "positions", "forces")
 
 
-class _Method(click.Option):
-    """An option whose help names the registry of integrators, imported only for that."""
-
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        from lagrange_cli.simulate.integrators import INTEGRATORS
-
-        names = ", ".join(INTEGRATORS)
-        self.help = f"Integration method: auto, {names}.  [default: the scene's, or auto]"
-        return super().get_help_record(ctx)
-
-
 def _ending(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
     """Refuse a trajectory file of an unknown kind, or in no place to write, before the work."""
     if value is None:
@@ -92,7 +81,13 @@ def _extra(ctx: click.Context, option: click.Parameter, value: str | None) -> tu
     help="Largest error of any coordinate or velocity at any sample, as a part of its scale.  "
     "[default: the scene's, or 1e-6]",
 )
-@click.option("--method", cls=_Method, metavar="NAME")
+@click.option(
+    "--method",
+    cls=options.naming(
+        "Integration method: auto, {}.  [default: the scene's, or auto]", options.integrators
+    ),
+    metavar="NAME",
+)
 @click.option(
     "--rtol",
     type=float,

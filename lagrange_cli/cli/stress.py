@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import click
@@ -20,20 +21,20 @@ if TYPE_CHECKING:
 __all__ = ["stress"]
 
 
-class _Axes(click.Option):
-    """An option whose help names the registry of axes, imported only for that."""
+def _axes() -> Iterable[str]:
+    from lagrange_cli.simulate.stress_points import STRESS_AXES
 
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        from lagrange_cli.simulate.stress_points import STRESS_AXES
-
-        names = ", ".join(STRESS_AXES)
-        self.help = f"With commas between them: {names}.  [default: all]"
-        return super().get_help_record(ctx)
+    return STRESS_AXES
 
 
 @click.command(cls=Command, short_help="Where results hold, degrade or are refused at extremes.")
 @options.scene
-@click.option("--axes", cls=_Axes, callback=options.listed, metavar="LIST")
+@click.option(
+    "--axes",
+    cls=options.naming("With commas between them: {}.  [default: all]", _axes),
+    callback=options.listed,
+    metavar="LIST",
+)
 @options.until
 @click.option(
     "--accuracy",

@@ -22,22 +22,14 @@ if TYPE_CHECKING:
 __all__ = ["tradeoff"]
 
 
-class _Methods(click.Option):
-    """An option whose help names the registry of integrators, imported only for that."""
-
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        from lagrange_cli.simulate.integrators import INTEGRATORS
-
-        names = ", ".join(INTEGRATORS)
-        self.help = f"With commas between them: auto, {names}.  [default: all that can run here]"
-        return super().get_help_record(ctx)
-
-
 @click.command(cls=Command, short_help="Speed against accuracy of every method, measured.")
 @options.scene
 @click.option(
     "--methods",
-    cls=_Methods,
+    cls=options.naming(
+        "With commas between them: auto, {}.  [default: all that can run here]",
+        options.integrators,
+    ),
     callback=options.listed,
     metavar="LIST",
 )

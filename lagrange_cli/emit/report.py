@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from sympy import Expr
 
-    from lagrange_cli.errors import Problem
     from lagrange_cli.mechanics.equations import Equations, Input
 
 __all__ = ["derivation_report", "in_scene_language"]
@@ -88,7 +87,7 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         "facts": asdict(equations.facts) | {"unused_parameters": list(unused)},
         **({} if forces is None else forces_report(equations, forces, say)),
         "certificate": asdict(equations.certificate),
-        "warnings": [_warning(w) for w in equations.warnings],
+        "warnings": [warning.values() for warning in equations.warnings],
     }
 
 
@@ -183,12 +182,3 @@ def _input(given: Input, say: _Speaker) -> dict[str, Any]:
         return {"name": given.name, "expression": say(given.expression)}
     where = {"file": of.file, "column": of.column, "interpolation": of.interpolation}
     return {"name": given.name, "expression": None, **where}
-
-
-def _warning(problem: Problem) -> dict[str, Any]:
-    return {
-        "line": problem.mark.line if problem.mark else None,
-        "column": problem.mark.column if problem.mark else None,
-        "rule": problem.rule,
-        "message": problem.message,
-    }

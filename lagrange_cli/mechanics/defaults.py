@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.mechanics.equations import SimulationDefaults
 from lagrange_cli.mechanics.parameters import Values
 from lagrange_cli.scene.expression import Expression
-from lagrange_cli.scene.model import Scene
+from lagrange_cli.scene.model import Scene, SimulationDefaults
 
 __all__ = ["MOST_SAMPLES", "simulation_defaults"]
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from graphlib import TopologicalSorter
 
 import mpmath
 import sympy as sp
@@ -18,7 +19,6 @@ import sympy as sp
 from lagrange_cli.errors import InconsistentError, InputError, Problem
 from lagrange_cli.mechanics.branches import SeveralWaysError, Solution
 from lagrange_cli.mechanics.calculus import derivative
-from lagrange_cli.mechanics.definitions import dependency_order
 from lagrange_cli.mechanics.renaming import shape
 from lagrange_cli.mechanics.solving import (
     factor_branches,
@@ -143,8 +143,9 @@ class Elimination:
                 self._in_equations.setdefault(s, {})[number] = None
 
     def define(self, given: Mapping[sp.Symbol, sp.Expr]) -> None:
-        """Give symbols their defining expressions."""
-        for symbol in dependency_order(given):
+        """Give symbols their defining expressions, each after those that it holds."""
+        within = {s: sorted(e.free_symbols & given.keys(), key=str) for s, e in given.items()}
+        for symbol in TopologicalSorter(within).static_order():
             self.give(symbol, self.reduce(given[symbol]), frozenset())
 
     def begin(self) -> None:

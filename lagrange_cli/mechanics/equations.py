@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from lagrange_cli.errors import Mark, Problem
     from lagrange_cli.files import Recording
     from lagrange_cli.mechanics.reactions import ConstraintForces
+    from lagrange_cli.scene.model import SimulationDefaults
 
 __all__ = [
     "Account",
@@ -43,7 +44,6 @@ __all__ = [
     "Parameter",
     "ParticleMotion",
     "ShownEquation",
-    "SimulationDefaults",
     "SingularPlace",
     "tagged",
 ]
@@ -331,22 +331,6 @@ class InitialState:
     positions: tuple[float, ...]
     velocities: tuple[float, ...]
     projected: float = 0.0
-
-
-@dataclass(frozen=True)
-class SimulationDefaults:
-    """The scene's section ``simulate`` as numbers (None: absent), and its place."""
-
-    until: float | None = None
-    start: float = 0.0
-    accuracy: float | None = None
-    samples: int | None = None
-    step: float | None = None
-    method: str | None = None
-    rtol: float | None = None
-    atol: float | None = None
-    formulation: str | None = None
-    mark: Mark | None = None
 
 
 @dataclass(frozen=True)

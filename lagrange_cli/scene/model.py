@@ -32,6 +32,7 @@ __all__ = [
     "Point",
     "Scene",
     "SimulateDefaults",
+    "SimulationDefaults",
     "Size",
     "StateExpectation",
     "Term",
@@ -188,6 +189,22 @@ class SimulateDefaults:
     def formulation_for(self, asked: Formulation | None) -> Formulation:
         """The formulation that is asked for, else the scene's, else ``auto``."""
         return asked or self.formulation or "auto"
+
+
+@dataclass(frozen=True)
+class SimulationDefaults:
+    """The scene's section ``simulate`` as numbers (None: absent), and its place."""
+
+    until: float | None = None
+    start: float = 0.0
+    accuracy: float | None = None
+    samples: int | None = None
+    step: float | None = None
+    method: str | None = None
+    rtol: float | None = None
+    atol: float | None = None
+    formulation: str | None = None
+    mark: Mark | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -98,6 +98,19 @@ def _derived(scene: Scene, forces: bool, formulation: Formulation) -> Model:
     return model_of(derive(scene, forces=forces, formulation=formulation))
 
 
+def numbers_of(scene: Scene) -> tuple[dict[str, float | None], dict[str, float | None]]:
+    """Parameters that have a value, and initial values by ``x`` or ``dot(x)``."""
+    from lagrange_cli.mechanics.parameters import Values
+
+    values = Values(scene)
+    given = {p.name: values.float(p.value) for p in scene.parameters if p.value is not None}
+    start = {
+        f"dot({entry.name})" if entry.order else entry.name: values.float(entry.value)
+        for entry in scene.initial
+    }
+    return given, start
+
+
 def varied(scene: Scene, own: Own) -> set[str]:
     """Parameters whose value differs between members: their own, and what rests on it."""
     found, before = set(own.parameters), set[str]()
@@ -233,7 +246,6 @@ class Numbers:
 
     def _evaluated(self, own: Own) -> tuple[dict[str, float], dict[str, float]]:
         """All values as the scene's expressions give them."""
-        from lagrange_cli.mechanics.parameters import Values
         from lagrange_cli.scene.overrides import override_initial, override_parameters
         from lagrange_cli.scene.problems import Problems
 
@@ -241,12 +253,7 @@ class Numbers:
         scene = override_parameters(self._scene, own.parameters, problems)
         scene = override_initial(scene, own.initial, problems)
         problems.raise_if_any()
-        values = Values(scene)
-        found = {p.name: values.float(p.value) for p in scene.parameters if p.value is not None}
-        start = {
-            f"dot({entry.name})" if entry.order else entry.name: values.float(entry.value)
-            for entry in scene.initial
-        }
+        found, start = numbers_of(scene)
         return (
             {name: value for name, value in found.items() if value is not None},
             {name: value for name, value in start.items() if value is not None},

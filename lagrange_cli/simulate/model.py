@@ -12,8 +12,9 @@ from typing import Any
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.files import Recording
+from lagrange_cli.scene.model import SimulationDefaults
 
-__all__ = ["Code", "Defaults", "FormerChart", "Model", "ModelParameter", "SingularPlace"]
+__all__ = ["Code", "FormerChart", "Model", "ModelParameter", "SingularPlace"]
 
 
 @dataclass(frozen=True)
@@ -23,22 +24,6 @@ class ModelParameter:
     name: str
     value: float | None
     used: bool
-
-
-@dataclass(frozen=True)
-class Defaults:
-    """The scene's section ``simulate`` (None: absent); ``mark`` is its place, or the scene's."""
-
-    until: float | None = None
-    start: float = 0.0
-    accuracy: float | None = None
-    samples: int | None = None
-    step: float | None = None
-    method: str | None = None
-    rtol: float | None = None
-    atol: float | None = None
-    formulation: str | None = None
-    mark: Mark | None = None
 
 
 @dataclass(frozen=True)
@@ -130,7 +115,7 @@ class Model:
     cartesian: tuple[str, ...]
     parameters: tuple[ModelParameter, ...]
     initial: tuple[float, ...] | None
-    defaults: Defaults
+    defaults: SimulationDefaults
     conserved: tuple[str, ...]
     facts: Mapping[str, bool]
     formulation: str
@@ -175,8 +160,8 @@ class Model:
         return cls(**found)
 
 
-def _defaults(mark: dict[str, Any] | None, **fields: Any) -> Defaults:
-    return Defaults(mark=None if mark is None else Mark(**mark), **fields)
+def _defaults(mark: dict[str, Any] | None, **fields: Any) -> SimulationDefaults:
+    return SimulationDefaults(mark=None if mark is None else Mark(**mark), **fields)
 
 
 def _place(where: str, lost: list[str], ends: bool) -> SingularPlace:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 from sympy import I, Integer, Symbol, nan, oo, zoo
@@ -38,7 +38,7 @@ from lagrange_cli.simulate.chart_code import (
     singular_text,
 )
 from lagrange_cli.simulate.landmark_code import landmarks
-from lagrange_cli.simulate.model import Code, Defaults, Model, ModelParameter
+from lagrange_cli.simulate.model import Code, Model, ModelParameter
 from lagrange_cli.simulate.steep_code import steep_places, steep_text
 from lagrange_cli.simulate.surface_code import (
     OneSided,
@@ -89,7 +89,7 @@ def _model_of(equations: Equations) -> Model:
             ModelParameter(p.name, p.value, p.name not in unused) for p in equations.parameters
         ),
         initial=None if initial is None else (*initial.positions, *initial.velocities),
-        defaults=_defaults(equations),
+        defaults=equations.simulate,
         conserved=tuple(c.kind for c in equations.conserved),
         facts=facts,
         formulation=equations.formulation,
@@ -109,11 +109,6 @@ def _model_of(equations: Equations) -> Model:
         **_surfaces(equations),
         landmarks=len(landmarks(driven(equations))),
     )
-
-
-def _defaults(equations: Equations) -> Defaults:
-    section = equations.simulate
-    return Defaults(**{field.name: getattr(section, field.name) for field in fields(Defaults)})
 
 
 def _massless(equations: Equations) -> tuple[str, ...]:

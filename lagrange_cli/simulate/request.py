@@ -11,9 +11,10 @@ from decimal import Decimal
 import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest, placed
+from lagrange_cli.scene.model import SimulationDefaults
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.integrators.base import Array
-from lagrange_cli.simulate.model import Defaults, Model
+from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.rows import Grid, Rows
 
 __all__ = ["AUTO", "Request", "SimulationOptions", "method_of", "require_fit", "resolve"]
@@ -81,7 +82,7 @@ class SimulationOptions:
         """A method and its tolerances, which control the error without an accuracy."""
         return self.method, self.rtol, self.atol
 
-    def completed(self, defaults: Defaults) -> SimulationOptions:
+    def completed(self, defaults: SimulationDefaults) -> SimulationOptions:
         """Take from the scene's section what controls the error, and when to sample, as a whole."""
         options = replace(self, method=None) if self.method == AUTO else self
         if options.accuracy is None and not any(x is not None for x in options.controls):

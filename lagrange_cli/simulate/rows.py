@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
@@ -14,6 +15,7 @@ from lagrange_cli.simulate.integrators.base import Array
 __all__ = [
     "WINDOW",
     "Grid",
+    "PartsOfRows",
     "Ranges",
     "Rows",
     "first_from",
@@ -74,15 +76,15 @@ class Grid:
         return times
 
 
-@dataclass(frozen=True)
-class Ranges:
-    """The rows of some ranges of others, one range after the other."""
+class PartsOfRows(ABC):
+    """Rows of which a part is read when it is asked for."""
 
-    rows: Rows
-    ranges: Sequence[tuple[int, int]]
+    @abstractmethod
+    def __len__(self) -> int: ...
 
-    def __len__(self) -> int:
-        return sum(last - first for first, last in self.ranges)
+    @abstractmethod
+    def _between(self, start: int, stop: int) -> Array:
+        """Rows from the number ``start`` to before ``stop``."""
 
     @overload
     def __getitem__(self, key: int, /) -> Any: ...
@@ -93,9 +95,20 @@ class Ranges:
     def __getitem__(self, key: int | slice, /) -> Any:
         if isinstance(key, slice):
             numbers = range(len(self))[key]
-            return self._between(numbers.start, numbers.stop)
+            return self._between(numbers.start, numbers.stop)[:: numbers.step]
         number = range(len(self))[key]
         return self._between(number, number + 1)[0]
+
+
+@dataclass(frozen=True)
+class Ranges(PartsOfRows):
+    """The rows of some ranges of others, one range after the other."""
+
+    rows: Rows
+    ranges: Sequence[tuple[int, int]]
+
+    def __len__(self) -> int:
+        return sum(last - first for first, last in self.ranges)
 
     def _between(self, start: int, stop: int) -> Array:
         ends = accumulate(last - first for first, last in self.ranges)

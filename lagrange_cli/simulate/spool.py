@@ -7,14 +7,14 @@ import shutil
 import tempfile
 import zlib
 from dataclasses import dataclass
-from typing import IO, Any, Protocol, overload
+from typing import IO, Protocol
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write
 from lagrange_cli.simulate.integrators.base import Array, State
-from lagrange_cli.simulate.rows import Rows, window_rows
+from lagrange_cli.simulate.rows import PartsOfRows, Rows, window_rows
 
 __all__ = ["InMemory", "Samples", "Spool", "folder_of", "named_file", "require_room", "spool_file"]
 
@@ -133,7 +133,7 @@ class Spool:
 
 
 @dataclass(frozen=True)
-class _Spooled:
+class _Spooled(PartsOfRows):
     """The first ``count`` rows of a spool."""
 
     spool: Spool
@@ -142,18 +142,8 @@ class _Spooled:
     def __len__(self) -> int:
         return self.count
 
-    @overload
-    def __getitem__(self, key: int, /) -> Any: ...
-
-    @overload
-    def __getitem__(self, key: slice, /) -> Array: ...
-
-    def __getitem__(self, key: int | slice, /) -> Any:
-        if isinstance(key, slice):
-            numbers = range(self.count)[key]
-            return self.spool.read(numbers.start, numbers.stop)
-        number = range(self.count)[key]
-        return self.spool.read(number, number + 1)[0]
+    def _between(self, start: int, stop: int) -> Array:
+        return self.spool.read(start, stop)
 
 
 def spool_file(folder: str) -> IO[bytes]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.scene.dimensions import dimensions
-from lagrange_cli.simulate.members import Own, Recipe
+from lagrange_cli.simulate.members import Own, Recipe, numbers_of
 from lagrange_cli.simulate.parallel import in_any_order
 from lagrange_cli.simulate.request import SimulationOptions, resolve
 from lagrange_cli.simulate.stress_points import STRESS_AXES, Ground, points_of
@@ -112,15 +112,8 @@ def _require_known(axis: str) -> None:
 
 def _ground(recipe: Recipe) -> Ground:
     """What the axes start from."""
-    from lagrange_cli.mechanics.parameters import Values
-
     scene, model = recipe.scene(), recipe.model(Own())
-    values = Values(scene)
-    given = {p.name: values.float(p.value) for p in scene.parameters if p.value is not None}
-    start = {
-        f"dot({entry.name})" if entry.order else entry.name: values.float(entry.value)
-        for entry in scene.initial
-    }
+    given, start = numbers_of(scene)
     return Ground(
         scene,
         model,

@@ -24,8 +24,8 @@ from lagrange_cli.mechanics.equations import (
     Parameter,
     ParticleMotion,
     ShownEquation,
-    SimulationDefaults,
 )
+from lagrange_cli.scene.model import SimulationDefaults
 
 HALF = Rational(1, 2)
 

@@ -16,8 +16,8 @@ from lagrange_cli.mechanics.equations import (
     InitialState,
     Parameter,
     ParticleMotion,
-    SimulationDefaults,
 )
+from lagrange_cli.scene.model import SimulationDefaults
 
 T = sp.Symbol("t", real=True)
 

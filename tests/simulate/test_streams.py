@@ -238,6 +238,7 @@ def test_ranges_are_read_like_one_array():
     for first in range(10):
         for last in range(first, 10):
             assert np.array_equal(found[first:last], expected[first:last])
+            assert np.array_equal(found[first:last:3], expected[first:last:3])
     assert [found[k].tolist() for k in range(9)] == expected.tolist()
 
 
@@ -252,6 +253,7 @@ def test_a_spool_gives_back_what_it_took():
         filled += len(room)
         found = of.rows(filled)
         assert np.array_equal(found[:], values[:filled])
+        assert np.array_equal(found[::4], values[:filled:4])
         assert np.array_equal(found[filled // 3 : filled - 1], values[filled // 3 : filled - 1])
         assert np.array_equal(found[filled - 1], values[filled - 1])
 

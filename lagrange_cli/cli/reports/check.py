@@ -69,15 +69,6 @@ def github(report: Report) -> str:
     return "\n".join([*annotations, _total(report)])
 
 
-def _problem(problem: Problem) -> dict[str, object]:
-    return {
-        "line": problem.mark.line if problem.mark else None,
-        "column": problem.mark.column if problem.mark else None,
-        "rule": problem.rule,
-        "message": problem.message,
-    }
-
-
 def json_report(report: Report) -> str:
     """The JSON contract of ``check --format json``."""
     scenes = [
@@ -85,7 +76,7 @@ def json_report(report: Report) -> str:
             "path": scene.path,
             "outcome": scene.outcome,
             "seconds": round(scene.seconds, 3),
-            "problems": [_problem(p) for p in scene.problems],
+            "problems": [problem.values() for problem in scene.problems],
         }
         for scene in report.scenes
     ]

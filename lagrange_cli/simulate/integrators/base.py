@@ -220,6 +220,13 @@ class Integrator(ABC):
     def step(self, limit: float) -> None:
         """Make one step, to ``limit`` at most; raise :class:`StepError` if impossible."""
 
+    def _advance_by_a_step(self) -> None:
+        """:meth:`step` of methods that are made of others and have :meth:`advance` alone."""
+        states = np.empty((1, len(self.y)))
+        done = self.advance(np.array([np.inf]), states, most_steps=1, most_evaluations=float("inf"))
+        if done.failure is not None:
+            raise StepError(done.failure)
+
     def interpolate(self, times: Array) -> Array:
         """States at ``times`` within the last step, shape (len(times), n)."""
         raise NotImplementedError(f"{self.name} does not interpolate")

@@ -24,7 +24,6 @@ from lagrange_cli.simulate.integrators.base import (
     Integrator,
     Rhs,
     State,
-    StepError,
 )
 from lagrange_cli.simulate.integrators.event_functions import RISES, Event, Falling
 from lagrange_cli.simulate.integrators.sides import Sides, put, surfaces_of
@@ -104,10 +103,7 @@ class Crossing(Integrator):
         return [*self._dips, *([] if self._run is None else self._run.dips)]
 
     def step(self, limit: float) -> None:
-        states = np.empty((1, len(self.y)))
-        done = self.advance(np.array([np.inf]), states, most_steps=1, most_evaluations=float("inf"))
-        if done.failure is not None:
-            raise StepError(done.failure)
+        self._advance_by_a_step()
 
     def advance(
         self, times: Array, states: Array, *, most_steps: int, most_evaluations: float

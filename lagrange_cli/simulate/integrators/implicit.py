@@ -14,12 +14,10 @@ import numpy as np
 from lagrange_cli.simulate.integrators.base import (
     Array,
     Control,
-    Integrator,
     Rhs,
-    State,
     StepError,
 )
-from lagrange_cli.simulate.integrators.solvers import restore_solver, solver_state
+from lagrange_cli.simulate.integrators.solvers import OfScipy
 
 __all__ = ["BDF", "LSODA", "Radau"]
 
@@ -31,7 +29,7 @@ _SMALLEST_RTOL = 100 * np.finfo(float).eps
 SMALLEST_STEP = 10
 
 
-class _ScipyImplicit(Integrator):
+class _ScipyImplicit(OfScipy):
     """A solver of SciPy over z = y − y0, so that a large offset costs no digits."""
 
     implicit = True
@@ -74,20 +72,11 @@ class _ScipyImplicit(Integrator):
         crawls = solver.t < limit and solver.t - self.t < SMALLEST_STEP * np.spacing(abs(self.t))
         if solver.status == "failed" or crawls:
             raise StepError("the step size underflowed")
-        t, y = float(solver.t), self._origin + solver.y
-        if not np.isfinite(y).all():
-            raise StepError("the state is no longer finite")
+        t, y = self._reached(self._origin)
         projected = self._projected(t, y)
         if projected is not y:
             self._move(projected - y)
         self.t, self.y = t, projected
-
-    def state(self) -> State:
-        return {**super().state(), "solver": solver_state(self._solver)}
-
-    def restore(self, state: State) -> None:
-        super().restore(state)
-        restore_solver(self._solver, state["solver"])
 
     def _move(self, change: Array) -> None:
         """Let the next step start from a state moved by ``change``."""

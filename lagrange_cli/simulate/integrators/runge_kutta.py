@@ -19,10 +19,9 @@ from lagrange_cli.simulate.integrators.base import (
     Control,
     Integrator,
     Rhs,
-    State,
     StepError,
 )
-from lagrange_cli.simulate.integrators.solvers import restore_solver, solver_state
+from lagrange_cli.simulate.integrators.solvers import OfScipy
 
 if TYPE_CHECKING:
     from scipy.integrate import DenseOutput
@@ -37,7 +36,7 @@ def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
     return s, (a - (s - part)) + (b - part)
 
 
-class _ScipyPair(Integrator):
+class _ScipyPair(OfScipy):
     """An embedded pair of SciPy, stepped one step at a time."""
 
     pair: ClassVar[str]
@@ -72,22 +71,13 @@ class _ScipyPair(Integrator):
         solver.step()
         if solver.status == "failed":
             raise StepError("the step size underflowed")
-        t, y = float(solver.t), self._base + solver.y
-        if not np.isfinite(y).all():
-            raise StepError("the state is no longer finite")
+        t, y = self._reached(self._base)
         projected = self._projected(t, y)
         if projected is not y:
             # The slope is that of the next step's start.
             solver.y = solver.y + (projected - y)
             solver.f = solver.fun(t, solver.y)
         self.t, self.y = t, projected
-
-    def state(self) -> State:
-        return {**super().state(), "solver": solver_state(self._solver)}
-
-    def restore(self, state: State) -> None:
-        super().restore(state)
-        restore_solver(self._solver, state["solver"])
 
     def interpolate(self, times: Array) -> Array:
         # Events are looked for at many times of a step, and an interpolant costs slopes.

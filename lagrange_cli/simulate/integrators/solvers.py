@@ -1,4 +1,4 @@
-"""The state of SciPy's solvers as plain values, and back."""
+"""Solvers of SciPy as integrators: where they stand, and their state as plain values."""
 
 from __future__ import annotations
 
@@ -6,20 +6,46 @@ from typing import Any
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import State
+from lagrange_cli.simulate.integrators.base import Array, Integrator, State, StepError
 
-__all__ = ["restore_solver", "solver_state"]
+__all__ = ["OfScipy"]
 
 #: What is a value, and not a function or another object.
 _PLAIN = (bool, int, float, str, np.generic, np.ndarray, type(None))
 
 
-def solver_state(solver: Any) -> State:
+class OfScipy(Integrator):
+    """A solver of SciPy over the difference to an origin, stepped one step at a time."""
+
+    _solver: Any
+
+    def _reached(self, origin: Array) -> tuple[float, Array]:
+        """Where the solver stands: the time and the state.
+
+        Raises
+        ------
+        StepError
+            The state is not finite.
+        """
+        t, y = float(self._solver.t), origin + self._solver.y
+        if not np.isfinite(y).all():
+            raise StepError("the state is no longer finite")
+        return t, y
+
+    def state(self) -> State:
+        return {**super().state(), "solver": _solver_state(self._solver)}
+
+    def restore(self, state: State) -> None:
+        super().restore(state)
+        _restore_solver(self._solver, state["solver"])
+
+
+def _solver_state(solver: Any) -> State:
     """Copies of all attributes of a solver that are values, or pairs of them."""
     return {name: _copied(value) for name, value in vars(solver).items() if _plain(value)}
 
 
-def restore_solver(solver: Any, state: State) -> None:
+def _restore_solver(solver: Any, state: State) -> None:
     """Give a fresh solver of the same problem these attributes."""
     for name, value in state.items():
         setattr(solver, name, _copied(value))

@@ -23,7 +23,6 @@ from lagrange_cli.simulate.integrators.base import (
     Integrator,
     Rhs,
     State,
-    StepError,
     projection,
 )
 from lagrange_cli.simulate.integrators.event_functions import RISES
@@ -126,10 +125,7 @@ class Switching(Integrator):
         self.began = self._closed
 
     def step(self, limit: float) -> None:
-        states = np.empty((1, len(self.y)))
-        done = self.advance(np.array([np.inf]), states, most_steps=1, most_evaluations=float("inf"))
-        if done.failure is not None:
-            raise StepError(done.failure)
+        self._advance_by_a_step()
 
     def advance(
         self, times: Array, states: Array, *, most_steps: int, most_evaluations: float
