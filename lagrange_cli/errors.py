@@ -20,6 +20,7 @@ __all__ = [
     "InputError",
     "InternalError",
     "LagrangeError",
+    "LimitError",
     "Mark",
     "MissingStartError",
     "NotRealError",
@@ -101,6 +102,10 @@ class InconsistentStartError(InputError):
 
 class NotRealError(InputError):
     """A value is no real number."""
+
+
+class LimitError(InputError):
+    """Something is larger or deeper than the program takes."""
 
 
 def placed(refusal: InputError, mark: Mark | None) -> InputError:

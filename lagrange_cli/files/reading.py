@@ -6,7 +6,7 @@ import os
 import stat
 import sys
 
-from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.errors import InputError, LimitError, Mark, Problem
 
 __all__ = ["MAX_BYTES", "read_bytes", "read_regular", "too_large"]
 
@@ -76,7 +76,7 @@ def _read(path: str, mark: Mark, what: str) -> bytes:
 
 
 def _too_large(mark: Mark) -> InputError:
-    return _refusal(f"larger than {MAX_BYTES // 2**20} MiB", mark, "limit")
+    return LimitError(Problem(f"larger than {MAX_BYTES // 2**20} MiB", mark, rule="limit"))
 
 
 def _reason(error: OSError, what: str) -> str:
@@ -87,5 +87,5 @@ def _reason(error: OSError, what: str) -> str:
     return f"cannot be read: {error.strerror or type(error).__name__}"
 
 
-def _refusal(message: str, mark: Mark, rule: str = "file") -> InputError:
-    return InputError(Problem(message, mark, rule=rule))
+def _refusal(message: str, mark: Mark) -> InputError:
+    return InputError(Problem(message, mark, rule="file"))

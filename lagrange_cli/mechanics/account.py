@@ -81,6 +81,8 @@ def on_a_part(
 
     Parameters
     ----------
+    account, warnings
+        As :func:`balance` gives them: warnings are of redundant equations.
     violated
         Configurations that violate equations, by their numbers.
     """
@@ -94,7 +96,7 @@ def on_a_part(
     )
     by = {x.name: quoted(x.implied_by) for x in lines if x.status == "redundant"}
     places = [stated[k].equation.mark() for k in violated]
-    kept = [w for w in warnings if w.rule != "redundant" or w.mark not in places]
+    kept = [w for w in warnings if w.mark not in places]
     for k, point in violated.items():
         others = by.get(stated[k].constraint)
         what = "holds" if k in solved else "is satisfied by the definitions"

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
-from lagrange_cli.errors import InputError, Mark, Problem, nearest
+from lagrange_cli.errors import InputError, LimitError, Mark, Problem, nearest
 from lagrange_cli.scene.expression import Expression
 from lagrange_cli.scene.tokens import ExpressionError
 
@@ -47,6 +47,8 @@ class Problems:
     def __init__(self) -> None:
         # The same problem found twice, or at several members of a family, is one problem.
         self._found: dict[Problem, Problem] = {}
+        #: Those of a :class:`LimitError`.
+        self.limits: set[Problem] = set()
 
     def add(self, message: str, mark: Mark, *, hint: str = "", rule: str = "invalid") -> None:
         """Record an error."""
@@ -74,8 +76,7 @@ class Problems:
         try:
             yield
         except InputError as error:
-            for problem in error.problems:
-                self._append(replace(problem, message=_of_member(problem.message, what)))
+            self._take(error, what)
 
     @contextmanager
     def collect_at(self, expression: Expression, what: str = "") -> Iterator[None]:
@@ -86,8 +87,14 @@ class Problems:
         try:
             yield
         except ExpressionError as error:
-            mark = expression.mark(error.span)
-            self.add(_of_member(error.message, what), mark, hint=error.hint, rule=error.rule)
+            self._take(error.located(expression.mark(error.span)), what)
+
+    def _take(self, error: InputError, what: str) -> None:
+        problems = [replace(p, message=_of_member(p.message, what)) for p in error.problems]
+        if isinstance(error, LimitError):
+            self.limits.update(problems)
+        for problem in problems:
+            self._append(problem)
 
     @property
     def errors(self) -> list[Problem]:

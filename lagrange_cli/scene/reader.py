@@ -131,7 +131,7 @@ def read_text(
             certain &= not (section.declares and new)
             if new:
                 reading.doubt(name, nodes[name])
-            if section.declares and any(p.rule == "limit" for p in new):
+            if section.declares and reading.problems.limits.intersection(new):
                 # Without what is too large the rest would only look wrong.
                 reading.problems.raise_if_any()
     scene = _scene(reading, nodes, file, digest)

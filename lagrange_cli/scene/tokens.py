@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
 
-from lagrange_cli.errors import InputError, Mark, NotRealError, Problem
+from lagrange_cli.errors import InputError, LimitError, Mark, NotRealError, Problem
 from lagrange_cli.scene.expression import Span
 
 __all__ = [
@@ -85,6 +85,8 @@ class ExpressionError(Exception):
 
 class ExpressionLimitError(ExpressionError):
     """An expression is too large or too deep."""
+
+    _refusal = LimitError
 
 
 class NotRealExpressionError(ExpressionError):
