@@ -26,14 +26,20 @@ def updates(request: pytest.FixtureRequest) -> bool:
 
 @pytest.fixture(scope="session", autouse=True)
 def caches(tmp_path_factory) -> Iterator[Iterator[Path]]:
-    """Names of folders for caches; tests share the first, with what was compiled for others."""
+    """Names of folders for caches; tests share another, with what was compiled for others.
+
+    The one that is shared is that of all processes of ``pytest -n``, whose temporary folders lie
+    side by side: kernels are compiled once for them all.
+    """
     base = tmp_path_factory.mktemp("caches")
     names = (base / str(number) for number in itertools.count())
+    workers = "PYTEST_XDIST_WORKER" in os.environ
+    shared = tmp_path_factory.getbasetemp().parent / "caches" if workers else base / "shared"
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("LAGRANGE_CACHE", raising=False)
-        patch.setenv("XDG_CACHE_HOME", str(next(names)))
+        patch.setenv("XDG_CACHE_HOME", str(shared))
         # Making matplotlib's list of fonts takes seconds: once is enough.
-        patch.setenv("MPLCONFIGDIR", os.environ.get("MPLCONFIGDIR") or str(base / "matplotlib"))
+        patch.setenv("MPLCONFIGDIR", os.environ.get("MPLCONFIGDIR") or str(shared / "matplotlib"))
         yield names
 
 

@@ -31,22 +31,27 @@ def threads():
     return found
 
 
+ENDS = threads()
+EACH = np.arange(len(ENDS))
+#: The knot at the end of each thread; the one at its beginning, of those that begin at a knot.
+LAST = np.array([b for _, b in ENDS])
+TIED = np.array([not isinstance(a, tuple) for a, _ in ENDS])
+FIRST = np.array([0 if isinstance(a, tuple) else a for a, _ in ENDS])
+FIXED = np.array([a if isinstance(a, tuple) else (0.0, 0.0, 0.0) for a, _ in ENDS])
+
+
 def slopes(t, y):
     """Newton's law with the tensions of the threads, by a dense solution."""
     q, v = y.reshape(2, KNOTS, 3)
-    ends = threads()
-    gradient, bias = np.zeros((len(ends), KNOTS, 3)), np.zeros(len(ends))
-    for k, (a, b) in enumerate(ends):
-        fixed = isinstance(a, tuple)
-        apart = q[b] - (np.array(a) if fixed else q[a])
-        rate = v[b] - (0 if fixed else v[a])
-        gradient[k, b] = apart
-        if not fixed:
-            gradient[k, a] = -apart
-        bias[k] = rate @ rate
-    matrix = gradient.reshape(len(ends), -1)
+    tied = TIED[:, np.newaxis]
+    apart = q[LAST] - np.where(tied, q[FIRST], FIXED)
+    rate = v[LAST] - np.where(tied, v[FIRST], 0.0)
+    gradient = np.zeros((len(ENDS), KNOTS, 3))
+    gradient[EACH, LAST] = apart
+    gradient[EACH[TIED], FIRST[TIED]] = -apart[TIED]
+    matrix = gradient.reshape(len(ENDS), -1)
     free = np.tile([0.0, 0.0, -GRAVITY], KNOTS)
-    tension = np.linalg.solve(matrix @ matrix.T, -bias - matrix @ free)
+    tension = np.linalg.solve(matrix @ matrix.T, -(rate**2).sum(axis=1) - matrix @ free)
     return np.concatenate([v.ravel(), free + matrix.T @ tension])
 
 
