@@ -15,6 +15,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.slow
+
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 
 
@@ -33,6 +35,7 @@ def integration(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return importlib.import_module("integration")
 
 
+@pytest.mark.compiler
 @pytest.mark.parametrize("kind", ["bump", "pole", "wave", "pulse"])
 def test_sharp_forces_are_not_overlooked(monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
     """No result is wrong, no estimate is below its error, and many runs have long steps."""
@@ -74,6 +77,7 @@ def test_startup_compares_whole_commands_cold_and_warm(tmp_path: Path) -> None:
     assert run.stdout.count("\n| `") == len(rows)
 
 
+@pytest.mark.compiler
 def test_right_hand_sides_agree_with_the_closed_form(tmp_path: Path) -> None:
     _needs_compiler()
     output = tmp_path / "right_hand_side.json"
@@ -90,6 +94,7 @@ def test_right_hand_sides_agree_with_the_closed_form(tmp_path: Path) -> None:
     assert "-O2" in found["about"]["options"]
 
 
+@pytest.mark.compiler
 def test_integration_measures_errors_against_a_reference(tmp_path: Path) -> None:
     _needs_compiler()
     output = tmp_path / "integration.json"
@@ -118,6 +123,7 @@ def test_integration_measures_errors_against_a_reference(tmp_path: Path) -> None
     assert run.stdout.count("\n| lagrange, Gauss16 |") == 2
 
 
+@pytest.mark.compiler
 def test_ensembles_keep_their_accuracy(tmp_path: Path) -> None:
     _needs_compiler()
     output = tmp_path / "ensemble.json"
@@ -142,6 +148,7 @@ def test_times_at_an_error_lie_between_runs_that_enclose_it(integration: ModuleT
     assert integration.seconds_at(points, 0.9e-6) is None
 
 
+@pytest.mark.compiler
 def test_runs_of_the_integration_are_cut(
     integration: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -159,6 +166,7 @@ def test_runs_of_the_integration_are_cut(
     assert "| not reached |" in integration.table(entries, integration.milliseconds)
 
 
+@pytest.mark.compiler
 def test_right_hand_sides_of_chains_agree_with_newtons_law(tmp_path: Path) -> None:
     _needs_compiler()
     output = tmp_path / "chains.json"
@@ -187,6 +195,7 @@ def test_right_hand_sides_of_chains_agree_with_newtons_law(tmp_path: Path) -> No
     assert counts[2] - counts[1] == counts[1] - counts[0]  # linear in the number of links
 
 
+@pytest.mark.compiler
 def test_long_runs_are_compared_with_elliptic_functions(tmp_path: Path) -> None:
     _needs_compiler()
     output, page = tmp_path / "long_run.json", tmp_path / "page.md"

@@ -114,6 +114,7 @@ def test_first_command_ends_with_equations_and_a_simulated_result(folder):
     assert "t = 10" in simulated
 
 
+@pytest.mark.compiler
 @pytest.mark.parametrize("block", blocks("console"), ids=lambda block: f"line {block.line}")
 def test_console(block, folder):
     if "gcc" in block.body and shutil.which("gcc") is None:

@@ -36,6 +36,7 @@ def counts(printed: str) -> dict[str, list[int]]:
     return {kind: [int(n) for n in numbers] for kind, *numbers in rows}
 
 
+@pytest.mark.slow
 def test_a_version_has_the_same_output_as_itself(same_output, capsys) -> None:
     """Two folders, as two commits would be: nothing differs, and all was run."""
     words = ["--scenes", "lecture/bead_on_*.yaml", "--until", "1", "-j", "2"]
@@ -55,6 +56,7 @@ def test_a_commit_is_unpacked(same_output, tmp_path) -> None:
         same_output.checkout("no-such-commit", tmp_path / "none")
 
 
+@pytest.mark.slow
 def test_a_difference_is_shown_counted_and_kept(same_output, capsys, tmp_path) -> None:
     """A heading that one side words differently: every text has it, and nothing else."""
     other = tmp_path / "other"
@@ -94,6 +96,7 @@ def test_seconds_are_left_out_and_nothing_else(same_output) -> None:
     assert difference.output == "standard output"
 
 
+@pytest.mark.slow
 def test_a_process_that_dies_is_a_difference(same_output, tmp_path) -> None:
     nowhere = tmp_path / "no checkout"
     comparison = same_output.Comparison(nowhere, nowhere, tmp_path)

@@ -15,6 +15,8 @@ from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Conserved
 from lagrange_cli.scene import read_text
 
+pytestmark = pytest.mark.slow
+
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 
 

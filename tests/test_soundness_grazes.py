@@ -15,6 +15,8 @@ from lagrange_cli.simulate import Trajectory, simulate
 from lagrange_cli.simulate.modelling import model_of
 from lagrange_cli.simulate.right_hand_side import interpreted
 
+pytestmark = pytest.mark.slow
+
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 
 EXACT = """

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = [pytest.mark.compiler, pytest.mark.slow]
+
 
 def test_no_right_run_is_disproved_and_no_wrong_one_passes(monkeypatch: pytest.MonkeyPatch) -> None:
     if shutil.which("cc") is None:

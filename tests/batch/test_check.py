@@ -112,6 +112,7 @@ FAILS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("expect", HOLDS)
 def test_what_holds_passes(expect, tmp_path):
     report = outcome(tmp_path, expect)
@@ -134,6 +135,7 @@ def test_every_check_is_exercised():
     assert {"events", *(rule for rule, _ in FAILS.values())} == {*CHECKS, "error"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("state", "found"),
     [
@@ -279,6 +281,7 @@ class TestCommand:
             **more,
         )
 
+    @pytest.mark.slow
     def test_exit_codes_and_reports(self, tmp_path):
         good = written(tmp_path, BEAD, "  dof: 1\n", "good.yaml")
         bad = written(tmp_path, BEAD, "  dof: 2\n", "bad.yaml")
@@ -295,12 +298,14 @@ class TestCommand:
         assert (suite.get("tests"), suite.get("failures")) == ("2", "1")
         assert "::error file=" in self.run(bad, "--format", "github").stdout
 
+    @pytest.mark.slow
     def test_missing_path_exits_2(self):
         done = self.run("nowhere.yaml")
         assert (done.returncode, done.stdout) == (2, "")
         assert "no such file or folder: 'nowhere.yaml'" in done.stderr
         assert self.run().returncode == 2
 
+    @pytest.mark.slow
     def test_standard_input(self):
         done = self.run("-", input=BEAD + "expect: {dof: 1}\n")
         assert done.returncode == 0, done.stderr

@@ -10,6 +10,8 @@ import pytest
 from lagrange_cli.batch.check import check_scene
 from lagrange_cli.errors import Problem
 
+pytestmark = pytest.mark.slow
+
 PLANE = (
     "name: tested\nparameters: {m: 2, k: {value: 3, positive: true}, a: 0.5}\n"
     "particles: {b: {mass: m, position: [x, y, 0]}}\ncoordinates: [x, y]\n"

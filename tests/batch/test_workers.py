@@ -13,6 +13,8 @@ import pytest
 from lagrange_cli.batch.model import SceneReport
 from lagrange_cli.batch.workers import in_processes
 
+pytestmark = pytest.mark.slow
+
 
 def job(path: str) -> SceneReport:
     """Do what the name of the path says."""

@@ -101,6 +101,7 @@ def another_place_of_numpy(installed: Path) -> None:
     shutil.rmtree(installed / "numpy")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
     [

@@ -311,6 +311,7 @@ sys.exit(bad)
 """
 
 
+@pytest.mark.slow
 def test_processes_side_by_side_see_whole_entries_or_none(cache):
     roles = ["put", "put", "get", "get", "clear"]
     running = [subprocess.Popen([sys.executable, "-c", WORK, role]) for role in roles]

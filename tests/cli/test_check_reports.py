@@ -80,6 +80,7 @@ def test_github_annotations():
     ]
 
 
+@pytest.mark.slow
 @given(st.text(), st.text(), st.text())
 def test_github_annotations_stay_on_one_line_each(path, message, hint):
     scene = SceneReport(path, "fail", 0.0, (Problem(message, None, hint, "x"),))

@@ -29,6 +29,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "code"),
     [(signal.SIGKILL, -9), (signal.SIGTERM, 143), (signal.SIGHUP, 129)],
@@ -61,6 +62,7 @@ def test_a_run_that_was_ended_goes_on_to_the_same_file(folder, number, code):
     assert left == ["p.yaml", "part.npz", "whole.npz"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "said"),
     [

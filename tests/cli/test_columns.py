@@ -17,6 +17,7 @@ def header(tmp_path, *words):
     return path.read_text().splitlines()[0].split(",")
 
 
+@pytest.mark.slow
 def test_energy_is_one_more_column(tmp_path):
     plain = header(tmp_path)
     assert "energy" not in plain
@@ -52,6 +53,7 @@ def test_forces_where_nothing_is_constrained(tmp_path):
     assert not (tmp_path / "t.csv").exists()
 
 
+@pytest.mark.slow
 def test_forces_where_no_constraint_is_kept(tmp_path):
     names = header(tmp_path, "--with", "forces")
     forces = [f"force_{x}({body})" for body in ("puck", "weight") for x in "xyz"]
@@ -71,6 +73,7 @@ def test_forces_where_no_constraint_is_kept(tmp_path):
         assert pull == pytest.approx(tension * row["r"], rel=1e-13)
 
 
+@pytest.mark.slow
 def test_last_values_are_shown_and_told(tmp_path):
     how = ["simulate", HOLE, "--until", "1", "--samples", "3", "--with", "forces,energy"]
     succeed(*how, "-o", str(tmp_path / "t.csv"))
@@ -96,6 +99,7 @@ simulate: {until: 1, samples: 5}
 """
 
 
+@pytest.mark.slow
 def test_forces_where_a_constraint_is_kept(tmp_path):
     (tmp_path / "s.yaml").write_text(KEPT)
     text = succeed("simulate", "s.yaml", "--with", "forces", "-o", "t.csv", cwd=tmp_path)
@@ -111,6 +115,7 @@ def test_forces_where_a_constraint_is_kept(tmp_path):
     assert re.search(r"^Constraints  largest drift [0-9.]+e-1[67]$", text, re.MULTILINE)
 
 
+@pytest.mark.slow
 def test_drift_in_the_report(tmp_path):
     (tmp_path / "s.yaml").write_text(KEPT)
     kept = json.loads(succeed("simulate", "s.yaml", "--json", cwd=tmp_path))

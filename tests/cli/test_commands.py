@@ -116,6 +116,7 @@ class TestDerive:
 class TestWarnings:
     SCENE = "systems/lecture/rigid_tetrahedron_centre.yaml"
 
+    @pytest.mark.slow
     def test_a_warning_goes_to_stderr(self):
         done = lagrange("derive", self.SCENE)
         assert done.returncode == 0
@@ -247,6 +248,7 @@ class TestSimulate:
             assert lagrange("simulate", HOLE, *how, "-q").stderr == ""
         assert "promised" not in lagrange("simulate", HOLE, "--accuracy", "1e-6").stderr
 
+    @pytest.mark.slow
     def test_plot(self, tmp_path):
         pytest.importorskip("matplotlib")
         path = tmp_path / "plot.png"
@@ -288,6 +290,7 @@ class TestInterruption:
             process.kill()
         process.wait()
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("number", "code"),
         [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)],

@@ -8,6 +8,8 @@ import pytest
 import yaml
 from explaining import P, hints, pasted, rods, run, without
 
+pytestmark = pytest.mark.slow
+
 WHEEL = (
     "parameters: {R: 0.3, w: 2}\n" + P + "coordinates: [x, phi, y, z]\n"
     "kinetic: {spin: dot(phi)^2/2}\n"

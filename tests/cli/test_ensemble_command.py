@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from terminal import lagrange, succeed
 
+pytestmark = pytest.mark.slow
+
 SCENE = """
 name: pendulum
 sizes: {n: 1}

@@ -9,6 +9,8 @@ import pytest
 from explaining import P, hints, pasted, rods, run, without
 from terminal import ROOT, lagrange
 
+pytestmark = pytest.mark.slow
+
 CIRCLE = (
     "parameters: {l: 2, g: 9.81}\n" + P + "constraints: {plane: y = 0, rod: x^2 + z^2 = l^2}\n"
     "potentials: {weight: {gravity: g}}\nsimulate: {until: 0.1}\n"

@@ -71,6 +71,8 @@ def test_a_form_that_there_is_not(command, line):
     assert "there is no" in done.stderr
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_emit_with_multipliers(tmp_path):
     succeed("emit", SPHERICAL, "--to", "c", "--formulation", "multiplier", "-o", str(tmp_path))
     text = (tmp_path / "spherical_pendulum.h").read_text()
@@ -86,6 +88,7 @@ def test_emit_with_multipliers(tmp_path):
     assert minimal == succeed("emit", SPHERICAL, "--to", "python", "--formulation", "minimal")
 
 
+@pytest.mark.slow
 def test_simulate_in_both_forms_gives_the_same_names_and_numbers():
     how = ("--until", "2", "--accuracy", "1e-9", "--json")
     runs = [
@@ -118,6 +121,7 @@ def test_euler_angles_at_gimbal_lock_are_refused():
     assert "the coordinates are singular where sin(theta) = 0" in done.stderr
 
 
+@pytest.mark.slow
 def test_what_is_not_known_is_not_a_number(tmp_path):
     """The azimuth of the pole, at the first sample; in JSON such a number is null."""
     scene = "systems/constraints/spherical_pendulum_from_the_pole.yaml"

@@ -8,6 +8,8 @@ import sys
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 SCENE = """\
 name: hostile
 parameters: {{m: 1, l: 1, g: 9.81}}

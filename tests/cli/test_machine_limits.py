@@ -10,6 +10,8 @@ import sys
 import pytest
 from terminal import lagrange
 
+pytestmark = pytest.mark.slow
+
 PENDULUM = """\
 name: pendulum
 parameters: {g: 9.81}

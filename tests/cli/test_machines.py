@@ -11,6 +11,8 @@ import sys
 import pytest
 from terminal import ROOT, lagrange
 
+pytestmark = pytest.mark.slow
+
 DOUBLE = "systems/pendulums/double_pendulum.yaml"
 #: What stands behind the states; heyoka makes the steps where it is installed.
 INTERPRETED = r"^Code +(series compiled by heyoka, and )?interpreted Python"

@@ -134,6 +134,7 @@ def test_answers_of_before_are_guarded_as_well(folder, monkeypatch, tmp_path):
     assert (folder / "push.csv").read_text() == "t,u\n0,0\n1,1\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "lock"),
     [
@@ -160,6 +161,7 @@ def test_an_output_that_another_process_makes(folder, words, lock):
     assert not (folder / f"{lock}.lock").exists()
 
 
+@pytest.mark.slow
 def test_a_checkpoint_stays_where_the_result_cannot_be_written(folder, monkeypatch):
     """The work of days must not go with a disk that is full at its end."""
     from lagrange_cli.simulate import checkpoint

@@ -16,6 +16,8 @@ from lagrange_cli.cli import progress
 from lagrange_cli.cli.interrupts import interrupts
 from lagrange_cli.cli.progress import Progress
 
+pytestmark = pytest.mark.slow
+
 PENDULUM = """
 particles: {bob: {mass: 1, position: [sin(theta), 0, -cos(theta)]}}
 coordinates: [theta]

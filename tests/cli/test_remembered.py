@@ -20,7 +20,7 @@ DOUBLE = "systems/pendulums/double_pendulum.yaml"
 HOLE = "systems/lecture/masses_through_hole.yaml"
 WARNED = "systems/lecture/rigid_tetrahedron_centre.yaml"
 
-pytestmark = pytest.mark.usefixtures("cache_folder")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("cache_folder")]
 
 HEAVY = {"sympy", "mpmath", "numpy", "scipy", "yaml", "tempfile", "subprocess"}
 

@@ -20,6 +20,8 @@ from lagrange_cli.mechanics import derive, refusals
 from lagrange_cli.scene import read_text
 from lagrange_cli.stages import Listener, announce, heard_by, is_heard, is_to_end
 
+pytestmark = pytest.mark.slow
+
 PENDULUM = """\
 particles: {bob: {mass: 1, position: [sin(theta), 0, -cos(theta)]}}
 coordinates: [theta]

@@ -12,6 +12,8 @@ from terminal import ROOT
 
 from lagrange_cli.cli.streams import _Forgiving
 
+pytestmark = pytest.mark.slow
+
 SCENE = "systems/pendulums/pendulum.yaml"
 
 #: Runs the command line where a package prints on both ways: Python's, and that of C.

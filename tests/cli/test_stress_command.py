@@ -7,6 +7,8 @@ import json
 import pytest
 from terminal import lagrange, succeed
 
+pytestmark = pytest.mark.slow
+
 SCENE = """\
 name: weights
 parameters: {m1: 2, m2: 1, g: 9.81}

@@ -11,6 +11,8 @@ from terminal import lagrange, succeed
 
 from lagrange_cli.simulate.integrators import INTEGRATORS
 
+pytestmark = pytest.mark.slow
+
 SCENE = """\
 name: pendulum
 parameters: {l: 1, g: 9.81}

@@ -115,6 +115,8 @@ def python_functions(equations):
     return programs, namespace
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("name", list(CASES))
 def test_a_band_gives_what_pivoting_gives(name, tmp_path, monkeypatch, straight):
     equations = CASES[name]()
@@ -143,6 +145,8 @@ def test_a_band_gives_what_pivoting_gives(name, tmp_path, monkeypatch, straight)
             )
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("kernels", [True, False])
 def test_a_rod_without_length_is_singular(tmp_path, kernels, request):
     if not kernels:

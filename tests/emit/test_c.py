@@ -28,6 +28,8 @@ TOLERANCE = {"float": 3e-5, "double": 1e-13, "long-double": 5e-17}
 HOSTILE = "*/ int main(void){return 7;} /* ??/ \\\n#error x\r\u2028\x00 \"\"\" '''\\"
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("real", list(TOLERANCE))
 @pytest.mark.parametrize("make", systems.ALL)
 def test_every_function_agrees_with_the_equations(make, real, tmp_path):
@@ -72,6 +74,8 @@ LARGE = {
 }
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("real", list(TOLERANCE))
 @pytest.mark.parametrize("name", list(LARGE))
 def test_loops_agree_with_the_equations(name, real, tmp_path):
@@ -92,6 +96,8 @@ def test_loops_agree_with_the_equations(name, real, tmp_path):
             assert difference(out, expected) < 100 * TOLERANCE[real], function
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("name", list(LARGE))
 def test_loops_stay_within_their_arrays(name, tmp_path):
     equations = LARGE[name]()
@@ -103,6 +109,7 @@ def test_loops_stay_within_their_arrays(name, tmp_path):
     assert len(run(tmp_path / "a.out", "until=0.01", "steps=1").splitlines()) == 502
 
 
+@pytest.mark.slow
 def test_text_of_a_chain_grows_with_its_length_alone():
     lines = {}
     for n in (12, 24):
@@ -119,6 +126,8 @@ def test_text_of_a_chain_grows_with_its_length_alone():
 STRICT = ["-Wconversion", "-Wsign-conversion", "-Wshadow", "-Wundef", "-Wdouble-promotion"]
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize(
     ("real", "command"),
     [
@@ -144,6 +153,7 @@ def unused():
     return systems.build("free", [a, b], [q], [("p", a.symbol, (q.q, 0, 0))], 0)
 
 
+@pytest.mark.compiler
 def test_without_parameters_and_positions(tmp_path):
     q = systems.coordinate("x")
     equations = systems.build("bare", [], [q], [], q.q**2 / 2, kinetic=q.v**2 / 2)
@@ -198,6 +208,7 @@ def rows(tmp_path_factory):
     return Compiled(equations, tmp_path_factory.mktemp("rows")), Reference(equations)
 
 
+@pytest.mark.compiler
 @pytest.mark.parametrize("row", list(ROWS))
 def test_every_function_of_the_language(rows, row):
     compiled, reference = rows
@@ -209,6 +220,7 @@ def test_every_function_of_the_language(rows, row):
         assert abs(exact(out[k]) - expected) < 1e-14 * (1 + abs(expected))
 
 
+@pytest.mark.compiler
 @pytest.mark.parametrize(("row", "expected"), [("sign", 0.0), ("abs", 0.0), ("heaviside", 0.5)])
 def test_functions_at_their_corner(rows, row, expected):
     compiled, _ = rows
@@ -218,6 +230,7 @@ def test_functions_at_their_corner(rows, row, expected):
     assert out[list(ROWS).index(row)] == expected
 
 
+@pytest.mark.compiler
 @pytest.mark.parametrize("row", ["sign", "min", "max"])
 def test_helpers_pass_nan_on(rows, row):
     compiled, _ = rows
@@ -232,6 +245,7 @@ def test_what_cannot_be_printed_is_refused(expression, format_name):
         EMITTERS[format_name].emit(one_coordinate(expression))
 
 
+@pytest.mark.compiler
 def test_singular_matrix_and_results_that_are_not_finite(tmp_path):
     compiled = Compiled(systems.simplified(systems.masses_through_hole()), tmp_path)
     p = compiled.defaults
@@ -242,6 +256,8 @@ def test_singular_matrix_and_results_that_are_not_finite(tmp_path):
     assert compiled("rhs", 0.0, [1e-100, 0.0, 0.0, 3.0], p, 4)[0] == 0
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_a_dependent_pair_of_rods_is_singular_in_every_solver(tmp_path):
     for n in (2, 6):
         equations = systems.pendulum_chain(n)
@@ -254,6 +270,7 @@ def test_a_dependent_pair_of_rods_is_singular_in_every_solver(tmp_path):
     assert compiled("rhs", 0.0, np.zeros(6), [0.0, 1.0], 6)[0] == 1
 
 
+@pytest.mark.compiler
 def test_the_indefinite_system_is_solved_with_pivoting(tmp_path):
     equations = systems.indefinite()
     compiled, reference = Compiled(equations, tmp_path), Reference(equations)
@@ -264,6 +281,7 @@ def test_the_indefinite_system_is_solved_with_pivoting(tmp_path):
         assert difference(dydt, reference.rhs(t, state, p)) < 1e-12
 
 
+@pytest.mark.compiler
 def test_defaults_and_parameters_that_must_be_given(tmp_path):
     base = systems.bead_on_parabola()
     m, a, g = base.parameters
@@ -309,6 +327,8 @@ def hostile():
     )
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("language", ["c", "c++"])
 def test_hostile_names_and_texts(language, tmp_path):
     equations = hostile()
@@ -325,12 +345,14 @@ def test_hostile_names_and_texts(language, tmp_path):
     assert all(len(line.split(",")) == 15 for line in lines)
 
 
+@pytest.mark.compiler
 def test_hostile_names_mean_the_right_parameter(tmp_path):
     equations = hostile()
     compiled = Compiled(equations, tmp_path)
     assert list(compiled.defaults) == [p.value for p in equations.parameters]
 
 
+@pytest.mark.compiler
 def test_a_name_that_is_no_identifier(tmp_path):
     equations = replace(systems.bead_on_parabola(), name='2 x";\n#error')
     (header, source) = EMITTERS["c"].emit(equations)
@@ -339,6 +361,8 @@ def test_a_name_that_is_no_identifier(tmp_path):
     run(compiler(), "-std=c99", *WARNINGS, "-c", write(equations, tmp_path), "-o", tmp_path / "o")
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("real", list(TOLERANCE))
 def test_main_integrates(real, tmp_path):
     equations = systems.masses_through_hole()
@@ -355,6 +379,7 @@ def test_main_integrates(real, tmp_path):
     assert np.ptp(momentum) < (1e-3 if real == "float" else 1e-9)
 
 
+@pytest.mark.compiler
 def test_main_asks_for_what_is_missing(tmp_path):
     base = systems.bead_on_parabola()
     m, a, g = base.parameters
@@ -377,6 +402,8 @@ def test_main_asks_for_what_is_missing(tmp_path):
         assert status(wrong) == (2, f"{wrong.split('=')[0]}: not NAME=NUMBER with a known name")
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("make", [systems.indefinite, lambda: systems.collected_chain(8)])
 def test_no_undefined_behaviour(make, tmp_path):
     equations = make()
@@ -388,6 +415,8 @@ def test_no_undefined_behaviour(make, tmp_path):
     assert len(run(tmp_path / "a.out", "until=0.5", "steps=2").splitlines()) == 502
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("make", [systems.driven_cart, lambda: systems.collected_chain(8)])
 def test_no_allocation_no_state_only_math(make, tmp_path):
     source = write(make(), tmp_path)
@@ -406,6 +435,7 @@ def test_no_allocation_no_state_only_math(make, tmp_path):
     assert {name for name, kind, *_ in symbols if kind == "U"} <= math_functions
 
 
+@pytest.mark.compiler
 def test_the_header_documents_itself(tmp_path):
     compiled = Compiled(systems.bead_on_parabola(), tmp_path)
     for text in ("Bead sliding on a parabola", "ab" * 32, "lagrange 0.1.0", "yours", "[m]"):

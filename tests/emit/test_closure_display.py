@@ -49,6 +49,7 @@ MAKE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["lagrange", "explicit"])
 @pytest.mark.parametrize("name", list(MAKE))
 def test_json_holds_the_whole_system(name, form):
@@ -243,6 +244,8 @@ def test_snippet_and_aligned_hold_the_closures():
     assert aligned.count("= 0") == 3
 
 
+@pytest.mark.slow
+@pytest.mark.latex
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
 @pytest.mark.parametrize("name", [*MAKE, "both"])
 def test_documents_compile(name, tmp_path):

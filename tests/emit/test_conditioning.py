@@ -125,6 +125,7 @@ def _digits(monkeypatch):
     monkeypatch.setattr("emit_reference.DIGITS", DIGITS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["any", "close", "small"])
 @pytest.mark.parametrize("name", NAMED)
 def test_errors_are_those_of_the_data(name, kind):
@@ -133,6 +134,8 @@ def test_errors_are_those_of_the_data(name, kind):
     assert worst(equations, python(equations), kind) < bound
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("name", ["double_pendulum", "double_atwood", "triple_pendulum"])
 def test_compiled_code_is_as_accurate(name, tmp_path):
     equations = NAMED[name]()
@@ -169,6 +172,7 @@ def blocks_of(equations):
     return [b for b in build_program(equations, ["acceleration"]).blocks if len(b.coordinates) > 1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "make"), list(every_system()), ids=lambda x: x if isinstance(x, str) else ""
 )
@@ -264,6 +268,8 @@ def test_squares_stay_squares_unless_products_must_be_multiplied_out():
 # Singular or only ill-conditioned.
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("ratio", [1e-18, 1e-12, 1e12, 1e18])
 def test_an_extreme_ratio_of_masses_is_not_singular(ratio, tmp_path):
     equations = replace(scene("pendulums/double_pendulum"), name="ratio")
@@ -279,6 +285,8 @@ def test_an_extreme_ratio_of_masses_is_not_singular(ratio, tmp_path):
     assert evaluate(y, p) == pytest.approx(expected, rel=1e-15, abs=1e-15)
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize(
     ("name", "zero", "y"),
     [
@@ -299,6 +307,8 @@ def test_a_singular_mass_matrix_is_refused(name, zero, y, tmp_path):
     assert np.isnan(python(equations)(y, p)).all()
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("light", [0.0, 1e-20, 1e-3])
 def test_larger_blocks_are_judged_alike_in_python_and_c(light, tmp_path):
     """With its mass at the tip alone, a straight chain has inertia in one direction alone."""
@@ -314,6 +324,7 @@ def test_larger_blocks_are_judged_alike_in_python_and_c(light, tmp_path):
         assert got == pytest.approx(dydt[6:], rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "bound"),
     [

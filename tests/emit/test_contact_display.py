@@ -139,6 +139,8 @@ def test_complementarity_in_latex() -> None:
     assert r"\perp" in latex(equations(), "snippet")
 
 
+@pytest.mark.slow
+@pytest.mark.latex
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no pdflatex")
 @pytest.mark.parametrize("text", [BEAD, BESIDE])
 def test_the_document_compiles(text: str, tmp_path) -> None:

@@ -13,6 +13,8 @@ from lagrange_cli.emit.constraints import contact_programs
 from lagrange_cli.emit.contacts import flagged
 from lagrange_cli.emit.program import eliminations, operations
 
+pytestmark = pytest.mark.slow
+
 
 def chain_over_floors(n: int):
     """A chain of rods with a floor below each mass, some of them steep."""
@@ -47,6 +49,7 @@ def states(equations, count=6):
         yield generator.uniform(0, 2), y, p, flags, generator.normal(size=u)
 
 
+@pytest.mark.compiler
 @pytest.mark.parametrize("language", [contacts.Machine, contacts.Interpreted])
 def test_loops_compute_what_statements_do(chain, language, monkeypatch, tmp_path):
     plain = statements(chain, monkeypatch)
@@ -81,6 +84,7 @@ def test_loops_compute_what_statements_do(chain, language, monkeypatch, tmp_path
                 assert np.abs(found - expected).max() <= 1e-9 * scale, function
 
 
+@pytest.mark.compiler
 def test_many_that_land_at_once(tmp_path):
     """All masses of a chain come down on one floor, at random speeds; then what rests on it."""
     equations = closures.chain(12)

@@ -61,6 +61,8 @@ def solvable(rows, closed):
     return not len(held) or np.linalg.matrix_rank(held) == len(held)
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_each_set_of_contacts(system):
     equations, *codes = system
     values = reference(equations)
@@ -100,6 +102,8 @@ def test_each_set_of_contacts(system):
     assert checked >= 2
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_gaps_and_their_terms(system):
     equations, *codes = system
     values = reference(equations)
@@ -120,6 +124,8 @@ def test_gaps_and_their_terms(system):
             assert (gaps[u:] >= np.abs(gaps[:u])).all()
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_machine_code_and_python_agree(system):
     equations, machine, python = system
     n, u = len(equations.coordinates), len(equations.contacts)
@@ -131,6 +137,8 @@ def test_machine_code_and_python_agree(system):
                 assert a == pytest.approx(b, rel=1e-12, abs=1e-13 * np.abs(b).max())
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("name", ["particle_on_sphere", "pendulum_at_wall", "ladder"])
 def test_projection_meets_closed_contacts_alone(name, tmp_path):
     equations = contacts.CASES[name]()

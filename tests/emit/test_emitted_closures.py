@@ -31,6 +31,8 @@ from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.emit.solve import Block
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("real", list(TOLERANCE))
 @pytest.mark.parametrize("name", list(CASES))
 def test_functions_agree_with_the_equations(name, real, tmp_path):
@@ -53,6 +55,7 @@ def test_functions_agree_with_the_equations(name, real, tmp_path):
             assert difference(out, expected) < loss * TOLERANCE[real], function
 
 
+@pytest.mark.compiler
 def test_pendulum_agrees_with_its_angle_and_tension(tmp_path):
     equations = closures.pendulum()
     compiled = Closed(equations, tmp_path)
@@ -74,6 +77,8 @@ def test_pendulum_agrees_with_its_angle_and_tension(tmp_path):
         assert out[0] * 2 * length == pytest.approx(-tension, rel=1e-14)
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("n", [2, 5])
 def test_chain_agrees_with_its_angles(n, tmp_path):
     cartesian, angles = closures.chain(n), systems.pendulum_chain(n)
@@ -104,6 +109,8 @@ def pendulum_times(factor):
     return replace(equations, closures=(rod,), name="scaled")
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("mass", [2.0**-104, 1.0, 2.0**101])
 @pytest.mark.parametrize("length", [2.0**-40, 2.0**53])
 @pytest.mark.parametrize("factor", [2.0**-100, 1.0, 2.0**100])
@@ -128,6 +135,8 @@ def test_units_change_no_bit(mass, length, factor, tmp_path):
     assert found / length == pytest.approx(expected, rel=1e-15)
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("ratio", [1e-30, 1e-12, 1e12, 1e30])
 def test_masses_of_any_ratio(ratio, tmp_path):
     equations = closures.chain(2)
@@ -145,6 +154,8 @@ def test_masses_of_any_ratio(ratio, tmp_path):
         assert difference(out, multipliers) < 1e-13
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_singular_configuration_is_refused(tmp_path):
     """Two rods from fixed points that pull along one line: no multipliers."""
     equations = closures.pendulum()
@@ -164,6 +175,7 @@ def test_singular_configuration_is_refused(tmp_path):
     assert centre("rhs", 0.0, np.full(4, np.inf), p, 4)[0] != 0
 
 
+@pytest.mark.compiler
 def test_coordinates_without_inertia_follow(tmp_path):
     compiled = Closed(massless(), tmp_path)
     p = compiled.defaults
@@ -185,6 +197,8 @@ def test_coordinates_without_inertia_follow(tmp_path):
 STRICT = ["-Wconversion", "-Wsign-conversion", "-Wshadow", "-Wundef", "-Wdouble-promotion"]
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("real", list(TOLERANCE))
 @pytest.mark.parametrize("name", ["pendulum", "sleigh", "chain2"])
 def test_text_is_strict_c99_and_cpp(name, real, tmp_path):
@@ -195,6 +209,8 @@ def test_text_is_strict_c99_and_cpp(name, real, tmp_path):
         run("g++", "-x", "c++", *WARNINGS, "-c", source, "-o", tmp_path / "object.o")
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("name", ["pendulum", "sleigh", "chain8"])
 def test_functions_stay_within_their_arrays(name, tmp_path):
     equations = CASES[name]()
@@ -209,6 +225,7 @@ def test_functions_stay_within_their_arrays(name, tmp_path):
     assert len(run(tmp_path / "a.out", "until=0.01", "steps=1").splitlines()) == 502
 
 
+@pytest.mark.compiler
 def test_main_stays_on_the_closures_and_conserves_energy(tmp_path):
     source = write(closures.pendulum(), tmp_path, main=True)
     run(compiler(), "-std=c99", "-O2", source, "-o", tmp_path / "a.out", "-lm")
@@ -240,6 +257,8 @@ def test_minimal_systems_have_no_functions_of_closures():
         assert "closure" not in text
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_text_for_the_simulation(tmp_path):
     equations = closures.chain(2, name="secret")
     programs = simulation_programs(equations)

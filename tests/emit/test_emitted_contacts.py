@@ -75,6 +75,8 @@ def states(equations, count=2):
 SMALL = [name for name in contacts.CASES if name != "chain_over_floor"]
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("name", SMALL)
 def test_both_languages_are_the_code_of_the_simulation(name, tmp_path):
     equations = contacts.CASES[name]()
@@ -116,6 +118,8 @@ def test_wrong_modes_are_refused():
         module.events(0.0, np.ones(6), mode=(1,))
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("real", list(TYPES))
 def test_reset_and_projection_in_c(real, tmp_path):
     equations = contacts.ladder()
@@ -141,6 +145,8 @@ def test_reset_and_projection_in_c(real, tmp_path):
     assert (module.project(0.0, off, p) == off).all()
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_impossible_impacts_have_a_status(tmp_path):
     squeezed = contacts.corner(lambda x, z, t: x - t, lambda x, z, t: -x - t / 2)
     compiled, module = Moded(squeezed, tmp_path), python_of(squeezed)
@@ -148,6 +154,8 @@ def test_impossible_impacts_have_a_status(tmp_path):
     assert module.reset(0.0, [0, 1, 0, 0], event=0) is None
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("name", list(contacts.CASES))
 def test_source_with_main_is_clean_c_and_cxx(name, tmp_path):
     equations = contacts.CASES[name]()
@@ -198,6 +206,8 @@ def program_of(request, tmp_path):
     return lambda equations: Program(equations, tmp_path, request.param)
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_a_bouncing_ball(program_of):
     program = program_of(contacts.bouncing_ball())
     rows, events = program("until=2.5", "steps=1")
@@ -219,6 +229,8 @@ def test_a_bouncing_ball(program_of):
     assert rows[:, 2].min() > -1e-12
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_infinitely_many_bounces_end(program_of):
     rows, events = program_of(contacts.bouncing_ball())("until=5", "steps=1", "e=0.5")
     end = math.sqrt(2 / 9.81) * 3
@@ -230,6 +242,8 @@ def test_infinitely_many_bounces_end(program_of):
     assert late[-1, 1] == pytest.approx(2.5)
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_a_particle_leaves_the_sphere(program_of):
     rows, events = program_of(contacts.particle_on_sphere())("steps=1")
     ((t, what),) = events
@@ -244,6 +258,8 @@ def test_a_particle_leaves_the_sphere(program_of):
     assert (np.hypot(rows[:, 1], rows[:, 2]) > 1.5 - 1e-14).all()
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_a_ladder_leaves_the_wall(program_of):
     start = 0.3
     state = [0.8 * math.sin(start), 0.8 * math.cos(start), start]
@@ -261,6 +277,8 @@ def test_a_ladder_leaves_the_wall(program_of):
     assert np.abs(rows[:, 2] - 0.8 * np.cos(rows[:, 3])).max() < 1e-14
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_a_pendulum_between_rod_and_wall(program_of):
     rows, events = program_of(contacts.pendulum_at_wall())("x=-2", "z=0", "until=3", "steps=1")
     assert [what for _, what in events] == ["contact:wall"] * 2
@@ -273,6 +291,8 @@ def test_a_pendulum_between_rod_and_wall(program_of):
     assert np.abs(np.hypot(rows[:, 1], rows[:, 2]) - 2).max() < 1e-15 * 4
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_what_only_touches_has_no_events(program_of):
     """Without restitution a wall stops it; then nothing presses it on to the wall."""
     room = contacts.corner(lambda x, z, t: z, lambda x, z, t: 1 - x)
@@ -282,6 +302,8 @@ def test_what_only_touches_has_no_events(program_of):
     assert rows[-1] == pytest.approx([5, 1, 0, 0, 0], abs=1e-12)
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_a_lift_throws_what_it_carries(program_of):
     """z ≥ sin(3 t)/4: it pushes until the particle would have to fall faster than g."""
     lift = contacts.corner(lambda x, z, t: z - sp.sin(3 * t) / 4)
@@ -312,6 +334,7 @@ def driven_block():
     )
 
 
+@pytest.mark.compiler
 def test_inputs_lift_off(program_of):
     rows, events = program_of(driven_block())("m=1", "until=3", "steps=1")
     assert events == [(pytest.approx(9.81 / 5, abs=1e-12), "release:floor")]
@@ -327,6 +350,8 @@ def test_inputs_are_passed_on(tmp_path):
     assert module.events(0.0, [0, 0, 0, 0], mode=(1,), **high) == pytest.approx([2 * 9.81 - 100])
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_starts_that_are_refused(program_of):
     program = program_of(contacts.bouncing_ball())
     done = program.run("z=-0.5")
@@ -340,6 +365,7 @@ def test_starts_that_are_refused(program_of):
     assert (rows[1:, [2, 4]] == 0).all()
 
 
+@pytest.mark.compiler
 def test_a_start_on_a_rod_is_checked_too(program_of):
     program = program_of(contacts.pendulum_at_wall())
     done = program.run("x=-1")
@@ -348,6 +374,7 @@ def test_a_start_on_a_rod_is_checked_too(program_of):
     assert "violates wall by 1.5" in program.run("x=2", "z=0").stderr
 
 
+@pytest.mark.compiler
 def test_the_integrator_of_the_documentation(tmp_path):
     root = Path(__file__).parents[2]
     page = (root / "docs" / "emitted-code.md").read_text(encoding="utf-8")
@@ -369,6 +396,7 @@ def test_scenes_without_contacts_have_nothing_of_them():
             assert not re.search("contact|mode\\b|bounce|gap", text, re.IGNORECASE)
 
 
+@pytest.mark.compiler
 def test_names_of_contacts_end_no_comment(tmp_path):
     hostile = contacts.bouncing_ball()
     floor = hostile.contacts[0]

@@ -59,6 +59,8 @@ def expected(t, theta, v):
 STATES = [(0.0, 0.3, 0.0), (1.5, -0.7, 2.0), (2.0, 2.5, -0.4), (3.0, 1.0, -1.0)]
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.parametrize("real", ["float", "double", "long-double"])
 def test_c(pendulum, tmp_path, real):
     compiled = Compiled(pendulum, tmp_path, real)
@@ -84,6 +86,8 @@ def test_python(pendulum):
         assert module.outputs(t, y) == pytest.approx(expected(t, *y), rel=1e-14, abs=1e-14)
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_what_does_not_exist_is_nan_or_refused(tmp_path):
     text = PENDULUM.split("outputs:")[0] + "outputs: {fine: theta, root: sqrt(theta)}\n"
     equations = loads(text).derive().equations
@@ -93,6 +97,8 @@ def test_what_does_not_exist_is_nan_or_refused(tmp_path):
     assert compiled("outputs", 0.0, [4.0, 0.0], compiled.defaults, 2)[0] == 0
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_with_closures(tmp_path):
     equations = loads(CARTESIAN).derive().equations
     assert equations.formulation == "multiplier"
@@ -127,6 +133,8 @@ def test_reports(pendulum):
     assert r"\section*{Outputs}" in document(pendulum)
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_names_of_outputs_are_only_comments(tmp_path):
     text = PENDULUM.split("outputs:")[0] + "outputs: {int: theta, rhs: 2*theta}\n"
     equations = loads(text).derive().equations

@@ -13,6 +13,8 @@ from closed_code import (
     Closed,
 )
 
+pytestmark = [pytest.mark.compiler, pytest.mark.slow]
+
 
 @pytest.mark.parametrize("real", list(TOLERANCE))
 @pytest.mark.parametrize("name", list(CASES))

@@ -23,6 +23,7 @@ simulate: {{until: 1}}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["math", "numpy", "typing", "random", "re", "Math"])
 def test_a_module_runs_beside_what_it_imports(name, tmp_path):
     (files,) = loads(SCENE.format(name=name)).derive().emit("python").items()
@@ -36,6 +37,8 @@ def test_a_module_runs_beside_what_it_imports(name, tmp_path):
     assert done.stdout.startswith("t,theta,")
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler is installed")
 @pytest.mark.parametrize("name", ["math", "features", "stdlib"])
 def test_code_compiles_where_its_folder_is_searched_first(name, tmp_path):
@@ -79,6 +82,8 @@ def test_no_name_with_a_tail_is_reserved(reserved):
     assert file_stem("pendulum", reserved) == "pendulum"
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler is installed")
 @pytest.mark.parametrize(("header", "source"), [("float", "double"), ("double", "float")])
 def test_files_of_two_emissions_do_not_compile(header, source, tmp_path):

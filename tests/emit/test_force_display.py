@@ -114,6 +114,8 @@ def test_json_of_closures_holds_the_unknown():
     assert report["forces_in_terms_of"] == "multipliers"
 
 
+@pytest.mark.slow
+@pytest.mark.latex
 @pytest.mark.parametrize("text", [ANGLE, CARTESIAN, TORSION], ids=["angle", "cartesian", "torsion"])
 def test_latex_compiles(text, tmp_path):
     (latex,) = EMITTERS["latex"].emit(found(text), {}).values()

@@ -162,6 +162,8 @@ def strange():
     return build("strange", given, chosen, kinetic, potential)
 
 
+@pytest.mark.slow
+@pytest.mark.latex
 @pytest.mark.parametrize(
     "equations",
     [
@@ -181,6 +183,8 @@ def test_documents_compile_and_stay_on_the_page(equations, form, tmp_path):
     assert [points for points in overfull(log) if points > 10] == []
 
 
+@pytest.mark.slow
+@pytest.mark.latex
 @pytest.mark.parametrize("count", [3, 80])
 def test_parameters_stand_in_a_table(count, tmp_path):
     many = build(
@@ -196,6 +200,8 @@ def test_parameters_stand_in_a_table(count, tmp_path):
     assert overfull(compiled(tmp_path, text)) == []
 
 
+@pytest.mark.slow
+@pytest.mark.latex
 def test_snippets_compile_in_a_document_with_amsmath(tmp_path):
     body = "".join(
         emit(e, style="snippet") for e in (masses_through_hole(), chain_pendulum(6), strange())
@@ -227,6 +233,8 @@ def hostile_scene(text):
     )
 
 
+@pytest.mark.slow
+@pytest.mark.latex
 @pytest.mark.parametrize("text", HOSTILE)
 def test_no_text_of_a_scene_acts_as_tex(text, tmp_path):
     compiled(tmp_path, emit(hostile_scene(text)))
@@ -241,6 +249,8 @@ def test_escaped_text_holds_no_command_of_its_own(text):
     assert not re.search(r"\\(input|write|immediate|openout|end|par)\b", escaped)
 
 
+@pytest.mark.slow
+@pytest.mark.latex
 def test_every_hostile_character_alone(tmp_path):
     every = "".join(chr(i) for i in range(0x250)) + "–—‘’“”…×·°±−²³√≤≥→∞αβγΩπ"
     masses = replace(masses_through_hole(), description=" ".join(every))

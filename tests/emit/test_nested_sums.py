@@ -42,6 +42,7 @@ def test_both_count(expression):
     assert difference(expression) < 1e-14
 
 
+@pytest.mark.slow
 def test_random_sums():
     draw = random.Random(1)
     factors = [1, -1, 2, sp.Rational(-1, 2), 3]

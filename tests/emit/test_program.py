@@ -81,6 +81,7 @@ def one_coordinate(*expressions):
     return replace(systems.bead_on_parabola(), cartesian_names=names)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", systems.ALL)
 def test_every_output_has_the_value_of_its_expression(make):
     equations = make()
@@ -135,6 +136,7 @@ def larger(children):
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(st.lists(st.recursive(atoms, larger, max_leaves=12), min_size=1, max_size=5))
 def test_sharing_and_factoring_change_no_value(expressions):
@@ -252,6 +254,7 @@ def lagranges_method(n):
     return sum(sp.count_ops(e) for _, e in replaced) + sum(map(sp.count_ops, reduced))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [2, 3, 4])
 def test_fewer_operations_than_lagranges_method_with_cse(n):
     expected = lagranges_method(n)
@@ -262,6 +265,7 @@ def test_fewer_operations_than_lagranges_method_with_cse(n):
     assert collected < expected
 
 
+@pytest.mark.slow
 def test_operations_of_the_chain_grow_with_the_square():
     counts = {
         n: operations(build_program(systems.collected_chain(n), ["mass_matrix", "forcing"])).total
@@ -288,6 +292,7 @@ def test_operations_of_one_right_hand_side(make, bound):
     assert operations(build_program(make(), ["acceleration"])).total <= bound
 
 
+@pytest.mark.slow
 def test_long_sums_are_added_in_groups():
     terms = sp.Add(*(sp.sin(k * x) for k in range(1, 2001)))
     program = build_program(one_coordinate(terms), ["positions"])
@@ -362,6 +367,7 @@ for make in systems.ALL:
 """
 
 
+@pytest.mark.slow
 def test_output_does_not_depend_on_the_hash_seed():
     outputs = []
     for seed in ("1", "2"):

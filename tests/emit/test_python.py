@@ -36,6 +36,7 @@ def module(equations):
     return load(source)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", systems.ALL)
 def test_both_sources_agree_with_the_equations(make):
     equations = make()
@@ -79,6 +80,7 @@ def test_source_for_simulation_holds_nothing_of_the_scene():
     assert not any("int main" in s for s in strings if isinstance(s, str))
 
 
+@pytest.mark.slow
 def test_hostile_names_and_texts(tmp_path):
     ((name, source),) = EMITTERS["python"].emit(hostile()).items()
     tree = ast.parse(source)
@@ -119,6 +121,7 @@ def test_trouble_is_nan_and_never_raised():
     assert math.isnan(functions["energy"](0.0, [math.nan, 0.0]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [2, 6])
 def test_a_singular_mass_matrix_gives_nan(n):
     equations = systems.pendulum_chain(n)
@@ -176,6 +179,7 @@ def test_as_a_script(tmp_path):
     assert lines[-1] == "1.0,0.5,0.0"
 
 
+@pytest.mark.slow
 def test_a_script_asks_for_what_is_missing(tmp_path):
     base = systems.bead_on_parabola()
     m, a, g = base.parameters
@@ -195,6 +199,8 @@ def test_a_script_stops_at_a_singular_matrix(tmp_path):
     assert len(out.splitlines()) == 2
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_the_examples_of_the_documentation_agree(tmp_path):
     page = (Path(__file__).parents[2] / "docs" / "emitted-code.md").read_text(encoding="utf-8")
     c_example = re.findall(r"```c\n(#include.*?)```", page, re.DOTALL)[0]

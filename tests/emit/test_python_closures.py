@@ -23,6 +23,8 @@ from lagrange_cli.emit.disturbed import disturb
 from lagrange_cli.emit.python_functions import module_source
 from lagrange_cli.emit.registry import EMITTERS
 
+pytestmark = pytest.mark.slow
+
 
 def loaded(text, name="module"):
     """The functions of a Python module by its text."""
@@ -39,6 +41,7 @@ def emitted(equations):
 PYTHON_CASES = {**CASES, "massless": massless}
 
 
+@pytest.mark.compiler
 @pytest.mark.parametrize("name", list(PYTHON_CASES))
 def test_python_agrees_with_c(name, tmp_path):
     equations = PYTHON_CASES[name]()

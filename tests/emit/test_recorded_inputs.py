@@ -20,6 +20,8 @@ from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_file
 from lagrange_cli.simulate import simulate
 
+pytestmark = pytest.mark.slow
+
 #: Rows at multiples of the time between two lines that the emitted programs print.
 SCENE = """
 name: cart
@@ -67,6 +69,7 @@ def executable(equations, folder, real="double"):
     return folder / "cart"
 
 
+@pytest.mark.compiler
 def test_the_c_program_follows_the_recording(cart, tmp_path):
     wanted = simulate(cart).state
     code, out, _ = printed(executable(cart, tmp_path))
@@ -83,6 +86,7 @@ def test_the_python_module_follows_the_recording(cart, tmp_path):
     assert last_line(out) == pytest.approx([4, wanted["x"], wanted["dot(x)"]], abs=1e-8)
 
 
+@pytest.mark.compiler
 @pytest.mark.parametrize(("until", "code"), [("4", 0), ("4.01", 2)])
 def test_the_c_program_ends_with_the_recording(tmp_path, until, code):
     program = executable(made(tmp_path, "linear"), tmp_path)
@@ -91,6 +95,7 @@ def test_the_c_program_ends_with_the_recording(tmp_path, until, code):
     assert ("begins at t = 0.0, ends at t = 4.0" in found[2]) == (code == 2)
 
 
+@pytest.mark.compiler
 def test_what_is_held_goes_on(tmp_path):
     program = executable(made(tmp_path, "previous"), tmp_path, "float")
     assert printed(program, "until=9")[0] == 0

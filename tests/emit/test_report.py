@@ -56,6 +56,7 @@ def test_explicit_form_solves_for_accelerations():
     ]
 
 
+@pytest.mark.slow
 def test_large_matrices_are_sparse():
     n = LARGEST_DENSE + 1
     given = parameters(m=1.0)
@@ -78,6 +79,7 @@ def test_warnings_carry_their_place():
     ]
 
 
+@pytest.mark.slow
 def test_output_does_not_depend_on_the_hash_seed():
     code = (
         "import json, emit_scenes as s\n"

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
+pytestmark = [pytest.mark.compiler, pytest.mark.slow]
+
 START = -1
 
 

@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 from lagrange_cli.emit.operands import Call, Product, Sum, Variable, rebuilt
 from lagrange_cli.emit.rolling import Cell, Loop, Statement, roll
 
+pytestmark = pytest.mark.slow
+
 
 def locate(name):
     return None if name == "t" else Cell(name[0], int(name[1:]))

@@ -175,6 +175,7 @@ def trees():
     return st.recursive(leaves, grow, max_leaves=8)
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(trees(), st.integers(0, 10**6))
 def test_any_expression_reads_back(expression, seed):

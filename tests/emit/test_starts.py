@@ -18,6 +18,8 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
 
+pytestmark = pytest.mark.slow
+
 WHEEL = """
 name: wheel
 parameters: {m: 1.1, R: 0.8, J: 0.2, al: 0.4, g: 9.81}
@@ -82,6 +84,7 @@ def nearest(errors):
     return line.removeprefix("nearest: ").split(" ")
 
 
+@pytest.mark.compiler
 def test_a_constant_of_integration_is_not_changed(build):
     started = build(wheel())
     good, rows, _ = started()
@@ -112,12 +115,14 @@ def test_rates_by_names_of_velocities():
         assert "for other ones emit again: roll" in text
 
 
+@pytest.mark.compiler
 def test_velocities_that_violate_a_rate(build):
     good, _, errors = build(wheel())("dot(phi)=0.7")
     assert not good
     assert errors[0].endswith("by 0.16 (rate of roll)")
 
 
+@pytest.mark.compiler
 def test_the_nearest_state_is_a_start(build):
     started = build(closures.pendulum())
     good, _, errors = started("x=3", "dot(z)=1")
@@ -134,6 +139,7 @@ def test_the_nearest_state_is_a_start(build):
     assert np.hypot(*first(rows)[:2]) == pytest.approx(2.0, rel=1e-15)
 
 
+@pytest.mark.compiler
 def test_no_state_near(build):
     started = build(closures.pendulum())
     for arguments in (["x=0", "z=0"], ["l=5", "x=0", "z=0"]):
@@ -145,6 +151,7 @@ def test_no_state_near(build):
     assert not started("x=1e300")[0]
 
 
+@pytest.mark.compiler
 @pytest.mark.parametrize(("change", "good"), [(1e-12, True), (1e-10, True), (1e-7, False)])
 def test_rounding_is_taken_out(build, change, good):
     found, rows, _ = build(closures.pendulum())(f"x={2 + change!r}")
@@ -153,6 +160,7 @@ def test_rounding_is_taken_out(build, change, good):
         assert first(rows)[0] == 2.0
 
 
+@pytest.mark.compiler
 @pytest.mark.parametrize(("rate", "good"), [(1e-66, True), (1e-13, True), (1e-9, False)])
 def test_velocities_that_move_nothing(build, rate, good):
     """At rest there is no velocity to compare with: 0.01 units of time move x by nothing."""
@@ -163,6 +171,7 @@ def test_velocities_that_move_nothing(build, rate, good):
         assert max(map(abs, first(rows)[2:])) < 1e-15 * rate
 
 
+@pytest.mark.compiler
 def test_a_parameter_that_the_start_depends_on(build):
     started = build(closures.pendulum())
     assert not started("l=3")[0]
@@ -171,6 +180,7 @@ def test_a_parameter_that_the_start_depends_on(build):
     assert first(rows)[:2] == [3.0, 0.0]
 
 
+@pytest.mark.compiler
 def test_nonholonomic_constraints(build):
     started = build(closures.sleigh())
     assert started()[0]
@@ -179,6 +189,7 @@ def test_nonholonomic_constraints(build):
     assert errors[0].endswith("by 0.1 (blade)")
 
 
+@pytest.mark.compiler
 @pytest.mark.parametrize("real", ["float", "long-double"])
 def test_other_number_types(real, tmp_path):
     (program,) = c_program(wheel(), tmp_path, real)
@@ -188,6 +199,7 @@ def test_other_number_types(real, tmp_path):
     assert "by 1 (roll" in done.stderr
 
 
+@pytest.mark.compiler
 def test_a_zero_with_rounding_in_float(tmp_path):
     initial = systems.InitialState((2.0, 1e-66), (0.0, -1e-66))
     (program,) = c_program(replace(closures.pendulum(), initial=initial), tmp_path, "float")
@@ -202,6 +214,7 @@ def test_what_is_said_of_rates():
         assert "for other ones" not in "".join(EMITTERS[to].emit(closures.pendulum()).values())
 
 
+@pytest.mark.compiler
 def test_nothing_moves(tmp_path):
     equations = systems.build("still", [], [], [], 0)
     with pytest.raises(InputError, match="nothing can move"):

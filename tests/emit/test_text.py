@@ -111,6 +111,7 @@ def derived_chain(n):
     return derive(read_text("\n".join(lines) + "\n"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["lagrange", "explicit"])
 @pytest.mark.parametrize("ascii_only", [False, True])
 @pytest.mark.parametrize("n", [6, 16])

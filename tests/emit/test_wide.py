@@ -31,6 +31,8 @@ from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.sparse import SparseRow
 from lagrange_cli.scene import read_text
 
+pytestmark = pytest.mark.slow
+
 
 def tree(count, seed):
     """Particles each hung from one before it."""
@@ -113,6 +115,7 @@ def near_rest(y):
     return np.concatenate([at + 0.3 * y[: 2 * n], y[2 * n :]])
 
 
+@pytest.mark.compiler
 @pytest.mark.parametrize("name", list(CASES))
 def test_emitted_code_gives_what_a_dense_solution_gives(name, tmp_path):
     equations = CASES[name]()
@@ -145,6 +148,7 @@ def test_emitted_code_gives_what_a_dense_solution_gives(name, tmp_path):
         assert np.abs(found - expected).max() < 1e-13 * np.abs(expected).max()
 
 
+@pytest.mark.compiler
 @pytest.mark.parametrize("name", ["net", "own_masses", "braced"])
 def test_all_functions_are_those_of_straight_code(name, tmp_path, monkeypatch):
     equations = CASES[name]()
@@ -288,6 +292,7 @@ def test_a_net_has_the_same_loops_whatever_its_size():
     assert loops[0] == loops[1] < 40
 
 
+@pytest.mark.compiler
 def test_sums_of_pairs_are_those_of_floats(tmp_path):
     equations = chain(30)
     energy = sp.Add(*(c.v**2 * sp.Rational(1, 3 + k) for k, c in enumerate(equations.coordinates)))
@@ -302,6 +307,7 @@ def test_sums_of_pairs_are_those_of_floats(tmp_path):
         assert abs(found[0] - expected) < close * expected
 
 
+@pytest.mark.compiler
 def test_closures_without_rank_are_singular(tmp_path):
     # A rod twice: the second one says nothing new.
     equations = truss(30, [(None, 0), *((i, i + 1) for i in range(29)), (3, 4)], "twice")

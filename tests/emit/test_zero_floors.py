@@ -16,6 +16,8 @@ from zero_floors import SCENES
 
 from lagrange_cli import loads
 
+pytestmark = [pytest.mark.compiler, pytest.mark.slow]
+
 #: How far from the floor anywhere else, and how far off states are.
 SHIFT, OFF = 10, (0.0, 1e-16, 1e-12, 1e-7)
 

@@ -9,6 +9,8 @@ from extreme_cases import CASES, SYSTEMS, found
 
 from lagrange_cli import load
 
+pytestmark = pytest.mark.slow
+
 QUICK = [case for case in CASES if not case.long]
 
 

@@ -18,6 +18,7 @@ def extremes(monkeypatch):
     return importlib.import_module("extremes")
 
 
+@pytest.mark.slow
 def test_page_has_a_summary_and_every_case_and_scene(extremes):
     names = ("degenerate-m_=_0", "degenerate-k2_=_0:_two_springs_apart")
     results = [found(case) for case in CASES if case.name in names]

@@ -181,6 +181,7 @@ def test_a_large_file_is_read(tmp_path):
     assert found.values[-1] == 299_999 % 7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cell", ["x", '"x"', '"', "a,"])
 def test_very_long_lines_are_refused_at_once(tmp_path, cell):
     with pytest.raises(InputError) as refused:

@@ -65,11 +65,13 @@ def same(kinetic: str, sections: str) -> None:
         assert abs(x - y) <= mpmath.mpf(10) ** -20 * (1 + abs(y))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SECTIONS)
 def test_an_abbreviation_stands_for_what_it_is_short_for(name: str) -> None:
     same(*SECTIONS[name])
 
 
+@pytest.mark.slow
 @few
 @given(
     st.lists(st.sampled_from(["u*v", "w*v", "s*u", "cos(q1)*e", "v^2", "u*w"]), max_size=3),

@@ -82,6 +82,7 @@ CHANGES: dict[str, Callable[[sp.Expr], sp.Expr]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize("text", [FORCED, MAGNETIC])
 def test_every_term_of_the_forcing_counts(text: str, change: str) -> None:
@@ -93,6 +94,7 @@ def test_every_term_of_the_forcing_counts(text: str, change: str) -> None:
         require_caught(replace(right, forcing=tuple(map(tuple, rows))))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize(("j", "k"), [(0, 0), (0, 1), (1, 1)])
 def test_every_entry_of_the_mass_matrix_counts(j: int, k: int, change: str) -> None:
@@ -110,6 +112,7 @@ def test_an_asymmetric_mass_matrix_is_caught() -> None:
     require_caught(replace(right, mass=tuple(rows)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", [FORCED, MAGNETIC])
 @pytest.mark.parametrize("part", ["kinetic", "potential"])
 @pytest.mark.parametrize("change", CHANGES)
@@ -167,6 +170,7 @@ def test_a_wrong_velocity_is_caught() -> None:
     require_caught(replace(right, velocity={**right.velocity, symbol: -right.velocity[symbol]}))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", [FORCED, MAGNETIC, DOUBLE_PENDULUM])
 def test_what_is_shown_is_what_was_derived(text: str) -> None:
     right = derivation(text)

@@ -127,6 +127,7 @@ def test_the_bars_of_a_linkage_just_reach() -> None:
 TERMS = [x, y, z, x * y, x**2, z**2, x**2 * z, sp.sin(x), sp.cos(x), sp.exp(y), sp.sqrt(z**2 + 1)]
 
 
+@pytest.mark.slow
 @generated
 @given(
     st.lists(st.lists(st.integers(-3, 3), min_size=11, max_size=11), min_size=1, max_size=4),

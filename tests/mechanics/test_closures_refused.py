@@ -62,6 +62,7 @@ def test_a_rigid_triangle() -> None:
     assert len(e.coordinates) == 9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spoke", ["sqrt(6)/4*c", "0.612372436*c"])
 def test_a_tetrahedron_with_a_redundant_spoke(spoke: str) -> None:
     """Four corners, and a fifth particle at the centre: one of ten rods follows."""
@@ -83,6 +84,7 @@ def test_a_tetrahedron_with_a_redundant_spoke(spoke: str) -> None:
     assert [w.rule for w in e.warnings] == ["redundant"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "rule", "named"),
     [
@@ -106,6 +108,7 @@ def test_sets_that_cannot_hold(text: str, rule: str, named: list[str]) -> None:
         assert name in problem.message
 
 
+@pytest.mark.slow
 def test_what_was_put_into_an_equation_is_named() -> None:
     """x = 2 w and w = 0.5 + z leave no real point of x² + z² = 0.01; (2 z − sin z)² = 0 is flat."""
     inner = "parameters: {m: 1}\n" + FLAT + "points: {p: [w, 0, 0]}\n"
@@ -162,6 +165,7 @@ constraints:
 """
 
 
+@pytest.mark.slow
 def test_a_taut_chain_is_not_called_impossible() -> None:
     start = 'initial: {"x[i=1..n]": i, "z[i=1..n]": 0}\n'
     taut = refusal(TAUT + start)
@@ -171,6 +175,7 @@ def test_a_taut_chain_is_not_called_impossible() -> None:
     assert derived(TAUT.replace("D: 4", "D: 3.9")).account.dof == 2
 
 
+@pytest.mark.slow
 def test_a_long_chain_needs_no_initial_values() -> None:
     chain = TAUT.replace("n: 3", "n: 66").replace(
         '  last: {distance: ["p[n]", e], equals: 1}\n', ""
@@ -178,6 +183,7 @@ def test_a_long_chain_needs_no_initial_values() -> None:
     assert derived(chain).account.dof == 66
 
 
+@pytest.mark.slow
 def test_members_of_families_in_hints_can_be_pasted() -> None:
     hint = refusal(TAUT.replace("D: 4", "D: 9")).hint
     assert '{distance: ["p[3]", e], equals: ' in hint

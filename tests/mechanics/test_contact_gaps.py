@@ -103,6 +103,7 @@ GAPS: dict[str, tuple[str, Callable[[SimpleNamespace], sp.Expr]]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", GAPS)
 def test_gap_with_its_derivatives(name: str) -> None:
     text, typed = GAPS[name]
@@ -152,6 +153,7 @@ def test_push_of_a_sphere(angle: float, speed: float) -> None:
     assert close(found["sphere"] * 2 * length, m * g * c - m * length * speed**2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("closed", [["wall"], ["floor"], ["wall", "floor"]])
 def test_ladder_as_lagranges_method_has_it(closed: list[str]) -> None:
     e = derived(LADDER)

@@ -64,6 +64,7 @@ def test_what_is_right_passes() -> None:
     assert certificate.mismatch < 1e-29
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(3))
 @pytest.mark.parametrize("part", ["rate", "bias", "expression"])
 def test_wrong_rate_bias_or_gap(number: int, part: str) -> None:
@@ -74,6 +75,7 @@ def test_wrong_rate_bias_or_gap(number: int, part: str) -> None:
         require_caught(with_gap(number, **{part: wrong}))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(3))
 def test_a_gap_is_no_other_by_a_constant(number: int) -> None:
     """An offset changes no derivative, only where contact is made."""
@@ -81,6 +83,7 @@ def test_a_gap_is_no_other_by_a_constant(number: int) -> None:
     require_caught(with_gap(number, expression=gap + sp.Rational(1, 10**15)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(3))
 @pytest.mark.parametrize("change", ["sign", "digit", "missing", "added"])
 def test_wrong_gradient(number: int, change: str) -> None:
@@ -121,6 +124,7 @@ def test_shown_equations_must_hold_what_contacts_exert(number: int) -> None:
 _SIDES = st.sampled_from(["x", "z - t", "2*sin(x)", "x*z + 1", "exp(z)", "x^2/(1 + z^2)", "3"])
 
 
+@pytest.mark.slow
 @generated
 @given(left=_SIDES, right=_SIDES)
 def test_both_ways_of_writing_say_the_same(left: str, right: str) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 from mechanics_support import refusal
 
+pytestmark = pytest.mark.slow
+
 BODIES = "particles:\n  p: {mass: 1, position: [x, y, z]}\n  q: {mass: 1, position: [u, v, w]}\n"
 FOUR = "particles: {a: {mass: 1}, b: {mass: 1}, c: {mass: 1}, d: {mass: 1}, e: {mass: 1}}\n"
 TETRAHEDRON = """constraints:

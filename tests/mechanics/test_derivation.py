@@ -196,6 +196,7 @@ def _load(draw: st.DrawFn, model: Model) -> None:
         model.rayleigh += drag
 
 
+@pytest.mark.slow
 @given(models(), st.integers(0, 10**6))
 @few
 def test_generated_systems(model: Model, seed: int) -> None:
@@ -205,6 +206,7 @@ def test_generated_systems(model: Model, seed: int) -> None:
     assert e.account.dof == len(model.coordinates)
 
 
+@pytest.mark.slow
 def test_products_beyond_the_budget_are_left_but_right(monkeypatch: pytest.MonkeyPatch) -> None:
     """A position of many terms: the sums stay factored, the equations stay true."""
     monkeypatch.setattr("lagrange_cli.mechanics.derivation.PRODUCT_BUDGET", 8_000)
@@ -235,6 +237,7 @@ def chain(n: int) -> str:
     return "\n".join([*lines, "potentials: {weight: {gravity: g}}"]) + "\n"
 
 
+@pytest.mark.slow
 def test_sixteen_links_cost_fewer_operations_than_lagranges_method() -> None:
     """4317 is SymPy 1.14's LagrangesMethod with common subexpressions taken out."""
     derivation = derive_uncertified(reduce(read_text("name: chain\n" + chain(16))))
@@ -303,6 +306,7 @@ def test_a_support_at_constant_speed_moves_what_stands_on_it() -> None:
     assert sp.expand(jacobi.expression - m * (v**2 - u**2) / 2) == 0
 
 
+@pytest.mark.slow
 @given(models())
 @few
 def test_the_energies_of_generated_systems(model: Model) -> None:

@@ -150,6 +150,7 @@ def test_a_start_beside_the_constraint_is_refused_with_its_place() -> None:
 MATRICES = st.lists(st.lists(st.integers(-4, 4), min_size=3, max_size=3), min_size=3, max_size=3)
 
 
+@pytest.mark.slow
 @given(MATRICES, st.lists(st.integers(-5, 5), min_size=3, max_size=3))
 @few
 def test_linear_blocks_are_solved_whatever_their_rank(

@@ -167,6 +167,7 @@ def test_kinetic_terms_of_positions_have_forces(term):
     assert equations.constraint_forces is not None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "length",
     ["max(-dot(x), l/x)", "min(dot(z), l)", "abs(dot(x))", "l + sign(dot(x))", "norm(dot(x), l)"],
@@ -299,6 +300,7 @@ initial: {theta: 1}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mass", ["1", "1e-27", "1e20"])
 def test_forces_that_vanish_are_no_mismatch(mass):
     """The particle moves freely in a plane, in coordinates of a torus: no force acts on it."""
@@ -335,6 +337,7 @@ def test_equations_that_doubles_cannot_hold_are_refused_at_the_scene():
         assert caught.value.problems[0].mark is not None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", [400, 2000])
 def test_names_within_names_are_refused_beyond_what_can_be_walked(depth):
     names = ", ".join(f"d{k}: sin(d{k - 1})" for k in range(1, depth))

@@ -53,6 +53,7 @@ def names(text: str) -> tuple[set[str], set[str]]:
     return set(equations.cyclic), {c.name for c in equations.conserved}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("term", FAR_AWAY)
 def test_a_potential_that_acts_elsewhere_is_no_symmetry(term: str) -> None:
     cyclic, conserved = names(f"{PLANE}potentials: {{v: '{term}'}}\n{START}")
@@ -65,12 +66,14 @@ def test_a_force_that_acts_elsewhere_conserves_nothing_of_what_it_acts_on(term: 
     assert (cyclic, conserved) == ({"x", "y"}, {"p_y"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("term", [term for term in FAR_AWAY if "exp" not in term])
 def test_inertia_that_changes_elsewhere_is_no_symmetry(term: str) -> None:
     text = f"{PLANE}kinetic: {{e: 'm/2*({term})^2*dot(y)^2'}}\n{START}"
     assert names(text) == ({"y"}, {"p_y", "energy"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("term", [re.sub(r"\bx\b", "t", term) for term in FAR_AWAY])
 def test_what_changes_at_another_time_conserves_no_energy(term: str) -> None:
     assert names(f"{PLANE}potentials: {{v: 'y^2*({term})'}}\n{START}") == ({"x"}, {"p_x"})

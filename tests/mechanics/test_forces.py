@@ -119,6 +119,7 @@ def test_tension_of_atwoods_rope():
         assert same(e, size, "2*m1*m2*g/(m1 + m2)")
 
 
+@pytest.mark.slow
 def test_rods_of_a_double_pendulum_that_are_stated():
     rods = """
 constraints:
@@ -166,6 +167,7 @@ initial: {x: 0, z: -0.8}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("theta", "rate"), [(0.4, 1.7), (2.1, -3.0), (-1.2, 0.0)])
 def test_both_formulations_give_the_same_multiplier(theta, rate):
     angle, cartesian = written(ANGLE), written(CARTESIAN)
@@ -219,6 +221,7 @@ def solved(e, point):
 # Every shipped scene.
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [n for n in SCENES if n not in LARGE])
 def test_no_virtual_displacement_feels_them(name):
     """Σ f·∂r/∂q is what closures exert: nothing where there are none."""
@@ -288,6 +291,7 @@ def test_nothing_is_found_unless_it_is_asked_for(monkeypatch):
     assert len(asked) == 1
 
 
+@pytest.mark.slow
 def test_nothing_is_even_imported_unless_it_is_asked_for():
     path = SCENES["pendulum"]
     code = (

@@ -194,6 +194,7 @@ def test_no_minimal_form():
     assert formed(text + "initial: {x: 1, z: 0}\n", "multiplier").choice is None
 
 
+@pytest.mark.slow
 def test_declared_coordinates_are_kept():
     """Though a chain of many links takes fewer operations in Cartesian names; that is said."""
     links = 10
@@ -219,6 +220,7 @@ def test_declared_coordinates_are_kept():
     assert len(other.closures) == links - 1
 
 
+@pytest.mark.slow
 def test_fewer_operations_are_taken_where_nothing_is_declared():
     e = formed(STAIRS, "auto")
     assert e.formulation == "multiplier"

@@ -110,6 +110,7 @@ def pasted(scene: str, lines: dict[str, Any]) -> str:
     return yaml.safe_dump(tree, sort_keys=False, width=10000)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_is_proposed_is_accepted(name: str) -> None:
     scene, rule = REFUSED[name]
@@ -161,6 +162,7 @@ USES = {
 }
 
 
+@pytest.mark.slow
 @generated
 @given(
     st.sampled_from(sorted(CONSTRAINTS)),

@@ -42,6 +42,7 @@ def test_values_may_be_expressions() -> None:
     assert found.velocities == (float(sp.sqrt(2).evalf(40) / 4),)
 
 
+@pytest.mark.slow
 @given(st.floats(-3.1, 3.1), st.floats(-3.1, 3.1), st.floats(-2, 2), st.floats(-2, 2))
 @few
 def test_cartesian_values_give_the_coordinates(q1: float, q2: float, v1: float, v2: float) -> None:
@@ -92,6 +93,7 @@ def test_coordinates_that_are_given_are_not_called_missing() -> None:
     assert "'theta1'" not in refusal(DOUBLE_PENDULUM + "initial: {theta1: 1}").message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "initial",
     [
@@ -215,6 +217,7 @@ def test_several_configurations_are_listed() -> None:
     assert "z: -0.8" in problem.hint
 
 
+@pytest.mark.slow
 def test_an_assembly_of_links_is_chosen_by_near() -> None:
     """One angle is given; two triangles close the linkage."""
     problem = refusal(LINKS + "initial: {alpha: 1}")
@@ -245,6 +248,7 @@ def test_missing_velocities_of_closures_have_the_least_kinetic_energy() -> None:
     assert found.velocities == pytest.approx((1.0, *expected), rel=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "initial",
     [
@@ -371,6 +375,7 @@ def test_close_configurations_at_the_origin_of_a_name_stay_apart() -> None:
     assert refusal(ring).rule == "initial-ambiguous"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("power", [-40, 0, 50])
 def test_a_start_at_the_pole_of_a_sphere_of_any_size(power: int) -> None:
     e = derived(

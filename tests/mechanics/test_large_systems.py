@@ -83,6 +83,7 @@ def change(closure: Closure, part: str) -> Closure:
     return replace(closure, **{part: getattr(closure, part) * slightly})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [0, 37, LINKS - 2])
 @pytest.mark.parametrize("part", ["gradient", "neighbour", "rate", "bias", "expression"])
 def test_a_wrong_closure_among_many_is_caught(number: int, part: str) -> None:
@@ -93,6 +94,7 @@ def test_a_wrong_closure_among_many_is_caught(number: int, part: str) -> None:
         certify(replace(right, closures=tuple(closures)), 30, 8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", [0, 77, 2 * LINKS - 1])
 def test_a_wrong_row_among_many_is_caught(row: int) -> None:
     right = derivation()

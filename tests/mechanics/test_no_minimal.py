@@ -8,6 +8,8 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
 
+pytestmark = pytest.mark.slow
+
 P = "particles: {p: {mass: 1, position: [x, y, z]}}\n"
 SLEIGH = (
     "particles: {p: {mass: 2, position: [x + cos(th), y + sin(th), 0]}}\n"

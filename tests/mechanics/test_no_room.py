@@ -11,6 +11,8 @@ from mechanics_support import derived, generated, refusal
 
 from lagrange_cli.mechanics.farkas import false_sum
 
+pytestmark = pytest.mark.slow
+
 P = "particles: {p: {mass: 1, position: [x, y, z]}}\n"
 SUM = "contradict each other: their sum"
 

@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 
 from lagrange_cli.mechanics.vanishing import does_not_depend, same, vanish
 
+pytestmark = pytest.mark.slow
+
 X, Y, T, A = sp.symbols("x y t a", real=True)
 K, M = sp.symbols("k m", positive=True)
 TINY = sp.Rational(1, 10**60)

@@ -115,6 +115,7 @@ def test_shipped_scenes(scene, name, expected):
     assert dimensions(read_file(str(SYSTEMS / f"{scene}.yaml"))).of(name) == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", sorted(SYSTEMS.glob("*/*.yaml")), ids=lambda p: p.stem)
 def test_units_in_scenes_are_those_that_follow(scene):
     """What a scene says of a parameter's unit in mechanics agrees with its equations."""

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -68,12 +69,14 @@ def test_bytes(data: bytes) -> None:
     read(data)
 
 
+@pytest.mark.slow
 @given(st.dictionaries(SECTION_NAMES, VALUES, max_size=5))
 @settings(max_examples=400, deadline=None)
 def test_random_sections(tree: dict[str, Any]) -> None:
     read(yaml.safe_dump(tree, allow_unicode=True))
 
 
+@pytest.mark.slow
 @given(
     st.fixed_dictionaries(
         {"particles": st.just({"a": {"mass": "m"}, "b": {"mass": 1, "position": ["x", "y", "z"]}})},
@@ -102,6 +105,7 @@ def mutations(text: str, draw: Callable[[st.SearchStrategy[Any]], Any]) -> str:
     return text
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=400, deadline=None)
 def test_mutated_scenes(data: st.DataObject) -> None:
@@ -139,6 +143,7 @@ FORMULAS = st.builds(
 )
 
 
+@pytest.mark.slow
 @given(
     st.fixed_dictionaries(
         {"sizes": st.just({"n": 3})},

@@ -282,6 +282,7 @@ def test_a_name_of_a_position_that_is_an_index_is_refused() -> None:
     assert problem.message == "'i' stands in a position and is also an index"
 
 
+@pytest.mark.slow
 def test_large_families_are_read() -> None:
     scene = read_text(CHAIN, parameters={"n": "1000"})
     assert (len(scene.particles), len(scene.constraints), len(scene.initial)) == (1000, 1001, 2000)
@@ -309,6 +310,7 @@ def test_work_grows_as_the_family_does() -> None:
     assert large <= 4.2 * small
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [

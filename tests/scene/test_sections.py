@@ -245,6 +245,7 @@ def test_helpers_are_reported_where_they_stand() -> None:
     assert (mark.line, mark.text[mark.column - 1 :][: mark.length]) == (8, "gravity")
 
 
+@pytest.mark.slow
 def test_many_particles_in_one_helper() -> None:
     text = "particles:\n" + "".join(f"  p{i}: {{mass: 1}}\n" for i in range(3000))
     scene = read_text(text + "potentials: {w: {gravity: 9.81}}\n")

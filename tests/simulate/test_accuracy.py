@@ -24,6 +24,7 @@ from lagrange_cli.simulate.problem import running_scales
 from lagrange_cli.simulate.watch import Watch
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("eps", [1e-3, 1e-6, 1e-9, 1e-11, 1e-12])
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_never_wrong_with_a_green_light(name, eps):
@@ -38,6 +39,7 @@ def test_never_wrong_with_a_green_light(name, eps):
         assert len(measured.states) == len(of.times)
 
 
+@pytest.mark.slow
 def test_the_estimate_is_typically_within_a_factor_of_100():
     ratios = []
     for name in ("pendulum", "oscillator", "kepler", "charge", "damped", "pendulum-large"):
@@ -50,6 +52,7 @@ def test_the_estimate_is_typically_within_a_factor_of_100():
     assert min(ratios) >= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["pendulum", "oscillator", "kepler", "charge", "damped"])
 @pytest.mark.parametrize("eps", [1e-6, 1e-9, 1e-11])
 def test_estimating_costs_at_most_four_times_the_run(name, eps):
@@ -58,6 +61,7 @@ def test_estimating_costs_at_most_four_times_the_run(name, eps):
     assert measured.all_evaluations <= 5 * measured.evaluations
 
 
+@pytest.mark.slow
 def test_seeded_pendulums():
     """A slice of many: random amplitudes, gravities by scaling of time, and accuracies."""
     chance = np.random.default_rng(1788)
@@ -79,6 +83,7 @@ DOUBLE_PENDULUM_AT_10 = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("eps", [1e-3, 1e-6, 1e-9])
 def test_double_pendulum(eps):
     """Against a Taylor series integration with 25 digits (mpmath.odefun)."""
@@ -89,6 +94,7 @@ def test_double_pendulum(eps):
     assert error.max() < eps
 
 
+@pytest.mark.slow
 def test_chaos_has_a_horizon():
     """What is kept of a long chaotic run agrees with a run of twice the care."""
     of = problem(double_pendulum, [1.5, 2.0, 0.0, 0.0], 40.0, ("angle", "angle"), samples=401)
@@ -99,6 +105,7 @@ def test_chaos_has_a_horizon():
     assert apart.max() < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("power", [(40, 0), (-40, -30), (100, 64), (0, -60)])
 def test_units_by_powers_of_two_change_no_bit(power):
     length, duration = (2.0**p for p in power)

@@ -17,6 +17,7 @@ from lagrange_cli.simulate.accuracy import integrate_to_accuracy
 from lagrange_cli.simulate.watch import Deadline, Progress, Watch
 
 
+@pytest.mark.slow
 def test_finite_time_singularity():
     """x'' = 2x³ from (1, 1) is 1/(1 − t)."""
 
@@ -33,6 +34,7 @@ def test_finite_time_singularity():
     assert error.max() < 1e-6
 
 
+@pytest.mark.slow
 def test_overflow_keeps_what_was_finite():
     def rhs(t, y):
         return np.array([y[1], y[0]])
@@ -74,6 +76,7 @@ def test_rest_stays_at_rest():
     assert measured.scales[0] == 1.0
 
 
+@pytest.mark.slow
 def test_stiff_systems_get_an_implicit_method():
     """x'' = −1e6 x' − x: the solution is the sum of two exponentials."""
 
@@ -91,6 +94,7 @@ def test_stiff_systems_get_an_implicit_method():
     assert measured.evaluations < 50_000
 
 
+@pytest.mark.slow
 def test_fast_oscillation_is_not_called_stiff():
     """Five hundred turns are resolved by an explicit method, whatever their frequency."""
     *given, exact = oscillator(2.0**20, 3.0e-3)
@@ -100,6 +104,7 @@ def test_fast_oscillation_is_not_called_stiff():
     assert true_errors(of, measured, exact).max() < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1.0, 0.1, 0.05, 0.02])
 def test_a_pulse_in_a_quiet_motion_is_not_passed_over(width):
     """∫∫ of a Gaussian force; the system rests until t = 61. A narrow pulse may
@@ -158,6 +163,7 @@ def test_interrupt_in_the_pilot_keeps_the_start():
     assert measured.states.tolist() == [[1.0, 0.0]]
 
 
+@pytest.mark.slow
 def test_progress_never_falls():
     seen = []
     *given, _ = SYSTEMS["pendulum-near-separatrix"]

@@ -12,6 +12,8 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.modelling import model_of
 
+pytestmark = pytest.mark.slow
+
 BOUNCES = 300
 DIGITS = 40
 

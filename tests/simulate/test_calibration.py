@@ -69,6 +69,7 @@ def words(case: object) -> str:
     return f"{path.relative_to(REFERENCES).with_suffix('')}-{accuracy:.0e}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", SLICE, ids=words)
 def test_seeded_slice(case, calibration):
     path, accuracy = case
@@ -118,6 +119,7 @@ def made(calibration, text):
         pytest.skip(error.reason)
 
 
+@pytest.mark.slow
 def test_a_reference_is_the_closed_form_to_25_digits(calibration):
     """A pendulum from rest: sin(theta/2) = k sn(K - w t), k the sine of half the amplitude."""
     found = made(calibration, PENDULUM)
@@ -130,6 +132,7 @@ def test_a_reference_is_the_closed_form_to_25_digits(calibration):
             assert abs(mpmath.mpf(high[0]) + mpmath.mpf(low[0]) - exact) < 1e-25
 
 
+@pytest.mark.slow
 def test_events_of_a_reference(calibration):
     """Falling from 3 with g = 8 the ball meets the floor at √3/2, with half its speed after it."""
     found = made(calibration, BALL)
@@ -156,6 +159,7 @@ def test_what_is_wrong_is_called_wrong(calibration):
     assert 1e-6 < calibration.judged(replace(found, columns=moved), reference) < 1.2e-6
 
 
+@pytest.mark.slow
 def test_a_variant_obeys_the_constraints(calibration):
     """Other numbers, other states, the same twice."""
     path = REFERENCES / "constraints" / "four_bar_linkage.multiplier.json"

@@ -114,6 +114,7 @@ def test_exactly_through_the_pole():
     assert np.abs(run.columns["z"] + cos).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_exactly_through_the_pole_with_multipliers():
     run = ran(spherical(phi=0.4), "multiplier", accuracy=1e-9)
     assert (run.status, run.formulation) == ("ok", "multiplier")
@@ -123,6 +124,7 @@ def test_exactly_through_the_pole_with_multipliers():
     assert any("one choice of several" in remark for remark in run.remarks)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dphi", [1e-9, 1e-4, 0.02, -1.0])
 def test_near_the_pole(dphi):
     """Both forms give the position; angles are those of the motion, or said to be a choice."""
@@ -144,6 +146,7 @@ def test_near_the_pole(dphi):
         assert np.abs(phi - few.columns["phi"]).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_steps_over_the_pole_are_noticed():
     """A fixed step passes the pole unseen, with θ on the wrong side: not kept as it is."""
     text, how = spherical(dphi=1e-6), {"method": "RK4", "step": 0.01, "samples": 101}
@@ -160,6 +163,7 @@ def test_steps_over_the_pole_are_noticed():
     assert len(kept.t) < len(run.t)
 
 
+@pytest.mark.slow
 def test_start_at_the_pole():
     run = ran(spherical(theta=0.0, dtheta=2.0, phi=0.7), accuracy=1e-9)
     assert (run.status, run.formulation) == ("ok", "multiplier")
@@ -179,6 +183,7 @@ def test_start_at_the_pole_in_minimal_form_is_refused():
     assert "sin(theta) = 0" in caught.value.problems[0].hint
 
 
+@pytest.mark.slow
 def test_start_at_the_pole_in_cartesian_names():
     text = SPHERICAL + "initial: {x: 0, y: 0, z: -1, dot(x): 1, dot(y): 2}\n"
     run = ran(text, accuracy=1e-9)
@@ -197,6 +202,7 @@ ROD = "constraints: {rod: x^2 + z^2 = l^2}"
 DEFINED = "definitions: {z: -sqrt(l^2 - x^2)}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("root", [ROD, DEFINED])
 def test_past_the_elbow(root):
     run = ran(ELBOW.replace("ROOT", root))
@@ -298,6 +304,7 @@ def test_an_angle_without_a_start():
 # Few samples.
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "form"),
     [
@@ -335,6 +342,7 @@ simulate: {until: 5, accuracy: 1e-8, samples: 2}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [40.0, 150.0])
 def test_many_turns_between_two_samples(rate):
     run = ran(SPIN.replace("RATE", str(rate)), "multiplier")
@@ -345,6 +353,7 @@ def test_many_turns_between_two_samples(rate):
     assert run.seconds["follow"] > 0
 
 
+@pytest.mark.slow
 def test_turns_that_are_too_many_are_refused(monkeypatch):
     for name in ("WATCHED", "FINEST"):
         monkeypatch.setattr(f"lagrange_cli.simulate.charts.{name}", 20)

@@ -118,6 +118,7 @@ PAIRS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "method"), PAIRS)
 def test_every_method_goes_on(scene, tmp_path, name, method):
     model, how = scene(name), how_of(INTEGRATORS[method])
@@ -142,6 +143,7 @@ PROMISES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "calls"),
     [(name, 20) for name in PROMISES if name != "ball"] + [("ball", 3), ("ball", 8)],
@@ -155,6 +157,7 @@ def test_a_measured_run_goes_on(scene, tmp_path, name, calls):
     assert found.npz() == whole.npz()
 
 
+@pytest.mark.slow
 def test_attempts_in_wider_arithmetic_go_on(scene, tmp_path):
     model, how = scene("pendulum"), {"accuracy": 2e-13, "until": 30.0}
     whole = simulate(model, **how)
@@ -166,6 +169,7 @@ def test_attempts_in_wider_arithmetic_go_on(scene, tmp_path):
     assert found.npz() == whole.npz()
 
 
+@pytest.mark.slow
 def test_a_measured_run_with_samples_in_files_goes_on(monkeypatch, scene, tmp_path):
     monkeypatch.setattr(rows, "WINDOW", 400)
     model, how = scene("pendulum"), {"accuracy": 1e-9, "samples": 5001}
@@ -195,6 +199,7 @@ def test_an_orbit_in_polar_coordinates_goes_on(tmp_path):
     assert found.npz() == whole.npz()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "calls"), [("pendulum", 3), ("ball", 6)])
 def test_samples_in_a_file_go_on(monkeypatch, scene, tmp_path, name, calls):
     monkeypatch.setattr(rows, "WINDOW", 400)

@@ -33,6 +33,7 @@ def run(of, accuracy, functions=None, **how):
     return simulate(of, accuracy=accuracy, functions=functions, **how)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("accuracy", "method"), [(1e-3, "DOP853"), (1e-7, "Gauss16")])
 def test_fine_tolerances_are_run_by_collocation(pendulum, accuracy, method):
     found = run(pendulum, accuracy, until=10.0)
@@ -53,11 +54,13 @@ def test_interpreted_code_has_no_stages_side_by_side(pendulum, monkeypatch):
     assert (found.status, found.method) == ("ok", "DOP853")
 
 
+@pytest.mark.slow
 def test_contacts_and_rows_of_inputs_are_run_by_steps_of_order_8():
     for name in ("contact/particle_leaving_sphere", "oscillators/seismometer"):
         assert run(model(name), 1e-8).method == "DOP853"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "until"),
     [
@@ -80,6 +83,7 @@ def test_cost_is_within_twice_the_front(name, until):
     assert all(cost is not None and cost <= 2 for cost in costs), costs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "most"),
     [("lecture/lever", 3), ("pulleys/atwood", 25), ("lecture/rigid_triangle", 25)],

@@ -75,6 +75,7 @@ def kepler(times, distance, velocity):
         return rows
 
 
+@pytest.mark.slow
 def test_a_comet_of_eccentricity_close_to_1_is_followed_past_the_sun():
     """Ten orbits with a perihelion of a millionth of the aphelion, at 1e-8 by wider arithmetic."""
     distance, velocity = APHELION

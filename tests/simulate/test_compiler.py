@@ -73,6 +73,7 @@ def test_without_a_compiler_python_runs_it(model, alone):
     assert found.implementation == "interpreted Python: no C compiler was found"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("body", "reason"),
     [
@@ -232,6 +233,7 @@ def test_the_compiler_has_half_of_a_budget(model, hanging):
     assert hanging()
 
 
+@pytest.mark.slow
 def test_wider_arithmetic_that_takes_the_rest_of_a_budget_stops_the_run(
     model, monkeypatch, tmp_path
 ):
@@ -272,6 +274,7 @@ def test_objects_without_the_functions_are_neither_used_nor_kept(
         assert kept_objects(tmp_path) == []
 
 
+@pytest.mark.slow
 def test_objects_without_the_functions_are_replaced_in_the_cache(
     model, monkeypatch, tmp_path, without_functions
 ):
@@ -288,6 +291,7 @@ def test_objects_without_the_functions_are_replaced_in_the_cache(
     assert [path.name for path in kept_objects(tmp_path)] == [path.name for path in good]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kept", [True, False])
 @pytest.mark.parametrize("fails", [True, False])
 def test_folders_whose_names_are_no_text(
@@ -309,6 +313,7 @@ def test_folders_whose_names_are_no_text(
     assert bool(kept_objects(folder)) == (kept and not fails)
 
 
+@pytest.mark.slow
 def test_an_unwritable_cache_compiles_all_the_same(model, monkeypatch, tmp_path):
     compiled_or_skip(model)
     blocked = tmp_path / "file"
@@ -327,6 +332,7 @@ def test_without_any_place_to_write_python_runs_it(model, monkeypatch, tmp_path)
     assert found.implementation.startswith("interpreted Python: no temporary folder")
 
 
+@pytest.mark.slow
 def test_compiled_once_and_then_loaded(model, monkeypatch, tmp_path):
     compiled_or_skip(model)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
@@ -335,6 +341,7 @@ def test_compiled_once_and_then_loaded(model, monkeypatch, tmp_path):
     assert simulate(model).implementation == "compiled C"
 
 
+@pytest.mark.slow
 def test_a_damaged_object_is_made_anew(model, monkeypatch, tmp_path):
     compiled_or_skip(model)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))

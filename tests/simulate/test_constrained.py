@@ -73,6 +73,7 @@ def pendulum_drift(states):
     return max(np.abs(length / L - 1).max(), np.abs((q * v).sum(axis=1) / L**2 / RATE).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", PROJECTING, **names)
 @pytest.mark.parametrize("native", [True, False])
 def test_full_rotations_stay_on_the_circle(method, native):
@@ -113,6 +114,7 @@ def test_every_digit(name):
     assert pendulum_drift(states) < 1e-15
 
 
+@pytest.mark.slow
 def test_against_angles():
     times = np.linspace(0.0, 5.0, 101)
     m1, m2, l1, l2, g = DOUBLE_PENDULUM
@@ -209,6 +211,7 @@ def test_however_divided_the_same_bits(method, block):
     assert (np.concatenate(parts) == whole).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [m for m in PROJECTING if m.name in COMPILED], **names)
 def test_loops_of_a_length_known_only_at_run_time_do_the_same(method):
     times = np.linspace(0.0, 2.0, 41)
@@ -225,6 +228,7 @@ def test_loops_of_a_length_known_only_at_run_time_do_the_same(method):
     assert np.abs(found[0] - found[1]).max() < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", PROJECTING, **names)
 @pytest.mark.parametrize("native", [True, False])
 def test_a_projection_that_fails_ends_the_run(method, native):
@@ -274,6 +278,7 @@ def test_a_method_that_cannot_project_is_not_started():
         start(method, constrained("edge"), 0.0, np.zeros(2), 1.0, control(2))
 
 
+@pytest.mark.slow
 def test_in_wider_arithmetic():
     if EXTENDED.epsilon >= DOUBLE.epsilon:
         pytest.skip("this machine has no arithmetic wider than double")

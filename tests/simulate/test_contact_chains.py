@@ -11,6 +11,8 @@ from lagrange_cli import loads
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.trajectory import Trajectory
 
+pytestmark = pytest.mark.slow
+
 #: A chain that hangs, drawn aside by an angle that keeps every link taut.
 HANGING = """
 name: hanging

@@ -86,6 +86,7 @@ def test_the_others_are_refused_with_a_reason(method: type[Integrator]):
         )
 
 
+@pytest.mark.slow
 @following
 @tolerances
 @pytest.mark.parametrize("e", [0.5, 0.9])
@@ -118,6 +119,7 @@ def test_a_ball_without_restitution_stays(method: type[Integrator]):
     assert found.multipliers["floor"][-1] == pytest.approx(G, rel=1e-12)
 
 
+@pytest.mark.slow
 @following
 @pytest.mark.parametrize("v", ["-1e-20", "1e-20", "-1e-300", "-1e-9"])
 def test_a_start_that_hardly_moves_comes_to_rest(method: type[Integrator], v: str):
@@ -127,6 +129,7 @@ def test_a_start_that_hardly_moves_comes_to_rest(method: type[Integrator], v: st
     assert (found.state["z"], found.state["dot(z)"]) == (0, 0)
 
 
+@pytest.mark.slow
 @following
 @tolerances
 def test_a_sphere_is_left_at_two_thirds(method: type[Integrator], rtol: float):
@@ -135,6 +138,7 @@ def test_a_sphere_is_left_at_two_thirds(method: type[Integrator], rtol: float):
     assert found.events[0].state["z"] == pytest.approx(2 / 3 * math.cos(0.3), abs=100 * rtol)
 
 
+@pytest.mark.slow
 @following
 @tolerances
 def test_a_rope_goes_slack_where_the_book_says(method: type[Integrator], rtol: float):

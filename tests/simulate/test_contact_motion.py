@@ -103,6 +103,7 @@ def bounces(e: float, h: float = 1.0) -> list[float]:
     return [first * (1 + 2 * sum(e**k for k in range(1, n))) for n in range(1, 40)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["compiled", "interpreted"])
 @pytest.mark.parametrize("e", ["0.8", "1", "0.3"])
 def test_a_ball_bounces_as_its_restitution_says(path: str, e: str):
@@ -140,6 +141,7 @@ def test_the_promise_ends_where_bounces_accumulate_and_a_method_goes_on():
     assert (found.multipliers["floor"][found.t < limit - 0.01] == 0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["compiled", "interpreted"])
 @pytest.mark.parametrize("start", [1e-3, 0.2, 1.0, 1.5])
 def test_a_particle_leaves_the_sphere_at_two_thirds(path: str, start: float):
@@ -162,6 +164,7 @@ def test_units_do_not_matter(m: float, radius: float, g: float):
     assert abs(found.events[0].state["z"] / radius - 2 / 3 * math.cos(0.2)) <= 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["compiled", "interpreted"])
 @pytest.mark.parametrize("eps", [1e-3, 1e-6, 1e-11])
 def test_every_sample_and_event_is_as_accurate_as_promised(path: str, eps: float):
@@ -182,6 +185,7 @@ def test_every_sample_and_event_is_as_accurate_as_promised(path: str, eps: float
         assert abs(event.t - at) <= eps * 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["compiled", "interpreted"])
 def test_closures_and_contacts_together_agree_with_coordinates(path: str):
     kept = run(PENDULUM_AT_WALL, path, accuracy=1e-9)
@@ -195,6 +199,7 @@ def test_closures_and_contacts_together_agree_with_coordinates(path: str):
         assert np.abs(kept.columns[name] - reduced.columns[name]).max() <= 4e-9 * scale
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["compiled", "interpreted"])
 def test_walls_that_are_met_at_once(path: str):
     """Along the diagonal of a box, two walls are met at the same time."""
@@ -226,6 +231,7 @@ def test_a_start_at_rest_on_a_contact_stays():
     assert found.multipliers["floor"] == pytest.approx(G, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_a_small_obstacle_is_not_passed_unseen():
     """A disc of a ten-millionth of the way stops a particle that meets it head on."""
     text = """
@@ -243,6 +249,7 @@ simulate: {until: 10}
     assert found.state["dot(x)"] == pytest.approx(-1, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_grazing_is_right_or_refused():
     """A flat shot that just touches a disc, from above or from inside its radius."""
     text = """
@@ -272,6 +279,7 @@ simulate: {until: 6, samples: 61}
         assert found.status == "ok" or found.holds_until == pytest.approx(3, abs=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["compiled", "interpreted"])
 def test_contacts_and_inputs_from_files_together(path: str, tmp_path: Path):
     """A ball under a weight that doubles at 0.2 s, between its start and its first bounce."""
@@ -320,6 +328,7 @@ def test_other_methods_are_refused(options: dict[str, float | str]):
         run(BALL, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("start", "speed", "until"), [(0.3, -0.1, 3), (1.0, -0.1, 10)])
 def test_an_impact_at_the_very_end_does_not_end_the_promise(
     start: float, speed: float, until: float
@@ -337,6 +346,7 @@ simulate: {{until: {until}}}
     assert abs(found.state["x"]) <= 1e-9 * start
 
 
+@pytest.mark.slow
 def test_balls_that_touch_are_struck_at_once():
     """Moreau's law for three touching balls: the last two go on together, and stay in touch."""
     text = """
@@ -366,6 +376,7 @@ def test_energy_drift_counts_beside_what_impacts_took():
     assert found.energy_drift < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["compiled", "interpreted"])
 @pytest.mark.parametrize("height", [0.1, 0.3, 1.0, 2.7, 1e6])
 def test_an_impact_at_the_very_end_exempts_its_velocity(path: str, height: float):

@@ -33,6 +33,7 @@ def run(text: str, path: str = "compiled", **options: float | str) -> Trajectory
     return simulate(model, functions=functions, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["compiled", "interpreted"])
 def test_walls_that_close_in_are_named_with_the_time(path: str):
     found = run(SQUEEZED, path)
@@ -49,6 +50,7 @@ def test_walls_that_close_in_are_named_with_the_time(path: str):
     assert shorter.state["x"] == pytest.approx(float(until[1]) - 1, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["compiled", "interpreted"])
 def test_walls_that_begin_to_close_in_are_named(path: str):
     """At rest on both walls, of which one begins to move: accelerations leave nothing."""
@@ -65,6 +67,7 @@ simulate: {until: 3, accuracy: 1e-8, samples: 31}
     assert "--until" not in found.reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["compiled", "interpreted"])
 def test_two_ropes_and_a_floor_that_rises(path: str):
     """Three contacts are needed to hold the particle; a fourth beside them is not named."""
@@ -91,6 +94,7 @@ def test_reasons_are_part_of_the_summary():
     assert run(SQUEEZED, until=1).summary()["reason"] is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", [1e-15, 1e-13])
 def test_a_graze_names_its_contact(depth: float):
     text = f"""
@@ -110,6 +114,7 @@ simulate: {{until: 6, samples: 61, accuracy: 1e-6}}
     assert "'below'" not in found.reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("e", ["0.5", "1"])
 def test_an_impact_that_adds_energy_names_its_contacts(e: str):
     """The floor throws the particle against a slope that it was leaving: Newton's law lets the
@@ -131,6 +136,7 @@ simulate: {{until: 3, accuracy: 1e-8}}
     assert run(re.sub("restitution: [0-9.]+", "restitution: 0", text)).status == "ok"
 
 
+@pytest.mark.slow
 def test_what_touches_is_named_where_an_impact_is_not_resolved():
     """A restitution that becomes 2 when the motion is on its way."""
     text = SQUEEZED.replace("wall: x <= 1", "wall: {unilateral: x <= 1, restitution: e}")

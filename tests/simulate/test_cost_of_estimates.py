@@ -55,6 +55,7 @@ COSTS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "formulation", "eps"), COSTS)
 def test_at_most_four_times_the_run(name, formulation, eps):
     found = simulate_past_charts(model(name, formulation), SimulationOptions(accuracy=eps))

@@ -43,6 +43,7 @@ def body(section: str, start: str, until: float, parameters: str = "k: 1") -> st
     return f"parameters: {{{parameters}}}{BODY}{section}\n{initial}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1e-2, 1e-5, 1e-9])
 @pytest.mark.parametrize(
     ("force", "work"),
@@ -67,6 +68,7 @@ def test_a_narrow_force_of_position_is_not_missed(functions, width, force, work)
     assert abs(found.state["dot(x)"] - speed) <= found.estimated * speed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1e-3, 1e-7])
 def test_a_narrow_force_of_time_is_not_missed(functions, width):
     force = '"A/w*max(0, 1 - abs((t - c)/w))"'
@@ -81,6 +83,7 @@ def test_a_narrow_force_of_time_is_not_missed(functions, width):
     assert found.state["dot(x)"] == pytest.approx(1.1, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_stop_with_a_spring(functions):
     """x'' = −k max(0, x − 3): half a period in the spring, then back."""
     scene = body('potentials: {v: "k/2*max(0, x - 3)^2"}', "x: 0, dot(x): 1", 5, "k: 100")
@@ -89,6 +92,7 @@ def test_a_stop_with_a_spring(functions):
     assert found.state["x"] == pytest.approx(3 - (5 - 3 - math.pi / 10), abs=1e-8)
 
 
+@pytest.mark.slow
 def test_a_force_of_constant_size_towards_the_origin(functions):
     """V = |x|: parabolas between the passages, period 4 √2."""
     scene = body('potentials: {v: "abs(x)"}', "x: 1, dot(x): 0", 12)
@@ -101,6 +105,7 @@ def test_a_force_of_constant_size_towards_the_origin(functions):
         assert x == pytest.approx(side * (1 - since * since / 2), abs=3e-9)
 
 
+@pytest.mark.slow
 def test_dry_friction_holds_a_body(functions):
     """x'' = −x − μ sign x': centres ±μ by turns, at rest where |x| < μ at last."""
     scene = body(
@@ -120,6 +125,7 @@ def test_dry_friction_holds_a_body(functions):
     assert np.abs(found.columns["dot(x)"][last]).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_a_block_on_a_belt_sticks_and_slips(functions):
     """It goes with the belt until the spring overcomes the friction, again and again."""
     friction = "-(0.3 + 0.2*exp(-5*abs(dot(x) - u)))*sign(dot(x) - u)"
@@ -138,6 +144,7 @@ def test_a_block_on_a_belt_sticks_and_slips(functions):
     assert (np.abs(found.columns["dot(x)"][t > 10] - 0.1) < 1e-9).mean() > 0.2
 
 
+@pytest.mark.slow
 def test_friction_under_a_contact_and_on_a_rod(functions):
     """The block stops after v²/(2 μ g); the pendulum of two coordinates comes to rest."""
     block = """
@@ -169,6 +176,7 @@ simulate: {until: 5}
     assert 9.81 * abs(found.state["x"]) < 2 * abs(found.state["z"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "section",
     [
@@ -184,6 +192,7 @@ def test_a_start_with_several_motions_is_told(functions, section):
     assert len(found.t) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("section", ['potentials: {v: "abs(x)"}', 'potentials: {v: "max(0, x)^2"}'])
 def test_rest_at_a_kink_that_pushes_back_is_rest(functions, section):
     found = moved(functions, body(section, "x: 0, dot(x): 0", 2))
@@ -197,6 +206,7 @@ def test_a_start_on_a_kink_with_a_speed_passes_it(functions):
     assert found.state["x"] == pytest.approx(-(1 - 0.5), abs=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "section",
     [
@@ -212,6 +222,7 @@ def test_a_jump_of_energy_or_momentum_is_refused(functions, section):
     assert found.holds_until < 0.4
 
 
+@pytest.mark.slow
 def test_crossings_without_end_are_told(functions):
     """x'' = −sign x − μ sign x' comes to rest after infinitely many passages."""
     scene = body(
@@ -222,6 +233,7 @@ def test_crossings_without_end_are_told(functions):
     assert found.holds_until < 10
 
 
+@pytest.mark.slow
 def test_a_kink_under_a_root_is_located_and_no_edge(functions):
     """Hertz's contact, where the law has no value past its kink: half the motion is free."""
     scene = body('potentials: {v: "100*max(0, x - 1)^(5/2)"}', "x: 0, dot(x): 1", 4)
@@ -230,6 +242,7 @@ def test_a_kink_under_a_root_is_located_and_no_edge(functions):
     assert found.state["dot(x)"] == pytest.approx(-1, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_checkpoints_go_on_across_kinks(tmp_path, functions):
     from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
 

@@ -124,6 +124,7 @@ def assert_is(block, k, single):
             assert np.abs(found - column).max() <= allowed * single.scales[name]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", [("m",), ("l",), ("theta", "dot(theta)"), ("l", "theta")])
 def test_members_are_single_runs(names):
     values = {"m": ["1", "0.3"], "l": ["2", "0.7"], "theta": ["0.1", "pi/3"]}
@@ -136,6 +137,7 @@ def test_members_are_single_runs(names):
         assert_is(block, 0, simulate(plan.recipe.model(own)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "values", "alone", "together"),
     [
@@ -213,6 +215,7 @@ def test_values_that_choose_a_solution_are_derived_one_by_one():
     assert not differ_in_numbers(found, own, model)
 
 
+@pytest.mark.slow
 def test_a_start_in_other_names_is_derived_one_by_one():
     text = PENDULUM.replace("initial: {theta: k, dot(theta): 0}", "initial: {x: 1, z: -sqrt(3)}")
     found = recipe(text)
@@ -231,6 +234,7 @@ def test_a_start_in_other_names_is_derived_one_by_one():
 # What becomes of them.
 
 
+@pytest.mark.slow
 def test_members_that_fail_are_listed_and_keep_what_holds():
     rows = [("1", "1"), ("200", "1"), ("1", "1e400*0 + 1e308*10")]
     plan = plan_of(BLOW_UP, ["a", "dot(x)"], rows[0])

@@ -11,6 +11,8 @@ from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.modelling import model_of
 from lagrange_cli.simulate.right_hand_side import interpreted
 
+pytestmark = pytest.mark.slow
+
 
 def simulated(text, by_python=False):
     model = model_of(loads(text).derive().equations)

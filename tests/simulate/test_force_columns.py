@@ -53,6 +53,7 @@ def moved(text):
     return simulate(derive(read_text(text), forces=True))
 
 
+@pytest.mark.slow
 def test_angle_and_cartesian_coordinates_give_the_same_columns():
     angle, cartesian = moved(PENDULUM + ANGLE), moved(PENDULUM + CARTESIAN)
     assert (angle.formulation, cartesian.formulation) == ("minimal", "multiplier")
@@ -65,6 +66,7 @@ def test_angle_and_cartesian_coordinates_give_the_same_columns():
     assert np.abs(minimal["lambda_rod"] + tension / 1.6).max() < 1e-11 * tension.max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("path", "heavy"),
     [
@@ -89,6 +91,7 @@ def test_newtons_law_at_the_samples(path, heavy):
         assert np.abs(mass * (found + 9.81) - force).max() < 1e-7 * np.abs(force).max()
 
 
+@pytest.mark.slow
 def test_interpreted_gives_the_same():
     model = model_of(derive(read_text(PENDULUM + ANGLE), forces=True))
     compiled = simulate(model).table(["forces"])
@@ -97,6 +100,7 @@ def test_interpreted_gives_the_same():
         assert np.abs(compiled[name] - other[name]).max() < 1e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["chains/chain_of_rods", "constraints/slider_crank"])
 def test_machine_code_gives_what_python_gives_at_each_state(path):
     model = model_of(derive(read_file(str(SYSTEMS / f"{path}.yaml")), forces=True))
@@ -130,6 +134,7 @@ def test_models_with_forces_are_kept_as_json():
     assert plain.code.forces == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("clash", ["outputs: {lambda_rod: x}", "definitions: {lambda_rod: 2*x}"])
 def test_multipliers_have_the_name_that_equations_give_them(clash):
     scene = f"""

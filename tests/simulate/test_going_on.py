@@ -83,6 +83,7 @@ def goes_on(begin, width, first):
     return run, again
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PROBLEMS)
 @pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
 def test_a_method_goes_on(method, name):
@@ -109,6 +110,7 @@ def test_a_compiled_method_goes_on_with_constraints(method, real):
         goes_on(lambda: start(INTEGRATORS[method], rhs, 0.0, y0, TIMES[-1], control(4)), 4, first)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [m.name for m in METHODS if m.interpolates and m.projects])
 def test_motion_with_contacts_goes_on(name):
     y0 = np.array([0.0, 2.0, 1.0, 0.0])

@@ -127,12 +127,14 @@ def walked(method, rhs, y0, until, tolerance):
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-7, 1e-9, 1e-11])
 def test_a_pendulum_that_turns_over(method, tolerance):
     run = walked(method, constrained("pendulum", L, G), turning(np.zeros(1))[0], 2.0, tolerance)
     assert np.abs(run.y - turning(np.array([2.0]))).max() < 1e4 * tolerance
 
 
+@pytest.mark.slow
 def test_steps_are_those_of_a_high_order_and_take_one_slope_each(method):
     """Equations without rates do not keep orders low, nor iterations long."""
     for tolerance, most in ((1e-7, 900), (1e-10, 2500)):
@@ -141,6 +143,7 @@ def test_steps_are_those_of_a_high_order_and_take_one_slope_each(method):
         assert run.evaluations < 1.5 * run.steps
 
 
+@pytest.mark.slow
 def test_what_it_goes_on_from_stays_near_the_constraints(method):
     """States that are handed out are projected; the solver's own do not drift either."""
     tolerance = 1e-7
@@ -152,6 +155,7 @@ def test_what_it_goes_on_from_stays_near_the_constraints(method):
     assert 0 < max(off) < 20 * tolerance
 
 
+@pytest.mark.slow
 def test_stiff_motion_on_a_constraint(method):
     """It sinks as l·θ' = −(m·g/c)·sin θ says, in fewer slopes than any other method."""
     found = run_of(OIL, 1e-8)
@@ -171,6 +175,7 @@ def test_a_first_step_that_is_too_long(method):
     assert distance(found, run_of(OIL, 1e-8, "Radau", until=1e3)) < 1e-7
 
 
+@pytest.mark.slow
 def test_constraints_on_velocities(method):
     """Closed form: Bloch, *Nonholonomic Mechanics and Control*, section 1.6."""
     found = run_of(SKATE)
@@ -184,12 +189,14 @@ def test_constraints_on_velocities(method):
     assert found.constraint_drift < 1e-15
 
 
+@pytest.mark.slow
 def test_constraints_that_move(method):
     found = run_of(MOVING)
     assert distance(found, run_of(MOVING, 1e-12, "DOP853")) < 1e-5
     assert found.constraint_drift < 1e-15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["constraints/four_bar_linkage", "constraints/slider_crank", "lecture/balance"]
 )
@@ -203,6 +210,7 @@ def test_linkages(method, name):
     assert distance(found, simulate(linkage, accuracy=1e-9, **how)) < 1e-5
 
 
+@pytest.mark.slow
 def test_a_squeezing_mechanism_from_rest(method):
     """The angles that the Test Set for IVP Solvers gives; one coordinate starts at exactly 0."""
     scene = load("systems/constraints/andrews_squeezer.yaml").derive()
@@ -213,6 +221,7 @@ def test_a_squeezing_mechanism_from_rest(method):
     assert found.state["epsilon"] == pytest.approx(1.048080741042263, abs=3e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rtol", [1e-5, 1e-9])
 def test_through_a_folded_linkage_or_not_at_all(method, rtol):
     """In line, the cranks may turn either way: what is kept is the motion that goes on."""
@@ -236,6 +245,7 @@ def test_a_projection_that_is_none_ends_the_run(method):
     assert run.t == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("power", [-40, 50])
 def test_units_that_are_powers_of_two_change_no_bit(method, power):
     unit = 2.0**power

@@ -199,6 +199,7 @@ def test_emitted_c(cart):
     assert library("outputs", 0.5, [1, 3], [7, -2], 2) == pytest.approx([24, -2])
 
 
+@pytest.mark.slow
 def test_with_closures():
     equations = loads(KEPT).derive().equations
     model = model_of(equations)
@@ -220,6 +221,7 @@ def test_with_closures():
     assert Library(equations, 4)("multipliers", 0.0, state, [6.0], 1) == pytest.approx([expected])
 
 
+@pytest.mark.slow
 def test_a_family_of_inputs_in_loops():
     """Masses on springs, each with its own input: code of many statements."""
     n = 40

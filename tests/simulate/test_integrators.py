@@ -113,6 +113,7 @@ def test_error_follows_the_tolerance(method, exact):
     assert errors[1] < errors[0] / 100
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
 def test_adaptive_or_of_fixed_step(method):
     """Only an adaptive method takes fewer steps where the tolerance is loose."""
@@ -155,6 +156,7 @@ def test_symplectic_methods_preserve_area(method):
     assert (defect < 1e-8) == method.symplectic
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
 def test_samples_are_as_accurate_as_steps(method):
     of = problem(pendulum, [1.0, 0.5], 5.0, samples=77)
@@ -174,6 +176,7 @@ def test_steps_stay_within_limits(method):
     assert times[-1] == 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [m for m in METHODS if not m.needs], ids=lambda m: m.name)
 def test_failure_keeps_the_last_good_state(method):
     """y' = y² from 1 ends at t = 1."""
@@ -239,6 +242,7 @@ def test_registry_is_keyed_by_name():
     assert set(INTEGRATORS) == adaptive | {"RK4", "Verlet", "RATTLE", "Gauss4", "Gauss6"}
 
 
+@pytest.mark.slow
 def test_sums_are_compensated():
     """A million small steps lose no digits: y' = 1 by RK4."""
 

@@ -113,6 +113,7 @@ def test_settings_are_what_they_were_after_a_failure(state):
     assert (state.path, state.enabled) == (Path("/nowhere/heyoka"), True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("switch", ["on", "off"])
 def test_heyoka_writes_nothing_elsewhere(tmp_path, switch):
     or_skip("taylor")

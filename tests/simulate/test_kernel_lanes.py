@@ -71,6 +71,7 @@ def hard_angles():
     return found[np.abs(found) <= LARGEST]
 
 
+@pytest.mark.slow
 def test_within_one_unit_in_the_last_place(both):
     x = hard_angles()
     sine, cosine = both(x)
@@ -82,6 +83,7 @@ def test_within_one_unit_in_the_last_place(both):
     assert worst < 0.9  # 0.76 as measured
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(x=st.floats(-LARGEST, LARGEST))
 def test_any_angle(both, x):
@@ -148,6 +150,7 @@ def at_eight_states(rhs, y):
     return out.T, bad
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", ["rhs", "first", "second"])
 def test_eight_states_at_once_are_eight_states(which):
     found = right_hand_side_of(SCENE)

@@ -67,6 +67,7 @@ def test_kepler_returns_after_ten_periods(method):
     assert np.abs(found[0] - y0).max() < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "name"),
     [(m, name) for m in TWINS for name in ("pendulum", "rotation", "driven")]
@@ -334,6 +335,7 @@ def test_lanes_and_single_states_agree(method):
     assert (found[0] == found[1]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ADAPTIVE, **names)
 def test_threads_do_not_see_each_other(method):
     """Four runs at once over one right-hand side give the bits of one alone."""
@@ -390,6 +392,8 @@ def test_rejections_and_evaluations_are_counted():
     assert run.evaluations == 11 * tries + run.steps + 1
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_sources_are_strict_c99(tmp_path):
     compiler = shutil.which("gcc") or shutil.which("cc")
     if compiler is None:

@@ -37,6 +37,7 @@ FORCES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1e-3, 1e-5, 1e-7, 1e-9])
 @pytest.mark.parametrize("force", FORCES)
 def test_a_narrow_force_of_position_is_resolved(force: str, width: float) -> None:
@@ -71,6 +72,7 @@ def test_a_narrow_force_beside_a_kink_is_resolved() -> None:
     assert found.columns["dot(x)"][before] == pytest.approx(speed, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_what_steps_resolve_anyway_is_not_watched() -> None:
     """Orbits and lattices hold powers and exponentials, too: their runs do without."""
     for path in ("celestial/kepler", "celestial/pleiades", "chains/toda_ring"):
@@ -94,6 +96,7 @@ def test_exponents_are_those_of_sharp_functions_that_move() -> None:
     assert all(any(math.isclose(v, p) for v in values) for p in powers)
 
 
+@pytest.mark.slow
 def test_where_nothing_watches_a_remark_tells_it() -> None:
     sharp = SCENE.format(width=1e-5, force="exp(-((t - c)/w)^2)")
     smooth = SCENE.format(width=1.0, force="exp(-((t - c)/w)^2)")
@@ -105,6 +108,7 @@ def test_where_nothing_watches_a_remark_tells_it() -> None:
         assert not watched.remarks
 
 
+@pytest.mark.slow
 def test_beside_contacts_a_remark_tells_it() -> None:
     text = SCENE.format(width=1e-5, force="exp(-((t - c)/w)^2)")
     text = text.replace("initial", "constraints: {wall: x <= 5}\ninitial")

@@ -63,6 +63,7 @@ def run():
     return simulate(derive(read_text(text), points=1), until=0.5, samples=6, accuracy=1e-7)
 
 
+@pytest.mark.slow
 def test_a_net_moves_as_newton_has_it(run):
     at = np.array([[LENGTH * (j + 1), 0, -LENGTH * (i + 1)] for i, j in np.ndindex(ROWS, COLUMNS)])
     across = [

@@ -13,6 +13,8 @@ from lagrange_cli import loads
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.modelling import model_of
 
+pytestmark = pytest.mark.slow
+
 BALL = """
 name: ball
 plane: xz

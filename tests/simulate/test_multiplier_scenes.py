@@ -161,6 +161,7 @@ def test_tension(pendulum):
     assert np.abs(force + tension).max() < 1e-13 * tension.max()
 
 
+@pytest.mark.slow
 def test_double_pendulum_against_angles(double):
     ours = simulate(double, accuracy=1e-9)
     angles = simulate(model(DOUBLE_BY_ANGLES), accuracy=1e-11)
@@ -171,6 +172,7 @@ def test_double_pendulum_against_angles(double):
     assert abs(ours.energy_drift) < 1e-9
 
 
+@pytest.mark.slow
 def test_normal_force_on_a_curve():
     """m·(curvature·v² + g along the normal), from the implicit function's derivatives."""
     run = simulate(model(OVAL), accuracy=1e-10)
@@ -187,6 +189,7 @@ def test_normal_force_on_a_curve():
     assert run.constraint_drift < 1e-15
 
 
+@pytest.mark.slow
 def test_slider_crank_against_its_closed_form():
     start = ", s: r*cos(0.5) + sqrt(l^2 - r^2*sin(0.5)^2)"
     closed = SLIDER_CRANK.replace("CONSTRAINED", BY_CLOSURE).replace("START", start)
@@ -199,6 +202,7 @@ def test_slider_crank_against_its_closed_form():
     assert ours.constraint_drift < 1e-13
 
 
+@pytest.mark.slow
 def test_moving_constraint_against_its_angle():
     ours = simulate(model(MOVING), accuracy=1e-9)
     other = simulate(model(MOVING_BY_ANGLE), accuracy=1e-11)
@@ -208,6 +212,7 @@ def test_moving_constraint_against_its_angle():
     assert ours.constraint_drift < 1e-15
 
 
+@pytest.mark.slow
 def test_drift_does_not_grow_with_the_steps(double):
     """Thirty thousand steps of a chaotic motion; rods measured from the columns themselves."""
     run = simulate(double, method="RK4", step=1e-3, until=30.0, samples=31)
@@ -219,6 +224,7 @@ def test_drift_does_not_grow_with_the_steps(double):
     assert run.constraint_drift < 1e-15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", [PENDULUM, DOUBLE, MOVING], ids=["pendulum", "double", "moving"])
 def test_interpreted_gives_the_same(text):
     found = model(text)
@@ -262,6 +268,7 @@ def test_units_that_are_powers_of_two_change_no_bit(pendulum, power):
     assert ours.constraint_drift == scaled.constraint_drift
 
 
+@pytest.mark.slow
 def test_a_stiff_system():
     """A stiff damper along the circle: an implicit method takes over, and projects."""
     text = PENDULUM.replace("initial:", "dissipation: {oil: 3e5*dot(x)^2}\ninitial:")
@@ -271,6 +278,7 @@ def test_a_stiff_system():
     assert run.constraint_drift < 1e-14
 
 
+@pytest.mark.slow
 def test_wider_arithmetic(double):
     functions = compiled_or_skip(double)
     wider = functions.wider()
@@ -338,6 +346,7 @@ simulate: {until: 4, samples: 401}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", ["0.5", "0.9", "0.2"])
 def test_through_a_folded_linkage_or_not_at_all(angle):
     """In line, the cranks may turn either way: what is kept is the motion that goes on."""
@@ -353,6 +362,7 @@ def test_through_a_folded_linkage_or_not_at_all(angle):
         assert run.status in ("ok", "accuracy_not_reached")
 
 
+@pytest.mark.slow
 def test_a_crossing_of_the_wire():
     """A lemniscate, against the form in which its crossing is a point like any other."""
     text = OVAL.replace("x^4/a^4 + z^4/b^4 = 1", "(x^2 + z^2)^2 = a^2*(x^2 - z^2)")

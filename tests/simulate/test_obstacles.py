@@ -44,6 +44,7 @@ def test_the_report_names_what_is_in_the_way_and_what_can_be_held(node):
     assert abs(held.columns["u[2]"]).max() < 1e-15
 
 
+@pytest.mark.slow
 def test_nothing_is_said_where_the_accuracy_is_far():
     chaos = """
 particles:

@@ -41,6 +41,7 @@ def ran(text, formulation="auto", **parameters):
     return loads(text, parameters=parameters).derive(formulation=formulation).simulate()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("d", [1e-6, 1e-10, 1e-14, 1e-40, 1e-100, -1e-100, 5e-324])
 def test_past_the_origin(d):
     """x = 1 − t at the height d: r is never negative, th turns by half a turn."""
@@ -56,6 +57,7 @@ def test_past_the_origin(d):
         assert run.status == "ok"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("d", [1e-6, 1e-100])
 def test_past_the_origin_beside_a_kink(d):
     """Right-hand sides on one side of a switching surface end there, too."""
@@ -71,6 +73,7 @@ def test_through_the_origin():
     assert (run.columns["th"] == 0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["auto", "multiplier"])
 @pytest.mark.parametrize("d", [1e-40, -1e-40, 1e-300])
 def test_past_the_pole_in_the_other_form(d, form):
@@ -84,6 +87,7 @@ def test_past_the_pole_in_the_other_form(d, form):
     assert np.abs(run.columns["ph"] - phi)[known].max() < 1e-5
 
 
+@pytest.mark.slow
 def test_a_torque_that_nothing_proves_ends_the_run():
     """Where the azimuth's momentum is not conserved, nothing tells on which side it passes."""
     text = SPHERE + 'forces: {f: {on: ph, force: "1e-30*cos(ph)*sin(th)"}}\n'
@@ -107,6 +111,7 @@ def test_both_kinds_of_code_end_beyond_the_place():
         assert np.isfinite(moving.rhs(0.0, y * [-1, 1, 1, 0])).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "runs"), [("polar", 6), ("sphere", 4), ("space", 4), ("top", 3)])
 def test_random_passages_are_right_or_end(kind, runs, monkeypatch):
     monkeypatch.syspath_prepend(Path(__file__).parents[2] / "benchmarks")

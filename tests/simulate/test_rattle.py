@@ -79,6 +79,7 @@ def test_the_order():
     assert math.log2(errors[0] / errors[1]) == pytest.approx(INTEGRATORS["RATTLE"].order, abs=0.1)
 
 
+@pytest.mark.slow
 def test_constraints_hold_to_rounding():
     found = simulate(model(RODS), method="RATTLE", step=0.002)
     assert found.constraint_drift < 1e-15
@@ -104,6 +105,7 @@ def test_it_runs_back_to_where_it_began():
     assert np.abs(back - np.concatenate([start_state[:2], -start_state[2:]])).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_energy_stays_bounded_where_it_grows_with_runge_kutta():
     """The double pendulum in Cartesian coordinates, half a million steps of RATTLE."""
     of, grown = model(RODS), {}
@@ -115,6 +117,7 @@ def test_energy_stays_bounded_where_it_grows_with_runge_kutta():
     assert grown["RK4"] > 3.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", [ROD, RODS])
 def test_the_twin_in_python_makes_the_same_steps(text):
     ways = right_hand_side(model(text)), interpreted(model(text), "asked for")

@@ -42,6 +42,7 @@ def both_ways(of):
     yield simulate(of, functions=interpreted(of, "asked for"))
 
 
+@pytest.mark.slow
 def test_a_force_that_jumps_at_a_row_opens_a_contact_there(tmp_path):
     for found in both_ways(model(tmp_path, "previous", 0, "t,a\n0,-5\n1,5\n2,-7\n")):
         assert found.status == "ok"
@@ -54,6 +55,7 @@ def test_a_force_that_jumps_at_a_row_opens_a_contact_there(tmp_path):
         assert found.columns["z"] == pytest.approx(rising + 5 * after - 3.5 * after**2, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_force_that_crosses_zero_between_rows_opens_a_contact_there(tmp_path):
     for found in both_ways(model(tmp_path, "linear", 0, "t,a\n0,-6\n2,12\n3,12\n")):
         assert found.status == "ok"
@@ -65,6 +67,7 @@ def test_a_force_that_crosses_zero_between_rows_opens_a_contact_there(tmp_path):
         assert found.columns["z"][inside] == pytest.approx(free[inside], abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", [1.0, 1.0 + 2**-52, 1.0 - 2**-53, 1.0 + 1e-9, 1.1])
 def test_an_impact_and_a_row_may_fall_together(tmp_path, row):
     """From 1 with acceleration −8: impacts at 0.5 with 4 and, after 2, at 1."""
@@ -94,6 +97,7 @@ simulate: {until: 1, accuracy: 1e-9, samples: 11}
 """
 
 
+@pytest.mark.slow
 def test_constraint_forces_jump_with_the_recording(tmp_path):
     table = "t,a\n0,0\n0.5,30\n0.7,0\n"
     path = written(tmp_path, PENDULUM, table)
@@ -111,6 +115,7 @@ def test_constraint_forces_jump_with_the_recording(tmp_path):
         assert np.abs(x).max() > 0.5
 
 
+@pytest.mark.slow
 def test_wider_numbers_have_the_same_rows(tmp_path):
     scene = PENDULUM.replace("previous", "cubic")
     path = written(tmp_path, scene, "t,a\n0,1\n0.3,4\n0.5,30\n0.7,-2\n1,0\n")

@@ -134,6 +134,7 @@ def assert_exact(found, kind, within):
         assert error <= within * found.scales[name], (name, error)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["previous", "linear", "cubic"])
 def test_the_response_is_exact(tmp_path, kind):
     found = simulate(equations(tmp_path, kind))
@@ -148,6 +149,7 @@ def test_the_response_is_exact(tmp_path, kind):
         assert shown == pytest.approx(v, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["previous", "linear", "cubic"])
 def test_interpreted_code_gives_the_same(tmp_path, kind):
     model = model_of(equations(tmp_path, kind))
@@ -155,6 +157,7 @@ def test_interpreted_code_gives_the_same(tmp_path, kind):
     assert_exact(found, kind, 1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [name for name, m in INSTALLED.items() if m.adaptive])
 def test_every_method_ends_its_steps_at_the_rows(tmp_path, method):
     found = simulate(equations(tmp_path, "previous"), method=method, rtol=1e-9)
@@ -165,6 +168,7 @@ def test_every_method_ends_its_steps_at_the_rows(tmp_path, method):
 FIXED = [name for name, m in INSTALLED.items() if not m.adaptive and not m.needs]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["previous", "linear", "cubic"])
 @pytest.mark.parametrize("method", FIXED)
 def test_fixed_steps_keep_their_order(tmp_path, kind, method):
@@ -214,6 +218,7 @@ def test_close_rows_do_not_make_steps_short_after_them(tmp_path):
     assert found.columns["x"] == pytest.approx(alone.columns["x"], abs=1e-7)
 
 
+@pytest.mark.slow
 def test_constraints_are_kept_with_recorded_forces(tmp_path):
     pendulum = """
 inputs: {a: {file: a.csv, column: a, interpolation: KIND}}
@@ -331,6 +336,7 @@ def test_what_changes_faster_than_doubles_can_say_is_refused(tmp_path, kind):
     assert problem.mark.line == 4
 
 
+@pytest.mark.slow
 def test_too_many_different_times_are_refused(tmp_path, monkeypatch):
     scene = OSCILLATOR.replace("KIND}}", "linear}, b: {file: b.csv, column: a}}")
     made = equations(tmp_path, "", scene=scene)
@@ -341,6 +347,7 @@ def test_too_many_different_times_are_refused(tmp_path, monkeypatch):
         simulate(made)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(
     st.sampled_from(["previous", "linear", "cubic"]),

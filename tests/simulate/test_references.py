@@ -129,6 +129,7 @@ def test_a_reference_is_within_its_error_of_the_closed_form(oscillator):
     assert problem.until == 6
 
 
+@pytest.mark.slow
 def test_a_reference_in_long_doubles_is_checked_by_another_method(traded):
     if "long doubles" not in traded.reference.method:
         pytest.skip("no wider arithmetic here")
@@ -137,6 +138,7 @@ def test_a_reference_in_long_doubles_is_checked_by_another_method(traded):
     assert traded.reference.difference < 1e-11
 
 
+@pytest.mark.slow
 def test_without_a_compiler_two_methods_are_compared(oscillator, monkeypatch):
     monkeypatch.setenv("CC", "/nowhere/cc")
     found = trade(oscillator, methods=["DOP853"], repeat=1, until=2.0, budget=10.0)
@@ -154,6 +156,7 @@ def refusal(*args, **kwargs):
     return problem.message, problem.hint
 
 
+@pytest.mark.slow
 def test_chaos_is_refused_with_an_end_that_has_a_reference():
     of = model(DOUBLE)
     message, hint = refusal(of, repeat=1)
@@ -172,6 +175,7 @@ def test_a_singularity_is_refused_with_an_end_before_it():
     assert 0.5 < float(hint.removeprefix("--until ")) < 1
 
 
+@pytest.mark.slow
 def test_bounces_without_end_are_refused_with_an_end_before_them():
     # They end at sqrt(2 h/g) (1 + e)/(1 - e) = 3.
     message, hint = refusal(model(BALL), until=4.0, repeat=1)

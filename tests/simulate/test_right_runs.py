@@ -35,6 +35,7 @@ def scene(potential, m=1.0, k=1.0, e=1e6, a=1.0, v=0.5, accuracy=1e-6):
     return loads(HARMONIC.format(V=potential, **numbers))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-9])
 @pytest.mark.parametrize("potential", POTENTIALS)
 def test_an_oscillator_with_terms_that_cancel(potential, accuracy):
@@ -64,6 +65,7 @@ def test_free_fall_far_above_the_zero_of_its_potential():
     assert np.abs(run.columns["x"] - (1 - 9.81 * run.t**2 / 2)).max() < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("v", [1.0, 1.3, 1e-3, 2**0.5])
 def test_orbits(v):
     """Circle, ellipse, a fall past the centre, and the parabola, whose energy is zero."""

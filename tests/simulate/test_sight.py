@@ -115,6 +115,7 @@ simulate: {{until: 0.7, accuracy: 1e-6}}
 """
 
 
+@pytest.mark.slow
 def test_rough_ground_is_looked_at_more_closely_than_flat_ground():
     compiled_or_skip()
     flat, rough = (
@@ -140,6 +141,7 @@ simulate: {{until: 1, samples: 21, accuracy: 1e-6}}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("post", "width", "height"),
     [
@@ -164,6 +166,7 @@ def test_narrow_posts_are_met(post, width, height):
     assert found.events[0].t == pytest.approx(t[np.flatnonzero(beyond > 0)[0]], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_low_wave_under_a_long_way_is_met():
     compiled_or_skip()
     text = """

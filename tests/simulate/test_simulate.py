@@ -155,6 +155,7 @@ def test_accuracy_below_the_floor(pendulum):
     assert "--accuracy 6e-08" in refusal(large, until=1.0, accuracy=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", INSTALLED)
 def test_every_method_serves(pendulum, trajectory, name):
     how = {"rtol": 1e-8} if INTEGRATORS[name].adaptive else {"step": 0.001}
@@ -269,6 +270,7 @@ def test_files_are_written_whole_or_not_at_all(trajectory, tmp_path):
         trajectory.write(tmp_path / "no" / "a.csv")
 
 
+@pytest.mark.slow
 def test_plot_draws_a_picture(trajectory, tmp_path):
     pytest.importorskip("matplotlib")
     trajectory.plot(tmp_path / "a.png")
@@ -335,6 +337,7 @@ def test_interrupt_keeps_what_is_done(pendulum):
         assert found.exit_code == 1
 
 
+@pytest.mark.slow
 def test_nothing_is_printed_or_warned(pendulum, capfd):
     with warnings.catch_warnings():
         warnings.simplefilter("error")

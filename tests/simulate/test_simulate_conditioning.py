@@ -48,6 +48,7 @@ def well_conditioned(ratio):
     return rhs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", ["1e-9", "1e-3", "1e3", "1e6"])
 def test_mass_ratios_are_right_or_refused(ratio):
     from lagrange_cli.simulate.accuracy import integrate_to_accuracy
@@ -95,6 +96,7 @@ def test_lost_digits_show_in_the_estimate():
     assert len(integrate_to_accuracy(of, 1e-9, Watch()).states) < 51
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scene",
     [
@@ -132,6 +134,7 @@ def test_no_accelerations_at_the_start(scene, how, way):
         simulate(model, until=1.0, functions=functions, **how)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["compiled", "interpreted"])
 def test_a_start_at_the_edge_of_where_the_equations_exist(way):
     """Moved by its last place it lies beyond the edge, where nothing can be measured."""
@@ -149,6 +152,7 @@ initial: {x: 1, dot(x): 0}
     assert found.holds_until == 0.0
 
 
+@pytest.mark.slow
 def test_stiff_systems_take_as_much_work_compiled_as_interpreted():
     scene = """
 name: relaxation_oscillator

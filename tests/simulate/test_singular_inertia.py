@@ -78,6 +78,7 @@ def models():
     return {"compiled": compiled_or_skip(model), "interpreted": interpreted(model, "")}
 
 
+@pytest.mark.slow
 @generated
 @given(
     st.permutations(range(4)),
@@ -113,6 +114,7 @@ def reference(q, v, times):
     return solve_ivp(rhs, span, start, "DOP853", times, rtol=1e-13, atol=1e-14).y
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("q", "v"),
     [
@@ -135,6 +137,7 @@ def test_a_free_body_from_where_components_vanish(q, v) -> None:
     assert np.abs(columns - expected).max() <= 5e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["RK45", "DOP853", "Gauss16", "Radau", "BDF", "IDA", "taylor"])
 def test_every_method_leaves_the_identity(method) -> None:
     package = {"IDA": "sksundae", "taylor": "heyoka"}.get(method)

@@ -79,6 +79,7 @@ def test_errors_of_radau_follow_the_tolerance(rtol):
     assert np.abs(found.columns["x"] - fine.columns["x"])[slow].max() < 300 * rtol
 
 
+@pytest.mark.slow
 def test_a_stiff_spring_is_nearly_a_rod():
     of = model(SPRING)
     compiled_or_skip(of)
@@ -96,6 +97,7 @@ def test_a_stiff_spring_is_nearly_a_rod():
     assert np.abs(found.columns["x"] - np.sin(rod.columns["a"])).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_a_stiff_motion_meets_a_contact():
     """It sinks by v (t - tau (1 - exp(-t/tau))), with v = m g/c and tau = m/c."""
     of = model(SINKING)

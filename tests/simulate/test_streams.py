@@ -81,6 +81,7 @@ def compared(trajectory):
     return summary
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["csv", "npz"])
 @pytest.mark.parametrize("name", RUNS)
 def test_streamed_is_what_memory_holds(small, tmp_path, name, ending):
@@ -107,6 +108,7 @@ def test_what_is_kept_of_a_stream_are_samples(small):
         assert np.array_equal(values[kept], part.columns[name])
 
 
+@pytest.mark.slow
 def test_a_picture_has_every_extreme_of_a_curve(small):
     of = model(PENDULUM)
     how = {"method": "RK4", "step": 1e-4}
@@ -169,6 +171,7 @@ simulate: {{until: 3}}
 STEPS = {"method": "RK4", "step": 0.01}
 
 
+@pytest.mark.slow
 def test_a_stream_of_a_motion_past_a_singular_place_is_refused_unwritten(small, tmp_path):
     stream = Stream(str(tmp_path / "t.csv"), in_memory=0)
     of = model(SPHERICAL.format(rate=1e-6))

@@ -34,6 +34,7 @@ def test_every_axis_says_what_it_sets():
         assert second.strip()
 
 
+@pytest.mark.slow
 def test_angles_on_which_nothing_depends_have_no_separatrix():
     """The azimuth of a spherical pendulum is cyclic, its polar angle is not."""
     runs = found(
@@ -44,6 +45,7 @@ def test_angles_on_which_nothing_depends_have_no_separatrix():
     assert float(runs[-1].point.initial["theta"]) == math.pi - 1e-12
 
 
+@pytest.mark.slow
 def test_singular_places_of_a_chart_are_found():
     runs = found("pendulums/spherical_pendulum", "chart", times={"until": "0.2"}, budget=1.0).runs
     places = {round(float(run.point.initial["theta"]), 3) for run in runs}
@@ -51,6 +53,7 @@ def test_singular_places_of_a_chart_are_found():
     assert all(run.outcome != "wrong" and run.checked for run in runs)
 
 
+@pytest.mark.slow
 def test_other_units_are_compared_with_the_scene_itself():
     runs = found("pendulums/elastic_pendulum", "units", times={"until": "1"}).runs
     assert len(runs) == 5
@@ -61,10 +64,12 @@ def test_other_units_are_compared_with_the_scene_itself():
         assert run.error < 1e-9
 
 
+@pytest.mark.slow
 def test_a_scene_without_springs_has_no_stiffness():
     assert found("pulleys/atwood", "stiffness", "accuracy").left_out == ("stiffness",)
 
 
+@pytest.mark.slow
 def test_random_points_are_the_same_every_time():
     one, two = (found("pulleys/atwood", "random") for _ in range(2))
     assert one == two
@@ -109,6 +114,7 @@ def test_where_there_is_no_reference_another_formulation_is_compared_with(monkey
     assert np.isfinite(run.error)
 
 
+@pytest.mark.slow
 def test_a_speed_of_light_in_other_units():
     """States that certify a derivation are drawn where expressions are real."""
     runs = found("oscillators/relativistic_oscillator", "units", budget=20.0).runs

@@ -149,6 +149,7 @@ def test_a_singularity_ends_the_run(taylor):
     assert found.t[-1] < math.pi / 2**2.5 * math.sqrt(2) + 0.2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -176,6 +177,7 @@ def test_constraints_hold_to_rounding(taylor):
     assert found.energy_drift < 1e-8
 
 
+@pytest.mark.slow
 def test_it_serves_without_a_compiler(taylor):
     of = model(ROD)
     ways = right_hand_side(of), interpreted(of, "asked for")

@@ -112,6 +112,7 @@ def single_of(plan, row):
     return simulate(plan.recipe.model(own), **vars(plan.options))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_members_are_single_runs_within_both_estimates(name):
     plan, rows = plan_of(name), rows_of(name, 11)
@@ -169,6 +170,7 @@ def test_members_do_not_depend_on_their_neighbours():
         assert np.array_equal(figures, turned.figures[name][::-1], equal_nan=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_blocks_are_the_same_with_any_number_of_jobs(jobs):
     plan, rows = plan_of("valley"), [*rows_of("valley", 40), ("nan*0", "0.1"), ("1", "-0.1")]
@@ -186,6 +188,7 @@ JOBS: dict[str, bytes] = {}
 # With a method, without a promise.
 
 
+@pytest.mark.slow
 def test_auto_keeps_to_its_tolerance_and_estimates_nothing():
     rows = rows_of("double_pendulum", 5)
     exact = run_block(Task(plan_of("double_pendulum"), 0, tuple(rows))).columns["a"]
@@ -214,6 +217,7 @@ def test_a_method_that_is_named_is_taken(how):
 # What is not decided side by side.
 
 
+@pytest.mark.slow
 def test_accuracies_that_cannot_be_held_end_where_they_do():
     """Close to the separatrix the last place of the start is too much after some time."""
     text = """
@@ -240,6 +244,7 @@ initial: {x: 0.5, dot(x): 0}
     assert np.abs(angle[:shared] - single.columns["x"][:shared]).max() < 2e-9
 
 
+@pytest.mark.slow
 def test_chaos_ends_what_wider_arithmetic_was_asked_for():
     """The last place of the start decides after some time, whatever computes with it."""
     plan = plan_of("double_pendulum", {"until": 20.0, "accuracy": 1e-9, "samples": 201})
@@ -254,6 +259,7 @@ def test_chaos_ends_what_wider_arithmetic_was_asked_for():
     assert np.abs(block.columns["a"][0, :kept] - single.columns["a"][:kept]).max() < 2e-9
 
 
+@pytest.mark.slow
 def test_a_pulse_between_steps_is_seen_or_left_to_a_single_run():
     text = """
 parameters: {m: 1, k: 1, s: 0.02}
@@ -311,6 +317,7 @@ def test_an_interrupt_ends_the_block(monkeypatch):
 # The C.
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_the_c_is_clean_for_any_width(tmp_path, name):
     code = model_of(loads(f"name: {name}\n{SCENES[name]}").derive().equations).code

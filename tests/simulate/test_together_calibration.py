@@ -15,6 +15,8 @@ from lagrange_cli.simulate.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.family import Known, family_of
 from lagrange_cli.simulate.request import SimulationOptions
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 SYSTEMS, REFERENCES = ROOT / "systems", ROOT / "tests" / "references"
 MINIMAL = sorted(REFERENCES.rglob("*.minimal.json"))

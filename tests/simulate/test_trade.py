@@ -43,6 +43,7 @@ def traded(oscillator):
 # Runs
 
 
+@pytest.mark.slow
 def test_every_method_runs_or_says_why_not(traded):
     names = {p.setting.method for p in traded.points}
     assert names == set(INSTALLED)
@@ -50,6 +51,7 @@ def test_every_method_runs_or_says_why_not(traded):
     assert {b.point.setting.accuracy for b in traded.automatic} == {1e-3, 1e-6, 1e-9, 1e-12}
 
 
+@pytest.mark.slow
 def test_errors_are_those_from_the_closed_form(oscillator, traded):
     ok = [p for p in traded.points if p.outcome == "ok" and p.evaluations < 50_000]
     assert len({p.setting.method for p in ok}) == len(INSTALLED)
@@ -117,6 +119,7 @@ def test_auto_is_measured_as_simulate_runs_it(oscillator, traded):
         assert found.evaluations_needed >= 0.5
 
 
+@pytest.mark.slow
 def test_it_is_the_same_again_but_for_the_time(oscillator):
     def once():
         found = trade(oscillator, methods=["RK45", "Gauss4", "auto"], repeat=1, until=2.0)
@@ -139,6 +142,7 @@ def test_a_run_beyond_the_budget_is_given_up_with_its_count(oscillator):
     assert at_the_end([point])
 
 
+@pytest.mark.slow
 def test_the_python_interface_measures_too():
     found = loads(OSCILLATOR).derive().tradeoff(methods=["RK4"], repeat=1, until=1.0)
     assert (found.name, found.until) == ("oscillator", 1.0)
@@ -187,6 +191,7 @@ class Recorder:
         return float(len(self.asked))
 
 
+@pytest.mark.slow
 def test_repetitions_are_interleaved_and_no_garbage_is_collected():
     points = [made(1e-3, setting=Setting("RK45", rtol=x)) for x in (1e-3, 1e-4)]
     points.append(made(None, setting=Setting("RK45", rtol=1e-5)))
@@ -200,6 +205,7 @@ def test_repetitions_are_interleaved_and_no_garbage_is_collected():
     assert told[-1] == 1.0
 
 
+@pytest.mark.slow
 def test_progress_never_falls_and_ends_at_one(oscillator):
     told = []
     trade(oscillator, methods=["RK4", "auto"], repeat=1, until=2.0, progress=told.append)
@@ -210,6 +216,7 @@ def test_progress_never_falls_and_ends_at_one(oscillator):
 # Kinds of scenes
 
 
+@pytest.mark.slow
 def test_constraints_beside_coordinates_are_measured_like_closed_ones():
     minimal, rod = model(PENDULUM, ANGLE), model(PENDULUM, ROD)
     assert rod.formulation == "multiplier"
@@ -223,6 +230,7 @@ def test_constraints_beside_coordinates_are_measured_like_closed_ones():
     assert min(p.distance for p in found.points) < 1e-10
 
 
+@pytest.mark.slow
 def test_methods_that_cannot_project_or_stop_at_events_are_left_out():
     of_rod = trade(model(PENDULUM, ROD), repeat=1, budget=0.05, until=0.2)
     assert set(of_rod.left_out) >= {"LSODA"}
@@ -233,6 +241,7 @@ def test_methods_that_cannot_project_or_stop_at_events_are_left_out():
     assert set(of_ball.left_out) == set(INTEGRATORS) - events
 
 
+@pytest.mark.slow
 def test_the_bounces_of_a_ball_are_those_of_the_closed_form():
     of = model(BALL)
     _, _, problem, coarse = problem_and_pilot(of)

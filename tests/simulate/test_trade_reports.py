@@ -37,6 +37,7 @@ def traded(oscillator):
 # Reports
 
 
+@pytest.mark.slow
 def test_summary_is_the_contract(traded):
     found = json.loads(json.dumps(summary(traded), allow_nan=False))
     assert found["name"] == "oscillator"
@@ -113,6 +114,7 @@ def test_pictures_keep_their_width_whatever_is_drawn(pairs):
     assert all(len(line) <= 8 + 40 for line in lines[:-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ending", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml")])
 def test_work_precision_pictures(traded, ending, start):
     pytest.importorskip("matplotlib")
@@ -121,6 +123,7 @@ def test_work_precision_pictures(traded, ending, start):
     assert draw_trade(traded, ending) == drawn
 
 
+@pytest.mark.slow
 def test_pictures_of_nothing_can_be_drawn(traded):
     pytest.importorskip("matplotlib")
     nothing = replace(traded, points=(made(None),), automatic=())

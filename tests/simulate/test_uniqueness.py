@@ -64,6 +64,7 @@ ONE = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("law", "x", "v"), SEVERAL)
 def test_a_start_from_which_several_motions_follow_is_refused(law, x, v):
     system = scene(law, x, v).derive()
@@ -75,11 +76,13 @@ def test_a_start_from_which_several_motions_follow_is_refused(law, x, v):
     assert "infinite slope" in problem.message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("law", "x", "v"), ONE)
 def test_a_start_from_which_one_motion_follows_is_not(law, x, v):
     assert scene(law, x, v).derive().simulate().status == "ok"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples", ["5", "401"])
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-6, 1e-9])
 def test_a_motion_that_comes_to_rest_there_ends(accuracy, samples):

@@ -81,6 +81,7 @@ def with_wider(model):
     return functions
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lower_mass", REFERENCES)
 @pytest.mark.parametrize("accuracy", [1e-8, 1e-9])
 def test_double_pendulum_of_extreme_masses(lower_mass, accuracy):
@@ -92,6 +93,7 @@ def test_double_pendulum_of_extreme_masses(lower_mass, accuracy):
     assert found.implementation.endswith("long double") == (lower_mass == "1e9")
 
 
+@pytest.mark.slow
 def test_without_wider_arithmetic_the_promise_ends_early(monkeypatch):
     monkeypatch.setattr(right_hand_side, "EXTENDED", DOUBLE)
     model = double_pendulum("1e9")
@@ -102,6 +104,7 @@ def test_without_wider_arithmetic_the_promise_ends_early(monkeypatch):
     assert found.implementation == "compiled C"
 
 
+@pytest.mark.slow
 def test_a_start_that_is_not_known_to_the_last_digit_still_ends_a_promise():
     """Wider arithmetic does not know more of the given numbers than doubles hold."""
     model = double_pendulum("1.0")
@@ -134,6 +137,8 @@ def test_disturbed_in_its_own_last_place():
     assert (first.parameters != second.parameters).any()
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_a_compiler_whose_long_double_is_a_double(monkeypatch):
     """Its objects would read NumPy's numbers wrongly: they are not used."""
     gcc = shutil.which("gcc")
@@ -146,6 +151,8 @@ def test_a_compiler_whose_long_double_is_a_double(monkeypatch):
     assert functions.wider() is None
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 def test_wider_sources_are_strict_c99(tmp_path):
     gcc = shutil.which("gcc")
     if gcc is None:

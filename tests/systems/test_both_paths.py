@@ -14,6 +14,8 @@ from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.modelling import model_of
 from lagrange_cli.simulate.right_hand_side import interpreted, right_hand_side
 
+pytestmark = pytest.mark.slow
+
 SYSTEMS = Path(__file__).parents[2] / "systems"
 #: But those with contacts, whose method is another one.
 OTHERS = ("refused", "contact")

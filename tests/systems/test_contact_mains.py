@@ -21,7 +21,11 @@ STRICT = ["-std=c99", "-O1", "-Wall", "-Wextra", "-pedantic", "-Werror"]
 #: Steps between two of 500 rows: errors of fourth order are far below what is compared.
 STEPS = 8
 
-pytestmark = pytest.mark.skipif(COMPILER is None, reason="gcc is not installed")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.compiler,
+    pytest.mark.skipif(COMPILER is None, reason="gcc is not installed"),
+]
 
 
 def program(name: str, folder: Path) -> Path:

@@ -15,6 +15,8 @@ from hypothesis import strategies as st
 from lagrange_cli import loads
 from lagrange_cli.simulate import Trajectory, simulate
 
+pytestmark = pytest.mark.slow
+
 EPS = 1e-8
 
 

@@ -15,6 +15,8 @@ from lagranges_method import Constrained
 from shipped import CONTACTS, derived, parameter_values, simulated, start
 from textbook_contacts import GAPS, IN_FLIGHT, RESTITUTIONS
 
+pytestmark = pytest.mark.slow
+
 every_contact_scene = pytest.mark.parametrize("name", CONTACTS)
 
 

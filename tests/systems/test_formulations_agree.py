@@ -20,6 +20,8 @@ from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.right_hand_side import interpreted
 from lagrange_cli.simulate.simulation import simulate
 
+pytestmark = pytest.mark.slow
+
 #: Scenes that have both forms, at least.
 BOTH = 35
 

@@ -12,6 +12,8 @@ from shipped import derived, simulated
 
 from lagrange_cli.mechanics.equations import Equations
 
+pytestmark = pytest.mark.slow
+
 
 def named_parameters(e: Equations) -> SimpleNamespace:
     return SimpleNamespace(**{p.name: p.value for p in e.parameters})

@@ -131,6 +131,7 @@ def test_textbook_scenes_name_their_source(name: str) -> None:
     assert re.search(r"\b(1[6-9]|20)\d\d\b", derived(name).description or "")
 
 
+@pytest.mark.slow
 @every_scene
 def test_certified(name: str) -> None:
     certificate = derived(name).certificate
@@ -139,6 +140,7 @@ def test_certified(name: str) -> None:
     assert 0 <= certificate.mismatch <= 1e-25
 
 
+@pytest.mark.slow
 @every_scene
 def test_agrees_with_lagranges_method_on_the_books_lagrangian(name: str) -> None:
     e = derived(name)
@@ -146,6 +148,7 @@ def test_agrees_with_lagranges_method_on_the_books_lagrangian(name: str) -> None
     compare_dynamics(own, typed_dynamics(name), name)
 
 
+@pytest.mark.slow
 @every_scene
 def test_agrees_with_lagranges_method_on_its_own_lagrangian(name: str) -> None:
     e = derived(name)
@@ -303,6 +306,8 @@ class CompiledC:
         return np.array(result)
 
 
+@pytest.mark.slow
+@pytest.mark.compiler
 @every_smooth_scene
 def test_emitted_code_agrees_with_the_symbolic_equations(name: str, tmp_path: Path) -> None:
     e = derived(name)
@@ -325,6 +330,7 @@ def at_samples(trajectory: Trajectory) -> Array:
     return np.unique(np.linspace(0, len(trajectory.t) - 1, 25).astype(int))
 
 
+@pytest.mark.slow
 @every_smooth_scene
 def test_simulation_keeps_its_promise(name: str) -> None:
     """Every coordinate and velocity within accuracy times scale of DOP853 at rtol 1e-13."""
@@ -365,6 +371,7 @@ def scale_of(e: Equations, column: str, exact: Array) -> float:
     return max(float(np.abs(exact[:, n + k]).max()), scale / (e.simulate.until - e.simulate.start))
 
 
+@pytest.mark.slow
 @every_scene
 def test_energy_stays_where_it_is_conserved(name: str) -> None:
     e, trajectory = derived(name), simulated(name)
@@ -374,6 +381,7 @@ def test_energy_stays_where_it_is_conserved(name: str) -> None:
         assert trajectory.energy_drift <= 1e-7
 
 
+@pytest.mark.slow
 def test_check_passes_on_every_scene_and_every_refusal() -> None:
     report = check_paths([str(SYSTEMS)], jobs=2)
     assert [(s.path, s.problems) for s in report.scenes if s.outcome != "pass"] == []
