@@ -157,13 +157,13 @@ def _defaults(equations: Equations, target: CTarget) -> str:
 
 def function_text(function: str, program: Program, target: CTarget) -> str:
     """The definition of one function of the interface: a right-hand side where it has blocks."""
-    result = result_name(function, program)
+    result = result_name(program)
     static = "static " if function in INTERNAL or target.names.contact_from is not None else ""
     return "\n".join(
         [
             f"{static}int {target.prefix}_{function}({target.arguments(result)})",
             "{",
-            *body_text(function, program, target),
+            *body_text(program, target),
             "}",
             "",
         ]

@@ -15,11 +15,10 @@ from textwrap import wrap
 from lagrange_cli.emit.c_kernels import finite_check, kernels_text, room
 from lagrange_cli.emit.c_solvers import EPSILON_NAME, dense_size
 from lagrange_cli.emit.c_target import CTarget
-from lagrange_cli.emit.constraints import finds_change, finds_multipliers
 from lagrange_cli.emit.families import Assignment
 from lagrange_cli.emit.operands import Number, Operand, Product, Variable, rebuilt
 from lagrange_cli.emit.printing import expression
-from lagrange_cli.emit.program import Program, following, input_names
+from lagrange_cli.emit.program import Kind, Program, following, input_names
 from lagrange_cli.emit.rolling import Affine, Cell, Loop, Place, Repeated, Statement, roll
 from lagrange_cli.emit.solve import Block
 
@@ -45,36 +44,34 @@ def work_size(program: Program) -> int:
     return max(dense_size(program.blocks) + values, 1)
 
 
-def body_text(function: str, program: Program, target: CTarget) -> list[str]:
+def body_text(program: Program, target: CTarget) -> list[str]:
     """The lines of a function that stores the outputs of a program.
 
-    What solves a system if the program has blocks: ``multipliers`` or changes
-    of coordinates, else a right-hand side; ``mass_matrix`` stores a full matrix;
+    Those that solve a system store what their kind says; the mass matrix is stored in full;
     all others store their outputs one after the other.
     """
     parts: Sequence[_Part]
     n = program.coordinates
     if program.parts:
-        return kernels_text(program, target, result_name(function, program))
-    if finds_multipliers(function):
+        return kernels_text(program, target, result_name(program))
+    if program.kind is Kind.MULTIPLIERS:
         results = sum(len(block.closures) for block in program.blocks)
         parts = _solution(program, {}, {k: Cell("out", k) for k in range(results)})
-    elif finds_change(function):
+    elif program.kind is Kind.CHANGE:
         parts, results = _change(program), n
-    elif program.blocks:
+    elif program.kind is Kind.RIGHT_HAND_SIDE:
         parts, results = _right_hand_side(program), 2 * n
-    elif function == "mass_matrix":
+    elif program.kind is Kind.MATRIX:
         parts, results = _matrix(program), program.coordinates**2
     else:
         stores = _in_order(program)
         parts, results = [_Stores(stores)], len(stores)
-    return _Writer(program, target).text(parts, results, result_name(function, program))
+    return _Writer(program, target).text(parts, results, result_name(program))
 
 
-def result_name(function: str, program: Program) -> str:
+def result_name(program: Program) -> str:
     """The array that a function stores its results in."""
-    found = finds_multipliers(function) or finds_change(function)
-    return "dydt" if program.blocks and not found else "out"
+    return "dydt" if program.kind is Kind.RIGHT_HAND_SIDE else "out"
 
 
 @dataclass(frozen=True)

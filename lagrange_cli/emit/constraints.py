@@ -24,8 +24,6 @@ __all__ = [
     "INTERNAL",
     "constraint_programs",
     "contact_programs",
-    "finds_change",
-    "finds_multipliers",
     "shifting_programs",
 ]
 
@@ -67,16 +65,6 @@ INTERNAL = frozenset(
         "velocity_change",
     )
 ) | {"flight_rhs"}
-
-
-def finds_multipliers(function: str) -> bool:
-    """Whether a function solves a system for its multipliers."""
-    return function.endswith("multipliers")
-
-
-def finds_change(function: str) -> bool:
-    """Whether a function solves a system for changes of coordinates or of velocities."""
-    return function.endswith("_change") or function == "impulse"
 
 
 def constraint_programs(equations: Equations) -> dict[str, Program]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum, auto
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.angles import expand_angle_sums
@@ -44,6 +45,7 @@ __all__ = [
     "FUNCTIONS",
     "OUTPUTS",
     "Call",
+    "Kind",
     "Number",
     "Operand",
     "Operations",
@@ -62,6 +64,37 @@ __all__ = [
 ]
 
 
+class Kind(Enum):
+    """What a program finds, which says how targets arrange its results."""
+
+    VALUES = auto()  # numbers, one after the other
+    ENERGY = auto()  # one number
+    MATRIX = auto()  # the upper triangle of the mass matrix
+    RIGHT_HAND_SIDE = auto()  # accelerations, which the velocities precede
+    MULTIPLIERS = auto()  # those of all closures
+    CHANGE = auto()  # a change of coordinates or of velocities
+
+
+#: Kinds of programs that are asked for one output alone, all others give values.
+_KINDS = {
+    "energy": Kind.ENERGY,
+    "mass_matrix": Kind.MATRIX,
+    **dict.fromkeys(("acceleration", "contact_acceleration"), Kind.RIGHT_HAND_SIDE),
+    **dict.fromkeys(("multipliers", "contact_multipliers"), Kind.MULTIPLIERS),
+    **dict.fromkeys(
+        (
+            "position_change",
+            "shifted_change",
+            "velocity_change",
+            "contact_position_change",
+            "contact_velocity_change",
+            "impulse",
+        ),
+        Kind.CHANGE,
+    ),
+}
+
+
 @dataclass(frozen=True)
 class Program:
     """Straight-line code for ``outputs`` (name, operands).
@@ -70,7 +103,7 @@ class Program:
     where they are an output (see :mod:`lagrange_cli.emit.solve`). ``driven`` is the
     number of inputs ``u0, …``. The program of a large system may have ``parts`` instead of
     assignments and outputs (see :mod:`lagrange_cli.emit.wide`): loops, which take ``work``
-    numbers of workspace and store so many ``results``.
+    numbers of workspace and store so many ``results``. ``kind``: what it finds.
     """
 
     coordinates: int
@@ -82,6 +115,7 @@ class Program:
     parts: tuple[Part, ...] = ()
     work: int = 0
     results: int = 0
+    kind: Kind = Kind.VALUES
 
     @property
     def is_large(self) -> bool:
@@ -155,7 +189,7 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
         of = among_closures(equations, outputs)
         found = wide(of, lambda name: tuple(OUTPUTS[name](of.equations)))
         if found is not None:
-            return _of_parts(equations, found)
+            return replace(_of_parts(equations, found), kind=_kind(outputs, found.solves))
     values = Values(_inputs(equations))
     wanted: list[tuple[str, list[Scaled]]] = []
     blocks: tuple[Block, ...] = ()
@@ -176,7 +210,14 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
         results,
         blocks,
         len(equations.inputs),
+        kind=_kind(outputs, bool(blocks)),
     )
+
+
+def _kind(outputs: Sequence[str], solves: bool) -> Kind:
+    """The kind of a program with these outputs; nothing is found where nothing can move."""
+    kind = _KINDS.get(outputs[0], Kind.VALUES) if len(outputs) == 1 else Kind.VALUES
+    return Kind.VALUES if kind is Kind.RIGHT_HAND_SIDE and not solves else kind
 
 
 def _of_parts(equations: Equations, found: Wide) -> Program:

@@ -14,11 +14,12 @@ from itertools import islice
 from textwrap import fill
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.constraints import INTERNAL, finds_change, finds_multipliers
+from lagrange_cli.emit.constraints import INTERNAL
 from lagrange_cli.emit.numbers import double_literal
 from lagrange_cli.emit.printing import Dialect, expression
 from lagrange_cli.emit.program import (
     FUNCTIONS,
+    Kind,
     Program,
     Variable,
     build_program,
@@ -204,34 +205,33 @@ def function_source(
     dialect = Dialect(double_literal, PYTHON_FUNCTIONS, {**names, **found})
     if program.parts:
         apart = dict(given).get("p") if parameter.endswith("contact") else None
-        body = _of_parts(program, name, apart)
-        return _defined(name, parameter, body, _failure(program, name))
+        body = _of_parts(program, apart)
+        return _defined(name, parameter, body, _failure(program))
     given = given or (("p", program.parameters),)
-    body = _load_inputs(program, dialect, given, velocities=_is_right_hand_side(program, name))
+    body = _load_inputs(program, dialect, given, velocities=program.kind is Kind.RIGHT_HAND_SIDE)
     late = dict(following(program, found))
     body.extend(assigned([a for a in program.assignments if a[0] not in late], dialect))
-    failure = _failure(program, name)
-    if finds_multipliers(name) or finds_change(name):
-        body.extend(_unknowns(program, dialect, failure, closures=finds_multipliers(name)))
+    failure = _failure(program)
+    if program.kind in (Kind.MULTIPLIERS, Kind.CHANGE):
+        body.extend(_unknowns(program, dialect, failure))
     else:
-        write = _accelerations if program.blocks else _RESULTS.get(name, _vector_result)
-        body.extend(write(program, dialect))
+        body.extend(_RESULTS[program.kind](program, dialect))
     return _defined(name, parameter, body, failure)
 
 
-def _failure(program: Program, name: str) -> str:
+def _failure(program: Program) -> str:
     """What a function returns where it has no result."""
-    return "nan" if name == "energy" else f"np.full({_shape(program, name)}, nan)"
+    return "nan" if program.kind is Kind.ENERGY else f"np.full({_shape(program)}, nan)"
 
 
-def _of_parts(program: Program, name: str, apart: int | None) -> list[str]:
+def _of_parts(program: Program, apart: int | None) -> list[str]:
     """The lines of the function of a large system."""
     lines = parts_source(program, apart)
     if program.blocks:
-        return [*lines, f"return out if np.isfinite(out).all() else {_failure(program, name)}"]
+        return [*lines, f"return out if np.isfinite(out).all() else {_failure(program)}"]
     n = program.coordinates
-    form = {"energy": "float(out[0])", "mass_matrix": f"out.reshape({n}, {n})"}
-    return [*lines, f"return {form.get(name, 'out')}"]
+    form = {Kind.ENERGY: "float(out[0])", Kind.MATRIX: f"out.reshape({n}, {n})"}
+    return [*lines, f"return {form.get(program.kind, 'out')}"]
 
 
 def _defined(name: str, parameter: str, body: Sequence[str], failure: str) -> str:
@@ -245,23 +245,19 @@ def _defined(name: str, parameter: str, body: Sequence[str], failure: str) -> st
     return "\n".join(lines) + "\n"
 
 
-def _shape(program: Program, name: str) -> str:
+def _shape(program: Program) -> str:
     n = program.coordinates
-    if name == "mass_matrix":
+    if program.kind is Kind.MATRIX:
         return f"({n}, {n})"
-    if finds_multipliers(name):
+    if program.kind is Kind.MULTIPLIERS:
         return str(sum(len(block.closures) for block in program.blocks))
-    if finds_change(name):
+    if program.kind is Kind.CHANGE:
         return str(n)
     if program.parts:
         return str(program.results)
     if program.blocks:
         return str(2 * n)
     return str(sum(len(operands) for _, operands in program.outputs))
-
-
-def _is_right_hand_side(program: Program, name: str) -> bool:
-    return bool(program.blocks) and not (finds_multipliers(name) or finds_change(name))
 
 
 def _load_inputs(
@@ -314,8 +310,9 @@ def _accelerations(program: Program, dialect: Dialect) -> list[str]:
     return [*lines, f"return np.array([{joined(velocities, dialect)}, {found}], dtype=float)"]
 
 
-def _unknowns(program: Program, dialect: Dialect, failure: str, *, closures: bool) -> list[str]:
+def _unknowns(program: Program, dialect: Dialect, failure: str) -> list[str]:
     """Solve, and return the multipliers, or what was found of all coordinates."""
+    closures = program.kind is Kind.MULTIPLIERS
     lines, results, multipliers = solution(program, dialect, failure, coordinates=not closures)
     found = [results.get(i, "0.0") for i in range(program.coordinates)]
     if closures:
@@ -323,4 +320,9 @@ def _unknowns(program: Program, dialect: Dialect, failure: str, *, closures: boo
     return [*lines, f"return np.array([{', '.join(found)}], dtype=float)"]
 
 
-_RESULTS = {"energy": _scalar_result, "mass_matrix": _matrix_result}
+_RESULTS = {
+    Kind.VALUES: _vector_result,
+    Kind.ENERGY: _scalar_result,
+    Kind.MATRIX: _matrix_result,
+    Kind.RIGHT_HAND_SIDE: _accelerations,
+}
