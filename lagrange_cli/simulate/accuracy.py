@@ -25,10 +25,10 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem, StoppedError
 from lagrange_cli.simulate.agreement import Agreement, Unclear
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.attempt import Attempt
 from lagrange_cli.simulate.checkpoint import Keeper
 from lagrange_cli.simulate.integrators import INTEGRATORS
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.switched import Flags, Switch
 from lagrange_cli.simulate.landmarks import watching
 from lagrange_cli.simulate.noise import NOISE_PART

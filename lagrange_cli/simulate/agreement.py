@@ -9,7 +9,7 @@ from itertools import takewhile
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.switched import TOUCHING, Flags, Switch, SwitchedRhs
 from lagrange_cli.simulate.integrators.switching import LOCATED
 

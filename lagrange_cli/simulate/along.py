@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lagrange_cli.simulate.accuracy import Measured
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.constraints import constraint_drift
 from lagrange_cli.simulate.contacts import ContactRhs
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.switched import TOUCHING, Flags, Switch
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.right_hand_side import RightHandSide

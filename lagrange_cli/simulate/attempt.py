@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from lagrange_cli.simulate.agreement import Agreement, agreement, at_the_end, end_of_bounces
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
 from lagrange_cli.simulate.grazes import Grazes, first_graze
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
-from lagrange_cli.simulate.integrators.base import Array, State, projection
+from lagrange_cli.simulate.integrators.base import State, projection
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.sides import surfaces_of
 from lagrange_cli.simulate.integrators.switched import SwitchedRhs

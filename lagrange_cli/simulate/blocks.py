@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.arrays import Array
 
 __all__ = ["FIGURES", "WORDS", "Block", "Gathering", "Part"]
 

@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from lagrange_cli.simulate.accuracy import Disproof, Measured, integrate_to_accuracy
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.rows import first_from, first_rows
 from lagrange_cli.simulate.uniqueness import Steep

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.errors import InputError, Problem, SingularError
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.following import Followed, Samples, Turning, follow
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.meeting import (
     NEAR,
     Meeting,

@@ -10,9 +10,9 @@ import numpy as np
 
 from lagrange_cli.errors import StoppedError
 from lagrange_cli.simulate.accuracy import Measured, only_the_start, until, why
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint import Keeper
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.pilot import Pilot, pilot_or_before
 from lagrange_cli.simulate.problem import InitialValueProblem, last_scales
 from lagrange_cli.simulate.request import Request

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from lagrange_cli.simulate.along import Along
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.disproof import energies
 from lagrange_cli.simulate.forces import constraint_forces
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.right_hand_side import RightHandSide
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.rows import Rows, windows
 
 __all__ = [

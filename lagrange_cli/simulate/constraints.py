@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.rows import Rows, windows
 
 __all__ = ["constraint_drift"]

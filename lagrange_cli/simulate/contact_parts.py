@@ -12,7 +12,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.c_types import DOUBLE, RHS, projection_type
 from lagrange_cli.simulate.integrators.event_functions import NativeEvents
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing

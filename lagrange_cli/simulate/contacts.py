@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.contact_parts import ContactParts
-from lagrange_cli.simulate.integrators.base import Array, Rhs, projection
+from lagrange_cli.simulate.integrators.base import Rhs, projection
 from lagrange_cli.simulate.integrators.event_functions import Falling
 from lagrange_cli.simulate.integrators.expressions import Expressions
 from lagrange_cli.simulate.integrators.sides import Surfaces

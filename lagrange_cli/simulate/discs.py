@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, UnfitError
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import UnfitError
 
 __all__ = ["DISCS", "Disc"]
 

@@ -10,8 +10,9 @@ import numpy as np
 
 from lagrange_cli.simulate.accuracy import Disproof, Measured
 from lagrange_cli.simulate.along import Along, first_penetration
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.conservation import EnergyDrift, Exact, first_contradiction
-from lagrange_cli.simulate.integrators.base import Array, UnfitError
+from lagrange_cli.simulate.integrators.base import UnfitError
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.parameters import given
 from lagrange_cli.simulate.rows import Rows, first_from, first_rows, windows

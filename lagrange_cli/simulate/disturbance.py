@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.c_types import DOUBLE, NativeReal
 
 __all__ = ["each_off_by_one_ulp", "off_by_one_ulp", "rounding_factors"]

@@ -21,10 +21,10 @@ import numpy as np
 from lagrange_cli.errors import InputError
 from lagrange_cli.files.rows import NUMBER
 from lagrange_cli.simulate.accuracy import Measured
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.blocks import FIGURES, WORDS, Block, Gathering, Part
 from lagrange_cli.simulate.charts import other_form, simulate_past_charts
 from lagrange_cli.simulate.family import Family, Missed, family_of
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.members import Numbers, Own, Recipe
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.parallel import Aside, in_any_order, in_threads

@@ -21,8 +21,8 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write, discard, is_temporary, whole_file, write_file
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.blocks import FIGURES, WORDS, Block
-from lagrange_cli.simulate.integrators.base import Array
 
 __all__ = ["Store", "open_store", "parts_of"]
 

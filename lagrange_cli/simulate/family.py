@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from lagrange_cli.cache import open_cache
 from lagrange_cli.simulate.accuracy import Measured
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.conservation import contradicted, energy_drifts, suspects
 from lagrange_cli.simulate.disproof import energy_is_conserved
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.request import Request, SimulationOptions, resolve

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.right_hand_side import RightHandSide, functions_of
 from lagrange_cli.simulate.tables import Knowing

@@ -15,7 +15,7 @@ from typing import IO, BinaryIO, TypeAlias
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.arrays import Array
 
 __all__ = ["Format", "as_csv", "as_npz", "format_of"]
 

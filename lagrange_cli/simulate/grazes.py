@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.switched import Dip, SwitchedRhs
 
 __all__ = ["Grazes", "first_graze"]

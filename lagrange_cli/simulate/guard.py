@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.model import Model, SingularPlace
 from lagrange_cli.simulate.tracing import functions_of
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from lagrange_cli.cache import Cache
 from lagrange_cli.simulate import kernels
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.driving import Drive
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.c_types import (
     DOUBLE,
     NativeReal,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model import Model, SingularPlace
 from lagrange_cli.simulate.outcome import Status
 from lagrange_cli.simulate.right_hand_side import functions_of

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.disturbance import off_by_one_ulp
-from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.sides import surfaces_of
 from lagrange_cli.simulate.problem import InitialValueProblem
 

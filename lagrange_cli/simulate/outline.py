@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.columns import Sampled
-from lagrange_cli.simulate.integrators.base import Array
 
 __all__ = ["Outline"]
 

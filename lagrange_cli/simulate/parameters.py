@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.disturbance import off_by_one_ulp, rounding_factors
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.c_types import DOUBLE, NativeReal
 from lagrange_cli.simulate.model import Model
 

@@ -8,9 +8,10 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint import Keeper
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
-from lagrange_cli.simulate.integrators.base import Array, Rhs, State
+from lagrange_cli.simulate.integrators.base import Rhs, State
 from lagrange_cli.simulate.integrators.native import NativeRhs
 from lagrange_cli.simulate.integrators.pieces import pieces
 from lagrange_cli.simulate.integrators.sides import surfaces_of

@@ -8,7 +8,8 @@ from functools import cache, cached_property
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.landmarks import NativeLandmarks
 from lagrange_cli.simulate.rows import Grid, Rows, windows
 from lagrange_cli.simulate.spool import InMemory, Samples

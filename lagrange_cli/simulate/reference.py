@@ -17,8 +17,9 @@ import numpy as np
 
 from lagrange_cli.errors import AccuracyError, Problem, StoppedError
 from lagrange_cli.simulate.agreement import agreement, end_of_bounces
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
-from lagrange_cli.simulate.integrators.base import Array, projection
+from lagrange_cli.simulate.integrators.base import projection
 from lagrange_cli.simulate.integrators.switched import Switch
 from lagrange_cli.simulate.pilot import Pilot
 from lagrange_cli.simulate.problem import InitialValueProblem, running_scales, spacing

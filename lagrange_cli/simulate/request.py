@@ -12,8 +12,8 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest, placed
 from lagrange_cli.scene.model import SimulationDefaults
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.rows import Grid, Rows
 

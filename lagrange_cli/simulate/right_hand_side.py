@@ -13,12 +13,13 @@ import numpy as np
 
 from lagrange_cli.cache import Cache, open_cache
 from lagrange_cli.errors import StoppedError
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.compiler import CompileError
 from lagrange_cli.simulate.contact_parts import ContactParts, InterpretedParts, NativeParts
 from lagrange_cli.simulate.contacts import ContactRhs
 from lagrange_cli.simulate.driving import Drive, drive_of
 from lagrange_cli.simulate.guard import beside_places
-from lagrange_cli.simulate.integrators.base import Array, Rhs, Shift
+from lagrange_cli.simulate.integrators.base import Rhs, Shift
 from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.integrators.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.pieces import with_projection

@@ -9,8 +9,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import Control, Integrator, Rhs, start
-from lagrange_cli.simulate.integrators.base import Array, State, UnfitError
+from lagrange_cli.simulate.integrators.base import State, UnfitError
 from lagrange_cli.simulate.integrators.switched import Dip, Flags, Switch
 from lagrange_cli.simulate.integrators.switching import Switching
 from lagrange_cli.simulate.problem import InitialValueProblem

@@ -18,9 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.discs import DISCS, Disc
 from lagrange_cli.simulate.integrators.algebra import Algebra, Traced
-from lagrange_cli.simulate.integrators.base import Array, Rhs, UnfitError
+from lagrange_cli.simulate.integrators.base import Rhs, UnfitError
 from lagrange_cli.simulate.integrators.expressions import Expressions, expressions
 from lagrange_cli.simulate.integrators.pieces import pieces
 from lagrange_cli.simulate.integrators.switched import Flags, SwitchedRhs

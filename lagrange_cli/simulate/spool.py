@@ -13,7 +13,8 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write
-from lagrange_cli.simulate.integrators.base import Array, State
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import State
 from lagrange_cli.simulate.rows import PartsOfRows, Rows, window_rows
 
 __all__ = ["InMemory", "Samples", "Spool", "folder_of", "named_file", "require_room", "spool_file"]

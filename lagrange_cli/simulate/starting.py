@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem, SingularError
-from lagrange_cli.simulate.integrators.base import Array, projection
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import projection
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.problem import InitialValueProblem
 

@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import Control, Integrator
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.noise import NOISE_PART
 from lagrange_cli.simulate.pilot import Pilot
 from lagrange_cli.simulate.problem import InitialValueProblem

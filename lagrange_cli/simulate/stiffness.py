@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.problem import InitialValueProblem
 from lagrange_cli.simulate.run import Run
 from lagrange_cli.simulate.watch import Watch

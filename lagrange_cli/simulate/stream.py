@@ -10,10 +10,10 @@ from itertools import count
 import numpy as np
 
 from lagrange_cli.files import whole_file
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint import Checkpoint
 from lagrange_cli.simulate.columns import Sampled
 from lagrange_cli.simulate.formats import format_of
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.outline import Outline
 from lagrange_cli.simulate.request import Request

@@ -11,8 +11,8 @@ import numpy as np
 
 from lagrange_cli.errors import AccuracyError, InputError, StoppedError
 from lagrange_cli.scene.dimensions import dimensions
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.charts import other_form, simulate_past_charts
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.switched import Kind, Switch
 from lagrange_cli.simulate.members import Own, Recipe
 from lagrange_cli.simulate.model import Model

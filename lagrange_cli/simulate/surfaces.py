@@ -13,7 +13,8 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.c_types import RHS
 from lagrange_cli.simulate.integrators.event_functions import Falling, NativeEvents
 from lagrange_cli.simulate.integrators.pieces import Pieces, with_projection

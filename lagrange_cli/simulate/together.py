@@ -25,9 +25,9 @@ from numpy.typing import NDArray
 from lagrange_cli.cache import Cache
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.accuracy import Measured, obstacle
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.disturbance import each_off_by_one_ulp, rounding_factors
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED, NativeReal
 from lagrange_cli.simulate.integrators.side_by_side import (
     Motions,

@@ -8,8 +8,8 @@ from itertools import takewhile
 
 import numpy as np
 
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
-from lagrange_cli.simulate.integrators.base import Array
 from lagrange_cli.simulate.problem import (
     InitialValueProblem,
     between_samples,

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import write_file
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.formats import Format, as_csv, as_npz, format_of
-from lagrange_cli.simulate.integrators.base import Array
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.columns import Sampled

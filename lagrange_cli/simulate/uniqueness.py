@@ -22,7 +22,8 @@ from itertools import islice, product
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.parameters import given
 from lagrange_cli.simulate.right_hand_side import RightHandSide

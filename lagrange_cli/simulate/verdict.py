@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.problem import InitialValueProblem, RunningScales, spacing
 
 __all__ = ["FLOOR_ULPS", "Judging", "Verdict", "verdict"]

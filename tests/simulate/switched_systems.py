@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.event_functions import Falling
 from lagrange_cli.simulate.integrators.switched import Flags, Gaps, SwitchedRhs
 

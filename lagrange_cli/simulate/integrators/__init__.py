@@ -4,14 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from lagrange_cli.simulate.integrators.base import (
-    Array,
-    Control,
-    Integrator,
-    Rhs,
-    StepError,
-    projection,
-)
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError, projection
 from lagrange_cli.simulate.integrators.compiled import COMPILED
 from lagrange_cli.simulate.integrators.crossing import Crossing
 from lagrange_cli.simulate.integrators.gauss import Gauss16

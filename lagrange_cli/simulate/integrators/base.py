@@ -67,7 +67,6 @@ from lagrange_cli.simulate.integrators.falling import Search
 __all__ = [
     "UNMET",
     "Advance",
-    "Array",
     "Begun",
     "ConstrainedRhs",
     "Control",

@@ -13,10 +13,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import (
     UNMET,
     Advance,
-    Array,
     Begun,
     Control,
     Rhs,

@@ -17,14 +17,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import (
-    Advance,
-    Array,
-    Control,
-    Integrator,
-    Rhs,
-    State,
-)
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Advance, Control, Integrator, Rhs, State
 from lagrange_cli.simulate.integrators.event_functions import RISES, Event, Falling
 from lagrange_cli.simulate.integrators.sides import Sides, put, surfaces_of
 from lagrange_cli.simulate.integrators.switching import LOCATED, TOGETHER, Begin

@@ -10,7 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs
 
 __all__ = ["Expressions", "Tracing", "expressions"]
 

@@ -17,7 +17,8 @@ from functools import cache
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
 from lagrange_cli.simulate.integrators.runge_kutta import two_sum
 
 __all__ = ["Gauss16"]

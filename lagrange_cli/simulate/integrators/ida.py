@@ -28,7 +28,8 @@ from typing import Any
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import UNMET, Array, Projection, StepError
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import UNMET, Projection, StepError
 from lagrange_cli.simulate.integrators.sundials import Sundials
 
 __all__ = ["IDA"]

@@ -11,12 +11,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import (
-    Array,
-    Control,
-    Rhs,
-    StepError,
-)
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Control, Rhs, StepError
 from lagrange_cli.simulate.integrators.solvers import OfScipy
 
 __all__ = ["BDF", "LSODA", "Radau"]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.c_structures import LANDMARK_ROWS, landmarks_type
 from lagrange_cli.simulate.integrators.c_types import NativeReal
 

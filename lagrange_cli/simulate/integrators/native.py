@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, Projection, Shift
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Projection, Shift
 from lagrange_cli.simulate.integrators.c_types import DOUBLE, NativeReal
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing
 from lagrange_cli.simulate.integrators.landmarks import NativeLandmarks

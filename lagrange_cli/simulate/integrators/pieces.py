@@ -14,8 +14,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import (
-    Array,
     ConstrainedRhs,
     Control,
     Integrator,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import (
     UNMET,
-    Array,
     Control,
     Rhs,
     Shift,

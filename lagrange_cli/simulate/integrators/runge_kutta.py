@@ -14,13 +14,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import (
-    Array,
-    Control,
-    Integrator,
-    Rhs,
-    StepError,
-)
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
 from lagrange_cli.simulate.integrators.solvers import OfScipy
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.simulate.integrators.base import Array
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.c_structures import members_type
 from lagrange_cli.simulate.integrators.c_types import DOUBLE, NativeReal
 

@@ -13,7 +13,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, Rhs
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.event_functions import Falling
 
 __all__ = ["ON_SURFACE", "Rates", "Sides", "Surfaces", "put", "surfaces_of"]

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, Integrator, State, StepError
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Integrator, State, StepError
 
 __all__ = ["OfScipy"]
 

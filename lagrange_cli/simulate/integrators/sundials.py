@@ -13,7 +13,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
 
 __all__ = ["CVODE", "CVODEAdams", "Sundials"]
 

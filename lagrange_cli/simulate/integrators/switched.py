@@ -11,7 +11,8 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, Rhs, UnfitError
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs, UnfitError
 from lagrange_cli.simulate.integrators.event_functions import Falling
 from lagrange_cli.simulate.integrators.expressions import Expressions
 

@@ -16,9 +16,9 @@ from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import (
     Advance,
-    Array,
     Control,
     Integrator,
     Rhs,

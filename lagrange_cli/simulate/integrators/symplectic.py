@@ -15,7 +15,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, Control, Integrator, Rhs, StepError
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
 from lagrange_cli.simulate.integrators.runge_kutta import two_sum
 
 __all__ = ["DIVERGES", "FixedStep", "Gauss4", "Gauss6", "Verlet"]

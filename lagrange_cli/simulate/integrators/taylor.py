@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.cache import digest
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.compiler import processor
 from lagrange_cli.simulate.integrators.algebra import Algebra, Traced
 from lagrange_cli.simulate.integrators.base import (
-    Array,
     Control,
     Integrator,
     Rhs,

@@ -13,7 +13,8 @@ from itertools import product
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Array, projection
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import projection
 from lagrange_cli.simulate.integrators.sides import ON_SURFACE, Sides, Surfaces, put
 
 __all__ = ["Slide", "Way", "only", "ways_on"]
