@@ -20,7 +20,7 @@ from lagrange_cli.emit.scene_language import to_scene_language
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
-from lagrange_cli.scene.expression import Equation, Expression
+from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.model import Expect, InitialValue, StateExpectation
 
 if TYPE_CHECKING:

@@ -208,7 +208,7 @@ def _require_common_times(scene: Scene, own: Own, members: Members) -> None:
     """Refuse sample times that differ between members."""
     from dataclasses import fields
 
-    from lagrange_cli.scene.expression import names_in
+    from lagrange_cli.scene.language.expression import names_in
     from lagrange_cli.simulate.members import varied
 
     different = varied(scene, own)

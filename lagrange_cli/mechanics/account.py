@@ -27,7 +27,7 @@ from lagrange_cli.mechanics.ranks import Matrix, Point, dependent_columns, depen
 from lagrange_cli.mechanics.rates import Redundant
 from lagrange_cli.mechanics.velocity import Independent, Level
 from lagrange_cli.mechanics.wording import quoted
-from lagrange_cli.scene.expression import Equation
+from lagrange_cli.scene.language.expression import Equation
 
 __all__ = [
     "balance",

@@ -12,7 +12,7 @@ from mpmath import mpf
 from lagrange_cli.errors import InconsistentError, InputError, Mark, Problem, SingularError
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.mechanics.wording import written
-from lagrange_cli.scene.expression import Equation
+from lagrange_cli.scene.language.expression import Equation
 
 __all__ = ["SeveralWaysError", "Solution"]
 

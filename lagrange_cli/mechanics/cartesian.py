@@ -27,7 +27,7 @@ from lagrange_cli.mechanics.ranks import TOLERANCE, dependent_rows, scaled_doubl
 from lagrange_cli.mechanics.reduction import POINTS, Reduced, in_coordinates
 from lagrange_cli.mechanics.sampling import Drawn, working_digits
 from lagrange_cli.mechanics.tape import DomainError, values
-from lagrange_cli.scene.expression import Expression
+from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene
 
 __all__ = ["cartesian_form", "incidence"]

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.parameters import Values
-from lagrange_cli.scene.expression import Expression
+from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene, SimulationDefaults
 
 __all__ = ["MOST_SAMPLES", "simulation_defaults"]

@@ -27,7 +27,7 @@ from lagrange_cli.mechanics.solving import (
     solves_everywhere,
 )
 from lagrange_cli.mechanics.tape import DomainError, values
-from lagrange_cli.scene.expression import Equation
+from lagrange_cli.scene.language.expression import Equation
 
 __all__ = ["Elimination", "ImpossibleError", "Stated", "eliminate", "substitute"]
 

@@ -38,7 +38,7 @@ from lagrange_cli.mechanics.short import shortened, size_along
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.mechanics.tapes import Point, Tapes
-from lagrange_cli.scene.expression import Equation as Written
+from lagrange_cli.scene.language.expression import Equation as Written
 from lagrange_cli.scene.model import Scene
 
 __all__ = ["constraint_forces"]

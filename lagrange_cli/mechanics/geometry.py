@@ -20,7 +20,7 @@ from lagrange_cli.mechanics.pasting import is_held
 from lagrange_cli.mechanics.ranks import TOLERANCE, Point
 from lagrange_cli.mechanics.solving import linear_parts, solutions, solves_everywhere
 from lagrange_cli.mechanics.tape import DomainError, values
-from lagrange_cli.scene.expression import Expression
+from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Unilateral
 
 __all__ = ["Geometry", "Holding", "Leftover", "Restriction", "examine", "gap_over_names", "related"]

@@ -16,7 +16,7 @@ import sympy as sp
 from lagrange_cli.errors import InputError, NotRealError, Problem
 from lagrange_cli.mechanics.calculus import derivative
 from lagrange_cli.mechanics.roots import LONGEST_ROOT, has_long_root
-from lagrange_cli.scene.expression import (
+from lagrange_cli.scene.language.expression import (
     Add,
     Call,
     Expression,

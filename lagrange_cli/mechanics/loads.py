@@ -16,7 +16,7 @@ from lagrange_cli.mechanics.calculus import derivative
 from lagrange_cli.mechanics.derivation import Derivation
 from lagrange_cli.mechanics.language import total_derivative
 from lagrange_cli.mechanics.reduction import Reduced
-from lagrange_cli.scene.expression import Equation, Expression
+from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.model import Term
 
 __all__ = ["Loads", "loads", "velocity_slopes"]

@@ -16,7 +16,7 @@ import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.language import Rate, to_sympy
-from lagrange_cli.scene.expression import Call, Expression, Name, Node, walk
+from lagrange_cli.scene.language.expression import Call, Expression, Name, Node, walk
 from lagrange_cli.scene.model import Particle, Point, Scene
 
 __all__ = ["Names"]

@@ -10,10 +10,10 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.language import to_sympy
-from lagrange_cli.scene.bounds import require_bounded
-from lagrange_cli.scene.expression import Expression, names_in
+from lagrange_cli.scene.language.bounds import require_bounded
+from lagrange_cli.scene.language.expression import Expression, names_in
+from lagrange_cli.scene.language.tokens import MAX_EXPONENT, ExpressionError
 from lagrange_cli.scene.model import Scene
-from lagrange_cli.scene.tokens import MAX_EXPONENT, ExpressionError
 
 __all__ = ["Values", "evaluated", "nearest_double"]
 

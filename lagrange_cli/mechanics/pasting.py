@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import sympy as sp
 
-from lagrange_cli.scene.expression import Expression, Name, names_in
+from lagrange_cli.scene.language.expression import Expression, Name, names_in
 from lagrange_cli.scene.model import InitialValue, Scene, Unilateral
 
 __all__ = [

@@ -49,7 +49,7 @@ from lagrange_cli.mechanics.structure import (
 )
 from lagrange_cli.mechanics.suggestions import possible_start
 from lagrange_cli.mechanics.tape import DomainError, values
-from lagrange_cli.scene.expression import Equation, Expression
+from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.model import Formulation, Scene
 from lagrange_cli.stages import announce
 

@@ -34,7 +34,7 @@ from lagrange_cli.mechanics.refusals import coordinates_left
 from lagrange_cli.mechanics.sampling import Drawn
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.mechanics.wording import leave_out, quoted, written
-from lagrange_cli.scene.expression import Equation, names_in
+from lagrange_cli.scene.language.expression import Equation, names_in
 
 __all__ = ["Redundant", "redundant_rates"]
 

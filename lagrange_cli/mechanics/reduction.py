@@ -44,7 +44,7 @@ from lagrange_cli.mechanics.sampling import Drawn, Sampler, working_digits
 from lagrange_cli.mechanics.selection import independent_closures, require_determined
 from lagrange_cli.mechanics.terms import tidy
 from lagrange_cli.mechanics.velocity import Level, independent_levels, integrals
-from lagrange_cli.scene.expression import Equation
+from lagrange_cli.scene.language.expression import Equation
 from lagrange_cli.scene.model import Scene
 
 __all__ = ["Reduced", "in_coordinates", "reduce"]

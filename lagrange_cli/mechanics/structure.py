@@ -21,9 +21,9 @@ from lagrange_cli.mechanics.grouping import grouped_sum
 from lagrange_cli.mechanics.ranks import Doubles, Matrix, clearly_independent, dense
 from lagrange_cli.mechanics.reduction import Reduced
 from lagrange_cli.mechanics.terms import TermSum, factored
-from lagrange_cli.scene.expression import names_in
+from lagrange_cli.scene.checks.names import without_rate
+from lagrange_cli.scene.language.expression import names_in
 from lagrange_cli.scene.model import Scene
-from lagrange_cli.scene.names import without_rate
 
 __all__ = [
     "conserved_quantities",

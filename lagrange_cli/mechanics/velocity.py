@@ -32,7 +32,7 @@ from lagrange_cli.mechanics.ranks import (
 from lagrange_cli.mechanics.sampling import Drawn, double
 from lagrange_cli.mechanics.tape import DomainError, values
 from lagrange_cli.mechanics.wording import leave_out, quoted
-from lagrange_cli.scene.expression import Equation
+from lagrange_cli.scene.language.expression import Equation
 
 __all__ = ["Independent", "Level", "independent_levels", "integrals"]
 

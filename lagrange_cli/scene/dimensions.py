@@ -16,8 +16,7 @@ from fractions import Fraction
 from typing import Literal, TypeAlias
 
 from lagrange_cli.errors import InputError, Mark
-from lagrange_cli.scene.declarations import AXES
-from lagrange_cli.scene.expression import (
+from lagrange_cli.scene.language.expression import (
     Add,
     Call,
     Expression,
@@ -29,8 +28,9 @@ from lagrange_cli.scene.expression import (
     Pow,
     names_in,
 )
-from lagrange_cli.scene.grammar import parse_expression
+from lagrange_cli.scene.language.grammar import parse_expression
 from lagrange_cli.scene.model import Scene
+from lagrange_cli.scene.reading.declarations import AXES
 
 __all__ = ["BASES", "Base", "Dimensions", "dimensions"]
 

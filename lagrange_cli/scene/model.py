@@ -14,7 +14,7 @@ from typing import Literal, TypeAlias
 
 from lagrange_cli.errors import Mark, Problem
 from lagrange_cli.files import Recording
-from lagrange_cli.scene.expression import Equation, Expression
+from lagrange_cli.scene.language.expression import Equation, Expression
 
 __all__ = [
     "Constraint",

@@ -18,15 +18,19 @@ from typing import Any
 
 from lagrange_cli.errors import LagrangeError
 from lagrange_cli.files import MAX_BYTES, read_bytes, too_large
-from lagrange_cli.scene import conditions, declarations, physics
-from lagrange_cli.scene.helpers import read_plane
+from lagrange_cli.scene.checks.names import check_names
+from lagrange_cli.scene.language.problems import shown, suggestion
+from lagrange_cli.scene.language.tokens import IDENTIFIER
 from lagrange_cli.scene.model import ErrorExpectation, Scene
-from lagrange_cli.scene.names import check_names
-from lagrange_cli.scene.overrides import override_initial, override_parameters, override_times
-from lagrange_cli.scene.problems import shown, suggestion
-from lagrange_cli.scene.shapes import Reading
-from lagrange_cli.scene.source import Mapping, SourceNode, compose, decode
-from lagrange_cli.scene.tokens import IDENTIFIER
+from lagrange_cli.scene.reading import conditions, declarations, physics
+from lagrange_cli.scene.reading.helpers import read_plane
+from lagrange_cli.scene.reading.overrides import (
+    override_initial,
+    override_parameters,
+    override_times,
+)
+from lagrange_cli.scene.reading.shapes import Reading
+from lagrange_cli.scene.reading.source import Mapping, SourceNode, compose, decode
 
 __all__ = ["SECTIONS", "expected_error", "read_file", "read_text"]
 

@@ -155,7 +155,7 @@ def _rows_of(found: Iterator[list[str]], rows: Rows, width: int) -> Iterator[lis
 
 
 def _yaml(lines: list[str], path: str) -> Members:
-    from lagrange_cli.scene.source import Mapping, Sequence, compose
+    from lagrange_cli.scene.reading.source import Mapping, Sequence, compose
 
     text, example = "".join(lines), "a list of mappings: - {m: 1, theta: 0.5}"
     start = Mark(path, 1, 1)
@@ -176,7 +176,7 @@ def _yaml(lines: list[str], path: str) -> Members:
 
 def _of_mapping(member: object, names: Sequence[str]) -> list[_Cell]:
     """The values of a member of a YAML file, in the order of the first one."""
-    from lagrange_cli.scene.source import Mapping, Scalar
+    from lagrange_cli.scene.reading.source import Mapping, Scalar
 
     assert isinstance(member, Mapping)
     given: dict[str, _Cell] = {}

@@ -122,7 +122,7 @@ def varied(scene: Scene, own: Own) -> set[str]:
 
 def _names(expression: Any) -> set[str]:
     """Names in an expression that may be None."""
-    from lagrange_cli.scene.expression import names_in
+    from lagrange_cli.scene.language.expression import names_in
 
     return set() if expression is None else {name.name for name in names_in(expression.node)}
 
@@ -246,8 +246,8 @@ class Numbers:
 
     def _evaluated(self, own: Own) -> tuple[dict[str, float], dict[str, float]]:
         """All values as the scene's expressions give them."""
-        from lagrange_cli.scene.overrides import override_initial, override_parameters
-        from lagrange_cli.scene.problems import Problems
+        from lagrange_cli.scene.language.problems import Problems
+        from lagrange_cli.scene.reading.overrides import override_initial, override_parameters
 
         problems = Problems()
         scene = override_parameters(self._scene, own.parameters, problems)

@@ -7,7 +7,7 @@ import math
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene import parse_expression
-from lagrange_cli.scene.expression import Add, Call, Mul, Name, Neg, Number, Pow
+from lagrange_cli.scene.language.expression import Add, Call, Mul, Name, Neg, Number, Pow
 
 _CALLS = {
     "sin": math.sin,

@@ -26,7 +26,7 @@ from lagrange_cli.emit.latex_formula import CALLS as LATEX_CALLS
 from lagrange_cli.emit.report import derivation_report
 from lagrange_cli.emit.scene_language import to_scene_language
 from lagrange_cli.errors import InternalError
-from lagrange_cli.scene.expression import FUNCTIONS
+from lagrange_cli.scene.language.expression import FUNCTIONS
 
 GIVEN = parameters(m=1.0, E=2.0, beta=0.5)
 CHOSEN = coordinates("x", "theta")

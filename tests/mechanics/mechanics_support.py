@@ -14,7 +14,7 @@ from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.scene import parse_expression, read_text
-from lagrange_cli.scene.expression import Expression
+from lagrange_cli.scene.language.expression import Expression
 
 #: The same examples in every run, however slow the machine.
 generated = settings(deadline=None, derandomize=True, max_examples=60)

@@ -28,7 +28,7 @@ from mpmath import mpf
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics import interpret
-from lagrange_cli.scene.indices import read_expression
+from lagrange_cli.scene.language.families import read_expression
 
 
 @pytest.fixture(autouse=True)

@@ -20,9 +20,9 @@ from lagrange_cli.mechanics.language import total_derivative
 from lagrange_cli.mechanics.roots import LONGEST_ROOT, has_long_root
 from lagrange_cli.mechanics.tape import values
 from lagrange_cli.scene import read_text
-from lagrange_cli.scene.bounds import require_bounded
-from lagrange_cli.scene.grammar import parse_expression
-from lagrange_cli.scene.tokens import ExpressionError
+from lagrange_cli.scene.language.bounds import require_bounded
+from lagrange_cli.scene.language.grammar import parse_expression
+from lagrange_cli.scene.language.tokens import ExpressionError
 from lagrange_cli.simulate.modelling import model_of
 
 PLANE = """\

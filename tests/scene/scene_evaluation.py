@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from lagrange_cli.scene.expression import Add, Call, Mul, Name, Neg, Node, Number, Pow
+from lagrange_cli.scene.language.expression import Add, Call, Mul, Name, Neg, Node, Number, Pow
 
 
 def value(node: Node, names: Mapping[str, Any], exact: bool = False) -> Any:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from lagrange_cli.errors import InputError, Problem, render
 from lagrange_cli.scene import expected_error, read_text
-from lagrange_cli.scene.expression import names_in
+from lagrange_cli.scene.language.expression import names_in
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.scene.reader import SECTIONS
 

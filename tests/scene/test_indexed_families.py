@@ -7,8 +7,8 @@ from scene_evaluation import value
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.scene import parse_expression, read_text
-from lagrange_cli.scene.expression import Name, names_in, walk
-from lagrange_cli.scene.indices import MAX_FAMILY, MAX_TERMS
+from lagrange_cli.scene.language.expression import Name, names_in, walk
+from lagrange_cli.scene.language.families import MAX_FAMILY, MAX_TERMS
 from lagrange_cli.scene.model import Scene
 
 CHAIN = """

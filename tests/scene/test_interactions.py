@@ -8,7 +8,7 @@ from scene_evaluation import value
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.scene import read_text
-from lagrange_cli.scene.expression import Call, Name, Node, walk
+from lagrange_cli.scene.language.expression import Call, Name, Node, walk
 
 BODIES = """
 parameters: {G: 2, c: 3, M: 5}

@@ -9,13 +9,13 @@ from lagrange_cli.files import MAX_BYTES
 from lagrange_cli.mechanics.refusals import LARGEST_SYSTEM
 from lagrange_cli.mechanics.roots import LONGEST_ROOT
 from lagrange_cli.scene import read_text
-from lagrange_cli.scene.bounds import MAX_POWER
-from lagrange_cli.scene.expression import FUNCTIONS
-from lagrange_cli.scene.grammar import MAX_LENGTH, MAX_NESTING
-from lagrange_cli.scene.indices import MAX_FAMILY, MAX_TERMS
+from lagrange_cli.scene.language.bounds import MAX_POWER
+from lagrange_cli.scene.language.expression import FUNCTIONS
+from lagrange_cli.scene.language.families import MAX_FAMILY, MAX_TERMS
+from lagrange_cli.scene.language.grammar import MAX_LENGTH, MAX_NESTING
+from lagrange_cli.scene.language.tokens import MAX_DIGITS, MAX_EXPONENT
 from lagrange_cli.scene.reader import SECTIONS
-from lagrange_cli.scene.source import MAX_ALIASED, MAX_DEPTH
-from lagrange_cli.scene.tokens import MAX_DIGITS, MAX_EXPONENT
+from lagrange_cli.scene.reading.source import MAX_ALIASED, MAX_DEPTH
 
 PAGE = (Path(__file__).parents[2] / "docs" / "scene-language.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)

@@ -6,7 +6,7 @@ import pytest
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.scene import parse_equation, read_text
-from lagrange_cli.scene.expression import Name
+from lagrange_cli.scene.language.expression import Name
 from lagrange_cli.scene.model import Scene
 
 BASE = """\

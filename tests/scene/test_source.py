@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.scene.source import Mapping, Scalar, Sequence, compose, decode
+from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, compose, decode
 
 HOSTILE = {
     "aliases": "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n"

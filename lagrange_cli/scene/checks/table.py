@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.scene.declarations import AXES, component
-from lagrange_cli.scene.expression import Expression, Name
+from lagrange_cli.scene.language.expression import Expression, Name
+from lagrange_cli.scene.language.problems import Problems
 from lagrange_cli.scene.model import Particle, Point, Scene
-from lagrange_cli.scene.problems import Problems
+from lagrange_cli.scene.reading.declarations import AXES, component
 
 __all__ = ["NameTable", "check_clashes", "name_table"]
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.scene.declarations import AXES, component
-from lagrange_cli.scene.expression import Call, Expression, Name, Number
-from lagrange_cli.scene.problems import shown, suggestion
-from lagrange_cli.scene.shapes import Reading
-from lagrange_cli.scene.source import Mapping, Scalar, SourceNode
+from lagrange_cli.scene.language.expression import Call, Expression, Name, Number
+from lagrange_cli.scene.language.problems import shown, suggestion
+from lagrange_cli.scene.reading.declarations import AXES, component
+from lagrange_cli.scene.reading.shapes import Reading
+from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 
 __all__ = [
     "as_factor",

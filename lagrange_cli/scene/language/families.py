@@ -15,7 +15,7 @@ from types import MappingProxyType
 from typing import Literal
 
 from lagrange_cli.errors import InputError, Mark
-from lagrange_cli.scene.expression import (
+from lagrange_cli.scene.language.expression import (
     RANGE,
     SUM,
     Add,
@@ -32,9 +32,13 @@ from lagrange_cli.scene.expression import (
     children,
     walk,
 )
-from lagrange_cli.scene.grammar import parse_equation, parse_expression
-from lagrange_cli.scene.problems import shown
-from lagrange_cli.scene.tokens import ExpressionError, ExpressionLimitError, NotRealExpressionError
+from lagrange_cli.scene.language.grammar import parse_equation, parse_expression
+from lagrange_cli.scene.language.problems import shown
+from lagrange_cli.scene.language.tokens import (
+    ExpressionError,
+    ExpressionLimitError,
+    NotRealExpressionError,
+)
 
 __all__ = [
     "MAX_FAMILY",
@@ -100,7 +104,7 @@ def read_expression(
 ) -> Expression:
     """Parse an expression and write its indices and sums out.
 
-    See :func:`~lagrange_cli.scene.grammar.parse_expression`; ``values`` are those
+    See :func:`~lagrange_cli.scene.language.grammar.parse_expression`; ``values`` are those
     of sizes and indices.
     """
     parsed = parse_expression(text, origin, exact=exact, limited=limited)

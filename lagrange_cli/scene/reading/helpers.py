@@ -10,7 +10,13 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-from lagrange_cli.scene.bodies import (
+from lagrange_cli.scene.language.bounds import Extent, extent_of
+from lagrange_cli.scene.language.expression import Equation, Expression, Neg, Node, Number, names_in
+from lagrange_cli.scene.language.grammar import INEQUALITIES
+from lagrange_cli.scene.language.tokens import ExpressionError
+from lagrange_cli.scene.model import Constraint, Particle
+from lagrange_cli.scene.reading.declarations import AXES, component
+from lagrange_cli.scene.reading.helper_terms import (
     as_factor,
     body_pair,
     differences,
@@ -18,15 +24,9 @@ from lagrange_cli.scene.bodies import (
     place_of,
     unknown_helper,
 )
-from lagrange_cli.scene.bounds import Extent, extent_of
-from lagrange_cli.scene.declarations import AXES, component
-from lagrange_cli.scene.expression import Equation, Expression, Neg, Node, Number, names_in
-from lagrange_cli.scene.grammar import INEQUALITIES
-from lagrange_cli.scene.interactions import coulomb, newton
-from lagrange_cli.scene.model import Constraint, Particle
-from lagrange_cli.scene.shapes import Reading
-from lagrange_cli.scene.source import Mapping, Scalar, SourceNode
-from lagrange_cli.scene.tokens import ExpressionError
+from lagrange_cli.scene.reading.interactions import coulomb, newton
+from lagrange_cli.scene.reading.shapes import Reading
+from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 
 __all__ = ["read_constraint_helper", "read_plane", "read_potential_helper", "read_unilateral"]
 

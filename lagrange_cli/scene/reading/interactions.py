@@ -9,18 +9,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import combinations
 
-from lagrange_cli.scene.bodies import (
+from lagrange_cli.scene.language.expression import Expression
+from lagrange_cli.scene.model import Force, Particle
+from lagrange_cli.scene.reading.declarations import AXES, component
+from lagrange_cli.scene.reading.helper_terms import (
     as_factor,
     body_pair,
     differences,
     known_body,
     place_of,
 )
-from lagrange_cli.scene.declarations import AXES, component
-from lagrange_cli.scene.expression import Expression
-from lagrange_cli.scene.model import Force, Particle
-from lagrange_cli.scene.shapes import Reading
-from lagrange_cli.scene.source import Mapping, Scalar, SourceNode
+from lagrange_cli.scene.reading.shapes import Reading
+from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 
 __all__ = ["coulomb", "damper", "drag", "newton"]
 

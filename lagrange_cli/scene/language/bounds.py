@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from lagrange_cli.scene.expression import (
+from lagrange_cli.scene.language.expression import (
     Add,
     Call,
     Mul,
@@ -26,7 +26,7 @@ from lagrange_cli.scene.expression import (
     children,
     walk,
 )
-from lagrange_cli.scene.tokens import (
+from lagrange_cli.scene.language.tokens import (
     MAX_EXPONENT,
     ExpressionError,
     ExpressionLimitError,

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from lagrange_cli.scene.declarations import AXES
-from lagrange_cli.scene.expression import Equation, Expression
+from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.model import InitialValue, Particle, Point, Scene
+from lagrange_cli.scene.reading.declarations import AXES
 
 __all__ = ["Place", "Use", "uses"]
 

@@ -11,8 +11,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from lagrange_cli.scene.bounds import ANY_EXTENT, Extent, extent_of
-from lagrange_cli.scene.expression import Call, Expression, Name, Node, children, names_in, walk
+from lagrange_cli.scene.language.bounds import ANY_EXTENT, Extent, extent_of
+from lagrange_cli.scene.language.expression import (
+    Call,
+    Expression,
+    Name,
+    Node,
+    children,
+    names_in,
+    walk,
+)
 
 __all__ = ["NONSMOOTH", "Traits", "dependency_order", "rate_node", "traits_of"]
 
@@ -80,7 +88,7 @@ def traits_of(node: Node, names: Mapping[str, Traits]) -> Traits:
     Raises
     ------
     ExpressionError
-        At the part that exceeds a limit of :mod:`lagrange_cli.scene.bounds`.
+        At the part that exceeds a limit of :mod:`lagrange_cli.scene.language.bounds`.
     """
     rough = driven = None
     constant = True

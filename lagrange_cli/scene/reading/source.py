@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.scene.problems import Problems, shown
+from lagrange_cli.scene.language.problems import Problems, shown
 
 __all__ = [
     "MAX_ALIASED",

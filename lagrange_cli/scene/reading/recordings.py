@@ -7,9 +7,9 @@ import os
 from typing import get_args
 
 from lagrange_cli.files import Interpolation, Recording
-from lagrange_cli.scene.problems import shown, suggestion
-from lagrange_cli.scene.shapes import Reading
-from lagrange_cli.scene.source import Mapping, Scalar, SourceNode
+from lagrange_cli.scene.language.problems import shown, suggestion
+from lagrange_cli.scene.reading.shapes import Reading
+from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 
 __all__ = ["RECORDED", "read_recorded"]
 

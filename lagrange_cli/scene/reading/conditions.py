@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, get_args
 
-from lagrange_cli.scene.expression import Equation, Expression
+from lagrange_cli.scene.language.expression import Equation, Expression
+from lagrange_cli.scene.language.problems import shown, suggestion
 from lagrange_cli.scene.model import (
     ErrorExpectation,
     EventExpectation,
@@ -16,10 +17,9 @@ from lagrange_cli.scene.model import (
     SimulateDefaults,
     StateExpectation,
 )
-from lagrange_cli.scene.overrides import initial_name
-from lagrange_cli.scene.problems import shown, suggestion
-from lagrange_cli.scene.shapes import Reading, is_indexed
-from lagrange_cli.scene.source import Mapping, Scalar, Sequence, SourceNode
+from lagrange_cli.scene.reading.overrides import initial_name
+from lagrange_cli.scene.reading.shapes import Reading, is_indexed
+from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 
 __all__ = [
     "read_error_expectation",

@@ -8,10 +8,10 @@ from dataclasses import replace
 from typing import Any
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.scene.expression import Expression
-from lagrange_cli.scene.indices import read_expression, whole_number
+from lagrange_cli.scene.language.expression import Expression
+from lagrange_cli.scene.language.families import read_expression, whole_number
+from lagrange_cli.scene.language.problems import Problems, shown, suggestion
 from lagrange_cli.scene.model import InitialValue, Scene
-from lagrange_cli.scene.problems import Problems, shown, suggestion
 
 __all__ = [
     "given_size",

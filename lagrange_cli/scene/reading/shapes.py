@@ -16,7 +16,7 @@ from fractions import Fraction
 from typing import Any
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.scene.expression import (
+from lagrange_cli.scene.language.expression import (
     RANGE,
     RESERVED,
     Call,
@@ -28,8 +28,7 @@ from lagrange_cli.scene.expression import (
     Relation,
     children,
 )
-from lagrange_cli.scene.grammar import parse_equation, parse_expression, parse_key
-from lagrange_cli.scene.indices import (
+from lagrange_cli.scene.language.families import (
     Budget,
     assignments,
     check_family,
@@ -39,9 +38,10 @@ from lagrange_cli.scene.indices import (
     written_equation,
     written_expression,
 )
-from lagrange_cli.scene.problems import Problems, shown, suggestion
-from lagrange_cli.scene.source import Mapping, Scalar, Sequence, SourceNode
-from lagrange_cli.scene.tokens import IDENTIFIER
+from lagrange_cli.scene.language.grammar import parse_equation, parse_expression, parse_key
+from lagrange_cli.scene.language.problems import Problems, shown, suggestion
+from lagrange_cli.scene.language.tokens import IDENTIFIER
+from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 
 __all__ = ["Reading", "is_indexed"]
 

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import ClassVar
 
 from lagrange_cli.errors import InputError, LimitError, Mark, NotRealError, Problem
-from lagrange_cli.scene.expression import Span
+from lagrange_cli.scene.language.expression import Span
 
 __all__ = [
     "IDENTIFIER",

@@ -6,8 +6,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.scene.expression import Expression, Name, Number
-from lagrange_cli.scene.latex import check_latex
+from lagrange_cli.scene.language.expression import Expression, Name, Number
 from lagrange_cli.scene.model import (
     Coordinate,
     Definition,
@@ -17,10 +16,11 @@ from lagrange_cli.scene.model import (
     Point,
     Size,
 )
-from lagrange_cli.scene.overrides import given_size
-from lagrange_cli.scene.recordings import RECORDED, read_recorded
-from lagrange_cli.scene.shapes import Reading
-from lagrange_cli.scene.source import Mapping, Scalar, Sequence, SourceNode
+from lagrange_cli.scene.reading.latex import check_latex
+from lagrange_cli.scene.reading.overrides import given_size
+from lagrange_cli.scene.reading.recordings import RECORDED, read_recorded
+from lagrange_cli.scene.reading.shapes import Reading
+from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 
 __all__ = [
     "AXES",

@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from lagrange_cli.errors import InputError, LimitError, Mark, Problem, nearest
-from lagrange_cli.scene.expression import Expression
-from lagrange_cli.scene.tokens import ExpressionError
+from lagrange_cli.scene.language.expression import Expression
+from lagrange_cli.scene.language.tokens import ExpressionError
 
 __all__ = ["MAX_COLLECTED", "MAX_REPORTED", "Problems", "shown", "suggestion"]
 

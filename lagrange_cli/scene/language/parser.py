@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from lagrange_cli.scene.expression import (
+from lagrange_cli.scene.language.expression import (
     FUNCTIONS,
     RANGE,
     RESERVED,
@@ -20,8 +20,13 @@ from lagrange_cli.scene.expression import (
     Number,
     Pow,
 )
-from lagrange_cli.scene.problems import shown, suggestion
-from lagrange_cli.scene.tokens import ExpressionError, ExpressionLimitError, Token, number_value
+from lagrange_cli.scene.language.problems import shown, suggestion
+from lagrange_cli.scene.language.tokens import (
+    ExpressionError,
+    ExpressionLimitError,
+    Token,
+    number_value,
+)
 
 __all__ = ["MAX_NESTING", "parse_tokens"]
 

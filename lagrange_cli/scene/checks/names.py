@@ -6,18 +6,18 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.scene.dependencies import (
+from lagrange_cli.scene.checks.dependencies import (
     NONSMOOTH,
     Traits,
     dependency_order,
     rate_node,
     traits_of,
 )
-from lagrange_cli.scene.expression import Call, Expression, Name, names_in, walk
+from lagrange_cli.scene.checks.table import NameTable, check_clashes, name_table
+from lagrange_cli.scene.checks.uses import Place, Use, uses
+from lagrange_cli.scene.language.expression import Call, Expression, Name, names_in, walk
+from lagrange_cli.scene.language.problems import Problems, shown, suggestion
 from lagrange_cli.scene.model import Force, InitialValue, Scene
-from lagrange_cli.scene.problems import Problems, shown, suggestion
-from lagrange_cli.scene.table import NameTable, check_clashes, name_table
-from lagrange_cli.scene.uses import Place, Use, uses
 
 __all__ = ["EVENTS", "check_names", "without_rate"]
 

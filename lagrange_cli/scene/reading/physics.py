@@ -5,17 +5,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lagrange_cli.scene.expression import Equation, Expression
-from lagrange_cli.scene.grammar import INEQUALITIES
-from lagrange_cli.scene.helpers import (
+from lagrange_cli.scene.language.expression import Equation, Expression
+from lagrange_cli.scene.language.grammar import INEQUALITIES
+from lagrange_cli.scene.model import Constraint, Force, Term, Unilateral
+from lagrange_cli.scene.reading.helpers import (
     read_constraint_helper,
     read_potential_helper,
     read_unilateral,
 )
-from lagrange_cli.scene.interactions import damper, drag
-from lagrange_cli.scene.model import Constraint, Force, Term, Unilateral
-from lagrange_cli.scene.shapes import Reading
-from lagrange_cli.scene.source import Mapping, Scalar, Sequence, SourceNode
+from lagrange_cli.scene.reading.interactions import damper, drag
+from lagrange_cli.scene.reading.shapes import Reading
+from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 
 __all__ = [
     "read_constraints",

@@ -2,7 +2,7 @@
 
 An operator-precedence parser with an explicit stack of open brackets, so that
 nesting costs no recursion. It knows an allowlist of functions and builds the
-tree of :mod:`lagrange_cli.scene.expression`; nothing of a text is evaluated.
+tree of :mod:`lagrange_cli.scene.language.expression`; nothing of a text is evaluated.
 
 Binding, loosest first: ``+ -``; ``* /``; a sign; ``^`` (the same as ``**``),
 which associates to the right. A leading sign belongs to the whole term:
@@ -16,10 +16,15 @@ from dataclasses import replace
 from typing import cast
 
 from lagrange_cli.errors import InputError, Mark
-from lagrange_cli.scene.bounds import check_depth, extent_of
-from lagrange_cli.scene.expression import SUM, Equation, Expression, Name, Node, Relation
-from lagrange_cli.scene.parser import MAX_NESTING, parse_tokens
-from lagrange_cli.scene.tokens import ExpressionError, ExpressionLimitError, Token, tokenize
+from lagrange_cli.scene.language.bounds import check_depth, extent_of
+from lagrange_cli.scene.language.expression import SUM, Equation, Expression, Name, Node, Relation
+from lagrange_cli.scene.language.parser import MAX_NESTING, parse_tokens
+from lagrange_cli.scene.language.tokens import (
+    ExpressionError,
+    ExpressionLimitError,
+    Token,
+    tokenize,
+)
 
 __all__ = [
     "INEQUALITIES",
@@ -47,7 +52,7 @@ def parse_expression(
     """Parse an expression whose first character is at ``origin``.
 
     ``exact``: offsets in the text are offsets in the line (see
-    :class:`~lagrange_cli.scene.expression.Expression`). ``limited=False`` lifts
+    :class:`~lagrange_cli.scene.language.expression.Expression`). ``limited=False`` lifts
     the limit on the length, for text that was written out from a helper.
 
     Raises
@@ -102,7 +107,7 @@ def parse_equation(
 def parse_key(text: str, origin: Mark, *, exact: bool = True) -> Expression:
     """Parse what declares a family or one member of it: ``p[i=1..n]``, ``x[0]``.
 
-    The node is a :class:`~lagrange_cli.scene.expression.Name` whose indices are
+    The node is a :class:`~lagrange_cli.scene.language.expression.Name` whose indices are
     ranges or expressions.
 
     Raises

@@ -1,0 +1,5 @@
+"""The sections of a scene file: from YAML to the values of the model.
+
+YAML with positions goes in; declarations, physics, initial and simulated values come out, helpers
+written out. Read :mod:`.source` for how places are kept, then :mod:`.declarations`.
+"""
