@@ -1,8 +1,8 @@
 """Decide whether equations of motion, or Lagrangians, say the same.
 
 Agreement is proven by zero tests that look at every side of every switching function
-(:mod:`lagrange_cli.mechanics.vanishing`). Real states at which two expressions differ refute it.
-Analytic expressions with functions of which the tests know little (logarithms, inverse
+(:mod:`lagrange_cli.mechanics.proofs.zero_test`). Real states at which two expressions differ refute
+it. Analytic expressions with functions of which the tests know little (logarithms, inverse
 functions) are compared at real states over many magnitudes, unless a term could be too small
 there to be seen. What is left is undecided, and never passes.
 """
@@ -20,12 +20,12 @@ import sympy
 from mpmath import mpf
 from sympy import Expr, Rational, Symbol
 
-from lagrange_cli.mechanics.calculus import derivative
-from lagrange_cli.mechanics.continuity import is_analytic, is_continuous
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.equations import Equations
-from lagrange_cli.mechanics.expansion import expand_terms
-from lagrange_cli.mechanics.refutation import is_nonzero, states_for, values_at
-from lagrange_cli.mechanics.vanishing import UndecidableError, holds, sides, vanish
+from lagrange_cli.mechanics.proofs.continuity import is_analytic, is_continuous
+from lagrange_cli.mechanics.proofs.refutation import is_nonzero, states_for, values_at
+from lagrange_cli.mechanics.proofs.zero_test import UndecidableError, holds, sides, vanish
 
 __all__ = ["Verdict", "lagrangians_agree", "proportional"]
 

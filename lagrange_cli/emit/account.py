@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.symbols import multiplier_name
+from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations
 from lagrange_cli.mechanics.equations import tagged
-from lagrange_cli.mechanics.explicit import explicit_accelerations
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import (

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.mechanics.reactions import ConstraintForces, Reaction
+    from lagrange_cli.mechanics.reaction_values import ConstraintForces, Reaction
 
 __all__ = [
     "FORCES_LINE",

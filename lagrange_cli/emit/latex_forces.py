@@ -12,7 +12,7 @@ from lagrange_cli.emit.latex_typesetter import Row, Typesetter
 from lagrange_cli.emit.symbols import latex_name
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.reactions import ConstraintForces
+    from lagrange_cli.mechanics.reaction_values import ConstraintForces
 
 __all__ = ["forces_section"]
 

@@ -17,7 +17,7 @@ from lagrange_cli.emit.layout import Piece, fill, joined, prefixed, suffixed
 from lagrange_cli.emit.linear import solid
 from lagrange_cli.emit.nodes import Node
 from lagrange_cli.emit.symbols import latex_name
-from lagrange_cli.mechanics.explicit import explicit_accelerations, right_sides
+from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations, right_sides
 
 if TYPE_CHECKING:
     from sympy import Expr

@@ -34,7 +34,7 @@ from lagrange_cli.emit.schedule import LARGEST_IN_ORDER, order_of, schedule
 from lagrange_cli.emit.solve import Block, solve_blocks
 from lagrange_cli.emit.values import Scaled, Values
 from lagrange_cli.emit.wide import Wide, is_wide, wide
-from lagrange_cli.mechanics.calculus import derivative
+from lagrange_cli.mechanics.algebra.derivatives import derivative
 
 if TYPE_CHECKING:
     from sympy import Expr

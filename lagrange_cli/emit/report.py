@@ -14,7 +14,7 @@ from lagrange_cli.emit.forces import forces_report
 from lagrange_cli.emit.nodes import Node, Term, as_terms
 from lagrange_cli.emit.ordering import sum_of
 from lagrange_cli.emit.scene_language import ScenePrinter
-from lagrange_cli.mechanics.explicit import explicit_accelerations, right_sides
+from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations, right_sides
 from lagrange_cli.mechanics.sparse import entries
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ matrix is diagonal for the multipliers alone, whose matrix is a band
 (:mod:`lagrange_cli.emit.banded`), from which the accelerations follow.
 A block of one is a division. A small block whose mass matrix is proven
 positive definite becomes straight-line code: the exact solution where that is
-known to lose no digits (:mod:`lagrange_cli.mechanics.closed_form`), else
+known to lose no digits (:mod:`lagrange_cli.mechanics.dynamics.solve_exactly`), else
 M = L D Lᵀ. Larger blocks are eliminated by a loop in the emitted code, without
 pivoting where M is proven positive definite (as stable as Cholesky's method;
 Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., ch. 10), else
@@ -26,7 +26,7 @@ import sympy
 
 from lagrange_cli.emit.banded import bandwidth, elimination_order, is_banded
 from lagrange_cli.emit.values import ONE, Input, Scaled, Values
-from lagrange_cli.mechanics.closed_form import Solution, solve_exactly
+from lagrange_cli.mechanics.dynamics.solve_exactly import Solution, solve_exactly
 from lagrange_cli.mechanics.sparse import entries
 
 if TYPE_CHECKING:

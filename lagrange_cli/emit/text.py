@@ -29,7 +29,7 @@ from lagrange_cli.emit.layout import Piece, fill, joined, suffixed
 from lagrange_cli.emit.linear import LinearPrinter, columns, solid
 from lagrange_cli.emit.scene_language import ScenePrinter
 from lagrange_cli.errors import escape_controls
-from lagrange_cli.mechanics.explicit import explicit_accelerations, right_sides
+from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations, right_sides
 
 if TYPE_CHECKING:
     from sympy import Expr

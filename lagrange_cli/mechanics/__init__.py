@@ -1,7 +1,12 @@
-"""Scene → Reduced → Equations: reduction, derivation, structure facts, certificate."""
+"""Scene → Reduced → Equations: reduction, derivation, structure facts, certificate.
 
-from lagrange_cli.mechanics.derivation import derive_uncertified
-from lagrange_cli.mechanics.pipeline import derive, interpret
-from lagrange_cli.mechanics.reduction import reduce
+A scene goes in; what comes out is :class:`~.equations.Equations`, with mass matrix, forcing,
+closures, facts and initial state, all of it certified, or a refusal that names what is wrong.
+Read :mod:`.derivation` first: it calls the rooms in order.
+"""
+
+from lagrange_cli.mechanics.derivation import derive, interpret
+from lagrange_cli.mechanics.dynamics.lagrange import derive_uncertified
+from lagrange_cli.mechanics.reduction.reduce import reduce
 
 __all__ = ["derive", "derive_uncertified", "interpret", "reduce"]

@@ -1,388 +1,352 @@
-"""Mass matrix and forcing by d'Alembert's principle.
-
-For particle components r(q, t) with Jacobian J and convective term γ,
-
-    M = Σ m JᵀJ,   h = Σ m Jᵀγ,   M q̈ + h = Q(q, q̇, t),
-
-which equals Lagrange's equations and needs no expansion of the kinetic energy
-(Goldstein, Poole and Safko, Classical Mechanics, 3rd ed., section 1.4).
-Kinetic energy beyond the particles' and generalized potentials enter through
-the Euler–Lagrange expression of T_extra − U. Products that recur across
-particles are gathered with summed masses before anything is multiplied.
-"""
+"""Scene → Equations: reduce, derive, certify, and put into textbook form."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from operator import attrgetter
-from typing import TypeVar
+from collections.abc import Iterator
+from dataclasses import replace
 
+import mpmath
 import sympy as sp
 
-from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.calculus import Kinematics, derivative
-from lagrange_cli.mechanics.closures import closures
-from lagrange_cli.mechanics.contacts import contacts
-from lagrange_cli.mechanics.equations import BodyForce, Closure, Contact
-from lagrange_cli.mechanics.expansion import expand_terms, term_count
-from lagrange_cli.mechanics.grouping import grouped_sum
-from lagrange_cli.mechanics.recurrence import Moving, recurring_products
-from lagrange_cli.mechanics.reduction import Reduced
-from lagrange_cli.mechanics.sparse import SparseRow
-from lagrange_cli.mechanics.terms import Splitter, TermSum, factored, monomial, rational, tidy
-from lagrange_cli.mechanics.trigonometry import Weights
-from lagrange_cli.scene.model import Force
+from lagrange_cli.errors import (
+    InconsistentStartError,
+    InputError,
+    MissingStartError,
+    NotRealError,
+    Problem,
+    SingularError,
+)
+from lagrange_cli.mechanics.certify.certificate import Evidence, certify, certify_shown, not_real
+from lagrange_cli.mechanics.certify.facts import open_questions, proven
+from lagrange_cli.mechanics.diagnosis.errors import require_size, too_deep
+from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
+from lagrange_cli.mechanics.dynamics.lagrange import Derivation, derive_uncertified
+from lagrange_cli.mechanics.dynamics.singular_configurations import singular_places
+from lagrange_cli.mechanics.dynamics.textbook_form import shown_equations
+from lagrange_cli.mechanics.equations import (
+    CartesianName,
+    Equations,
+    InitialState,
+    Input,
+    Parameter,
+    ParticleMotion,
+    ShownEquation,
+)
+from lagrange_cli.mechanics.formulation import formulated, reduced_for, replaced_chart, start
+from lagrange_cli.mechanics.initial.rank_deficient_start import singular_start
+from lagrange_cli.mechanics.initial.simulation_defaults import simulation_defaults
+from lagrange_cli.mechanics.initial.suggestions import possible_start
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.sampling import working_digits
+from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.structure import (
+    conserved_quantities,
+    cyclic_names,
+    facts,
+    require_inertia,
+    require_no_rates_of_inputs,
+    total_energy,
+)
+from lagrange_cli.mechanics.symbols.convert import decimal_literals, to_sympy, total_derivative
+from lagrange_cli.mechanics.symbols.values import nearest_double
+from lagrange_cli.scene.language.expression import Equation, Expression
+from lagrange_cli.scene.model import Formulation, Scene
+from lagrange_cli.stages import announce
 
-__all__ = ["Derivation", "derive_uncertified", "raw_terms"]
+__all__ = ["derive", "interpret"]
 
-_Entry = TypeVar("_Entry")
+#: What is wrong with an initial state that has no place, or several, in the coordinates.
+NOT_REACHED = (InconsistentStartError, MissingStartError, NotRealError, SingularError)
+NOT_REACHED_REMARK = (
+    "in multiplier form: the coordinates do not give the initial state, where they are singular"
+)
 
-#: Products that are multiplied out and collected; beyond it sums are left factored.
-PRODUCT_BUDGET = 50_000
-
-#: Terms that one factor of a force may be multiplied out to.
-_TERM_BUDGET = 200
+#: Relative agreement of two residuals that are the same equation.
+_SAME = mpmath.mpf(10) ** -12
 
 
-@dataclass(frozen=True)
-class Derivation:
-    """``mass[j][k]`` and ``forcing[j]`` as lists of collected terms, and what they came from.
+def derive(
+    scene: Scene,
+    *,
+    digits: int = 30,
+    points: int = 8,
+    forces: bool = False,
+    formulation: Formulation = "auto",
+) -> Equations:
+    """Certified equations of motion of a scene.
 
-    Rows of ``mass`` hold the columns that are not zero; ``mass_matrix`` has each list as one
-    factored sum.
-
-    Attributes
+    Parameters
     ----------
-    kinetic, potential
-        T and V over q, v, t in display form.
-    extra
-        T_extra − U: the part of L that enters by its Euler–Lagrange expression.
-    velocity
-        Raw symbol of a particle's component → ṙ(q, v, t).
-    collected
-        False where the product budget was exceeded and sums were left factored.
-    closures
-        Equations beside the coordinates, whose multipliers enter M a = f + Σ λ·gradient.
-    contacts
-        One-sided constraints, whose multipliers enter in the same way while they touch.
+    digits
+        Decimal digits of the certificate, at least 15.
+    points
+        Random states at which it is checked.
+    forces
+        Find the constraint forces too.
+    formulation
+        ``minimal`` or ``multiplier``; ``auto`` as :func:`.formulation.formulated` says, and
+        ``multiplier`` where the coordinates do not reach the initial state and it does.
+
+    Raises
+    ------
+    InputError
+        Located: whatever is wrong with the scene, or that there is no such formulation.
+    InternalError
+        The derivation failed its certificate.
     """
-
-    reduced: Reduced
-    mass: tuple[Mapping[int, tuple[sp.Expr, ...]], ...]
-    mass_matrix: tuple[SparseRow, ...]
-    forcing: tuple[tuple[sp.Expr, ...], ...]
-    kinetic: sp.Expr
-    potential: sp.Expr
-    extra: sp.Expr
-    dissipation: sp.Expr
-    forces: tuple[BodyForce, ...]
-    velocity: dict[sp.Symbol, sp.Expr]
-    collected: bool
-    closures: tuple[Closure, ...] = ()
-    contacts: tuple[Contact, ...] = ()
-
-    @property
-    def pushing(self) -> tuple[Closure, ...]:
-        """All that has a multiplier: closures, then the gaps of contacts."""
-        return (*self.closures, *(c.closure for c in self.contacts))
-
-    @property
-    def lagrangian(self) -> sp.Expr:
-        return self.kinetic - self.potential
+    require_size(scene)
+    try:
+        return _in_formulation(scene, digits, points, forces, formulation)
+    except DomainError:
+        # Which part it was is known where the error is caught; here only that it is one of them.
+        raise not_real(scene) from None
+    except RecursionError:
+        raise too_deep(scene) from None
 
 
-@dataclass(frozen=True)
-class RawTerms:
-    """Potentials and kinetic terms before coordinates are put in.
+def _in_formulation(
+    scene: Scene, digits: int, points: int, forces: bool, formulation: Formulation
+) -> Equations:
+    """The equations in the formulation asked for, or, for ``auto``, in one that has a start."""
+    announce("finding the coordinates")
+    reduced, remarks = reduced_for(scene, formulation)
 
-    ``positional`` are potentials without velocities, over raw symbols;
-    ``velocity_dependent`` are the others and ``kinetic`` the section
-    ``kinetic``, both over q, v, t.
-    """
+    def derived(wanted: Formulation) -> Equations:
+        announce("deriving the equations")
+        form, choice = formulated(reduced, wanted)
+        found = _derived(derive_uncertified(form), digits, points, forces)
+        return replace(found, choice=choice, remarks=(*found.remarks, *remarks))
 
-    positional: tuple[sp.Expr, ...]
-    velocity_dependent: tuple[sp.Expr, ...]
-    kinetic: tuple[sp.Expr, ...]
+    try:
+        return derived(formulation)
+    except NOT_REACHED as refusal:
+        if formulation != "auto":
+            raise
+        try:
+            found = derived("multiplier")
+        except InputError:
+            raise refusal from None
+        return replace(found, remarks=(*found.remarks, NOT_REACHED_REMARK))
 
 
-def raw_terms(reduced: Reduced) -> RawTerms:
-    """Convert the potentials and kinetic terms of a scene."""
+def _derived(derivation: Derivation, digits: int, points: int, forces: bool) -> Equations:
+    require_no_rates_of_inputs(derivation)
+    seen = certify(derivation, digits, points)
+    require_inertia(derivation, seen)
+    evidence = proven(derivation, seen)
+    equations = _equations(derivation, evidence)
+    questions = tuple(open_questions(derivation, seen, evidence, equations.conserved))
+    equations = replace(equations, singular=singular_places(derivation), open_questions=questions)
+    if not forces:
+        return equations
+    from lagrange_cli.mechanics.reactions.constraint_forces import constraint_forces
+
+    announce("finding the constraint forces")
+    found = constraint_forces(derivation, evidence, equations)
+    return replace(equations, constraint_forces=found)
+
+
+def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
+    reduced = derivation.reduced
     scene, names = reduced.scene, reduced.names
-    v = {c.v for c in reduced.coordinates}
-    positional, dependent = [], []
-    for potential in scene.potentials:
-        expr = names.convert(potential.expression, reduced.rate)
-        if expr.free_symbols & v:
-            dependent.append(reduced.resolve(expr))
-        else:
-            positional.append(expr)
-    kinetic = [reduced.resolve(names.convert(k.expression, reduced.rate)) for k in scene.kinetic]
-    return RawTerms(tuple(positional), tuple(dependent), tuple(kinetic))
+    announce("finding what is conserved")
+    energy = total_energy(derivation, evidence)
+    structure = facts(derivation)
+    announce("writing the equations")
+    shown = _shown(derivation, evidence)
+    announce("finding the initial state")
+    chart = replaced_chart(derivation)
+    initial = start(derivation, chart)
+    certify_shown(evidence, shown)
+    return Equations(
+        name=scene.name,
+        title=scene.title,
+        description=scene.description,
+        file=scene.file,
+        digest=scene.digest,
+        t=names.t,
+        parameters=tuple(_parameters(reduced)),
+        coordinates=reduced.coordinates,
+        account=reduced.account,
+        particles=tuple(_particles(derivation)),
+        cartesian_names=tuple(_cartesian_names(derivation)),
+        kinetic=derivation.kinetic,
+        potential=derivation.potential,
+        lagrangian=derivation.lagrangian,
+        dissipation=derivation.dissipation,
+        forces=derivation.forces,
+        mass_matrix=derivation.mass_matrix,
+        forcing=tuple(sp.Add(*terms) for terms in derivation.forcing),
+        shown=shown,
+        energy=energy,
+        cyclic=cyclic_names(derivation, evidence),
+        conserved=conserved_quantities(derivation, evidence, energy),
+        facts=structure,
+        certificate=evidence.certificate,
+        initial=initial,
+        suggested=tuple(possible_start(derivation.reduced).items()) if initial is None else (),
+        simulate=simulation_defaults(reduced.scene, reduced.values),
+        abbreviations=tuple(_abbreviations(reduced)),
+        outputs=tuple(_outputs(reduced)),
+        inputs=tuple(_inputs(reduced)),
+        literals=decimal_literals(scene.expressions()),
+        warnings=(
+            *reduced.warnings,
+            *_unused_warnings(scene, structure.unused_parameters),
+            *filter(None, [singular_start(derivation, initial)]),
+            *jump_warnings(reduced),
+        ),
+        remarks=_remarks(derivation, initial),
+        closures=derivation.closures,
+        contacts=derivation.contacts,
+        chart=chart,
+    )
 
 
-def derive_uncertified(reduced: Reduced) -> Derivation:
-    """Mass matrix, forcing and energies of a reduced scene, not yet checked."""
-    return _Builder(reduced).build()
-
-
-class _Builder:
-    def __init__(self, reduced: Reduced) -> None:
-        self.reduced = reduced
-        self.q = [c.q for c in reduced.coordinates]
-        self.v = [c.v for c in reduced.coordinates]
-        self.t = reduced.names.t
-        self.n = len(self.q)
-        self.number = {q: j for j, q in enumerate(self.q)}
-        self.kinematics = Kinematics(reduced.resolved, self.q, self.v, self.t)
-        self.masses = frozenset(f for m in reduced.masses for f in m.free_symbols)
-        self.splitter = Splitter(self.masses)
-        self.mass: dict[tuple[int, int], TermSum] = {}
-        self.forcing = [TermSum(self.splitter) for _ in range(self.n)]
-        self.terms = raw_terms(reduced)
-        self.components = [
-            (symbol, mass)
-            for body, mass in zip(reduced.names.particle_symbols, reduced.masses, strict=True)
-            for symbol in body
-            if reduced.chart.geometry.held[symbol]
-        ]
-        self.jacobians = {s: self.kinematics.jacobian(s) for s, _ in self.components}
-        self._masses: dict[int, Weights] = {}
-
-    def build(self) -> Derivation:
-        collected = self._add_inertia()
-        for potential in self.terms.positional:
-            self._add_potential(potential)
-        extra = sp.Add(*self.terms.kinetic, *(-u for u in self.terms.velocity_dependent))
-        self._add_extra(extra)
-        forces = tuple(self._add_force(f) for f in self.reduced.scene.forces)
-        dissipation = self._add_dissipation()
-        upper = {place: tuple(self.mass[place].collected()) for place in sorted(self.mass)}
-        upper = {place: terms for place, terms in upper.items() if terms}
-        inertia = {place: factored(list(terms)) for place, terms in upper.items()}
-        velocity = {
-            s: sp.Add(*self.kinematics.velocity(s))
-            for body in self.reduced.names.particle_symbols
-            for s in body
-        }
-        kept, gaps = closures(self.reduced)
-        return Derivation(
-            self.reduced,
-            tuple(_full(self.n, upper)),
-            tuple(SparseRow(self.n, row) for row in _full(self.n, inertia)),
-            tuple(tuple(f.collected()) for f in self.forcing),
-            self._kinetic(velocity, inertia),
-            self._potential(),
-            extra,
-            dissipation,
-            forces,
-            velocity,
-            collected,
-            kept,
-            contacts(self.reduced, gaps),
+def _remarks(derivation: Derivation, initial: InitialState | None) -> tuple[str, ...]:
+    remarks = list(derivation.reduced.remarks)
+    if initial is not None and initial.projected:
+        remarks.append(
+            f"initial values were changed by up to {initial.projected:.2g}"
+            " to satisfy the constraints"
         )
-
-    def _inertia(self, j: int, k: int) -> TermSum:
-        """The entry of the mass matrix in row j ≤ column k."""
-        if (j, k) not in self.mass:
-            self.mass[j, k] = TermSum(self.splitter)
-        return self.mass[j, k]
-
-    # Inertia: M = Σ m JᵀJ and −h = −Σ m Jᵀγ.
-
-    def _add_inertia(self) -> bool:
-        gathered = recurring_products(self._moving_components(factored=False))
-        fits = gathered.number <= PRODUCT_BUDGET
-        if not fits:
-            gathered = recurring_products(self._moving_components(factored=True))
-        for row, column, a, b, carried in gathered:
-            target = self.forcing[row] if column < 0 else self._inertia(row, column)
-            weights = self._carried(carried, sign=-1 if column < 0 else 1)
-            if fits:
-                target.add_product(a, b, weights)
-            else:
-                target.add(a * b, weights)
-        return fits
-
-    def _moving_components(self, *, factored: bool) -> Iterator[Moving]:
-        """Parts of each component's Jacobian and convective term, or each as one factor."""
-        for symbol, _ in self.components:
-            rows = [(j, tuple(parts)) for j, parts in self.jacobians[symbol].items()]
-            convective = tuple(self.kinematics.convective(symbol))
-            if factored:
-                rows = [(j, (sp.Add(*parts),)) for j, parts in rows]
-                convective = (sp.Add(*convective),) if convective else ()
-            yield Moving(rows, tuple(g for g in convective if g != 0))
-
-    def _carried(self, components: int, sign: int) -> Weights:
-        """The mass of a set of components, times a sign."""
-        if components not in self._masses:
-            weights: Weights = {}
-            left = components
-            while left:
-                _, mass = self.components[(left & -left).bit_length() - 1]
-                left &= left - 1
-                count, rest = mass.as_coeff_Mul(rational=True)
-                weights[rest] = weights.get(rest, 0) + rational(count)
-            self._masses[components] = self.splitter.as_one(weights)
-        return {m: sign * c for m, c in self._masses[components].items()}
-
-    # Forces.
-
-    def _add_work(self, symbol: sp.Symbol, force: sp.Expr, into: Sequence[TermSum]) -> None:
-        """Add the virtual work of a force along one Cartesian component, F ∂r/∂q."""
-        jacobian = self.jacobians.get(symbol)
-        if jacobian is None:
-            jacobian = self.jacobians[symbol] = self.kinematics.jacobian(symbol)
-        parts = _terms(force)
-        for j, row in jacobian.items():
-            for a in row:
-                for p in parts:
-                    into[j].add_product(p, a)
-
-    def _add_potential(self, potential: sp.Expr) -> None:
-        """−∂V/∂q through the Cartesian names that V is written in."""
-        resolved = self.reduced.resolved
-        number = self.number
-        gradient: dict[sp.Symbol, list[sp.Expr]] = {}
-        for term in sp.Add.make_args(potential):
-            for s in sorted(term.free_symbols, key=attrgetter("name")):
-                if s in resolved or s in number:
-                    gradient.setdefault(s, []).append(-derivative(term, s))
-        for s, parts in gradient.items():
-            force = self.reduced.resolve(sp.Add(*parts))
-            if s in resolved and resolved[s] != s:
-                self._add_work(s, force, self.forcing)
-            else:
-                self.forcing[number[s]].add_all(_terms(force))
-
-    def _add_extra(self, extra: sp.Expr) -> None:
-        """Euler–Lagrange expression of T_extra − U, term by term."""
-        for term in _terms(extra):
-            self._add_extra_term(term)
-
-    def _add_extra_term(self, term: sp.Expr) -> None:
-        present = term.free_symbols
-        for j in range(self.n):
-            if self.q[j] in present:
-                self.forcing[j].add_all(_terms(derivative(term, self.q[j])))
-            if self.v[j] not in present:
-                continue
-            momentum = derivative(term, self.v[j])
-            for k in range(self.n):
-                if k >= j and self.v[k] in present:
-                    self._inertia(j, k).add_all(_terms(derivative(momentum, self.v[k])))
-                if self.q[k] in present:
-                    change = -derivative(momentum, self.q[k]) * self.v[k]
-                    self.forcing[j].add_all(_terms(change))
-            if self.t in present:
-                self.forcing[j].add_all(_terms(-derivative(momentum, self.t)))
-
-    def _add_force(self, force: Force) -> BodyForce:
-        reduced = self.reduced
-        components = tuple(
-            reduced.resolve(reduced.names.convert(c, reduced.rate)) for c in force.components
-        )
-        own = [TermSum(self.splitter) for _ in range(self.n)]
-        for symbol, component in zip(self._targets(force), components, strict=True):
-            if symbol in self.number:
-                own[self.number[symbol]].add_all(_terms(component))
-            else:
-                self._add_work(symbol, component, own)
-        generalized = tuple(factored(s.collected()) for s in own)
-        for into, expr in zip(self.forcing, generalized, strict=True):
-            into.add_all(_terms(expr))
-        return BodyForce(force.name, force.on, components, generalized)
-
-    def _targets(self, force: Force) -> Sequence[sp.Symbol]:
-        names = self.reduced.names
-        bodies = dict(zip((b.name for b in names.bodies), names.body_symbols, strict=True))
-        if len(force.components) == 1:
-            for c in self.reduced.coordinates:
-                if c.name == force.on:
-                    return [c.q]
-        elif force.on in bodies:
-            return bodies[force.on]
-        raise InputError(
-            Problem(
-                f"force '{force.name}' acts on '{force.on}', which is no coordinate of this scene",
-                force.on_mark,
-                hint="coordinates: " + ", ".join(c.name for c in self.reduced.coordinates),
-                rule="unknown-name",
-            )
-        )
-
-    def _add_dissipation(self) -> sp.Expr:
-        reduced = self.reduced
-        total = sp.Add(
-            *(
-                reduced.resolve(reduced.names.convert(d.expression, reduced.rate))
-                for d in reduced.scene.dissipation
-            )
-        )
-        for into, v in zip(self.forcing, self.v, strict=True):
-            into.add_all(_terms(-derivative(total, v)))
-        return total
-
-    # Energies in display form.
-
-    def _kinetic(
-        self,
-        velocity: dict[sp.Symbol, sp.Expr],
-        mass: Mapping[tuple[int, int], sp.Expr],
-    ) -> sp.Expr:
-        """T = Σ ½ m ṙ², each particle's square collected, or ½ Σ M q̇ q̇ where that is shorter."""
-        names = self.reduced.names
-        held = self.reduced.chart.geometry.held
-        scleronomic = not any(self.t in held[s] for s in velocity)
-        particles = None
-        squares = [sp.Add(*(velocity[s] ** 2 for s in body)) for body in names.particle_symbols]
-        if sum(term_count(e) for e in squares) <= _TERM_BUDGET:
-            collected = [_collected(expand_terms(e, _TERM_BUDGET) or ()) for e in squares]
-            particles = [
-                m * grouped_sum(c, self.v) / 2
-                for m, c in zip(self.reduced.masses, collected, strict=True)
-            ]
-            size = sum(map(len, collected))
-        quadratic = scleronomic and not (self.terms.kinetic or self.terms.velocity_dependent)
-        if quadratic and (particles is None or self.n * (self.n + 1) < size):
-            particles = self._quadratic_form(mass)
-        if particles is None:
-            particles = [m * e / 2 for m, e in zip(self.reduced.masses, squares, strict=True)]
-        return sp.Add(*particles, *self.terms.kinetic)
-
-    def _quadratic_form(self, mass: Mapping[tuple[int, int], sp.Expr]) -> list[sp.Expr]:
-        """Terms of ½ Σ M q̇ q̇."""
-        terms = []
-        for (j, k), entry in mass.items():
-            number, rest = entry.as_coeff_Mul(rational=True)
-            rates = [self.v[j] ** 2] if j == k else [self.v[j], self.v[k]]
-            half = number / 2 if j == k else number
-            terms.append(monomial(half, [*sp.Mul.make_args(rest), *rates]))
-        return terms
-
-    def _potential(self) -> sp.Expr:
-        resolved = [tidy(self.reduced.resolve(u), self.masses) for u in self.terms.positional]
-        return sp.Add(*resolved, *self.terms.velocity_dependent)
+    if not derivation.collected:
+        remarks.append("products of sums are left unexpanded: they exceed the budget of terms")
+    return tuple(remarks)
 
 
-def _full(size: int, upper: Mapping[tuple[int, int], _Entry]) -> list[dict[int, _Entry]]:
-    """The rows of a symmetric matrix, from its upper triangle in the order of rows."""
-    rows: list[dict[int, _Entry]] = [{} for _ in range(size)]
-    for (j, k), entry in upper.items():
-        rows[j][k] = rows[k][j] = entry
-    return rows
-
-
-def _collected(terms: Iterable[sp.Expr]) -> list[sp.Expr]:
-    total = TermSum()
-    total.add_all(e for e in terms if e != 0)
-    return total.collected()
-
-
-def _terms(expr: sp.Expr) -> Sequence[sp.Expr]:
-    """Terms of a sum, multiplied out within the budget; none for zero."""
-    if expr == 0:
+def _unused_warnings(scene: Scene, unused: tuple[str, ...]) -> tuple[Problem, ...]:
+    """One warning for all of them, at the first."""
+    if not unused:
         return ()
-    expanded = expand_terms(expr, _TERM_BUDGET)
-    return [e for e in expanded if e != 0] if expanded is not None else sp.Add.make_args(expr)
+    mark = next(p.mark for p in scene.parameters if p.name == unused[0])
+    listed = ", ".join(f"'{name}'" for name in unused)
+    message = f"parameter {listed} is" if len(unused) == 1 else f"parameters {listed} are"
+    return (Problem(f"{message} never used", mark, rule="unused-parameter", severity="warning"),)
+
+
+def _parameters(reduced: Reduced) -> Iterator[Parameter]:
+    for p in reduced.scene.parameters:
+        value = reduced.values.exact.get(p.name)
+        yield Parameter(
+            name=p.name,
+            symbol=reduced.names.parameters[p.name],
+            value=None if value is None else nearest_double(value),
+            positive=p.positive,
+            unit=p.unit,
+            description=p.description,
+            latex=p.latex,
+        )
+
+
+def _particles(derivation: Derivation) -> Iterator[ParticleMotion]:
+    reduced = derivation.reduced
+    bodies = zip(
+        reduced.scene.particles, reduced.names.particle_symbols, reduced.masses, strict=True
+    )
+    for particle, (x, y, z), mass in bodies:
+        yield ParticleMotion(
+            name=particle.name,
+            mass=mass,
+            components=(x.name, y.name, z.name),
+            position=(reduced.resolved[x], reduced.resolved[y], reduced.resolved[z]),
+            velocity=(derivation.velocity[x], derivation.velocity[y], derivation.velocity[z]),
+        )
+
+
+def _cartesian_names(derivation: Derivation) -> Iterator[CartesianName]:
+    """Every raw symbol that is not a coordinate, with its rate."""
+    reduced = derivation.reduced
+    motion = [(c.q, c.v) for c in reduced.coordinates]
+    coordinates = {c.q for c in reduced.coordinates}
+    for symbol, position in reduced.resolved.items():
+        if symbol in coordinates:
+            continue
+        velocity = derivation.velocity.get(symbol)
+        if velocity is None:
+            velocity = total_derivative(position, reduced.names.t, motion)
+        yield CartesianName(symbol.name, position, velocity)
+
+
+def _abbreviations(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
+    for name, expression in reduced.names.abbreviations():
+        yield name, reduced.resolve(reduced.names.convert(expression, reduced.rate))
+
+
+def _inputs(reduced: Reduced) -> Iterator[Input]:
+    for given in reduced.scene.inputs:
+        symbol, expression = reduced.names.inputs[given.name], None
+        if given.expression is not None:
+            expression = reduced.names.convert(given.expression)
+        yield Input(given.name, symbol, expression, given.recording)
+
+
+def _outputs(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
+    for term in reduced.scene.outputs:
+        yield term.name, reduced.resolve(reduced.names.convert(term.expression, reduced.rate))
+
+
+# The textbook form.
+
+
+def _shown(derivation: Derivation, evidence: Evidence) -> tuple[ShownEquation, ...]:
+    expected = derivation.reduced.scene.expect.equations
+
+    def asked(residual: sp.Expr) -> bool:
+        return any(_same(derivation.reduced, evidence, residual, e) for e in expected or ())
+
+    pairs = zip(evidence.cyclic, evidence.forced, strict=True)
+    conserving = [cyclic and not forced for cyclic, forced in pairs]
+    return shown_equations(derivation, conserving, asked if expected else None)
+
+
+def _same(reduced: Reduced, evidence: Evidence, residual: sp.Expr, equation: Equation) -> bool:
+    """Whether an equation of ``expect`` is this residual up to a number."""
+    try:
+        sides = [
+            reduced.resolve(reduced.names.convert(side, reduced.rate))
+            for side in (equation.left, equation.right)
+        ]
+    except InputError:
+        return False  # reported by ``check``, where it belongs
+    asked = sides[0] - sides[1]
+    ratios = []
+    with mpmath.workdps(working_digits(evidence.certificate.digits)):
+        for state in evidence.states[:3]:
+            try:
+                ours, theirs = values([residual, asked], state)
+            except (DomainError, KeyError):
+                return False
+            if not theirs:
+                return False
+            ratios.append(ours / theirs)
+        return all(abs(r - ratios[0]) <= _SAME * abs(ratios[0]) for r in ratios)
+
+
+def interpret(equations: Equations, expression: Expression) -> sp.Expr:
+    """An expression of the scene language over the symbols of ``equations``.
+
+    Names are coordinates, parameters, inputs, Cartesian names, abbreviations, multipliers;
+    ``dot`` and ``ddot`` are total time derivatives.
+
+    Raises
+    ------
+    InputError
+        Located: an unknown name, or a value that is not a finite real number.
+    """
+    meanings: dict[str, sp.Expr] = {"t": equations.t}
+    meanings.update((name, expr) for name, expr in equations.abbreviations)
+    for particle in equations.particles:
+        for axis, position in zip("xyz", particle.position, strict=True):
+            meanings[f"{axis}_{particle.name}"] = position
+    multipliers = [c.multiplier for c in equations.pushing]
+    meanings.update((multiplier.name, multiplier) for multiplier in multipliers)
+    meanings.update((c.name, c.position) for c in equations.cartesian_names)
+    meanings.update((p.name, p.symbol) for p in equations.parameters)
+    meanings.update((u.name, u.symbol) for u in equations.inputs)
+    meanings.update((c.name, c.q) for c in equations.coordinates)
+    chain = [(c.q, c.v) for c in equations.coordinates]
+    chain += [(c.v, c.a) for c in equations.coordinates]
+    return to_sympy(
+        expression, meanings.get, lambda expr: total_derivative(expr, equations.t, chain)
+    )

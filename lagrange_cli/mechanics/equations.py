@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.errors import Mark, Problem
     from lagrange_cli.files import Recording
-    from lagrange_cli.mechanics.reactions import ConstraintForces
+    from lagrange_cli.mechanics.reaction_values import ConstraintForces
     from lagrange_cli.scene.model import SimulationDefaults
 
 __all__ = [
@@ -339,7 +339,7 @@ class Chart:
 
     ``places`` are the present coordinates over the former ones; ``start`` is the initial
     state in these, None where it is not known. ``steady``: those of which
-    :func:`.charts.kept_momenta` proves that their rates keep their signs.
+    :func:`.dynamics.singular_configurations.kept_momenta` proves that their rates keep their signs.
     """
 
     coordinates: tuple[Coordinate, ...]

@@ -2,8 +2,8 @@
 
 ``minimal`` keeps as few coordinates as there are degrees of freedom; its mass matrix is
 full where positions hold many of them, and solving with it costs the cube of their
-number. ``multiplier`` keeps Cartesian names with closures (:mod:`cartesian`), of which
-each holds few: elimination in a good order costs little more than there are entries.
+number. ``multiplier`` keeps Cartesian names with closures (:mod:`.reduction.cartesian_form`), of
+which each holds few: elimination in a good order costs little more than there are entries.
 Predicted are operations of one right-hand side, from sizes and from which name stands in
 which equation alone.
 """
@@ -19,17 +19,17 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Mark, Problem, SingularError
-from lagrange_cli.mechanics.calculus import Kinematics
-from lagrange_cli.mechanics.cartesian import cartesian_form, incidence
-from lagrange_cli.mechanics.charts import MOST_COORDINATES, kept_momenta
-from lagrange_cli.mechanics.derivation import Derivation, derive_uncertified
+from lagrange_cli.mechanics.algebra.derivatives import Kinematics
+from lagrange_cli.mechanics.dynamics.lagrange import Derivation, derive_uncertified
+from lagrange_cli.mechanics.dynamics.singular_configurations import MOST_COORDINATES, kept_momenta
 from lagrange_cli.mechanics.equations import CartesianName, Chart, Choice, InitialState
-from lagrange_cli.mechanics.initial import initial_state
-from lagrange_cli.mechanics.names import Names
-from lagrange_cli.mechanics.no_minimal import no_minimal
-from lagrange_cli.mechanics.parameters import evaluated
-from lagrange_cli.mechanics.reduction import Reduced, reduce
-from lagrange_cli.mechanics.tape import values
+from lagrange_cli.mechanics.initial.state import initial_state
+from lagrange_cli.mechanics.numerics.autodiff import values
+from lagrange_cli.mechanics.reduction.cartesian_form import cartesian_form, incidence
+from lagrange_cli.mechanics.reduction.no_minimal_form import no_minimal
+from lagrange_cli.mechanics.reduction.reduce import Reduced, reduce
+from lagrange_cli.mechanics.symbols.names import Names
+from lagrange_cli.mechanics.symbols.values import evaluated
 from lagrange_cli.scene.model import Formulation, Scene
 
 __all__ = ["formulated", "reduced_for", "replaced_chart", "start"]
@@ -54,7 +54,7 @@ def reduced_for(scene: Scene, wanted: Formulation) -> tuple[Reduced, tuple[str, 
     Raises
     ------
     InputError
-        As :func:`.reduction.reduce`.
+        As :func:`.reduction.reduce.reduce`.
     """
     try:
         return reduce(scene), ()
@@ -217,7 +217,7 @@ def start(derivation: Derivation, chart: Chart | None) -> InitialState | None:
     Raises
     ------
     InputError
-        As :func:`.initial.initial_state`.
+        As :func:`.initial.state.initial_state`.
     """
     reduced = derivation.reduced
     origin = reduced.origin

@@ -11,16 +11,16 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.mechanics.calculus import derivative
-from lagrange_cli.mechanics.certificate import Evidence
-from lagrange_cli.mechanics.continuity import is_continuous
-from lagrange_cli.mechanics.derivation import Derivation
+from lagrange_cli.mechanics.algebra.collect import TermSum, factored
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
+from lagrange_cli.mechanics.certify.certificate import Evidence
+from lagrange_cli.mechanics.dynamics.lagrange import Derivation
 from lagrange_cli.mechanics.equations import Conserved, Coordinate, Facts
-from lagrange_cli.mechanics.expansion import expand_terms
-from lagrange_cli.mechanics.grouping import grouped_sum
-from lagrange_cli.mechanics.ranks import Doubles, Matrix, clearly_independent, dense
-from lagrange_cli.mechanics.reduction import Reduced
-from lagrange_cli.mechanics.terms import TermSum, factored
+from lagrange_cli.mechanics.numerics.rank import Doubles, Matrix, clearly_independent, dense
+from lagrange_cli.mechanics.proofs.continuity import is_continuous
+from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.scene.checks.names import without_rate
 from lagrange_cli.scene.language.expression import names_in
 from lagrange_cli.scene.model import Scene

@@ -265,8 +265,8 @@ def _number(text: str, mark: Mark) -> float:
     written = _expression(text, mark)
     if NUMBER.fullmatch(written):
         return float(written)
-    from lagrange_cli.mechanics.language import to_sympy
-    from lagrange_cli.mechanics.parameters import nearest_double
+    from lagrange_cli.mechanics.symbols.convert import to_sympy
+    from lagrange_cli.mechanics.symbols.values import nearest_double
     from lagrange_cli.scene import parse_expression
 
     return nearest_double(to_sympy(parse_expression(written, mark), lambda name: None))

@@ -257,7 +257,7 @@ def _rate(s: Expr, e: Equations) -> Expr:
 
 
 def _slope(s: Expr, symbol: Symbol) -> Expr:
-    from lagrange_cli.mechanics.calculus import derivative
+    from lagrange_cli.mechanics.algebra.derivatives import derivative
 
     return derivative(s, symbol)
 

@@ -16,7 +16,8 @@ from terminal import lagrange
 from lagrange_cli.cli import display
 from lagrange_cli.cli.deadline import OverdueError, within
 from lagrange_cli.errors import InputError
-from lagrange_cli.mechanics import derive, refusals
+from lagrange_cli.mechanics import derive
+from lagrange_cli.mechanics.diagnosis import errors as refusals
 from lagrange_cli.scene import read_text
 from lagrange_cli.stages import Listener, announce, heard_by, is_heard, is_to_end
 

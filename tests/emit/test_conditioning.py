@@ -24,7 +24,7 @@ from lagrange_cli import api
 from lagrange_cli.emit.program import build_program, operations
 from lagrange_cli.emit.python_functions import right_hand_side_source
 from lagrange_cli.errors import InternalError
-from lagrange_cli.mechanics.closed_form import _System, solve_exactly
+from lagrange_cli.mechanics.dynamics.solve_exactly import _System, solve_exactly
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 ROUNDING = 2.0**-53

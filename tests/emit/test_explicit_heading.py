@@ -6,7 +6,7 @@ import pytest
 
 from lagrange_cli import loads
 from lagrange_cli.emit.text import derivation_text
-from lagrange_cli.mechanics.explicit import explicit_accelerations
+from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations
 
 BOB = "particles: {bob: {mass: 2, position: [x, y, z]}}\n"
 CHAIN = """

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mechanics_support import generated
 from mpmath import mpf
 
-from lagrange_cli.mechanics.certificates import contradicting
+from lagrange_cli.mechanics.proofs.sum_of_squares import contradicting
 
 x, y, z = sp.symbols("x y z", real=True)
 a, b, c = sp.symbols("a b c", real=True)

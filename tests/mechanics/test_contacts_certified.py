@@ -13,9 +13,9 @@ from mechanics_support import derived, generated
 
 from lagrange_cli.errors import InputError, InternalError
 from lagrange_cli.mechanics import derive_uncertified, reduce
-from lagrange_cli.mechanics.certificate import certify, certify_shown
-from lagrange_cli.mechanics.derivation import Derivation
-from lagrange_cli.mechanics.shown import shown_equations
+from lagrange_cli.mechanics.certify.certificate import certify, certify_shown
+from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.dynamics.textbook_form import shown_equations
 from lagrange_cli.mechanics.sparse import SparseRow
 from lagrange_cli.scene import read_text
 

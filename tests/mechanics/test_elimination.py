@@ -11,7 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mechanics_support import derived, few, number, refusal
 
-from lagrange_cli.mechanics.solving import factor_branches, linear_parts, solutions
+from lagrange_cli.mechanics.elimination.solve_equation import (
+    factor_branches,
+    linear_parts,
+    solutions,
+)
 
 FREE = "particles: {bead: {mass: 1, position: [x, y, z]}}\n"
 FLAT = FREE + "plane: xz\n"

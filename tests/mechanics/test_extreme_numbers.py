@@ -14,11 +14,13 @@ from mpmath import mpf
 from lagrange_cli import loads
 from lagrange_cli.emit.registry import emitter
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
-from lagrange_cli.mechanics import certificate, derive, forces
-from lagrange_cli.mechanics.functions import FUNCTIONS, DomainError, context
-from lagrange_cli.mechanics.language import total_derivative
-from lagrange_cli.mechanics.roots import LONGEST_ROOT, has_long_root
-from lagrange_cli.mechanics.tape import values
+from lagrange_cli.mechanics import derive
+from lagrange_cli.mechanics.certify import certificate
+from lagrange_cli.mechanics.numerics.autodiff import values
+from lagrange_cli.mechanics.numerics.elementary import FUNCTIONS, DomainError, context
+from lagrange_cli.mechanics.reactions import constraint_forces as forces
+from lagrange_cli.mechanics.symbols.convert import total_derivative
+from lagrange_cli.mechanics.symbols.exact_roots import LONGEST_ROOT, has_long_root
 from lagrange_cli.scene import read_text
 from lagrange_cli.scene.language.bounds import require_bounded
 from lagrange_cli.scene.language.grammar import parse_expression
@@ -268,7 +270,7 @@ def test_a_wrong_equation_stays_wrong_with_more_digits(monkeypatch):
         )
         original(evidence, (wrong, *others))
 
-    monkeypatch.setattr("lagrange_cli.mechanics.pipeline.certify_shown", changed)
+    monkeypatch.setattr("lagrange_cli.mechanics.derivation.certify_shown", changed)
     for size in ("0.1", "1e-60"):
         with pytest.raises(InternalError):
             derive(read_text(RING.format(size)))

@@ -8,8 +8,8 @@ import pytest
 import sympy as sp
 from mechanics_support import derived, refusal
 
-from lagrange_cli.mechanics.continuity import is_analytic, is_continuous
-from lagrange_cli.mechanics.refutation import depends, is_nonzero, jumps
+from lagrange_cli.mechanics.proofs.continuity import is_analytic, is_continuous
+from lagrange_cli.mechanics.proofs.refutation import depends, is_nonzero, jumps
 
 PLANE = (
     "parameters: {m: 2, k: 100, a: 0}\n"

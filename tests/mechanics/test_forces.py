@@ -14,7 +14,8 @@ import sympy as sp
 from mechanics_support import DOUBLE_PENDULUM
 
 from lagrange_cli.errors import InternalError
-from lagrange_cli.mechanics import derive, forces
+from lagrange_cli.mechanics import derive
+from lagrange_cli.mechanics.reactions import constraint_forces as forces
 from lagrange_cli.scene import read_file, read_text
 
 SYSTEMS = Path(__file__).parents[2] / "systems"

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sympy import cos, sin
 
-from lagrange_cli.mechanics.fourier import refined
-from lagrange_cli.mechanics.terms import Splitter, exact, trig_factors
+from lagrange_cli.mechanics.algebra.collect import Splitter, exact, trig_factors
+from lagrange_cli.mechanics.algebra.trig_polynomials import refined
 
 a, b, c = sp.symbols("a b c", real=True)
 ARGUMENTS = {a, b, c, a - b, a - c, b - c}

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from mechanics_support import expression, generated
 
 from lagrange_cli.errors import InputError
-from lagrange_cli.mechanics.language import decimal_literals, to_sympy, total_derivative
+from lagrange_cli.mechanics.symbols.convert import decimal_literals, to_sympy, total_derivative
 
 x, y, t = sp.symbols("x y t", real=True)
 v = sp.Symbol("dot(x)", real=True)

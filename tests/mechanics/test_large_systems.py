@@ -18,17 +18,17 @@ from mpmath import mpf
 
 from lagrange_cli.emit.report import derivation_report
 from lagrange_cli.errors import InputError, InternalError
-from lagrange_cli.mechanics import closures as closures_module
 from lagrange_cli.mechanics import derive, derive_uncertified, reduce
-from lagrange_cli.mechanics.certificate import certify
-from lagrange_cli.mechanics.derivation import Derivation
-from lagrange_cli.mechanics.doubles import DoubleTape
+from lagrange_cli.mechanics.algebra.alpha_equivalence import Families, renamed, shape
+from lagrange_cli.mechanics.certify.certificate import certify
+from lagrange_cli.mechanics.dynamics import constraints as closures_module
+from lagrange_cli.mechanics.dynamics.lagrange import Derivation
 from lagrange_cli.mechanics.equations import Closure, Coordinate, Equations
-from lagrange_cli.mechanics.ranks import clearly_independent, dependent_rows
-from lagrange_cli.mechanics.renaming import Families, renamed, shape
+from lagrange_cli.mechanics.numerics.autodiff import Tape
+from lagrange_cli.mechanics.numerics.autodiff_float import DoubleTape
+from lagrange_cli.mechanics.numerics.gauss_newton import smallest
+from lagrange_cli.mechanics.numerics.rank import clearly_independent, dependent_rows
 from lagrange_cli.mechanics.sparse import SparseRow, entries
-from lagrange_cli.mechanics.steps import smallest
-from lagrange_cli.mechanics.tape import Tape
 from lagrange_cli.scene import read_text
 
 LINKS = 70

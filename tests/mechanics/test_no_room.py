@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mechanics_support import derived, generated, refusal
 
-from lagrange_cli.mechanics.farkas import false_sum
+from lagrange_cli.mechanics.proofs.farkas import false_sum
 
 pytestmark = pytest.mark.slow
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lagrange_cli.mechanics.ranks import rank
+from lagrange_cli.mechanics.numerics.rank import rank
 
 
 @given(

@@ -9,8 +9,8 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lagrange_cli.mechanics.recurrence import Moving, recurring_products
-from lagrange_cli.mechanics.trigonometry import shorten
+from lagrange_cli.mechanics.algebra.identities import shorten
+from lagrange_cli.mechanics.algebra.shared_products import Moving, recurring_products
 
 A, B, C = sp.symbols("a b c")
 

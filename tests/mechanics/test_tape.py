@@ -11,7 +11,7 @@ from mechanics_support import generated
 from mpmath import mpf
 
 from lagrange_cli.errors import InternalError
-from lagrange_cli.mechanics.tape import DomainError, Tape, values
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, values
 
 x, y, z = sp.symbols("x y z", real=True)
 ZERO = mpf(0)

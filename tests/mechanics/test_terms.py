@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from mechanics_support import generated, random_point
 from mpmath import mpf
 
-from lagrange_cli.mechanics.expansion import expand_terms
-from lagrange_cli.mechanics.tape import values
-from lagrange_cli.mechanics.terms import Splitter, TermSum, common_factor, factored
+from lagrange_cli.mechanics.algebra.collect import Splitter, TermSum, common_factor, factored
+from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.numerics.autodiff import values
 
 a, b, c, x = sp.symbols("a b c x", real=True)
 l, k = sp.symbols("l k", positive=True)  # noqa: E741

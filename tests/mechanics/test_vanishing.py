@@ -10,7 +10,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.mechanics.vanishing import does_not_depend, same, vanish
+from lagrange_cli.mechanics.proofs.zero_test import does_not_depend, same, vanish
 
 pytestmark = pytest.mark.slow
 

@@ -14,7 +14,7 @@ from mechanics_support import derived, number, refusal
 from mpmath import mpf
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
-from lagrange_cli.mechanics.integrability import Form, integrable_rank, integral
+from lagrange_cli.mechanics.reduction.integrability import Form, integrable_rank, integral
 
 SLEIGH = """
 parameters: {m: 2, J: 3, a: {value: 0.5, positive: true}}

@@ -12,7 +12,7 @@ from shipped import SCENES, derived, every_scene
 from lagrange_cli import load
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
-from lagrange_cli.mechanics.tape import Tape
+from lagrange_cli.mechanics.numerics.autodiff import Tape
 from lagrange_cli.scene import read_file
 from lagrange_cli.simulate.charts import simulate_past_charts
 from lagrange_cli.simulate.modelling import model_of

@@ -1,0 +1,5 @@
+"""Rewriting of expressions: expanded, collected and shortened as in a textbook.
+
+Expressions go in and equal expressions come out, in work that is bounded by a count of terms
+beforehand. Read :mod:`.collect` first.
+"""

@@ -1,0 +1,448 @@
+"""Sums of products, collected the way a textbook does.
+
+Every term is split into a number, a mass, a trigonometric monomial and the
+rest. Terms that differ only in number or mass are gathered, so that
+``m1 l² + m2 l²`` becomes ``(m1 + m2) l²``; then sin² + cos² = 1 and the
+addition theorems are applied wherever they shorten the sum. The work is
+linear in the number of terms times the number of trigonometric factors of
+one; nothing searches, nothing depends on the machine's speed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from fractions import Fraction
+from functools import cmp_to_key, lru_cache
+from typing import NamedTuple
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.hyperbolic import fewer_terms
+from lagrange_cli.mechanics.algebra.identities import (
+    Rational,
+    TrigFactor,
+    TrigMonomial,
+    Weights,
+    shorten,
+)
+from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
+from lagrange_cli.mechanics.algebra.squares import square_of_two, upright
+
+__all__ = [
+    "Splitter",
+    "TermSum",
+    "common_factor",
+    "exact",
+    "factored",
+    "monomial",
+    "rational",
+    "scaled",
+    "tidy",
+    "trig_factors",
+]
+
+_ONE = sp.Integer(1)
+#: Terms that a sum may be multiplied out to while a shorter form is looked for.
+_TERM_BUDGET = 200
+_LARGEST_DENOMINATOR = 4
+#: sin, cos and tan as powers of sin and cos.
+_TRIGONOMETRIC = {
+    sp.sin: (("sin", 1),),
+    sp.cos: (("cos", 1),),
+    sp.tan: (("sin", 1), ("cos", -1)),
+}
+_ZERO = sp.Integer(0)
+#: The order of the factors of a product.
+_SYMPY_ORDER = cmp_to_key(sp.Basic.compare)
+
+
+class Split(NamedTuple):
+    """A term taken apart: ``number · mass · Π base^exponent · trigonometric monomial``."""
+
+    number: Rational
+    mass: sp.Expr
+    rest: dict[sp.Expr, sp.Expr]
+    trig: dict[TrigFactor, int]
+
+
+class Splitter:
+    """Takes terms apart, each distinct one once.
+
+    Parameters
+    ----------
+    masses
+        Symbols that are gathered as common weights.
+    """
+
+    def __init__(self, masses: frozenset[sp.Expr] = frozenset()) -> None:
+        self.masses = masses
+        self._known: dict[sp.Expr, Split] = {}
+        #: Sums of masses that are treated as one, and what they are made of.
+        self._sums: dict[sp.Expr, Weights] = {}
+        #: Order of first appearance: the canonical order within a monomial.
+        self.rank: dict[TrigFactor, int] = {}
+
+    def split(self, term: sp.Expr) -> Split:
+        """The parts of a term that is not a sum."""
+        if term not in self._known:
+            self._known[term] = self._split(term)
+        return self._known[term]
+
+    def _split(self, term: sp.Expr) -> Split:
+        number: Rational = 1
+        mass = _ONE
+        rest: dict[sp.Expr, sp.Expr] = {}
+        trig: dict[TrigFactor, int] = {}
+        for factor in sp.Mul.make_args(term):
+            if factor.is_Rational:
+                number = rational(factor)
+                continue
+            if mass is _ONE and factor in self.masses:
+                mass = factor
+                continue
+            base, power = factor.as_base_exp()
+            if base.func is sp.sign and power.is_Integer:
+                power %= 2  # sign² = 1 but at a single point
+            if base.func in _TRIGONOMETRIC and power.is_Integer and power.is_positive:
+                for name, sign in _TRIGONOMETRIC[base.func]:
+                    key = (name, base.args[0])
+                    trig[key] = trig.get(key, 0) + sign * int(power)
+            else:
+                rest[base] = rest.get(base, _ZERO) + power
+        return Split(number, mass, rest, {k: p for k, p in trig.items() if p})
+
+    def product(self, a: sp.Expr, b: sp.Expr) -> Split:
+        """The parts of ``a·b``, without forming the product."""
+        first, second = self.split(a), self.split(b)
+        number, mass = first.number * second.number, first.mass
+        rest = dict(first.rest)
+        if mass is _ONE:
+            mass = second.mass
+        elif second.mass is not _ONE:
+            rest[second.mass] = rest.get(second.mass, _ZERO) + 1
+        for base, power in second.rest.items():
+            total = rest.get(base, _ZERO) + power
+            if base.func is sp.sign and total.is_Integer:
+                total %= 2
+            if base.is_Rational and total.is_Integer:
+                number *= rational(base**total)
+                total = _ZERO
+            if total == 0:
+                rest.pop(base, None)
+            else:
+                rest[base] = total
+        trig = dict(first.trig)
+        for key, exponent in second.trig.items():
+            trig[key] = trig.get(key, 0) + exponent
+        return Split(number, mass, rest, {k: p for k, p in trig.items() if p})
+
+    def as_one(self, weights: Weights) -> Weights:
+        """The same weights with a sum of several masses as a single one."""
+        number, mass = _weight_sum(weights)
+        if mass.is_Add:
+            self._sums[mass] = {m: exact_quotient(c, number) for m, c in weights.items()}
+        return {mass: number}
+
+    def taken_apart(self, weights: Weights) -> Weights:
+        """The same weights with sums that were made one as their masses."""
+        found: Weights = {}
+        for mass, count in weights.items():
+            for m, c in self._sums.get(mass, {mass: 1}).items():
+                found[m] = found.get(m, 0) + count * c
+        return found
+
+    def canonical(self, trig: dict[TrigFactor, int]) -> TrigMonomial:
+        """The monomial as a sorted tuple."""
+        if len(trig) < 2:
+            return tuple(trig.items())
+        rank = self.rank
+        for key in trig:
+            rank.setdefault(key, len(rank))
+        return tuple(sorted(trig.items(), key=lambda item: rank[item[0]]))
+
+
+class TermSum:
+    """A sum of terms, collected as the module says.
+
+    Parameters
+    ----------
+    splitter
+        Shared between sums whose terms recur.
+    """
+
+    def __init__(self, splitter: Splitter | None = None) -> None:
+        self._splitter = splitter or Splitter()
+        self._groups: dict[frozenset[tuple[sp.Expr, sp.Expr]], dict[TrigMonomial, Weights]] = {}
+
+    def add(self, term: sp.Expr, weights: Weights | None = None) -> None:
+        """Add ``term``, which must not be a sum, times Σ number·mass of ``weights`` (default 1)."""
+        self._add(self._splitter.split(term), weights)
+
+    def add_product(self, a: sp.Expr, b: sp.Expr, weights: Weights | None = None) -> None:
+        """Add ``a·b``, neither of them a sum, times ``weights``."""
+        self._add(self._splitter.product(a, b), weights)
+
+    def add_all(self, terms: Iterable[sp.Expr]) -> None:
+        for term in terms:
+            self.add(term)
+
+    def _add(self, split: Split, weights: Weights | None) -> None:
+        trig = self._splitter.canonical(split.trig)
+        group = self._groups.setdefault(frozenset(split.rest.items()), {})
+        into = group.setdefault(trig, {})
+        if not weights:
+            into[split.mass] = into.get(split.mass, 0) + split.number
+            return
+        if split.mass is not _ONE:
+            weights = self._splitter.taken_apart(weights)
+        for mass, count in weights.items():
+            key = split.mass if mass is _ONE else split.mass * mass
+            into[key] = into.get(key, 0) + split.number * count
+
+    def collected(self) -> list[sp.Expr]:
+        """Terms after collection; masses that share a monomial appear as one sum."""
+        return list(self._collect())
+
+    def _collect(self) -> Iterator[sp.Expr]:
+        for rest, group in self._groups.items():
+            if len({mass for weights in group.values() for mass in weights}) > 1:
+                for trig, weights in group.items():
+                    group[trig] = self._splitter.taken_apart(weights)
+            shorten(group, self._splitter.canonical)
+            powers = [_power(base, exponent) for base, exponent in rest]
+            for trig, weights in group.items():
+                number, mass = _weight_sum(weights)
+                if number != 0:
+                    yield monomial(exact(number), [mass, *powers, *trig_factors(trig)])
+
+
+def monomial(number: sp.Rational, factors: list[sp.Expr]) -> sp.Expr:
+    """``number`` times the factors.
+
+    Of different plain factors there is nothing for SymPy to gather: only their
+    order is its own.
+    """
+    present = [f for f in factors if f is not _ONE]
+    bases = {f.base if f.is_Pow else f for f in present}
+    plain = len(bases) == len(present) > 1 and all(
+        f.is_Symbol or f.is_Function or f.is_Add for f in bases
+    )
+    if not plain or not all(f.exp.is_Integer for f in present if f.is_Pow):
+        return sp.Mul(number, *factors)
+    present.sort(key=_SYMPY_ORDER)
+    return sp.Mul._from_args(present if number is _ONE else [number, *present], True)
+
+
+def trig_factors(trig: TrigMonomial) -> list[sp.Expr]:
+    """Factors of a monomial; sin/cos of one argument is tan where it came from there."""
+    powers = dict(trig)
+    factors = []
+    for (name, argument), power in trig:
+        tangents = min(powers.get(("sin", argument), 0), -powers.get(("cos", argument), 0))
+        if tangents > 0:
+            power += tangents if name == "cos" else -tangents
+            if name == "sin":
+                factors.append(sp.tan(argument) ** tangents)
+        factors.append(_power(_function(name, argument), power))
+    return factors
+
+
+def _power(base: sp.Expr, exponent: int | sp.Expr) -> sp.Expr:
+    return base if exponent == 1 else base**exponent
+
+
+@lru_cache(maxsize=65536)
+def _function(name: str, argument: sp.Expr) -> sp.Expr:
+    """sin or cos; of a sum of plain symbols there is nothing for SymPy to evaluate."""
+    function = sp.sin if name == "sin" else sp.cos
+    plain = argument.is_Symbol or (
+        argument.is_Add and all(a.is_Symbol or (-a).is_Symbol for a in argument.args)
+    )
+    return function(argument, evaluate=not plain)
+
+
+def _weight_sum(weights: Weights) -> tuple[Rational, sp.Expr]:
+    """Σ number·mass as (content, rest), so that −2 m1 − 2 m2 = −2 (m1 + m2)."""
+    present = {m: c for m, c in weights.items() if c != 0}
+    if len(present) < 2:
+        for mass, count in present.items():
+            return count, mass
+        return 0, _ONE
+    content = rational_content(present.values())
+    if all(c < 0 for c in present.values()):
+        content = -content
+    shares = {m: exact_quotient(c, content) for m, c in present.items()}
+    return content, sp.Add(*(m if c == 1 else m * exact(c) for m, c in shares.items()))
+
+
+def exact_quotient(a: Rational, b: Rational) -> Rational:
+    """a/b, an integer where it is one."""
+    if a == b:
+        return 1
+    quotient = Fraction(a) / Fraction(b)
+    return quotient.numerator if quotient.denominator == 1 else quotient
+
+
+def rational(number: sp.Rational) -> Rational:
+    """A SymPy rational as a Python number, whose arithmetic is much faster."""
+    p, q = int(number.p), int(number.q)
+    return p if q == 1 else Fraction(p, q)
+
+
+def exact(number: Rational) -> sp.Rational:
+    """A Python rational as a SymPy number."""
+    return sp.Rational(number.numerator, number.denominator)
+
+
+def rational_content(numbers: Iterable[Rational]) -> Rational:
+    """Largest positive rational of which every number is an integer multiple (1 of none).
+
+    Fractions are cleared only up to quarters: decimals such as 9.81 stay themselves.
+    """
+    found = [n for n in numbers if n != 0]
+    denominator = math.lcm(*(n.denominator for n in found))
+    if not found or denominator > _LARGEST_DENOMINATOR:
+        return 1
+    numerator = math.gcd(*(n.numerator for n in found))
+    return numerator if denominator == 1 else Fraction(numerator, denominator)
+
+
+def common_factor(terms: list[sp.Expr]) -> sp.Expr:
+    """Greatest common monomial of the terms, with the positive content of their numbers."""
+    if not terms:
+        return _ONE
+    numbers = []
+    common: dict[sp.Expr, sp.Expr] | None = None
+    for term in terms:
+        number, rest = term.as_coeff_Mul(rational=True)
+        numbers.append(rational(number))
+        powers = _powers(rest)
+        common = powers if common is None else _shared(common, powers)
+    number = exact(rational_content(numbers))
+    rest = sp.Mul(*(b**e for b, e in (common or {}).items()))
+    return scaled(number, rest)
+
+
+def scaled(number: sp.Rational, rest: sp.Expr) -> sp.Expr:
+    """``number·rest`` that keeps a sum as a factor, over which SymPy would distribute."""
+    if rest.is_Add and number != 1:
+        return sp.Mul(number, rest, evaluate=False)
+    return number * rest
+
+
+def _shared(
+    first: dict[sp.Expr, sp.Expr], second: dict[sp.Expr, sp.Expr]
+) -> dict[sp.Expr, sp.Expr]:
+    """Powers common to two products: of exponents with the same sign the one nearer to zero."""
+    shared = {}
+    for base, exponent in first.items():
+        other = second.get(base)
+        if other is not None and (other > 0) == (exponent > 0):
+            shared[base] = min(exponent, other, key=abs)
+    return shared
+
+
+def _powers(product: sp.Expr) -> dict[sp.Expr, sp.Expr]:
+    """Base → nonzero rational exponent of each factor."""
+    powers: dict[sp.Expr, sp.Expr] = {}
+    for factor in sp.Mul.make_args(product):
+        base, exponent = factor.as_base_exp()
+        if factor.is_number or not exponent.is_Rational:
+            powers[factor] = _ONE
+        else:
+            powers[base] = exponent
+    powers.pop(_ONE, None)
+    return powers
+
+
+#: Most terms, and most symbols, of a sum that is tried for a shorter form.
+_SHORT_TERMS, _SHORT_SYMBOLS = 12, 4
+#: Most operations of a sum with denominators that is put over one.
+_SHORT_OPERATIONS = 24
+
+
+def factored(terms: list[sp.Expr]) -> sp.Expr:
+    """The sum of the terms as a product: common monomial, then a shorter form of the rest."""
+    if len(terms) < 2:
+        return sp.Add(*terms)
+    number, rest = common_factor(terms).as_coeff_Mul(rational=True)
+    if all(t.could_extract_minus_sign() for t in terms):
+        number = -number
+    inner = _shorter_form(sp.Add(*(t / rest / number for t in terms)))
+    return scaled(number, rest * inner)
+
+
+def _shorter_form(expr: sp.Expr) -> sp.Expr:
+    """``l² + 2 l x + x²`` as ``(l + x)²``, ``1 + x²/(l² − x²)`` as ``l²/(l² − x²)``.
+
+    Tried for short sums that are rational in symbols; taken where it is a product.
+    """
+    if not expr.is_Add or len(expr.args) > _SHORT_TERMS:
+        return expr
+    if expr.has(sp.sinh):
+        return fewer_terms(expr)
+    symbols = sorted(expr.free_symbols, key=str)
+    divided = _has_divided_sum(expr)
+    if len(symbols) > _SHORT_SYMBOLS or (len(expr.args) < 3 and not divided):
+        return expr
+    if divided:
+        expr = _by_denominator(expr)
+        if not expr.is_Add or sp.count_ops(expr) > _SHORT_OPERATIONS:
+            return expr
+    if not symbols or not expr.is_rational_function(*symbols):
+        return square_of_two(expr)
+    if not all(a.is_Rational or a.is_Symbol for a in _leaves(expr)):
+        return expr
+    found = upright(_one_fraction(expr) if divided else factored_form(expr))
+    return expr if found.is_Add or sp.count_ops(found) >= sp.count_ops(expr) else found
+
+
+def _by_denominator(expr: sp.Expr) -> sp.Expr:
+    """Terms over the same denominator put together, their numerator factored."""
+    groups: dict[sp.Expr, list[sp.Expr]] = {}
+    for term in expr.args:
+        below = [f for f in sp.Mul.make_args(term) if f.is_Pow and f.exp.is_negative]
+        groups.setdefault(sp.Mul(*below), []).append(term / sp.Mul(*below))
+    return sp.Add(*(factored(numerator) * below for below, numerator in groups.items()))
+
+
+def _one_fraction(expr: sp.Expr) -> sp.Expr:
+    numerator, denominator = sp.fraction(cancelled(expr))
+    if denominator.could_extract_minus_sign():
+        numerator, denominator = -numerator, -denominator
+    return factored_form(numerator) / denominator
+
+
+def _has_divided_sum(expr: sp.Expr) -> bool:
+    return any(
+        f.is_Pow and f.exp.is_negative and f.base.is_Add
+        for term in expr.args
+        for f in sp.Mul.make_args(term)
+    )
+
+
+def _leaves(expr: sp.Expr) -> Iterator[sp.Expr]:
+    return (a for a in sp.preorder_traversal(expr) if not a.args)
+
+
+def tidy(expr: sp.Expr, masses: frozenset[sp.Expr] = frozenset()) -> sp.Expr:
+    """Collect the sums of an expression, under roots too, where that makes them shorter."""
+    if expr.is_Add:
+        return _collected_if_shorter(sp.Add(*(tidy(a, masses) for a in expr.args)), masses)
+    if expr.is_Mul or (expr.is_Pow and expr.exp.is_Rational):
+        return expr.func(*(tidy(a, masses) for a in expr.args))
+    return expr
+
+
+def _collected_if_shorter(expr: sp.Expr, masses: frozenset[sp.Expr]) -> sp.Expr:
+    expanded = expand_terms(expr, _TERM_BUDGET)
+    if expanded is None:
+        return expr
+    total = TermSum(Splitter(masses))
+    total.add_all(e for e in expanded if e != 0)
+    terms = total.collected()
+    if len(terms) < min(len(sp.Add.make_args(expr)), len(expanded)):
+        return factored(terms)
+    return expr

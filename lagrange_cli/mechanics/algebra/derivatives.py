@@ -1,0 +1,181 @@
+"""Derivatives of positions, taken once for each distinct term.
+
+Positions are sums in which the same terms recur from particle to particle
+(the links of a chain). Every term is differentiated once; a component's
+Jacobian row and convective term are lists of the derivatives of its terms, so
+that what recurs stays recognizable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.expand import expand_terms
+
+__all__ = ["Kinematics", "derivative"]
+
+_ZERO, _ONE = sp.Integer(0), sp.Integer(1)
+
+#: Terms that one position component may be multiplied out to.
+_TERM_BUDGET = 200
+
+
+#: Slopes of functions of one argument.
+_SLOPES: dict[Any, Callable[[sp.Expr], sp.Expr]] = {
+    sp.sin: sp.cos,
+    sp.cos: lambda x: -sp.sin(x),
+    sp.tan: lambda x: 1 + sp.tan(x) ** 2,
+    sp.asin: lambda x: 1 / sp.sqrt(1 - x**2),
+    sp.acos: lambda x: -1 / sp.sqrt(1 - x**2),
+    sp.atan: lambda x: 1 / (1 + x**2),
+    sp.sinh: sp.cosh,
+    sp.cosh: sp.sinh,
+    sp.tanh: lambda x: 1 - sp.tanh(x) ** 2,
+    sp.asinh: lambda x: 1 / sp.sqrt(1 + x**2),
+    sp.acosh: lambda x: 1 / sp.sqrt(x**2 - 1),
+    sp.atanh: lambda x: 1 / (1 - x**2),
+    sp.exp: sp.exp,
+    sp.log: lambda x: 1 / x,
+    sp.Abs: sp.sign,
+    sp.sign: lambda x: _ZERO,
+}
+
+
+def derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
+    """∂expr/∂symbol in functions that the scene language has.
+
+    The rules are written down here since SymPy's general ones cost tenfold and
+    bring in functions of their own. The step of min and max is written with
+    ``sign``; the impulses of a second derivative, which live on a set of measure
+    zero, are left out.
+    """
+    if symbol not in expr.free_symbols:
+        return _ZERO
+    if expr == symbol:
+        return _ONE
+    if expr.is_Add:
+        return sp.Add(*(derivative(a, symbol) for a in expr.args))
+    if expr.is_Mul:
+        return _product_rule(expr.args, symbol)
+    if expr.is_Pow and symbol not in expr.exp.free_symbols:
+        return expr.exp * expr.base ** (expr.exp - 1) * derivative(expr.base, symbol)
+    if expr.func in _SLOPES:
+        return _SLOPES[expr.func](expr.args[0]) * derivative(expr.args[0], symbol)
+    return _general_derivative(expr, symbol)
+
+
+def _product_rule(factors: Sequence[sp.Expr], symbol: sp.Symbol) -> sp.Expr:
+    terms = []
+    for k, factor in enumerate(factors):
+        slope = derivative(factor, symbol)
+        if slope != 0:
+            terms.append(sp.Mul(*factors[:k], slope, *factors[k + 1 :]))
+    return sp.Add(*terms)
+
+
+def _general_derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
+    """min, max, atan2 and powers with the symbol in the exponent."""
+    arguments = expr.args
+    if expr.func in (sp.Min, sp.Max):
+        # max(a, rest) = (a + rest + |a − rest|)/2
+        first, rest = arguments[0], expr.func(*arguments[1:])
+        side = sp.sign(first - rest) * (1 if expr.func is sp.Max else -1)
+        slopes = derivative(first, symbol), derivative(rest, symbol)
+        return (slopes[0] * (1 + side) + slopes[1] * (1 - side)) / 2
+    if expr.func is sp.atan2:
+        y, x = arguments
+        area = x * derivative(y, symbol) - y * derivative(x, symbol)
+        return area / (x**2 + y**2)
+    base, exponent = expr.as_base_exp()
+    grown = (
+        derivative(exponent, symbol) * sp.log(base)
+        if base != sp.E
+        else derivative(exponent, symbol)
+    )
+    return expr * (grown + exponent * derivative(base, symbol) / base)
+
+
+class Kinematics:
+    """Jacobian parts and convective terms of positions r(q, t).
+
+    Parameters
+    ----------
+    positions
+        Symbol of a component → r(q, t).
+    q, v, t
+        Symbols of coordinates, velocities and time.
+    """
+
+    def __init__(
+        self,
+        positions: Mapping[sp.Symbol, sp.Expr],
+        q: Sequence[sp.Symbol],
+        v: Sequence[sp.Symbol],
+        t: sp.Symbol,
+    ) -> None:
+        self._positions = positions
+        self._t = t
+        self._v = dict(zip(q, v, strict=True))
+        self._number = {symbol: j for j, symbol in enumerate(q)}
+        self._gradients: dict[sp.Expr, dict[sp.Symbol, list[sp.Expr]]] = {}
+        self._convective: dict[sp.Expr, list[sp.Expr]] = {}
+
+    def _terms(self, symbol: sp.Symbol) -> Sequence[sp.Expr]:
+        position = self._positions[symbol]
+        return expand_terms(position, _TERM_BUDGET) or sp.Add.make_args(position)
+
+    def _gradient(self, term: sp.Expr) -> dict[sp.Symbol, list[sp.Expr]]:
+        """Parts of ∂term/∂q and ∂term/∂t by symbol, zero ones absent."""
+        if term not in self._gradients:
+            self._gradients[term] = {s: _parts(derivative(term, s)) for s in self._variables(term)}
+        return self._gradients[term]
+
+    def _variables(self, term: sp.Expr) -> list[sp.Symbol]:
+        present = term.free_symbols
+        found = sorted((s for s in present if s in self._number), key=self._number.__getitem__)
+        return [*found, self._t] if self._t in present else found
+
+    def jacobian(self, symbol: sp.Symbol) -> dict[int, list[sp.Expr]]:
+        """Number of a coordinate → parts of ∂r/∂q, zero ones absent."""
+        rows: dict[int, list[sp.Expr]] = {}
+        for term in self._terms(symbol):
+            for s, parts in self._gradient(term).items():
+                if s != self._t:
+                    rows.setdefault(self._number[s], []).extend(parts)
+        return rows
+
+    def velocity(self, symbol: sp.Symbol) -> list[sp.Expr]:
+        """Terms of ṙ = Σ ∂r/∂q·v + ∂r/∂t."""
+        return [
+            part if s == self._t else part * self._v[s]
+            for term in self._terms(symbol)
+            for s, parts in self._gradient(term).items()
+            for part in parts
+        ]
+
+    def convective(self, symbol: sp.Symbol) -> list[sp.Expr]:
+        """Terms of γ, the part of r̈ without accelerations."""
+        return [g for term in self._terms(symbol) for g in self._convective_terms(term)]
+
+    def _convective_terms(self, term: sp.Expr) -> list[sp.Expr]:
+        if term not in self._convective:
+            found: list[sp.Expr] = []
+            for s, parts in self._gradient(term).items():
+                rate = self._rate(s)
+                for part in parts:
+                    for other, seconds in self._gradient(part).items():
+                        found.extend(p * rate * self._rate(other) for p in seconds)
+            self._convective[term] = found
+        return self._convective[term]
+
+    def _rate(self, symbol: sp.Symbol) -> sp.Expr:
+        return sp.Integer(1) if symbol == self._t else self._v[symbol]
+
+
+def _parts(expr: sp.Expr) -> list[sp.Expr]:
+    if expr == 0:
+        return []
+    return expand_terms(expr, _TERM_BUDGET) or list(sp.Add.make_args(expr))

@@ -1,0 +1,71 @@
+"""Grouping of the terms of an expression by the velocities that they hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.collect import common_factor, factored
+
+__all__ = ["by_velocities", "grouped_sum", "positional_groups"]
+
+
+def by_velocities(
+    terms: Iterable[sp.Expr], velocities: Sequence[sp.Symbol]
+) -> list[tuple[sp.Expr, list[sp.Expr]]]:
+    """(monomial in velocities, cofactors), of highest degree first, then by coordinate order.
+
+    Velocities under a function or in a denominator stay in the cofactor.
+    """
+    number = {v: k for k, v in enumerate(velocities)}
+    groups: dict[tuple[tuple[int, int], ...], tuple[sp.Expr, list[sp.Expr]]] = {}
+    for term in terms:
+        powers: list[tuple[int, int]] = []
+        rest = []
+        for factor in sp.Mul.make_args(term):
+            base, exponent = factor.as_base_exp()
+            if base in number and exponent.is_Integer and exponent > 0:
+                powers.append((number[base], int(exponent)))
+            else:
+                rest.append(factor)
+        key = tuple(sorted(powers))
+        if key not in groups:
+            groups[key] = (sp.Mul(*(velocities[k] ** p for k, p in key)), [])
+        # What is left of a product in canonical order is in canonical order.
+        groups[key][1].append(sp.Mul(*rest, evaluate=False) if powers else term)
+    order = sorted(groups, key=lambda key: (-sum(p for _, p in key), key))
+    return [groups[key] for key in order]
+
+
+def grouped_sum(terms: Iterable[sp.Expr], velocities: Sequence[sp.Symbol]) -> sp.Expr:
+    """The sum with a common factor in front and each velocity monomial's cofactors gathered."""
+    parts = [
+        factored(cofactors) * monomial for monomial, cofactors in by_velocities(terms, velocities)
+    ]
+    return factored(parts)
+
+
+def positional_groups(terms: Sequence[sp.Expr], constants: frozenset[sp.Symbol]) -> list[sp.Expr]:
+    """Terms without velocities, those that share their functions put together as products.
+
+    ``m g x sin θ + m g l sin θ`` becomes ``m g (l + x) sin θ``; polynomials stay
+    term by term unless they share a parameter.
+    """
+    groups: dict[sp.Expr, list[sp.Expr]] = {}
+    for term in terms:
+        functions = [f for f in sp.Mul.make_args(term) if not _polynomial(f)]
+        groups.setdefault(sp.Mul(*functions), []).append(term)
+    found: list[sp.Expr] = []
+    for function, members in groups.items():
+        common = common_factor(members).as_coeff_Mul(rational=True)[1]
+        if function != 1 or common.free_symbols & constants:
+            found.append(factored(members))
+        else:
+            found.extend(members)
+    return found
+
+
+def _polynomial(factor: sp.Expr) -> bool:
+    base, exponent = factor.as_base_exp()
+    return bool(factor.is_Rational or (not base.args and exponent.is_Integer and exponent > 0))

@@ -1,0 +1,52 @@
+"""Short sums in which cosh² − sinh² = 1 makes terms fewer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.expand import expand_terms
+
+__all__ = ["fewer_terms"]
+
+#: Terms that a sum may be multiplied out to.
+_TERM_BUDGET = 40
+
+_ONE = sp.Integer(1)
+
+
+def fewer_terms(expr: sp.Expr) -> sp.Expr:
+    """``sin² η cosh² ξ + cos² η sinh² ξ`` as ``sin² η + sinh² ξ``; others as they are.
+
+    Of two forms with as many terms the one with fewer differences, which lose digits.
+    """
+    return min([expr, *_forms(expr)], key=_cost)
+
+
+def _cost(form: sp.Expr) -> tuple[int, int, int]:
+    terms = sp.Add.make_args(form)
+    negative = sum(bool(t.could_extract_minus_sign()) for t in terms)
+    return len(terms), negative, int(sp.count_ops(form))
+
+
+def _forms(expr: sp.Expr) -> Iterator[sp.Expr]:
+    """The sum with squares of one of each pair of functions written by the other's."""
+    pairs = [(sp.sinh(u), sp.cosh(u), _ONE) for u in _arguments(expr, sp.sinh, sp.cosh)]
+    pairs += [(sp.sin(u), sp.cos(u), -_ONE) for u in _arguments(expr, sp.sin, sp.cos)]
+    if len(pairs) > 2:
+        return
+    for choice in product((False, True), repeat=len(pairs)):
+        rules = {}
+        for (s, c, sign), other in zip(pairs, choice, strict=True):
+            # cosh² = 1 + sinh²; cos² = 1 − sin².
+            rules[c**2 if other else s**2] = 1 + sign * s**2 if other else sign * (c**2 - 1)
+        terms = expand_terms(expr.xreplace(rules), _TERM_BUDGET)
+        if terms is not None:
+            yield sp.Add(*terms)
+
+
+def _arguments(expr: sp.Expr, *functions: type[sp.Expr]) -> list[sp.Expr]:
+    first, second = ({f.args[0] for f in expr.atoms(of)} for of in functions)
+    return sorted(first & second, key=sp.default_sort_key)

@@ -1,0 +1,75 @@
+"""SymPy's ``factor``, ``cancel`` and ``gcd``, within a budget.
+
+They work on polynomials in whatever an expression is made of, and may take hours: for
+coefficients of hundreds of digits, for exp(10^18 x), which is exp(x) to that power beside
+exp(x), and for hundreds of surds, each of them an unknown. What is beyond the budget stays as it
+is written: every one of their results is an expression that is equal and perhaps shorter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.expand import term_count
+
+__all__ = ["cancelled", "common_divisor", "factored_form", "is_within_budget"]
+
+#: Nodes of the expressions, terms that they multiply out to, and bits of each number.
+_NODES, _TERMS, _BITS = 3_000, 2_000, 256
+
+#: Different unknowns, and of them roots of numbers.
+_UNKNOWNS, _SURDS = 24, 6
+
+#: Highest power of an unknown.
+_DEGREE = 128
+
+
+def factored_form(expr: sp.Expr) -> sp.Expr:
+    """The expression as a product, or itself beyond the budget."""
+    return sp.factor(expr) if is_within_budget(expr) else expr
+
+
+def cancelled(expr: sp.Expr) -> sp.Expr:
+    """The expression as one fraction in lowest terms, or itself beyond the budget."""
+    return sp.cancel(expr) if is_within_budget(expr) else expr
+
+
+def common_divisor(expressions: Sequence[sp.Expr]) -> sp.Expr:
+    """The greatest common divisor, or 1 beyond the budget."""
+    return sp.gcd(list(expressions)) if is_within_budget(*expressions) else sp.Integer(1)
+
+
+def is_within_budget(*expressions: sp.Expr) -> bool:
+    """Whether expressions are small enough for algorithms on polynomials."""
+    unknowns: set[sp.Expr] = set()
+    surds: set[sp.Expr] = set()
+    for count, part in enumerate(_parts(expressions)):
+        if count >= _NODES or not _has_small_numbers(part):
+            return False
+        if part.is_Pow and part.is_number:
+            surds.add(part)
+        elif part.is_Symbol or part.is_Function:
+            unknowns.add(part)
+        if len(unknowns) + len(surds) > _UNKNOWNS or len(surds) > _SURDS:
+            return False
+    return sum(map(term_count, expressions)) <= _TERMS
+
+
+def _parts(expressions: Sequence[sp.Expr]) -> Iterator[sp.Expr]:
+    for expr in expressions:
+        yield from sp.preorder_traversal(expr)
+
+
+def _has_small_numbers(part: sp.Expr) -> bool:
+    """Whether coefficients are short, and powers low."""
+    if part.is_Rational:
+        return max(int(part.p).bit_length(), int(part.q).bit_length()) <= _BITS
+    if part.is_Pow and part.exp.is_Rational:
+        return bool(max(abs(part.exp.p), part.exp.q) <= _DEGREE)
+    if part.func is sp.exp:
+        # exp(n u) is the unknown exp(u) to the power n.
+        factors = (term.as_coeff_Mul()[0] for term in sp.Add.make_args(part.args[0]))
+        return all(f.is_Rational and max(abs(f.p), f.q) <= _DEGREE for f in factors)
+    return True

@@ -1,0 +1,76 @@
+"""Short forms of quotients of sums, within a budget of terms."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.collect import TermSum, factored, tidy
+from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
+from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor, factored_form
+
+__all__ = ["shortened", "size_along"]
+
+#: Terms that a numerator may be multiplied out to.
+_TERM_BUDGET = 200
+
+#: Terms of a numerator and a denominator that are looked through for common factors.
+_FACTOR_TERMS = 16
+
+#: Terms of a sum that is tried for factors although nothing can be cancelled.
+_SHORT = 6
+
+
+def shortened(expr: sp.Expr) -> sp.Expr:
+    """The expression over one denominator, its sums collected, common factors cancelled.
+
+    Left as it is beyond the budget of terms, and where that is no shorter.
+    """
+    numerator, denominator = sp.fraction(sp.together(expr))
+    if term_count(numerator) > _TERM_BUDGET or term_count(denominator) > _TERM_BUDGET:
+        return expr
+    numerator, denominator = _collected(numerator), _collected(denominator)
+    short = _cancelled(numerator, denominator)
+    return min((short, tidy(expr)), key=sp.count_ops)
+
+
+def _collected(expr: sp.Expr) -> sp.Expr:
+    total = TermSum()
+    total.add_all(e for e in expand_terms(expr, _TERM_BUDGET) or (expr,) if e != 0)
+    return factored(total.collected())
+
+
+def _cancelled(numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
+    """The quotient in lowest terms, its numerator as a product."""
+    if term_count(numerator) + term_count(denominator) > _FACTOR_TERMS:
+        return numerator / denominator
+    if _rooted(numerator) or _rooted(denominator):
+        return numerator / denominator
+    if term_count(denominator) == 1 and term_count(numerator) > _SHORT:
+        return numerator / denominator  # common monomials have cancelled
+    above, below = sp.fraction(cancelled(numerator / denominator))
+    candidates = [_collected(above) / _collected(below), numerator / denominator]
+    candidates += [factored_form(_collected(above)) / factored_form(_collected(below))]
+    return min(candidates, key=sp.count_ops)
+
+
+def _rooted(expr: sp.Expr) -> bool:
+    """Whether there are powers that polynomials do not have."""
+    return any(not p.exp.is_Integer for p in expr.atoms(sp.Pow))
+
+
+def size_along(components: tuple[sp.Expr, ...]) -> sp.Expr | None:
+    """c where the components are c times a direction of constant length; None otherwise."""
+    present = [e for e in components if e != 0]
+    if not present:
+        return sp.Integer(0)
+    if len(present) == 1:
+        return present[0]
+    if sum(map(term_count, present)) > _FACTOR_TERMS or any(map(_rooted, present)):
+        return None
+    common = common_divisor([sp.fraction(sp.together(e))[0] for e in present])
+    rest = [shortened(e / common) for e in present]
+    square = shortened(sp.Add(*(e**2 for e in rest)))
+    if term_count(square) > _SHORT:
+        return None
+    root = sp.sqrt(factored_form(square))
+    return None if root.has(sp.sin, sp.cos) else shortened(common * root)

@@ -1,0 +1,6 @@
+"""Checks of a derivation by routes that share nothing with it.
+
+Derived equations go in; what comes out is how far they are from Newton's law and from Lagrange's
+equations at random states, in high precision, or an internal error. Nothing uncertified is shown.
+Read :mod:`.certificate` first.
+"""

@@ -1,0 +1,381 @@
+"""Every derivation is checked before it is shown, by two routes that share nothing with it.
+
+At random feasible states, in high precision, the residual M q̈ − f is compared
+
+* with Newton's law: m r̈ − F, contracted with virtual displacements (so that
+  constraint forces, orthogonal to them, drop out), where r̈ comes from series
+  arithmetic along the motion and ∂r/∂q from a backward sweep;
+* with d/dt ∂L/∂q̇ − ∂L/∂q − Q, evaluated from the Lagrangian that is shown, by
+  a backward sweep over series.
+
+Closures are checked beside them (:mod:`.constraints`), at states that satisfy them.
+T, V, velocities and generalized forces, as reported, are compared with the
+scene's as well, since equations alone do not tell an energy from one that
+differs by a total derivative.
+
+No derivative taken symbolically enters either. The same evaluations tell which
+coordinates are not cyclic and whether the energy function is not conserved; what they
+leave open is proven elsewhere (:mod:`.facts`).
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InputError, InternalError, Mark, NotRealError, Problem
+from lagrange_cli.mechanics.certify.constraints import Restraints
+from lagrange_cli.mechanics.certify.routes import Observation, Point, Tapes
+from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.equations import Certificate, Closure, ShownEquation
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, Series, Tape
+from lagrange_cli.mechanics.numerics.gauss_newton import Row
+from lagrange_cli.mechanics.numerics.sampling import double, working_digits
+from lagrange_cli.scene.model import Scene
+from lagrange_cli.stages import announce
+
+__all__ = ["Evidence", "certify", "certify_shown", "not_real"]
+
+_ZERO = mpf(0)
+
+#: Doubles that have all their digits.
+_RANGE = mpf(2) ** -1022, mpf(2) ** 1023
+
+_UNIT = sp.Integer(1)
+_ONE: Series = (mpf(1), _ZERO, _ZERO)
+
+#: Draws, each closer to the initial configuration, before the scene is called singular there.
+_DRAWS = 60
+
+#: What is not zero is the same number, to this part of it, with so many more digits.
+_AGREEMENT = mpf(10) ** -3
+_MORE_DIGITS = 30
+
+#: Digits at which a mismatch is looked at again: two numbers that doubles hold, with their squares,
+#: are 10^1200 apart at most.
+_CLOSE_DIGITS = 1300
+
+#: The negative exponent of what is nothing then: less than a product of doubles can be.
+_CLOSE_NOTHING = 700
+
+#: States at which what is reported is compared with what is declared.
+_THOROUGH = 2
+
+#: Above this number of coordinates one state is checked.
+_LARGE = 64
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """A passed certificate and what the evaluations showed on the way.
+
+    Attributes
+    ----------
+    cyclic
+        For each coordinate, whether ∂L/∂q vanished at every state, and no closure or
+        contact acts on it.
+    forced
+        For each coordinate, whether a generalized force did not vanish.
+    energy_conserved
+        Whether d/dt (Σ q̇ ∂L/∂q̇ − L) = Q·q̇ − ∂L/∂t vanished at every state, and
+        no closure or contact does work: none is moved in time.
+    energy_is_sum
+        Whether Σ q̇ ∂L/∂q̇ − L equals T + V (V without velocities) at every state.
+        These four are about states near the start until :func:`.facts.proven` has proven
+        them of all.
+    mass_matrices
+        M at each state, as doubles, by rows without zeros.
+    states
+        The states themselves (symbol → value).
+    residuals, close_residuals
+        M q̈ − f − Σ λ·gradient at the first state, each with the size of its terms; and the same
+        worked out with so many digits that rounding is nothing.
+    gradients
+        Gradients of the closures at each state, in the same way.
+    beyond
+        A coordinate, by number, whose entry of M is too large or small for a double.
+    """
+
+    certificate: Certificate
+    cyclic: tuple[bool, ...]
+    forced: tuple[bool, ...]
+    energy_conserved: bool
+    energy_is_sum: bool
+    mass_matrices: tuple[list[dict[int, float]], ...]
+    states: tuple[Point, ...]
+    residuals: tuple[tuple[mpf, mpf], ...]
+    close_residuals: Callable[[], Sequence[tuple[mpf, mpf]]]
+    gradients: tuple[list[dict[int, float]], ...]
+    beyond: tuple[int, mpf] | None
+
+
+@dataclass
+class _State:
+    """What one state showed."""
+
+    mismatch: mpf
+    mass: list[dict[int, float]]
+    vanishes: list[bool]
+    residuals: list[tuple[mpf, mpf]]
+    gradients: list[dict[int, float]]
+    beyond: tuple[int, mpf] | None
+
+
+def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
+    """Check a derivation; the module says how.
+
+    Parameters
+    ----------
+    digits
+        Decimal digits that must agree (the arithmetic carries more).
+    points
+        Number of random states; one above 64 coordinates.
+
+    Raises
+    ------
+    InternalError
+        The derivation disagrees with Newton's law or with the Lagrangian.
+    InputError
+        The scene's expressions are not real near its initial configuration.
+    """
+    if len(derivation.reduced.coordinates) > _LARGE:
+        points = 1
+    with mpmath.workdps(working_digits(digits)):
+        try:
+            tapes = Tapes(derivation)
+            restraints = Restraints(derivation, tapes)
+        except DomainError as error:
+            raise not_real(derivation.reduced.scene) from error
+        tolerance = mpf(10) ** (5 - digits)
+        states: list[Point] = []
+        seen: list[_State] = []
+        known = [False] * (2 * tapes.n + 2)
+        for point in _points(derivation, restraints, points):
+            announce(f"certifying the equations at state {len(seen) + 1} of {points}")
+            try:
+                thorough = len(seen) < _THOROUGH
+                state = _look(tapes, restraints, point, known, thorough=thorough)
+                if state.mismatch > tolerance:
+                    state = _looked_at_closely(tapes, restraints, point, known, thorough=thorough)
+                seen.append(state)
+                known = [k or not zero for k, zero in zip(known, state.vanishes, strict=True)]
+                states.append(point)
+            except (DomainError, ZeroDivisionError, OverflowError):
+                continue
+            if len(seen) == points:
+                break
+        if len(seen) < points:
+            raise not_real(derivation.reduced.scene)
+        worst = max((s.mismatch for s in seen), default=_ZERO)
+    if worst > tolerance:
+        raise InternalError(
+            Problem(
+                "the derived equations disagree with Newton's law:"
+                f" mismatch {mpmath.nstr(worst, 3)} at {digits} digits"
+            )
+        )
+    certificate = Certificate(points, digits, double(worst))
+
+    def close_residuals() -> Sequence[tuple[mpf, mpf]]:
+        return _looked_at_closely(tapes, restraints, states[0], known, thorough=False).residuals
+
+    vanishes = [not k for k in known]
+    return _evidence(derivation.pushing, certificate, states, seen, vanishes, close_residuals)
+
+
+def _evidence(
+    closures: Sequence[Closure],
+    certificate: Certificate,
+    states: Sequence[Point],
+    seen: Sequence[_State],
+    vanishes: Sequence[bool],
+    close_residuals: Callable[[], Sequence[tuple[mpf, mpf]]],
+) -> Evidence:
+    n = len(vanishes) // 2 - 1
+    acted_on = {j for closure in closures for j in closure.held}
+    return Evidence(
+        certificate,
+        tuple(vanishes[j] and j not in acted_on for j in range(n)),
+        tuple(not zero for zero in vanishes[n : 2 * n]),
+        vanishes[2 * n] and all(c.rate == 0 for c in closures),
+        vanishes[2 * n + 1],
+        tuple(s.mass for s in seen),
+        tuple(states),
+        tuple(seen[0].residuals) if seen else (),
+        close_residuals,
+        tuple(s.gradients for s in seen),
+        next((s.beyond for s in seen if s.beyond is not None), None),
+    )
+
+
+def certify_shown(evidence: Evidence, shown: Sequence[ShownEquation]) -> None:
+    """Check that the textbook form, times what was divided out, is M q̈ − f − Σ λ·gradient.
+
+    Raises
+    ------
+    InternalError
+        It is not, at one of the states of the certificate.
+    """
+    digits = evidence.certificate.digits
+    parts = [e for s in shown for pair in (*s.terms, (s.divided_by, _UNIT)) for e in pair]
+    wrong = _not_derived(evidence, evidence.residuals, shown, parts, working_digits(digits))
+    if wrong is not None:
+        # Rounding alone may tell them apart: see _looked_at_closely.
+        wrong = _not_derived(evidence, evidence.close_residuals(), shown, parts, _CLOSE_DIGITS)
+    if wrong is not None:
+        raise InternalError(Problem(f"the equation shown for '{wrong}' is not that derived"))
+
+
+def _not_derived(
+    evidence: Evidence,
+    residuals: Sequence[tuple[mpf, mpf]],
+    shown: Sequence[ShownEquation],
+    parts: Sequence[sp.Expr],
+    digits: int,
+) -> str | None:
+    """The coordinate of the first equation that differs from its residual, with so many digits."""
+    state = evidence.states[0]
+    with mpmath.workdps(digits):
+        run = Tape(parts, list(state)).run([(x, _ZERO, _ZERO) for x in state.values()], 0)
+        pending = iter(run.values)
+        for equation, (residual, scale) in zip(shown, residuals, strict=True):
+            products = [next(pending) * next(pending) for _ in equation.terms]
+            divisor = next(pending) * next(pending)
+            difference = abs(sum(products) * divisor - residual)
+            if difference > mpf(10) ** (5 - evidence.certificate.digits) * scale:
+                return equation.coordinate
+    return None
+
+
+def not_real(scene: Scene) -> InputError:
+    """The refusal of a scene whose expressions have no values around its configuration."""
+    mark = scene.initial[0].mark if scene.initial else Mark(scene.file, 1, 1)
+    return NotRealError(
+        Problem(
+            "the scene's expressions are not finite real numbers at any configuration tried"
+            + (" near the initial one" if scene.initial else ""),
+            mark,
+            hint="" if scene.initial else "give a configuration in 'initial' or 'near'",
+            rule="not-real",
+        )
+    )
+
+
+def _points(
+    derivation: Derivation, restraints: Restraints, points: int
+) -> Iterable[dict[sp.Symbol, mpf]]:
+    reduced = derivation.reduced
+    sampler = reduced.sampler([])
+    for k in range(_DRAWS + points):
+        width = mpf(2) ** -(max(0, k - points) // 4)
+        point = sampler.draw(vary_parameters=k < _DRAWS // 2, width=width)
+        if point is None:
+            return
+        for c in reduced.coordinates:
+            scale = sampler.spread(c.q)
+            # Time has units of its own: where speeds are bounded they may have to be far smaller.
+            point[c.v] = sampler.noise(scale * width**3)
+            point[c.a] = sampler.noise(scale)
+        yield restraints.draw(point, sampler)
+
+
+def _look(
+    tapes: Tapes,
+    restraints: Restraints,
+    point: Point,
+    known: Sequence[bool],
+    *,
+    thorough: bool,
+    least: mpf = _ZERO,
+) -> _State:
+    """Everything that one state shows; what is reported is compared where ``thorough``.
+
+    Numbers that agree but for ``least`` are the same; ``known`` are delicate ones that do not
+    vanish at an earlier state.
+    """
+    n = tapes.n
+    mass, forcing = tapes.derived_parts(point)
+    seen = tapes.observe(point)
+    newton = tapes.newton(seen.series, seen.forces)
+    momenta, slopes = tapes.momenta(seen), tapes.slopes(seen)
+    constraint = restraints.forces(point)
+    mismatch = _ZERO
+    residuals = []
+    for j in range(n):
+        inertia = [x * point[tapes.a[k]] for k, x in mass[j].items() if x]
+        ours = sum(inertia, -forcing[j])
+        lagrange = momenta[j][1] - slopes[j][0] - seen.forces[j]
+        scale = sum((abs(x) for x in inertia), abs(forcing[j])) + abs(momenta[j][1])
+        residuals.append((ours - sum(constraint[j]), sum(map(abs, constraint[j]), scale)))
+        scale += newton[j][1]
+        difference = max(abs(ours - newton[j][0]), abs(ours - lagrange))
+        mismatch = max(mismatch, difference / scale if scale else difference)
+    for reported, declared, scale in tapes.reports(seen) if thorough else ():
+        if abs(reported - declared) > least:
+            mismatch = max(mismatch, abs(reported - declared) / scale)
+    mismatch = max(mismatch, restraints.mismatch(point, least))
+    if thorough:
+        mismatch = max(
+            mismatch, restraints.newton_mismatch(seen, mass, forcing, [s for _, s in newton])
+        )
+    vanishes = _vanishing(tapes, seen, known)
+    return _State(
+        mismatch,
+        _doubles(mass),
+        vanishes,
+        residuals,
+        _doubles(restraints.gradients(point)),
+        _beyond(mass),
+    )
+
+
+def _looked_at_closely(
+    tapes: Tapes, restraints: Restraints, point: Point, known: Sequence[bool], *, thorough: bool
+) -> _State:
+    """The same with so many digits that rounding alone makes no mismatch.
+
+    Where numbers of very different sizes meet, as 1 and a displacement of 1e-150, terms cancel
+    to more digits than are carried; what disagrees then too, is wrong. A force whose terms cancel
+    altogether is nothing but rounding, which has no digits to agree in.
+    """
+    with mpmath.workdps(_CLOSE_DIGITS):
+        least = mpf(10) ** -_CLOSE_NOTHING
+        return _look(tapes, restraints, point, known, thorough=thorough, least=least)
+
+
+def _beyond(rows: Sequence[Row]) -> tuple[int, mpf] | None:
+    """The first number on the diagonal that is neither 0 nor a double with all its digits."""
+    for j, row in enumerate(rows):
+        size = abs(row.get(j, _ZERO))
+        if size and not _RANGE[0] <= size <= _RANGE[1]:
+            return j, size
+    return None
+
+
+def _doubles(rows: Sequence[Row]) -> list[dict[int, float]]:
+    return [{j: double(x) for j, x in row.items()} for row in rows]
+
+
+def _vanishing(tapes: Tapes, seen: Observation, known: Sequence[bool]) -> list[bool]:
+    """Which of the delicate numbers are zero, or nothing but rounding.
+
+    With more digits the rounding error of a zero shrinks, and any other number stays; they are so
+    many that nothing is lost beside the largest number on the way. Numbers known not to vanish are
+    not looked at.
+    """
+    first = tapes.delicate(seen)
+    zero = [x == 0 and not k for x, k in zip(first, known, strict=True)]
+    if all(map(operator.or_, zero, known)):
+        return zero
+    more = _MORE_DIGITS + min(max(0, seen.magnitude), _CLOSE_DIGITS)
+    with mpmath.workdps(mpmath.mp.dps + more):
+        second = tapes.delicate(tapes.observe(seen.point))
+    return [
+        z or (not k and abs(y - x) > _AGREEMENT * abs(x))
+        for z, k, x, y in zip(zero, known, first, second, strict=True)
+    ]

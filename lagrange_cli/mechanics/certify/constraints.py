@@ -1,0 +1,190 @@
+"""Closures checked as the rest of a derivation is: at random states, by other routes.
+
+Gradient, rate and bias are compared with derivatives along the motion of the equations
+as stated. Accelerations and multipliers that solve M a = f + Σ λ·gradient are put into
+Newton's law: what it lacks must be the constraint force Σ λ ∂φ/∂q, which no admissible
+displacement works against.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import mpmath
+from mpmath import mpf
+
+from lagrange_cli.mechanics.certify.contacts import GapCheck
+from lagrange_cli.mechanics.certify.routes import Observation, Point, Tapes
+from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.numerics.autodiff import Run, Tape
+from lagrange_cli.mechanics.numerics.gauss_newton import Row
+from lagrange_cli.mechanics.numerics.sampling import Drawn, Sampler
+from lagrange_cli.mechanics.sparse import entries
+
+__all__ = ["Restraints"]
+
+_ZERO = mpf(0)
+
+#: Above this number of unknowns accelerations and multipliers are not solved for.
+_LARGE = 32
+
+
+_Derived: TypeAlias = tuple[dict[int, mpf], mpf, mpf]
+
+
+class Restraints:
+    """The closures of one derivation."""
+
+    def __init__(self, derivation: Derivation, tapes: Tapes) -> None:
+        self.closures = derivation.closures
+        self.tapes = tapes
+        self.gaps = GapCheck(derivation, tapes)
+        self.manifold = derivation.reduced.manifold()
+        self._held = [entries(c.gradient) for c in self.closures]
+        parts = [
+            e
+            for c, held in zip(self.closures, self._held, strict=True)
+            for e in (*held.values(), c.rate, c.bias)
+        ]
+        self._parts = Tape(parts, tapes.moving)
+        #: The point looked at last, the bits carried, and what was found there.
+        self._latest: tuple[Point, int, list[_Derived]] | None = None
+        expressions = [c.expression for c in self.closures]
+        self._expressions = Tape(expressions, tapes.moving)
+
+    def draw(self, point: Drawn, sampler: Sampler) -> Drawn:
+        """The point with velocities that satisfy the closures, and random multipliers."""
+        moved = self.manifold.tangent(point) if self.closures else dict(point)
+        for closure in (*self.closures, *self.gaps.closures):
+            moved[closure.multiplier] = sampler.noise(mpf(1))
+        return moved
+
+    def gradients(self, point: Point) -> list[Row]:
+        """The derived gradients."""
+        return [gradient for gradient, _, _ in self._derived(point)] if self.closures else []
+
+    def _derived(self, point: Point) -> list[_Derived]:
+        """Gradient (the entries that are not zero), rate and bias of each closure, as derived."""
+        bits = mpmath.mp.prec
+        if self._latest is None or self._latest[0] is not point or self._latest[1] != bits:
+            inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
+            pending = iter(self._parts.run(inputs, 0).values)
+            found = [
+                ({j: next(pending) for j in held}, next(pending), next(pending))
+                for held in self._held
+            ]
+            self._latest = point, bits, found
+        return self._latest[2]
+
+    def forces(self, point: Point) -> list[list[mpf]]:
+        """For each coordinate λ·gradient of each closure and gap that holds it."""
+        found: list[list[mpf]] = [[] for _ in self.tapes.q]
+        for closure, (gradient, _, _) in zip(
+            self.closures, self._derived(point) if self.closures else (), strict=True
+        ):
+            for j, x in gradient.items():
+                found[j].append(point[closure.multiplier] * x)
+        for j, force in self.gaps.forces(point):
+            found[j].append(force)
+        return found
+
+    def mismatch(self, point: Point, least: mpf = _ZERO) -> mpf:
+        """Largest relative difference between what was derived and the equations as stated.
+
+        Differences up to ``least`` are none.
+        """
+        worst = self.gaps.mismatch(point)
+        if not self.closures:
+            return worst
+        v = [point[s] for s in self.tapes.v]
+        a = [point[s] for s in self.tapes.a]
+        levels, rates, gradients = self.manifold.motion(point, a)
+        inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
+        run = self._expressions.run(inputs, 0)
+        for k, (gradient, rate, bias) in enumerate(self._derived(point)):
+            stated = gradients[k]
+            size = max(map(abs, stated.values()), default=_ZERO)
+            pairs = []
+            for found in (gradient, self._of_expression(run, k)):
+                held = [*stated, *(j for j in found if j not in stated)]
+                pairs += [(found.get(j, _ZERO), stated.get(j, _ZERO), size) for j in held]
+            for terms, extra, expected in ((v, rate, levels[k]), (a, bias, rates[k])):
+                products = [g * terms[j] for j, g in gradient.items()]
+                pairs.append((sum(products, extra), expected, sum(map(abs, products), abs(extra))))
+            worst = max([worst, *(_relative(x - y, scale, least) for x, y, scale in pairs)])
+        return worst
+
+    def _of_expression(self, run: Run, number: int) -> dict[int, mpf]:
+        """Gradient of the equation as shown, by positions or by velocities."""
+        n = self.tapes.n
+        first = 1 if self.closures[number].kind == "position" else 1 + n
+        slopes = run.partials(number)
+        return {j - first: x for j, x in slopes.items() if first <= j < first + n}
+
+    def newton_mismatch(
+        self,
+        seen: Observation,
+        mass: Sequence[Row],
+        forcing: Sequence[mpf],
+        sizes: Sequence[mpf],
+    ) -> mpf:
+        """How far the solved accelerations and multipliers are from Newton's law.
+
+        ``sizes`` of the parts of Newton's law at the state's own accelerations: those
+        solved for may be zero.
+        """
+        n, m = self.tapes.n, len(self.closures)
+        if not m or n + m > _LARGE:
+            return _ZERO
+        solution = self.solved(seen.point, mass, forcing)
+        if solution is None:
+            return _ZERO  # singular here: refused, or another state tells
+        a, multipliers = solution[:n], solution[n:]
+        point = {**seen.point, **dict(zip(self.tapes.a, a, strict=True))}
+        _, rates, gradients = self.manifold.motion(point, a)
+        worst = _ZERO
+        for rate, gradient in zip(rates, gradients, strict=True):
+            own = seen.point
+            size = sum(
+                abs(g) * (abs(a[j]) + abs(own[self.tapes.a[j]])) for j, g in gradient.items()
+            )
+            worst = max(worst, _relative(rate, size))
+        newton = self.tapes.newton(self.tapes.series(point), seen.forces)
+        pushes: list[list[mpf]] = [[] for _ in newton]
+        for j, force in self.gaps.forces(point):
+            pushes[j].append(force)
+        for j, (lacking, size) in enumerate(newton):
+            forces = [x * g[j] for x, g in zip(multipliers, gradients, strict=True) if j in g]
+            forces += pushes[j]
+            difference = lacking - sum(forces, _ZERO)
+            worst = max(worst, _relative(difference, sum(map(abs, forces), size + sizes[j])))
+        return worst
+
+    def solved(self, point: Point, mass: Sequence[Row], forcing: Sequence[mpf]) -> list[mpf] | None:
+        """a and λ of [[M, −Φᵀ], [Φ, 0]] [a; λ] = [f; −bias]; None where that is singular,
+        or too large. Contacts push as the state says."""
+        if len(forcing) + len(self.closures) > _LARGE:
+            return None
+        derived = self._derived(point)
+        n, m = self.tapes.n, len(derived)
+        matrix = mpmath.zeros(n + m)
+        right = mpmath.matrix([*forcing, *(-bias for _, _, bias in derived)])
+        for j, force in self.gaps.forces(point):
+            right[j] += force
+        for i in range(n):
+            for j, x in mass[i].items():
+                matrix[i, j] = x
+        for k, (gradient, _, _) in enumerate(derived):
+            for i, x in gradient.items():
+                matrix[i, n + k], matrix[n + k, i] = -x, x
+        try:
+            return list(mpmath.lu_solve(matrix, right))
+        except ZeroDivisionError:
+            return None
+
+
+def _relative(difference: mpf, size: mpf, least: mpf = _ZERO) -> mpf:
+    if abs(difference) <= least:
+        return _ZERO
+    return abs(difference) / size if size else abs(difference)

@@ -1,0 +1,186 @@
+"""Facts about a derivation that are proven, not seen at some states.
+
+The states of the certificate lie around the start, and what rests there may act elsewhere. They
+show what does not hold; what they leave is proven here: first by what occurs where, then by
+zero tests (:mod:`.proofs.zero_test`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.certify.certificate import Evidence
+from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.equations import Closure, Conserved
+from lagrange_cli.mechanics.proofs.finite_field import inverse
+from lagrange_cli.mechanics.proofs.refutation import depends, is_nonzero, jumps
+from lagrange_cli.mechanics.proofs.zero_test import does_not_depend, holds, same, vanish
+
+__all__ = ["open_questions", "proven"]
+
+_ZERO = sp.Integer(0)
+
+#: Above this number of closures the work of forces is not looked at beside them.
+_CLOSURES = 24
+
+
+def proven(derivation: Derivation, evidence: Evidence) -> Evidence:
+    """The evidence with only those facts that are proven to hold at every state.
+
+    A coordinate counts as forced unless it is proven that it is not.
+    """
+    coordinates = derivation.reduced.coordinates
+    held = _held(derivation)
+    forces = _generalized_forces(derivation)
+    return replace(
+        evidence,
+        cyclic=tuple(
+            seen and (c.q not in held or does_not_depend(derivation.lagrangian, c.q))
+            for c, seen in zip(coordinates, evidence.cyclic, strict=True)
+        ),
+        forced=tuple(
+            seen or not vanish(force) for force, seen in zip(forces, evidence.forced, strict=True)
+        ),
+        energy_conserved=evidence.energy_conserved and _conserves_energy(derivation, forces),
+        energy_is_sum=evidence.energy_is_sum and _energy_is_sum(derivation),
+    )
+
+
+def _held(derivation: Derivation) -> set[sp.Symbol]:
+    """Symbols that stand in L."""
+    held: set[sp.Symbol] = derivation.kinetic.free_symbols | derivation.potential.free_symbols
+    return held
+
+
+def _generalized_forces(derivation: Derivation) -> list[sp.Expr]:
+    """Σ F·∂r/∂q − ∂D/∂q̇ for each coordinate."""
+    drag, rows = derivation.dissipation, []
+    for j, c in enumerate(derivation.reduced.coordinates):
+        parts = [f.generalized[j] for f in derivation.forces]
+        rows.append(sp.Add(*parts, -derivative(drag, c.v)) if parts or drag != 0 else _ZERO)
+    return rows
+
+
+def _conserves_energy(derivation: Derivation, forces: Sequence[sp.Expr]) -> bool:
+    """L does not depend on t, and forces do no work."""
+    reduced = derivation.reduced
+    t = reduced.names.t
+    if t in _held(derivation) and not does_not_depend(derivation.lagrangian, t):
+        return False
+    work = [f * c.v for f, c in zip(forces, reduced.coordinates, strict=True) if f != 0]
+    return vanish(sp.Add(*work)) or _are_reactions(derivation.closures, forces)
+
+
+def _are_reactions(closures: Sequence[Closure], forces: Sequence[sp.Expr]) -> bool:
+    """Whether generalized forces are a combination of the closures' gradients.
+
+    Such forces do no work in the displacements that closures without a rate admit.
+    """
+    if not closures or len(closures) > _CLOSURES:
+        return False
+    places = {j for j, force in enumerate(forces) if force != 0}
+    held = sorted(places.union(*(c.held for c in closures)))
+    rows = [[forces[j] for j in held], *([c.gradient[j] for j in held] for c in closures)]
+    return holds(
+        [e for row in rows for e in row], lambda values, p: _is_combination(values, len(held), p)
+    )
+
+
+def _is_combination(values: Sequence[int], n: int, p: int) -> bool:
+    """Whether the first n numbers are a combination of the rows of n numbers after them."""
+    first, *others = ([*values[k : k + n]] for k in range(0, len(values), n))
+    for number, other in enumerate(others):
+        pivot = next((j for j, x in enumerate(other) if x % p), None)
+        if pivot is None:
+            continue
+        scale = inverse(other[pivot], p)
+        for target in (first, *others[number + 1 :]):
+            factor = target[pivot] * scale
+            target[:] = [(x - factor * y) % p for x, y in zip(target, other, strict=True)]
+    return not any(x % p for x in first)
+
+
+def _energy_is_sum(derivation: Derivation) -> bool:
+    """Σ q̇ ∂L/∂q̇ − L = T + V, with V at rest: T is quadratic in velocities, and V linear.
+
+    Positions without t make the particles' kinetic energy so. Else T and V are compared with
+    what they are at velocities that are a multiple.
+    """
+    reduced = derivation.reduced
+    bodies = reduced.names.particle_symbols
+    still = not any(
+        reduced.names.t in reduced.resolved[s].free_symbols for body in bodies for s in body
+    )
+    if still and derivation.extra == 0:
+        return True
+    velocities = frozenset(c.v for c in reduced.coordinates)
+    kinetic, potential = derivation.kinetic, derivation.potential
+    if _degree(kinetic, velocities) == 2 and _degree(potential, velocities) == 0:
+        return True
+    multiple = sp.Dummy("multiple", positive=True)
+    faster = {v: multiple * v for v in velocities}
+    at_rest = potential.xreplace(dict.fromkeys(velocities, _ZERO))
+    if at_rest.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
+        return False
+    growth = potential.xreplace(faster) - at_rest - multiple * (potential - at_rest)
+    return same(kinetic.xreplace(faster), multiple**2 * kinetic) and vanish(growth)
+
+
+def _degree(e: sp.Expr, velocities: frozenset[sp.Symbol]) -> int | None:
+    """Degree in velocities of what is plainly homogeneous in them; None of anything else."""
+    if e.is_Symbol:
+        return int(e in velocities)
+    degrees = [_degree(a, velocities) for a in e.args]
+    if not any(d != 0 for d in degrees):
+        return 0
+    known = [d for d in degrees if d is not None]
+    if len(known) < len(degrees):
+        return None
+    if e.is_Mul:
+        return sum(known)
+    if e.is_Add:
+        return known[0] if len(set(known)) == 1 else None
+    return known[0] * int(e.exp) if e.is_Pow and e.exp.is_Integer else None
+
+
+def open_questions(
+    derivation: Derivation, seen: Evidence, facts: Evidence, conserved: Sequence[Conserved]
+) -> Iterator[str]:
+    """Names of coordinates that may be cyclic, and of quantities that may be conserved.
+
+    Nothing seen speaks against them, near the start or elsewhere, and they are not proven.
+
+    Parameters
+    ----------
+    seen, facts
+        The evidence before and after what is not proven was left out.
+    """
+    reduced, known = derivation.reduced, {c.name for c in conserved}
+    energy = seen.energy_conserved and known.isdisjoint(("energy", "jacobi"))
+    candidates = [
+        (j, c)
+        for j, c in enumerate(reduced.coordinates)
+        if seen.cyclic[j] and not (facts.cyclic[j] and f"p_{c.name}" in known)
+    ]
+    if not (energy or candidates):
+        return
+    lagrangian, forces = derivation.lagrangian, _generalized_forces(derivation)
+    for j, c in candidates:
+        if not facts.cyclic[j]:
+            if depends(lagrangian, c.q):
+                continue
+            yield c.name
+        changes = seen.forced[j] or is_nonzero(forces[j])
+        if not changes and not jumps(derivative(lagrangian, c.v)):
+            yield f"p_{c.name}"
+    if not energy:
+        return
+    work = [f * c.v for f, c in zip(forces, reduced.coordinates, strict=True)]
+    changes = depends(lagrangian, reduced.names.t) or is_nonzero(sp.Add(*work))
+    driven = not lagrangian.free_symbols.isdisjoint(reduced.names.inputs.values())
+    if not (changes or driven or jumps(lagrangian)):
+        yield "energy"

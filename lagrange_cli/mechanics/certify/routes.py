@@ -1,0 +1,277 @@
+"""The tapes with which a derivation is checked: what was derived, and the two other routes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.mechanics.dynamics.lagrange import Derivation, raw_terms
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, Series, Tape
+
+__all__ = ["Observation", "Point", "Tapes"]
+
+_ZERO = mpf(0)
+_ONE: Series = (mpf(1), _ZERO, _ZERO)
+
+Point = Mapping[sp.Symbol, mpf]
+
+
+@dataclass(frozen=True)
+class Observation:
+    """A state: series along the motion, Q, values of L, T, V and L's terms, gradient of L.
+
+    ``magnitude`` is the decimal exponent of the largest number met on the way to L.
+    """
+
+    point: Point
+    series: Mapping[sp.Symbol, Series]
+    forces: list[mpf]
+    values: list[mpf]
+    gradient: list[Series]
+    magnitude: int
+
+
+class Tapes:
+    """The tapes of one derivation; states give t, q, v, a, parameters and inputs."""
+
+    def __init__(self, derivation: Derivation) -> None:
+        reduced = derivation.reduced
+        self.reduced = reduced
+        self.t = reduced.names.t
+        self.q = [c.q for c in reduced.coordinates]
+        self.v = [c.v for c in reduced.coordinates]
+        self.a = [c.a for c in reduced.coordinates]
+        self.n = len(self.q)
+        self.number = {q: j for j, q in enumerate(self.q)}
+        self.parameters = [*reduced.names.parameters.values(), *reduced.names.inputs.values()]
+        self.still = [self.t, *self.q, *self.parameters]
+        self.moving = [self.t, *self.q, *self.v, *self.parameters]
+        held = [(j, k) for j, row in enumerate(derivation.mass) for k in row]
+        self.upper = [(j, k) for j, k in held if j <= k]
+        if any(derivation.mass[j][k] != derivation.mass[k].get(j) for j, k in held):
+            raise InternalError(Problem("the derived mass matrix is not symmetric"))
+        masses = [sp.Add(*derivation.mass[j][k]) for j, k in self.upper]
+        forcing = [sp.Add(*f) for f in derivation.forcing]
+        self.derived = Tape([*masses, *forcing], self.moving)
+        lagrangian = derivation.lagrangian
+        shown = [lagrangian, derivation.kinetic, derivation.potential]
+        self.lagrangian = Tape([*shown, *sp.Add.make_args(lagrangian)], self.moving)
+        self._newton_tapes(derivation)
+        self._declared_tapes(derivation)
+
+    def _newton_tapes(self, derivation: Derivation) -> None:
+        reduced = self.reduced
+        self.symbols = list(reduced.resolved)
+        number = {s: k for k, s in enumerate(self.symbols)}
+        self.components = [number[s] for body in reduced.names.particle_symbols for s in body]
+        self.positions = Tape([reduced.resolved[s] for s in self.symbols], self.still)
+        self.masses = Tape([m for m in reduced.masses for _ in range(3)], self.parameters)
+        self.terms = raw_terms(reduced)
+        self.raw = [*self.symbols, *(q for q in self.q if q not in number)]
+        self.potential = Tape(
+            [sp.Add(*self.terms.positional)], [*self.raw, self.t, *self.parameters]
+        )
+        self.extra = Tape([derivation.extra], self.moving)
+        self.dissipation = Tape([derivation.dissipation], self.moving)
+        self.forces = derivation.forces
+        self.dissipates = derivation.dissipation != 0
+        self.force_values = Tape([c for f in self.forces for c in f.components], self.moving)
+        bodies = {
+            body.name: [number[s] for s in symbols]
+            for body, symbols in zip(reduced.names.bodies, reduced.names.body_symbols, strict=True)
+        }
+        self.targets = [
+            bodies[f.on] if len(f.components) == 3 else [-1 - self._row(f.on)] for f in self.forces
+        ]
+
+    def _declared_tapes(self, derivation: Derivation) -> None:
+        """What the scene declares or geometry implies, beside what the derivation reports."""
+        self.declared = Tape(
+            [sp.Add(*self.terms.kinetic), sp.Add(*self.terms.velocity_dependent)], self.moving
+        )
+        number = {s: k for k, s in enumerate(self.symbols)}
+        moved = [(s, v) for s, v in derivation.velocity.items() if s in number]
+        self.moved = [number[s] for s, _ in moved]
+        work = [sp.Add(*(f.generalized[j] for f in self.forces)) for j in range(self.n)]
+        self.reported = Tape([*(v for _, v in moved), *work], self.moving)
+        potential = derivation.potential
+        self.at_rest: Tape | None = None
+        self.resting = not potential.free_symbols & set(self.v)
+        if not self.resting:
+            at_rest = potential.xreplace(dict.fromkeys(self.v, sp.Integer(0)))
+            if not at_rest.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
+                self.at_rest = Tape([at_rest], self.still)
+
+    def _row(self, name: str) -> int:
+        return [c.name for c in self.reduced.coordinates].index(name)
+
+    # Evaluations at one state (q, v, a, t, parameters).
+
+    def derived_parts(self, point: Point) -> tuple[list[dict[int, mpf]], list[mpf]]:
+        """M, by rows without zeros, and f at a state."""
+        values = self.derived.run([(point[s], _ZERO, _ZERO) for s in self.moving], 0).values
+        mass: list[dict[int, mpf]] = [{} for _ in range(self.n)]
+        for (j, k), value in zip(self.upper, values, strict=False):
+            mass[j][k] = mass[k][j] = value
+        return mass, values[len(self.upper) :]
+
+    def series(self, point: Point) -> dict[sp.Symbol, Series]:
+        """t, q, v and parameters along the motion with the state's accelerations."""
+        series: dict[sp.Symbol, Series] = {self.t: (point[self.t], mpf(1), _ZERO)}
+        for q, v, a in zip(self.q, self.v, self.a, strict=True):
+            series[q] = (point[q], point[v], point[a])
+            series[v] = (point[v], point[a], _ZERO)
+        for p in self.parameters:
+            series[p] = (point[p], _ZERO, _ZERO)
+        return series
+
+    def work(self, series: Mapping[sp.Symbol, Series]) -> list[tuple[mpf, mpf]]:
+        """Generalized forces of ``forces`` by virtual work, each with the size of its parts."""
+        found, sizes = [_ZERO] * self.n, [_ZERO] * self.n
+        if not self.forces:
+            return list(zip(found, sizes, strict=True))
+        pending = iter(self.force_values.run([series[s] for s in self.moving], 0).values)
+        run = self.positions.run([series[s] for s in self.still], 0)
+        for target in (target for targets in self.targets for target in targets):
+            value = next(pending)
+            if target < 0:
+                parts = [value if j == -1 - target else _ZERO for j in range(self.n)]
+            else:
+                virtual = run.gradient({target: (value, _ZERO, _ZERO)})
+                parts = [x[0] for x in virtual[1 : 1 + self.n]]
+            found = [f + x for f, x in zip(found, parts, strict=True)]
+            sizes = [s + abs(x) for s, x in zip(sizes, parts, strict=True)]
+        return list(zip(found, sizes, strict=True))
+
+    def generalized_forces(self, series: Mapping[sp.Symbol, Series]) -> list[mpf]:
+        """Q of forces and dissipation."""
+        work = [w for w, _ in self.work(series)]
+        if not self.dissipates:
+            return work
+        drag = self.dissipation.run([series[s] for s in self.moving], 0).gradient({0: _ONE})
+        return [w - drag[1 + self.n + j][0] for j, w in enumerate(work)]
+
+    def newton(
+        self, series: Mapping[sp.Symbol, Series], forces: Sequence[mpf]
+    ) -> list[tuple[mpf, mpf]]:
+        """Σ (m r̈ − F)·∂r/∂q for each coordinate, with the size of its parts.
+
+        T_extra − U enters by its Euler–Lagrange expression.
+        """
+        run = self.positions.run([series[s] for s in self.still], 2)
+        outputs = run.outputs
+        seeds: dict[int, mpf] = {}
+        for mass, k in zip(self.mass_values(series), self.components, strict=True):
+            seeds[k] = seeds.get(k, _ZERO) + mass * outputs[k][2]
+        slopes = self.potential_slopes(series, outputs)
+        direct = [_ZERO] * self.n
+        for k, (s, slope) in enumerate(slopes.items()):
+            if k < len(self.symbols):
+                seeds[k] = seeds.get(k, _ZERO) + slope
+            else:
+                direct[self.number[s]] += slope
+        work = run.gradient({k: (x, _ZERO, _ZERO) for k, x in seeds.items()})
+        extra = self._euler_lagrange(self.extra, series)
+        parts = [(work[1 + j][0], direct[j], extra[j], -forces[j]) for j in range(self.n)]
+        return [(sum(p), sum(abs(x) for x in p)) for p in parts]
+
+    def potential_slopes(
+        self, series: Mapping[sp.Symbol, Series], outputs: Sequence[Series]
+    ) -> dict[sp.Symbol, mpf]:
+        """∂V/∂s of Cartesian names, which have the values ``outputs``, and of coordinates."""
+        inputs = self.raw_inputs(series, outputs)
+        slope = self.potential.run(inputs, 0).gradient({0: _ONE})
+        return {s: x[0] for s, x in zip(self.raw, slope, strict=False)}
+
+    def _euler_lagrange(self, tape: Tape, series: Mapping[sp.Symbol, Series]) -> list[mpf]:
+        """d/dt ∂L/∂q̇ − ∂L/∂q of the tape's first output."""
+        gradient = tape.run([series[s] for s in self.moving], 1).gradient({0: _ONE})
+        return [gradient[1 + self.n + j][1] - gradient[1 + j][0] for j in range(self.n)]
+
+    def mass_values(self, series: Mapping[sp.Symbol, Series]) -> list[mpf]:
+        """The mass that goes with each entry of ``components``."""
+        return self.masses.run([series[s] for s in self.parameters], 0).values
+
+    def raw_inputs(
+        self, series: Mapping[sp.Symbol, Series], outputs: Sequence[Series]
+    ) -> list[Series]:
+        """``raw``, t and parameters, where Cartesian names have the values ``outputs``."""
+        place = dict(zip(self.symbols, outputs, strict=True))
+        raw = [place.get(s, series.get(s, _ONE)) for s in self.raw]
+        return [*raw, series[self.t], *(series[p] for p in self.parameters)]
+
+    def reports(self, seen: Observation) -> list[tuple[mpf, mpf, mpf]]:
+        """Triples (reported, declared, size of the parts) of which the first two must agree.
+
+        T and V, velocities, generalized forces: as reported, and as declared or
+        implied by the positions.
+        """
+        series = seen.series
+        moving = [series[s] for s in self.moving]
+        outputs = self.positions.run([series[s] for s in self.still], 1).outputs
+        squares = [
+            mass * outputs[k][1] ** 2 / 2
+            for mass, k in zip(self.mass_values(series), self.components, strict=True)
+        ]
+        kinetic, velocity_dependent = self.declared.run(moving, 0).values
+        positional = self.potential.run(self.raw_inputs(series, outputs), 0).values[0]
+        pairs = [
+            (seen.values[1], sum(squares, kinetic)),
+            (seen.values[2], positional + velocity_dependent),
+        ]
+        reported = self.reported.run(moving, 0).values
+        rates = [outputs[k][1] for k in self.moved]
+        pairs += zip(reported[: len(rates)], rates, strict=True)
+        work = zip(reported[len(rates) :], self.work(series), strict=True)
+        return [
+            *((x, y, max(abs(x), abs(y))) for x, y in pairs),
+            *((x, w, max(abs(x), size)) for x, (w, size) in work),
+        ]
+
+    def observe(self, point: Point) -> Observation:
+        """Series, Q and the gradient of L at a state."""
+        series = self.series(point)
+        run = self.lagrangian.run([series[s] for s in self.moving], 1)
+        forces, gradient = self.generalized_forces(series), run.gradient({0: _ONE})
+        return Observation(point, series, forces, run.values, gradient, run.magnitude())
+
+    def slopes(self, seen: Observation) -> list[Series]:
+        """∂L/∂q."""
+        return seen.gradient[1 : 1 + self.n]
+
+    def momenta(self, seen: Observation) -> list[Series]:
+        """∂L/∂q̇."""
+        return seen.gradient[1 + self.n : 1 + 2 * self.n]
+
+    def delicate(self, seen: Observation) -> list[mpf]:
+        """Numbers of which it matters whether they vanish.
+
+        ∂L/∂q, then Q, for each coordinate; the rate of the energy function
+        Q·q̇ − ∂L/∂t; and its difference to T + V.
+        """
+        velocities = [seen.point[v] for v in self.v]
+        rate = sum(
+            (f * v for f, v in zip(seen.forces, velocities, strict=True)), -seen.gradient[0][0]
+        )
+        momenta = self.momenta(seen)
+        function = sum(
+            (p[0] * v for p, v in zip(momenta, velocities, strict=True)), -seen.values[0]
+        )
+        slopes = [s[0] for s in self.slopes(seen)]
+        return [*slopes, *seen.forces, rate, function - self._energy(seen)]
+
+    def _energy(self, seen: Observation) -> mpf:
+        """T + V with V at rest; out of all proportion where V has no value at rest."""
+        if self.resting:
+            return seen.values[1] + seen.values[2]
+        if self.at_rest is None:
+            return mpf("1e999")
+        try:
+            rest = self.at_rest.run([seen.series[s] for s in self.still], 0).values[0]
+        except DomainError:
+            return mpf("1e999")
+        return seen.values[1] + rest

@@ -1,0 +1,109 @@
+"""Whether one-sided constraints leave room: a search for a configuration inside of all gaps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
+from lagrange_cli.mechanics.numerics.sampling import PLACED_STARTS, Drawn
+from lagrange_cli.mechanics.reduction.geometry import Restriction
+from lagrange_cli.mechanics.reduction.reduce import Reduced
+
+__all__ = ["Room"]
+
+#: Starts in a scene of many coordinates.
+_FEW = 4
+#: How far around the given configuration starts are, in turn.
+_WIDTHS = (mpf(1), mpf("0.25"), mpf(4), mpf("0.0625"), mpf(16))
+
+
+class Room:
+    """Configurations that satisfy closures and one-sided constraints.
+
+    Parameters
+    ----------
+    gaps
+        The one-sided constraints, ``left`` ≥ ``right``; those of the scene by default.
+
+    Attributes
+    ----------
+    starts
+        From how many starts is searched.
+    """
+
+    def __init__(self, reduced: Reduced, gaps: Sequence[Restriction] | None = None) -> None:
+        self._reduced = reduced
+        self.closures = [c for c in reduced.closures if c.kind == "position"]
+        self.gaps = list(reduced.gaps if gaps is None else gaps)
+        self._sampler = reduced.sampler([])
+        self.starts = _FEW if self._sampler.many else PLACED_STARTS
+        self._clock = sp.Dummy("t", real=True)
+
+    def found(
+        self,
+        closures: Sequence[int] | None = None,
+        gaps: Sequence[int] | None = None,
+        starts: int | None = None,
+    ) -> Drawn | None:
+        """A configuration for some of the closures and gaps, by number; None where none came up.
+
+        It is searched for at the time at which the motion starts, then at others; from fewer
+        ``starts`` if so asked.
+        """
+        kept = range(len(self.closures)) if closures is None else closures
+        sides = [self.gaps[k] for k in (range(len(self.gaps)) if gaps is None else gaps)]
+        ways = self._ways([self.closures[k] for k in kept], sides)
+        for attempt in range(min(self.starts, starts or self.starts)):
+            start = self._start(attempt, kept)
+            if start is None:
+                continue
+            start[self._clock] = start[self._time]
+            places = (manifold.within(start, len(sides)) for manifold in ways)
+            if (place := next(filter(None, places), None)) is not None:
+                return place
+        return None
+
+    @property
+    def _time(self) -> sp.Symbol:
+        return self._reduced.names.t
+
+    @property
+    def _coordinates(self) -> list[sp.Symbol]:
+        return [c.q for c in self._reduced.coordinates]
+
+    def _ways(self, closures: Sequence[Restriction], gaps: Sequence[Restriction]) -> list[Manifold]:
+        """What is to hold, at a time that is given; at any time where time plays a part."""
+        sides = [(r.left, r.right) for r in (*closures, *gaps)]
+        found = [self._manifold(sides, [])]
+        if any(self._time in (a - b).free_symbols for a, b in sides):
+            moved = {self._time: self._clock}
+            sides = [(a.xreplace(moved), b.xreplace(moved)) for a, b in sides]
+            found.append(self._manifold(sides, [self._clock]))
+        return found
+
+    def _manifold(
+        self, sides: Sequence[tuple[sp.Expr, sp.Expr]], beside: Sequence[sp.Symbol]
+    ) -> Manifold:
+        names, q = self._reduced.names, self._coordinates
+        others = [*names.parameters.values()]
+        scale = {**self._reduced.scales, **dict.fromkeys(beside, mpf(1))}
+        return Manifold(sides, [], names.t, [*q, *beside], [], others, scale)
+
+    @cached_property
+    def _given(self) -> Drawn:
+        """Time, and coordinates that the scene gives."""
+        given = self._reduced.reference
+        return {s: given[s] for s in (self._time, *self._coordinates) if s in given}
+
+    def _start(self, attempt: int, closures: Sequence[int]) -> Drawn | None:
+        """The given configuration, then random ones on the closures around it."""
+        width = _WIDTHS[attempt % len(_WIDTHS)]
+        drawn = self._sampler.draw(width=width, closures=closures)
+        if drawn is None:
+            return None
+        drawn[self._time] = self._given[self._time]
+        return {**drawn, **self._given} if not attempt else drawn

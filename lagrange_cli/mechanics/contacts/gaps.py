@@ -1,0 +1,185 @@
+"""One-sided constraints: gaps φ(q, t) ≥ 0 whose multipliers push while they are closed.
+
+The coordinates must describe free flight too: a gap that they, or the constraints beside
+it, do not let change is refused, and so is one whose sign is proven.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.contacts.infeasible import require_room
+from lagrange_cli.mechanics.equations import Closure, Contact
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.sampling import Drawn, working_digits
+from lagrange_cli.mechanics.reduction.geometry import Restriction, gap_over_names
+from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted
+from lagrange_cli.mechanics.symbols.values import nearest_double
+from lagrange_cli.scene.model import Unilateral
+
+__all__ = ["contacts"]
+
+_DIGITS = 30
+#: A gap that changes by less than this part of what its gradient lets expect does not change.
+_STILL = mpf(10) ** -9
+#: Digits that rounding may take, and those at which what does not change is looked at again.
+_LOST, _SURE = 15, 1000
+
+#: Configurations beside one, each closer to it, that are tried, and those that are enough.
+_TRIALS, _ENOUGH = 12, 3
+
+_FREE = "the coordinates must describe free flight too"
+
+
+def contacts(reduced: Reduced, gaps: Sequence[Closure]) -> tuple[Contact, ...]:
+    """The contacts of a scene, whose gaps were given gradient, rate and bias.
+
+    Raises
+    ------
+    InputError
+        Located: a gap that no motion changes, that cannot be violated or is violated
+        everywhere, gaps that leave no room; a restitution outside [0, 1].
+    """
+    if not gaps:
+        return ()
+    with mpmath.workdps(working_digits(_DIGITS)):
+        states = _neighbours(reduced)
+        for gap, closure in zip(reduced.gaps, gaps, strict=True):
+            _require_change(reduced, gap, closure, states)
+            _require_sign_open(reduced, gap, closure)
+        require_room(reduced)
+    coefficients = [_restitution(reduced, one_sided) for one_sided in reduced.scene.unilateral]
+    return tuple(map(Contact, gaps, coefficients))
+
+
+def _restitution(reduced: Reduced, one_sided: Unilateral) -> sp.Expr:
+    """Newton's coefficient, over the parameters."""
+    written = one_sided.restitution
+    if written is None:
+        return sp.Integer(0)
+    value = reduced.values.number(written)
+    number = None if value is None else nearest_double(value)
+    if number is not None and not 0 <= number <= 1:
+        raise InputError(
+            Problem(
+                f"the restitution of '{one_sided.name}' is from 0 to 1,"
+                f" found {written.text} = {number:g}",
+                written.mark(),
+                rule="restitution",
+            )
+        )
+    return reduced.names.convert(written)
+
+
+def _require_sign_open(reduced: Reduced, gap: Restriction, closure: Closure) -> None:
+    """Refuse a gap whose sign is that of its expression, whatever the coordinates are."""
+    names = reduced.names
+    constants = {names.parameters[n]: x for n, x in reduced.values.exact.items()}
+    phi = closure.expression.xreplace(constants)
+    if phi.is_nonpositive:
+        raise _refusal(gap, "leaves no room to move", "turn it round, or write an equation")
+    if phi.is_nonnegative:
+        raise _refusal(gap, "cannot be violated", "leave it out, or correct it")
+
+
+def _require_change(
+    reduced: Reduced, gap: Restriction, closure: Closure, states: Sequence[Drawn]
+) -> None:
+    """Refuse a gap that is the same in all configurations next to each other."""
+    slopes = {reduced.coordinates[j].q: closure.gradient[j] for j in closure.held}
+    level, size, changes = _change(gap, slopes, states)
+    if changes:
+        return
+    with mpmath.workdps(_SURE):
+        # A steep power changes below the rounding of fewer digits.
+        if _change(gap, slopes, states)[2]:
+            return
+    if reduced.names.t in (gap.left - gap.right).free_symbols:
+        says = "changed by no motion: it depends on t alone"
+    elif abs(level) <= _STILL * size:
+        says = "closed at every configuration"
+    elif level > 0:
+        says = "never closed"
+    else:
+        stated = _constraints_that_hold(reduced, gap)
+        hint = leave_out([*stated, gap.name]) if stated else _FREE
+        raise _refusal(gap, "is violated at every configuration", hint)
+    raise _refusal(gap, f"is {says}", "\n".join([_FREE, *_holding(reduced, gap)]))
+
+
+def _change(
+    gap: Restriction, slopes: Mapping[sp.Symbol, sp.Expr], states: Sequence[Drawn]
+) -> tuple[mpf, mpf, bool]:
+    """φ and the size of its terms at the first state, and whether φ differs at another."""
+    terms = [*sp.Add.make_args(gap.left), *sp.Add.make_args(gap.right)]
+    held = sorted(set().union(*(e.free_symbols for e in (*slopes.values(), *terms))), key=str)
+    points = [{s: state[s] for s in held} for state in states]
+    level, *parts = values([gap.left - gap.right, *slopes.values(), *terms], points[0])
+    steepness = dict(zip(slopes, parts, strict=False))
+    size = sum(map(abs, parts[len(slopes) :]), mpf(0))
+    rounding = mpf(10) ** (_LOST - mpmath.mp.dps) * size
+    for point in points[1:]:
+        moves = (abs(g * (point[s] - points[0][s])) for s, g in steepness.items() if s in point)
+        change = values([gap.left - gap.right], point)[0] - level
+        if abs(change) > max(_STILL * sum(moves, mpf(0)), rounding):
+            return level, size, True
+    return level, size, False
+
+
+def _constraints_that_hold(reduced: Reduced, gap: Restriction) -> list[str]:
+    """Constraints that a gap's names are solved from, or that are kept beside them."""
+    found = reduced.chart.geometry.found
+    held = _names_in(reduced, gap)
+    stated = [found.stated[found.by[s]].constraint for s in held if s in found.by]
+    present = (gap.left - gap.right).free_symbols
+    for closure in reduced.closures:
+        if present & (closure.left - closure.right).free_symbols:
+            stated.append(closure.name)
+    return list(dict.fromkeys(stated))
+
+
+def _names_in(reduced: Reduced, gap: Restriction) -> list[sp.Symbol]:
+    one_sided = next(u for u in reduced.scene.unilateral if u.name == gap.name)
+    return sorted(gap_over_names(reduced.names, one_sided).free_symbols, key=str)
+
+
+def _holding(reduced: Reduced, gap: Restriction) -> Iterator[str]:
+    """What keeps a gap from changing: constraints and definitions of the names in it."""
+    stated = _constraints_that_hold(reduced, gap)
+    if stated:
+        yield f"constraints that hold it: {quoted(stated)}"
+    defined = [s.name for s in _names_in(reduced, gap) if s in reduced.names.given]
+    if defined:
+        yield f"take {', '.join(defined)} as coordinates instead of defining them"
+
+
+def _neighbours(reduced: Reduced) -> list[Drawn]:
+    """A configuration and some next to it, at the same t and parameters."""
+    sampler, manifold = reduced.sampler([]), reduced.manifold()
+    point = sampler.draw()
+    found = [] if point is None else [point]
+    differences = [gap.left - gap.right for gap in reduced.gaps]
+    for count in range(_TRIALS if point is not None else 0):
+        moved = manifold.placed(sampler.near(found[0], mpf(2) ** -(1 + count)))
+        if moved is None:
+            continue
+        try:
+            values(differences, moved)
+        except DomainError:
+            continue
+        found.append(moved)
+        if len(found) > _ENOUGH:
+            break
+    return found
+
+
+def _refusal(gap: Restriction, says: str, hint: str) -> InputError:
+    return InputError(
+        Problem(f"the one-sided constraint '{gap.name}' {says}", gap.mark, hint, rule="one-sided")
+    )

@@ -1,0 +1,304 @@
+"""One-sided constraints that no configuration satisfies: a smallest set of them, and why.
+
+What is proven rests on a false sum of the constraints (:mod:`.proofs.farkas`), or on a sum of
+squares (:mod:`.proofs.sum_of_squares`), in which what is not negative is the square of something.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InconsistentError, InputError, Problem
+from lagrange_cli.mechanics.contacts.feasibility import Room
+from lagrange_cli.mechanics.diagnosis.errors import rests_on
+from lagrange_cli.mechanics.diagnosis.inconsistency import is_contradictory, smallest
+from lagrange_cli.mechanics.diagnosis.rod_lengths import overlong_rod
+from lagrange_cli.mechanics.elimination.eliminate import Stated, substitute
+from lagrange_cli.mechanics.elimination.solve_equation import linear_parts
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.proofs.farkas import FalseSum, false_sum
+from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.symbols.names import Names
+from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
+from lagrange_cli.mechanics.symbols.yaml_snippets import one_sided_line
+from lagrange_cli.scene.model import Unilateral
+
+__all__ = ["require_room"]
+
+#: Constraints among which a smallest set is sought by proofs, and by searches.
+_MOST, _MOST_SEARCHES = 40, 12
+#: Starts of a search before a proof is tried.
+_FIRST = 8
+#: Constraints of a sum that is written out.
+_WRITTEN = 4
+#: Doublings and halvings of how far a constraint is missed, and bisections.
+_DOUBLINGS, _BISECTIONS = 16, 12
+#: Digits of that; by how much more a bound is moved.
+_DIGITS, _MORE = 3, mpf("1.1")
+
+
+def require_room(reduced: Reduced) -> None:
+    """Refuse one-sided constraints that nothing satisfies.
+
+    Raises
+    ------
+    InputError
+        A smallest set that contradicts itself, with its proof; or one for which no
+        configuration came up.
+    """
+    room = Room(reduced)
+    if not reduced.gaps or room.found(starts=_FIRST) is not None:
+        return
+    one_sided = [_stated(reduced.names, u) for u in reduced.scene.unilateral]
+    proven = _proven(reduced, [*reduced.chart.geometry.found.stated, *one_sided])
+    if proven is not None:
+        raise proven
+    valued = len(reduced.values.exact) == len(reduced.scene.parameters)
+    if valued and room.found() is None:
+        refusal = _not_found(reduced, room)
+        if refusal is not None:
+            raise refusal
+
+
+def _valued(reduced: Reduced) -> list[sp.Symbol]:
+    return [reduced.names.parameters[n] for n in reduced.values.exact]
+
+
+def _stated(names: Names, one_sided: Unilateral) -> Stated:
+    """The inequality over the names that it is written in, left ≥ right."""
+    written_down = one_sided.inequality
+    left, right = names.convert(written_down.left), names.convert(written_down.right)
+    if written_down.relation == "<=":
+        left, right = right, left
+    return Stated(one_sided.name, written_down, left, right, one_sided=True)
+
+
+def _squared(stated: Stated, constants: Mapping[sp.Symbol, mpf]) -> Stated:
+    """``norm(x, z) <= l`` as x² + z² ≤ l², which is a sum of squares; others as they are."""
+    roots = [p for p in stated.phi.atoms(sp.Pow) if p.exp == sp.Rational(1, 2)]
+    roots = [p for p in roots if not p.free_symbols <= constants.keys()]
+    if len(roots) != 1:
+        return stated
+    place = sp.Dummy(real=True)
+    parts = linear_parts(stated.phi.xreplace({roots[0]: place}), place)
+    if parts is None or not all(e.free_symbols <= constants.keys() for e in parts):
+        return stated
+    share, bound = values(list(parts), constants)
+    if share * bound > 0:
+        return stated
+    wide, narrow = parts[0] ** 2 * roots[0].base, parts[1] ** 2
+    left, right = (wide, narrow) if share > 0 else (narrow, wide)
+    return replace(stated, left=left, right=right)
+
+
+def _proven(reduced: Reduced, stated: Sequence[Stated]) -> InputError | None:
+    """The error of a smallest set that is proven to contradict itself."""
+    names, reference = reduced.names, reduced.reference
+    constants = {p: reference[p] for p in _valued(reduced)}
+    stated = [_squared(s, constants) if s.one_sided else s for s in stated]
+    total = _false_sum(names, stated, constants)
+    if total is not None:
+        chosen = [stated[k] for k in total.shares]
+        last = next((s for s in reversed(chosen) if s.one_sided), chosen[-1])
+        missing = total.rest / abs(total.shares[stated.index(last)])
+        if total.bounds and len(chosen) <= _WRITTEN:  # others may say more than their sum
+            others = [s for s in chosen if s is not last]
+            missing = _missed(names, others, last, constants) or missing
+        return _refusal(reduced, chosen, _sum(chosen, total), last, missing)
+    rods = overlong_rod(names, stated, reference)
+    if rods is not None or len(stated) > _MOST:
+        return rods
+
+    def wrong(numbers: Sequence[int]) -> bool:
+        return is_contradictory(names, [stated[k] for k in numbers], constants)
+
+    everything = range(len(stated))
+    if not wrong(everything):
+        return None
+    chosen = [stated[k] for k in smallest(everything, wrong)]
+    return _by_squares(reduced, chosen, constants)
+
+
+def _false_sum(
+    names: Names, stated: Sequence[Stated], constants: Mapping[sp.Symbol, mpf]
+) -> FalseSum | None:
+    """The sum of constraints with definitions put in."""
+    parameters = frozenset(names.parameters.values())
+    declared = set(names.coordinates.values())
+    unknowns = [s for s in names.cartesian.values() if s not in names.given and s not in declared]
+    state = substitute([], names.given, unknowns, parameters)
+    return false_sum([(state.reduce(s.phi), s.one_sided) for s in stated], constants)
+
+
+def _sum(chosen: Sequence[Stated], total: FalseSum) -> str:
+    """``their sum a + 2*b says 0 >= 3``."""
+    unit = min(abs(x) for x in total.shares.values())
+    shares = [x / unit for x in total.shares.values()]
+    what = "it"
+    if len(chosen) > 1:
+        plain = all(_number(x) == "1" for x in shares)
+        what = "their sum" if plain else "their sum, with factors,"
+        if len(chosen) <= _WRITTEN:
+            what = f"their sum {_products(chosen, shares)}"
+    says = f"0 >= {_number(total.rest / unit)}"
+    if not total.rest:
+        factors = (sp.Rational(_number(x)) for x in shares)
+        left = sp.Add(*(x * s.phi for x, s in zip(factors, chosen, strict=True)))
+        says = f"{written(sp.expand(left))} >= 0"
+    known = f", as {', '.join(sorted(total.bounds)[:_WRITTEN])}" if total.bounds else ""
+    return f"{what} says {says}{known}"
+
+
+def _products(chosen: Sequence[Stated], shares: Sequence[mpf]) -> str:
+    """A sum of the names of constraints with factors, positive ones first."""
+    parts = []
+    for stated, share in sorted(zip(chosen, shares, strict=True), key=lambda x: x[1] < 0):
+        factor = "" if _number(abs(share)) == "1" else f"{_number(abs(share))}*"
+        sign = "-" if share < 0 else "+"
+        parts.append(f"{sign} {factor}{stated.constraint}")
+    return " ".join(parts).removeprefix("+ ")
+
+
+def _number(x: mpf) -> str:
+    return f"{float(x):.{_DIGITS}g}"
+
+
+def _by_squares(
+    reduced: Reduced, chosen: Sequence[Stated], constants: Mapping[sp.Symbol, mpf]
+) -> InputError:
+    """The error of a set that a sum of squares excludes, with how far one of it is missed."""
+    names = reduced.names
+    last = next(s for s in reversed(chosen) if s.one_sided)
+    others = [s for s in chosen if s is not last]
+    held = sorted({str(x) for s in chosen for x in s.phi.free_symbols} - {*names.parameters})
+    why = f"no real {', '.join(held[:_WRITTEN])} satisfies {'them' if others else 'it'}"
+    missed = _missed(names, others, last, constants)
+    if missed is not None:
+        where = f"where {quoted([s.constraint for s in others])} holds, " if others else ""
+        if len(others) > 1:
+            where = where.replace(" holds", " hold")
+        why = f"{where}{_reached(names, last, missed, constants)}"
+    return _refusal(reduced, chosen, why, last, missed)
+
+
+def _reached(names: Names, last: Stated, missed: mpf, constants: Mapping[sp.Symbol, mpf]) -> str:
+    """``z is at most 1``: how far a side with a number on the other one gets."""
+    if (last.right.free_symbols | last.left.free_symbols) - constants.keys():
+        for moving, fixed, word, sign in (
+            (last.left, last.right, "most", -1),
+            (last.right, last.left, "least", 1),
+        ):
+            if fixed.free_symbols <= constants.keys():
+                (bound,) = values([fixed], constants)
+                return f"{written(moving)} is at {word} {_number(bound + sign * missed)}"
+    return f"{written(last.phi)} is at most -{_number(missed)}"
+
+
+def _missed(
+    names: Names, others: Sequence[Stated], last: Stated, constants: Mapping[sp.Symbol, mpf]
+) -> mpf | None:
+    """By how much φ ≥ 0 is missed at least where the others hold; None if no proof tells."""
+
+    def fails(by: mpf) -> bool:
+        moved = replace(last, left=last.left + sp.Rational(str(by)))
+        return is_contradictory(names, [*others, moved], constants, products=(False,))
+
+    step = mpf(1)
+    for _ in range(_DOUBLINGS):
+        if fails(step):
+            break
+        step /= 2
+    else:
+        return None
+    low = step
+    for _ in range(_DOUBLINGS):
+        if not fails(2 * low):
+            break
+        low *= 2
+    high = 2 * low
+    for _ in range(_BISECTIONS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if fails(middle) else (low, middle)
+    return low
+
+
+def _refusal(
+    reduced: Reduced, chosen: Sequence[Stated], why: str, last: Stated, missing: mpf | None
+) -> InputError:
+    """The error; ``missing`` says with how much more room ``last`` would be satisfied."""
+    named = [s.constraint for s in chosen]
+    what = f"constraints {quoted(named)} contradict each other"
+    if len(dict.fromkeys(named)) == 1:
+        what = f"constraint {quoted(named)} cannot hold"
+    hints = [leave_out(named)]
+    line = _wider(reduced, last, missing) if missing else ""
+    if line:
+        hints = [f"{hints[0]}, or give it more room:", line]
+    mark = chosen[-1].equation.mark()
+    return InconsistentError(Problem(f"{what}: {why}", mark, "\n".join(hints), rule="inconsistent"))
+
+
+def _wider(reduced: Reduced, stated: Stated, missing: mpf) -> str:
+    """A one-sided constraint with a bound for which there is room; empty where none is found."""
+    pairs = zip(reduced.scene.unilateral, reduced.gaps, strict=True)
+    found = [(one, gap) for one, gap in pairs if one.name == stated.constraint]
+    if not stated.one_sided or not found:
+        return ""
+    ((one_sided, gap),) = found
+    phi, given = gap.left - gap.right, reduced.reference
+    if phi.free_symbols <= given.keys():  # the values that are given are to satisfy it too
+        with contextlib.suppress(DomainError):
+            missing = max(missing, -values([phi], {s: given[s] for s in phi.free_symbols})[0])
+    more = sp.Rational(mpmath.nstr(missing * _MORE, 2))
+    moved = replace(gap, left=gap.left + more)
+    gaps = [moved if g is gap else g for g in reduced.gaps]
+    if Room(reduced, gaps).found() is None:
+        return ""
+    bound = reduced.names.convert(one_sided.inequality.right)
+    return one_sided_line(one_sided, more, bound)
+
+
+def _not_found(reduced: Reduced, room: Room) -> InputError | None:
+    """The error of a smallest set for which no configuration comes up.
+
+    None for an inequality by itself: tan z >= 1e300 holds, where no search finds it.
+    """
+    closures, gaps = [*range(len(room.closures))], [*range(len(room.gaps))]
+    if len(gaps) <= _MOST_SEARCHES:
+        gaps = smallest(gaps, lambda fewer: room.found(closures, fewer) is None)
+    if 0 < len(closures) <= _MOST_SEARCHES and room.found([], gaps) is not None:
+        closures = smallest(closures, lambda fewer: room.found(fewer, gaps) is None)
+    elif room.found([], gaps) is None:
+        closures = []
+    named = [*_beside(reduced, room, closures, gaps), *(room.gaps[k].name for k in gaps)]
+    if len(named) == 1:
+        return None
+    return InconsistentError(
+        Problem(
+            f"no configuration found in {room.starts} starts that satisfies {quoted(named)}",
+            room.gaps[gaps[-1]].mark,
+            hint=f"give one in 'initial' or 'near', or {leave_out(named)}",
+            rule="inconsistent",
+        )
+    )
+
+
+def _beside(
+    reduced: Reduced, room: Room, closures: Sequence[int], gaps: Sequence[int]
+) -> list[str]:
+    """Constraints that are kept, or were put into what a gap is written in."""
+    names, found = reduced.names, reduced.chart.geometry.found
+    chosen = {room.gaps[k].name for k in gaps}
+    sources: set[int] = set()
+    for one_sided in reduced.scene.unilateral:
+        if one_sided.name in chosen:
+            sources |= found.sources_of(_stated(names, one_sided).phi)
+    kept = {room.closures[k].name for k in closures}
+    numbers = [k for k, s in enumerate(found.stated) if s.constraint in kept]
+    return [s.constraint for s in rests_on(found, sorted(sources | {*numbers}))]

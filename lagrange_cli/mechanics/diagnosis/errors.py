@@ -1,0 +1,339 @@
+"""The errors of a reduction that does not come out even, each with what would mend it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import sympy as sp
+
+from lagrange_cli.errors import InconsistentError, InputError, Mark, Problem, SingularError
+from lagrange_cli.mechanics.elimination.eliminate import Elimination, Stated
+from lagrange_cli.mechanics.elimination.solve_equation import solutions
+from lagrange_cli.mechanics.numerics.sampling import PLACED_STARTS, STARTS
+from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
+from lagrange_cli.mechanics.symbols.yaml_snippets import (
+    changed_start,
+    coordinates_line,
+    fewer_coordinates,
+    is_held,
+    near_line,
+)
+from lagrange_cli.scene.model import Scene
+
+__all__ = [
+    "coordinates_left",
+    "dependent_coordinates",
+    "is_sum_of_squares",
+    "no_configuration",
+    "no_solution",
+    "nowhere_else",
+    "require_enough",
+    "require_size",
+    "rests_on",
+    "satisfied_elsewhere",
+    "singular",
+    "too_deep",
+    "too_few",
+    "too_many",
+]
+
+
+#: Coordinates, particles or constraints of a system that is derived: a derivation takes about a
+#: hundredth of a second for each, and a megabyte for some tens of them.
+LARGEST_SYSTEM = 20_000
+
+
+def require_size(scene: Scene) -> None:
+    """Refuse a system that is too large to be derived, before anything is done with it."""
+    for what, parts in (
+        ("coordinates", scene.coordinates or ()),
+        ("particles", scene.particles),
+        ("constraints", scene.constraints),
+    ):
+        if len(parts) > LARGEST_SYSTEM:
+            mark = parts[LARGEST_SYSTEM].mark
+            message = f"{len(parts):,} {what}: systems of up to {LARGEST_SYSTEM:,} are derived"
+            hint = "the equations of a family are those of fewer members: set its size by -p"
+            raise InputError(Problem(message, mark, hint, rule="limit"))
+
+
+def too_deep(scene: Scene) -> InputError:
+    """The refusal of expressions that stand within each other hundreds of levels deep."""
+    mark = scene.definitions[0].mark if scene.definitions else Mark(scene.file, 1, 1)
+    message = "expressions nest too deeply once names stand for what they are defined as"
+    return InputError(Problem(message, mark, "define fewer names by each other", rule="limit"))
+
+
+def require_enough(scene: Scene, found: Elimination) -> None:
+    """Refuse declared coordinates when more names are open than equations hold any of them."""
+    if scene.coordinates is None:
+        return
+    usable = sum(bool(_open_names(found, number)) for number in found.pending)
+    excess = len(found.unknowns) - usable
+    if excess > 0:
+        raise too_few(scene, found, excess)
+
+
+def _open_names(found: Elimination, number: int) -> list[sp.Symbol]:
+    left, right = found.pending[number]
+    return found.in_order((left - right).free_symbols)
+
+
+def too_few(scene: Scene, found: Elimination, excess: int) -> InputError:
+    """Declared coordinates and constraints leave names undetermined."""
+    open_names = [u.name for u in found.unknowns]
+    have = [c.name for c in scene.coordinates or ()]
+    # Equations between coordinates alone take freedom from them.
+    fixing = sum(not _open_names(found, number) for number in found.pending)
+    free = _undetermined(found)
+    free += [name for name in open_names if name not in free][: max(0, excess - len(free))]
+    which = quoted(open_names)
+    if len(free) < len(open_names):
+        which = f"{len(free)} of {which}"
+    return InputError(
+        Problem(
+            f"too few coordinates: nothing determines {which}"
+            f" ({len(have)} declared, {len(have) + len(free) - fixing} degrees of freedom)",
+            scene.coordinates_mark,
+            hint=coordinates_line([*have, *free]),
+            rule="too-few-coordinates",
+        )
+    )
+
+
+def _undetermined(found: Elimination) -> list[str]:
+    """Open names that are left where each equation determines one, the last ones first.
+
+    A largest matching of equations and names, by augmenting paths.
+    """
+    by: dict[sp.Symbol, int] = {}
+
+    def assign(number: int, tried: set[sp.Symbol]) -> bool:
+        for s in reversed(_open_names(found, number)):
+            if s not in tried:
+                tried.add(s)
+                if s not in by or assign(by[s], tried):
+                    by[s] = number
+                    return True
+        return False
+
+    for number in found.pending:
+        assign(number, set())
+    return [s.name for s in found.unknowns if s not in by]
+
+
+def too_many(
+    scene: Scene,
+    stated: Stated,
+    involved: Sequence[sp.Symbol],
+    rest: Sequence[str],
+    dropped: tuple[str, sp.Expr],
+) -> InputError:
+    """A constraint relates coordinates, or fixes one.
+
+    Parameters
+    ----------
+    rest
+        The coordinates but for the one to be ``dropped``, which is given with its value.
+    """
+    name, value = dropped
+    verb = "fixes" if len(involved) == 1 else "relates"
+    hint = fewer_coordinates(scene, rest, {name: written(value)})
+    if is_held(scene, name):
+        hint = _WITHOUT_ONE.format(quoted(involved))
+    return InputError(
+        Problem(
+            f"too many coordinates: constraint '{stated.constraint}' {verb} {quoted(involved)}"
+            f" ({len(rest) + 1} declared)",
+            stated.equation.mark(),
+            hint=hint,
+            rule="too-many-coordinates",
+        )
+    )
+
+
+#: What to do where every coordinate is named by a force or by ``expect``.
+_WITHOUT_ONE = (
+    "leave one of {} out of 'coordinates', and let no force act on it and 'expect' not name it"
+)
+
+
+def coordinates_left(scene: Scene, *phis: sp.Expr) -> list[str]:
+    """Lines with the coordinates that equations φ = 0, proposed to the scene, leave of those
+    declared; none where they leave them all."""
+    declared = [c.name for c in scene.coordinates or ()]
+    dropped: dict[str, str] = {}
+    for phi in phis:
+        for q in sorted(phi.free_symbols, key=str, reverse=True):
+            free = q.name in declared and q.name not in dropped and not is_held(scene, q.name)
+            ways = (solutions(phi, q) or []) if free else []
+            if len(ways) == 1:
+                dropped[q.name] = written(ways[0])
+                break
+    rest = [name for name in declared if name not in dropped]
+    return [fewer_coordinates(scene, rest, dropped)] if dropped else []
+
+
+def dependent_coordinates(
+    scene: Scene, coordinates: Sequence[str], mixed: Sequence[str], ways: int
+) -> InputError:
+    """Coordinates of which those that are ``mixed`` move particles in fewer ``ways``."""
+    hint = "give one of them inertia in 'kinetic', or leave it out"
+    for name in reversed(mixed):
+        if not is_held(scene, name):
+            value = next(
+                (e.value.text for e in scene.initial if (e.name, e.order) == (name, 0)), "1"
+            )
+            rest = [other for other in coordinates if other != name]
+            hint = f"{hint}:\n{fewer_coordinates(scene, rest, {name: value})}"
+            break
+    return InputError(
+        Problem(
+            f"the coordinates {quoted(mixed)} are not independent:"
+            f" they move the particles in {ways} {'way' if ways == 1 else 'ways'} only",
+            scene.coordinates_mark or Mark(scene.file, 1, 1),
+            hint=hint,
+            rule="dependent-coordinates",
+        )
+    )
+
+
+def no_configuration(scene: Scene, found: Elimination, related: Sequence[int] = ()) -> InputError:
+    """No real configuration came up: the constraints that were solved, or kept, are named.
+
+    Parameters
+    ----------
+    related
+        Numbers of the equations that a search was to satisfy.
+    """
+    used = [found.stated[k] for k in sorted(set(found.by.values()))] or list(found.stated)
+    starts = PLACED_STARTS if related else STARTS
+    if related:
+        used = rests_on(found, related)
+    constraints = list(dict.fromkeys(s.constraint for s in used))
+    named = quoted(constraints) or "the scene"
+    hint = "give one in 'initial' or 'near'"
+    if len(constraints) > 1:
+        hint += ", or leave one of these constraints out"
+    return InconsistentError(
+        Problem(
+            f"no configuration found in {starts} starts that satisfies {named}",
+            used[0].equation.mark() if used else Mark(scene.file, 1, 1),
+            hint=hint,
+            rule="inconsistent",
+        )
+    )
+
+
+def nowhere_else(scene: Scene, found: Elimination, related: Sequence[int]) -> InputError:
+    """The given configuration satisfies the equations of some numbers, and none beside it does."""
+    constraints = list(dict.fromkeys(s.constraint for s in rests_on(found, related)))
+    return SingularError(
+        Problem(
+            f"nothing moves at the given configuration: it satisfies {quoted(constraints)}, and no"
+            " other one beside it was found that does",
+            rests_on(found, related)[-1].equation.mark(),
+            hint="what is taut has no equations of motion: give it room, as a longer rod",
+            rule="singular",
+        )
+    )
+
+
+def no_solution(stated: Stated) -> InputError:
+    """An equation that no value of its unknown satisfies, though an inverse function gives one."""
+    return InconsistentError(
+        Problem(
+            f"constraint '{stated.constraint}' cannot hold where the given configuration is",
+            stated.equation.mark(),
+            hint="one side has a range that the other does not reach",
+            rule="inconsistent",
+        )
+    )
+
+
+def satisfied_elsewhere(scene: Scene, stated: Stated, values: Mapping[str, str]) -> InputError:
+    """An equation that definitions satisfy identically around some values, not around the start."""
+    place = ", ".join(f"{name} = {value}" for name, value in values.items())
+    given = {e.name for e in scene.initial if not e.order}
+    known = values.keys() <= given | {e.name for e in scene.near}
+    why = "not around the initial configuration" if known else "no initial configuration chooses it"
+    line = changed_start(scene, values) if given & values.keys() else near_line(scene, values)
+    return SingularError(
+        Problem(
+            f"constraint '{stated.constraint}' is satisfied by the definitions on a part of the"
+            f" configurations only, as around {place}: {why}",
+            stated.equation.mark(),
+            hint=f"start there, or leave the constraint out\n{line}",
+            rule="singular",
+        )
+    )
+
+
+def rests_on(found: Elimination, numbers: Sequence[int]) -> list[Stated]:
+    """The equations of these numbers with those that were put into them."""
+    everything = set(numbers).union(*(found.touched[k] for k in numbers))
+    return [found.stated[k] for k in sorted(everything)]
+
+
+def singular(scene: Scene, found: Elimination, numbers: Sequence[int]) -> InputError:
+    """Equations whose gradients depend on each other wherever they hold, though all are needed."""
+    stated = rests_on(found, numbers)
+    named = list(dict.fromkeys(s.constraint for s in stated))
+    what, why = "constraint", "is singular: wherever it holds, its gradient vanishes"
+    if len(named) > 1:
+        what = "constraints"
+        why = "are singular: wherever they hold, their gradients depend on each other"
+    hint = "write it so that it crosses zero where it holds"
+    if len(named) > 1:
+        hint = leave_out(named)
+    squares = [s for s in stated if all(map(_is_square, sp.Add.make_args(s.phi)))]
+    if len(squares) == 1:
+        hint = "write equations that cross zero: x = 0 in place of x^2 = 0"
+        roots = _roots(squares[0].phi)
+        lines = [f"{squares[0].constraint}: {_crossing(roots)}"]
+        lines += coordinates_left(scene, *roots)
+        hint = "\n".join([hint, *lines])
+    return SingularError(
+        Problem(
+            f"{what} {quoted(named)} {why}",
+            found.stated[numbers[-1]].equation.mark(),
+            hint=hint,
+            rule="singular",
+        )
+    )
+
+
+def _roots(squares: sp.Expr) -> list[sp.Expr]:
+    """What the terms of a sum of squares are the squares of."""
+    return [
+        sp.Mul(
+            *(
+                b ** (e / 2)
+                for b, e in (f.as_base_exp() for f in sp.Mul.make_args(term))
+                if e.is_even
+            )
+        )
+        for term in sp.Add.make_args(squares)
+    ]
+
+
+def _crossing(roots: Sequence[sp.Expr]) -> str:
+    """Equations that say that some expressions vanish."""
+    equations = [f"{written(root)} = 0" for root in roots]
+    return equations[0] if len(equations) == 1 else f"[{', '.join(equations)}]"
+
+
+def is_sum_of_squares(phi: sp.Expr) -> bool:
+    """Whether φ is a sum of squares of one sign, which vanishes only where each of them does."""
+    signs = set[bool]()
+    for term in sp.Add.make_args(phi):
+        number, rest = term.as_coeff_Mul()
+        if rest.is_number or not _is_square(rest):
+            return False
+        signs.add(bool(number > 0))
+    return len(signs) == 1
+
+
+def _is_square(term: sp.Expr) -> bool:
+    factors = (f.as_base_exp() for f in sp.Mul.make_args(term) if not f.is_number)
+    return all(exponent.is_even for _, exponent in factors)

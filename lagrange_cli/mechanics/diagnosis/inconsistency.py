@@ -1,0 +1,291 @@
+"""Equations that nothing satisfies: the smallest set that a proof covers, and what it says.
+
+What is proven rests on substitutions that choose nothing, and on a false equation between
+numbers, the triangle inequality (:mod:`.rod_lengths`) or a sum of squares
+(:mod:`.proofs.sum_of_squares`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InconsistentError, InputError, Problem
+from lagrange_cli.mechanics.diagnosis.errors import no_configuration, nowhere_else
+from lagrange_cli.mechanics.diagnosis.rod_lengths import overlong_rod
+from lagrange_cli.mechanics.elimination.eliminate import Elimination, Stated, substitute
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.rank import TOLERANCE
+from lagrange_cli.mechanics.numerics.sampling import Sampler, typical_length
+from lagrange_cli.mechanics.proofs.sum_of_squares import contradicting
+from lagrange_cli.mechanics.symbols.names import Names
+from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
+
+__all__ = ["contradiction", "explained", "is_contradictory", "nowhere", "smallest"]
+
+#: Equations among which a smallest set is sought: each costs an elimination.
+_MOST = 40
+#: Equations that are tried each by itself.
+_MOST_SINGLE = 200
+#: Equations among which one is sought whose deletion costs a search for a configuration.
+_MOST_SEARCHES = 12
+#: Names that a message lists.
+_NAMED = 4
+
+Sides = tuple[sp.Expr, sp.Expr]
+
+
+@dataclass(frozen=True)
+class _Proof:
+    """Reduced equations that are not all satisfied, whether as numbers or as sums of squares."""
+
+    equations: tuple[Sides, ...]
+    numbers: bool
+
+
+def smallest(suspects: Sequence[int], wrong: Callable[[Sequence[int]], bool]) -> list[int]:
+    """A part of the suspects that is still wrong, and of which no member can be left out.
+
+    The deletion filter of Chinneck and Dravnieks (ORSA J. Computing 3, 1991).
+    """
+    kept = list(suspects)
+    for candidate in suspects:
+        fewer = [k for k in kept if k != candidate]
+        if fewer and wrong(fewer):
+            kept = fewer
+    return kept
+
+
+def explained(
+    names: Names,
+    stated: Sequence[Stated],
+    suspects: Sequence[int],
+    reference: Mapping[sp.Symbol, mpf],
+) -> InputError | None:
+    """The error that names a smallest contradictory set of the suspects; None without proof.
+
+    Parameters
+    ----------
+    suspects
+        Numbers of stated equations.
+    reference
+        Values of parameters, among others.
+    """
+    constants = {p: reference[p] for p in names.parameters.values() if p in reference}
+
+    def wrong(numbers: Sequence[int]) -> bool:
+        return _proof(names, [stated[k] for k in numbers], constants) is not None
+
+    suspects = sorted(suspects)
+    if len(suspects) > _MOST or not wrong(suspects):
+        return None
+    chosen = [stated[k] for k in smallest(suspects, wrong)]
+    rods = overlong_rod(names, chosen, reference)
+    found = _proof(names, chosen, constants)
+    assert found is not None
+    return rods or _refusal(names, chosen, found)
+
+
+def contradiction(
+    names: Names,
+    found: Elimination,
+    number: int,
+    reduced: sp.Expr,
+    reference: Mapping[sp.Symbol, mpf],
+) -> InputError:
+    """The error of a stated equation that came to a false one."""
+    used = sorted(found.touched[number] | {number})
+    proven = explained(names, found.stated, used, reference)
+    if proven is not None:
+        return proven
+    stated = [found.stated[k] for k in used]
+    listed = quoted([s.constraint for s in stated])
+    return InconsistentError(
+        Problem(
+            f"with what else is given {listed} comes to {written(reduced)} = 0,"
+            " which does not hold",
+            found.stated[number].equation.mark(),
+            hint=leave_out([s.constraint for s in stated]),
+            rule="inconsistent",
+        )
+    )
+
+
+def nowhere(
+    names: Names,
+    found: Elimination,
+    restricting: Sequence[int],
+    sampler: Sampler,
+    reference: Mapping[sp.Symbol, mpf],
+) -> InputError:
+    """The error where no configuration came up: a proof, or what a search did not satisfy.
+
+    Parameters
+    ----------
+    restricting
+        Numbers of the equations that were searched for; empty where names were not real.
+    sampler
+        Draws configurations that satisfy them.
+    """
+    proven = overlong_rod(names, found.stated, reference)
+    if proven is None and restricting:
+        proven = explained(names, found.stated, _rest(found, restricting), reference)
+    if proven is None:
+        proven = explained(names, found.stated, range(len(found.stated)), reference)
+    proven = proven or _by_itself(names, found, restricting, reference)
+    if proven is not None:
+        return proven
+    if restricting and _are_met(found, restricting, reference):
+        return nowhere_else(names.scene, found, restricting)
+    if 1 < len(restricting) <= _MOST_SEARCHES:
+        rows = smallest(range(len(restricting)), lambda fewer: sampler.draw(closures=fewer) is None)
+        restricting = [restricting[k] for k in rows]
+        proven = explained(names, found.stated, _rest(found, restricting), reference)
+    return proven or no_configuration(names.scene, found, restricting)
+
+
+def _are_met(
+    found: Elimination, restricting: Sequence[int], reference: Mapping[sp.Symbol, mpf]
+) -> bool:
+    """Whether the given configuration is complete and satisfies the equations of some numbers."""
+    residuals = [left - right for left, right in (found.pending[k] for k in restricting)]
+    if not all(r.free_symbols <= reference.keys() for r in residuals):
+        return False
+    try:
+        found_values = values(residuals, reference)
+    except (DomainError, ZeroDivisionError, OverflowError):
+        return False
+    scale = typical_length([reference[s] for r in residuals for s in r.free_symbols])
+    return all(abs(value) <= TOLERANCE * scale**2 for value in found_values)
+
+
+def _by_itself(
+    names: Names,
+    found: Elimination,
+    restricting: Sequence[int],
+    reference: Mapping[sp.Symbol, mpf],
+) -> InputError | None:
+    """The error of a single equation of many that nothing satisfies."""
+    constants = {p: reference[p] for p in names.parameters.values() if p in reference}
+    tried = set()
+    for number in restricting[:_MOST_SINGLE]:
+        left, right = found.pending[number]
+        shape = _shape(left - right, constants)
+        if shape in tried:
+            continue
+        tried.add(shape)
+        if contradicting([left - right], constants):
+            return explained(names, found.stated, _rest(found, [number]), reference)
+    return None
+
+
+def _shape(equation: sp.Expr, constants: Mapping[sp.Symbol, mpf]) -> sp.Expr:
+    """The equation with its unknowns numbered: members of a family have one shape."""
+    unknowns = sorted(equation.free_symbols - constants.keys(), key=str)
+    return equation.xreplace({s: sp.Symbol(f"{k}", real=True) for k, s in enumerate(unknowns)})
+
+
+def _rest(found: Elimination, numbers: Sequence[int]) -> list[int]:
+    """The equations of these numbers with those that were put into them."""
+    return sorted(set(numbers).union(*(found.touched[k] for k in numbers)))
+
+
+def is_contradictory(
+    names: Names,
+    stated: Sequence[Stated],
+    constants: Mapping[sp.Symbol, mpf],
+    products: Sequence[bool] = (False, True),
+) -> bool:
+    """Whether it is proven that equations, and inequalities, do not hold together.
+
+    ``products``: as :func:`.proofs.sum_of_squares.contradicting` tries them.
+    """
+    return _proof(names, stated, constants, products) is not None
+
+
+def _proof(
+    names: Names,
+    stated: Sequence[Stated],
+    constants: Mapping[sp.Symbol, mpf],
+    products: Sequence[bool] = (False, True),
+) -> _Proof | None:
+    declared = set(names.coordinates.values())
+    unknowns = [s for s in names.cartesian.values() if s not in names.given and s not in declared]
+    parameters = frozenset(names.parameters.values())
+    equations = [s for s in stated if not s.one_sided]
+    state = substitute(equations, names.given, unknowns, parameters, constants)
+    pending = list(state.pending.values())
+    for sides in pending:
+        if _is_false(sides, parameters | {names.t}, constants):
+            return _Proof((sides,), numbers=True)
+    # What is not negative is a square.
+    pending += [(state.reduce(s.phi), sp.Dummy(real=True) ** 2) for s in stated if s.one_sided]
+    found = contradicting([left - right for left, right in pending], constants, products)
+    if found is None:
+        return None
+    return _Proof(tuple(pending[k] for k in found), numbers=False)
+
+
+def _is_false(
+    sides: Sides, settled: frozenset[sp.Symbol], constants: Mapping[sp.Symbol, mpf]
+) -> bool:
+    """Whether an equation holds nothing that moves, and is not satisfied.
+
+    ``settled`` symbols without a value may have any: only an identity is satisfied by them.
+    """
+    left, right = sides
+    held = (left - right).free_symbols
+    if not held <= settled:
+        return False
+    point = {p: constants.get(p, mpmath.sqrt(2 + k)) for k, p in enumerate(sorted(held, key=str))}
+    terms = [*sp.Add.make_args(left), *sp.Add.make_args(right)]
+    try:
+        *parts, total = values([*terms, left - right], point)
+    except DomainError:
+        return False
+    return bool(abs(total) > TOLERANCE * sum(map(abs, parts)))
+
+
+def _refusal(names: Names, stated: Sequence[Stated], proof: _Proof) -> InputError:
+    named = list(dict.fromkeys(s.constraint for s in stated))
+    listed = quoted(named)
+    defined = any(s in names.given for s in stated[0].phi.free_symbols)
+    if len(named) > 1:
+        message = f"constraints {listed} contradict each other: {_outcome(names, proof)}"
+    elif len(stated) > 1:
+        message = f"constraint {listed} contradicts itself: {_outcome(names, proof)}"
+    elif defined:
+        message = f"constraint {listed} contradicts the definitions: {_outcome(names, proof)}"
+    elif proof.numbers and stated[0].phi.free_symbols:
+        message = f"constraint {listed} holds for no motion: the parameters do not satisfy it"
+    else:
+        message = f"constraint {listed} cannot hold: {_no_real(names, proof)} satisfies it"
+    return InconsistentError(
+        Problem(
+            message,
+            stated[-1].equation.mark(),
+            hint=leave_out([s.constraint for s in stated]),
+            rule="inconsistent",
+        )
+    )
+
+
+def _outcome(names: Names, proof: _Proof) -> str:
+    """What the reduced equations come to."""
+    if len(proof.equations) > 1:
+        return f"{_no_real(names, proof)} satisfies them together"
+    ((left, right),) = proof.equations
+    come = f"together they give {written(left)} = {written(right)}"
+    return come if proof.numbers else f"{come}, which {_no_real(names, proof)} satisfies"
+
+
+def _no_real(names: Names, proof: _Proof) -> str:
+    held = {s for a, b in proof.equations for s in (a - b).free_symbols}
+    moving = sorted(str(s) for s in held - set(names.parameters.values()))
+    if len(moving) > _NAMED:
+        return "no configuration"
+    return f"no real {', '.join(moving)}" if moving else "no number"

@@ -1,0 +1,198 @@
+"""Rods that cannot all be joined: one is longer than a path of others between its ends.
+
+The triangle inequality proves that such a set of distances contradicts itself,
+where a search for a configuration only fails to find one.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import heapq
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, permutations
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InconsistentError, InputError, Problem
+from lagrange_cli.mechanics.elimination.eliminate import Stated
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.rank import TOLERANCE
+from lagrange_cli.mechanics.symbols.names import Names
+from lagrange_cli.mechanics.symbols.quoting import quoted
+
+__all__ = ["overlong_rod"]
+
+
+#: Rods of a path that are named again.
+_LISTED = 6
+
+
+@dataclass(frozen=True)
+class _Rod:
+    """A distance between two bodies (numbers of them): stated, or that of points that stay."""
+
+    stated: Stated | None
+    ends: tuple[int, int]
+    length: mpf
+
+
+def overlong_rod(
+    names: Names, stated: Sequence[Stated], reference: Mapping[sp.Symbol, mpf]
+) -> InputError | None:
+    """The error that names a rod and a shorter path of rods between its ends, if there is one.
+
+    Parameters
+    ----------
+    reference
+        Values of the parameters; distances that hold others are left out.
+    """
+    rods = [rod for s in stated if (rod := _rod(names, s, reference)) is not None]
+    rods += _fixed(names, {end for rod in rods for end in rod.ends}, reference)
+    found = _overlong(rods)
+    return None if found is None else _refusal(names, *found, rods)
+
+
+def _overlong(rods: Sequence[_Rod]) -> tuple[_Rod, list[_Rod]] | None:
+    """The longest rod that is longer than a path of others, and this path."""
+    beside: dict[int, list[_Rod]] = {}
+    for rod in rods:
+        for end in rod.ends:
+            beside.setdefault(end, []).append(rod)
+    for rod in sorted(rods, key=lambda r: -r.length):
+        path = _shortest_path(beside, rod)
+        if path and sum(r.length for r in path) < rod.length * (1 - TOLERANCE):
+            return rod, path
+    return None
+
+
+def _fixed(
+    names: Names, ends: Collection[int], reference: Mapping[sp.Symbol, mpf]
+) -> Iterator[_Rod]:
+    """Distances of massless points whose places are numbers."""
+    constants = {p: reference[p] for p in names.parameters.values() if p in reference}
+    placed = {}
+    for k in sorted(ends):
+        place = [names.given.get(s, s) for s in names.body_symbols[k]]
+        if all(e.free_symbols <= constants.keys() for e in place):
+            with contextlib.suppress(DomainError):
+                placed[k] = values(place, constants)
+    for a, b in combinations(placed, 2):
+        square = sum((x - y) ** 2 for x, y in zip(placed[a], placed[b], strict=True))
+        yield _Rod(None, (a, b), mpmath.sqrt(square))
+
+
+def _rod(names: Names, stated: Stated, reference: Mapping[sp.Symbol, mpf]) -> _Rod | None:
+    ends = None if stated.one_sided else _ends(names, stated.left)
+    if ends is None:
+        return None
+    try:
+        (square,) = values([stated.right], reference)
+    except (DomainError, KeyError):
+        return None
+    return _Rod(stated, ends, mpmath.sqrt(square)) if square >= 0 else None
+
+
+def _ends(names: Names, expr: sp.Expr) -> tuple[int, int] | None:
+    """The two bodies whose squared distance an expression is."""
+    present = expr.free_symbols
+    bodies = [k for k, body in enumerate(names.body_symbols) if set(body) <= present]
+    for a, b in permutations(bodies[:2], 2):
+        apart = zip(names.body_symbols[a], names.body_symbols[b], strict=True)
+        if expr == sp.Add(*((x - y) ** 2 for x, y in apart)):
+            return min(a, b), max(a, b)
+    return None
+
+
+def _shortest_path(beside: Mapping[int, Sequence[_Rod]], around: _Rod) -> list[_Rod]:
+    """Dijkstra's algorithm between the ends of a rod; empty where no shorter path leads there.
+
+    Parameters
+    ----------
+    beside
+        The rods that end at each body.
+    """
+    start, end = around.ends
+    reached: set[int] = set()
+    queue: list[tuple[mpf, int, int, list[_Rod]]] = [(mpf(0), 0, start, [])]
+    pushed = 0
+    while queue and queue[0][0] < around.length:
+        distance, _, body, path = heapq.heappop(queue)
+        if body == end:
+            return path
+        if body in reached:
+            continue
+        reached.add(body)
+        for rod in beside[body]:
+            if rod is not around:
+                other = rod.ends[0] if rod.ends[1] == body else rod.ends[1]
+                pushed += 1
+                heapq.heappush(queue, (distance + rod.length, pushed, other, [*path, rod]))
+    return []
+
+
+def _refusal(names: Names, rod: _Rod, path: Sequence[_Rod], rods: Sequence[_Rod]) -> InputError:
+    stated = [r.stated for r in (*path, rod) if r.stated is not None]
+    named = quoted([s.constraint for s in stated])
+    ends = " and ".join(f"'{names.bodies[k].name}'" for k in rod.ends)
+    reach = f"{float(sum(r.length for r in path)):.6g}"
+    length = f"{float(rod.length):.6g}"
+    verb = "reaches" if len(path) == 1 else "reach"
+    *first, last = (_called(names, r) for r in path)
+    others = f"{', '.join(first)} and {last}" if first else last
+    if len(first) > _LISTED:
+        others = f"the {len(path)} others"
+    are = "are" if rod.stated is None else "are to be"
+    contradict = "contradict" if len(stated) > 1 else "contradicts"
+    plural = "s" if len(stated) > 1 else ""
+    other = "each other" if len(stated) > 1 else "the points"
+    return InconsistentError(
+        Problem(
+            f"constraint{plural} {named} {contradict} {other}: {ends} {are} {length} apart,"
+            f" where {others} {verb} {reach} at most",
+            stated[-1].equation.mark(),
+            hint=_hint(names, rod, path, rods),
+            rule="inconsistent",
+        )
+    )
+
+
+def _hint(names: Names, rod: _Rod, path: Sequence[_Rod], rods: Sequence[_Rod]) -> str:
+    """The lengths that a rod can have beside the others, one of them in a line to be pasted."""
+    changed, most = rod, sum((r.length for r in path), mpf(0))
+    longest = max(path, key=lambda r: r.length)
+    least = max(2 * longest.length - most, mpf(0))
+    if rod.stated is None:
+        changed = max(path, key=_preference)
+        others = most - changed.length
+        least, most = rod.length - others, rod.length + others
+    assert changed.stated is not None
+    name = changed.stated.constraint
+    hint = f"'{name}' can be {float(least):.6g} to {float(most):.6g} long"
+    chosen = f"{float(most - (most - least) / 10):.2g}"
+    tried = [replace(r, length=mpf(chosen)) if r is changed else r for r in rods]
+    if not name.isidentifier() or not least < mpf(chosen) < most or _overlong(tried):
+        return hint
+    a, b = (_in_a_list(names.bodies[k].name) for k in changed.ends)
+    return f"{hint}:\n{name}: {{distance: [{a}, {b}], equals: {chosen}}}"
+
+
+def _in_a_list(name: str) -> str:
+    """A name as it stands within brackets: that of a member of a family has some of its own."""
+    return name if name.isidentifier() else f'"{name}"'
+
+
+def _preference(rod: _Rod) -> tuple[bool, bool, mpf]:
+    """Rods that are stated before others, and those with a line of their own."""
+    stated = rod.stated is not None
+    own = rod.stated is not None and rod.stated.constraint.isidentifier()
+    return stated, own, rod.length
+
+
+def _called(names: Names, rod: _Rod) -> str:
+    if rod.stated is not None:
+        return f"'{rod.stated.constraint}'"
+    a, b = (names.bodies[k].name for k in rod.ends)
+    return f"the way from '{a}' to '{b}'"

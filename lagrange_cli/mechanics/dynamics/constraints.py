@@ -1,0 +1,151 @@
+"""Closures with what the equations of motion need of them: gradient, rate and bias.
+
+For φ(q, t): φ̇ = Φ_q v + φ_t, and φ̈ = Φ_q a + (φ_qq v v + 2 φ_qt v + φ_tt).
+For ψ(q, v, t), linear in v: ψ̇ = ψ_v a + (ψ_q v + ψ_t). They stand beside
+M a = f + Σ λ·gradient (Lagrange's equations of the first kind; Goldstein, Poole
+and Safko, Classical Mechanics, 3rd ed., section 2.4).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.alpha_equivalence import Families
+from lagrange_cli.mechanics.algebra.collect import TermSum, factored, tidy
+from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
+from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
+from lagrange_cli.mechanics.equations import Closure, tagged
+from lagrange_cli.mechanics.reduction.geometry import Restriction
+from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.sparse import SparseRow
+
+__all__ = ["closures"]
+
+#: Terms that a part of a closure may be multiplied out to.
+_TERM_BUDGET = 200
+
+
+def closures(reduced: Reduced) -> tuple[tuple[Closure, ...], tuple[Closure, ...]]:
+    """The closures of a scene and the gaps of its one-sided constraints, each in its order."""
+    restrictions = (*reduced.closures, *reduced.gaps)
+    works = {"position": _of_position, "velocity": _of_velocity}
+    families = {
+        kind: Families(reduced.coordinates, partial(w, reduced)) for kind, w in works.items()
+    }
+    found = tuple(
+        _closure(restriction, name, symbol, families[restriction.kind])
+        for restriction, (name, symbol) in zip(restrictions, _multipliers(reduced), strict=True)
+    )
+    count = len(reduced.closures)
+    return found[:count], found[count:]
+
+
+def _multipliers(reduced: Reduced) -> Iterator[tuple[str, sp.Symbol]]:
+    """Name and multiplier of each closure, then of each gap.
+
+    The names are numbered where a constraint keeps several equations.
+    """
+    constraints = [r.name for r in (*reduced.closures, *reduced.gaps)]
+    scene = reduced.scene
+    taken = {*(c.name for c in scene.constraints), *(u.name for u in scene.unilateral)}
+    used = {*reduced.names.parameters, *reduced.names.inputs, *reduced.names.cartesian}
+    used |= {c.name for c in reduced.coordinates}
+    used |= {d.name for d in scene.definitions} | {output.name for output in scene.outputs}
+    several, so_far = Counter(constraints), Counter[str]()
+    for name in constraints:
+        so_far[name] += 1
+        if several[name] > 1:
+            name = _free(tagged(name, f"_{so_far[name]}"), taken)
+            taken.add(name)
+        symbol = _free(f"lambda_{name}", used)
+        used.add(symbol)
+        yield name, sp.Symbol(symbol, real=True)
+
+
+def _free(name: str, taken: Iterable[str]) -> str:
+    while name in taken:
+        name = tagged(name, "_")
+    return name
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """A closure's expression and its derivatives; ``gradient`` by number of the coordinate."""
+
+    expression: sp.Expr
+    gradient: Mapping[int, sp.Expr]
+    rate: sp.Expr
+    bias: sp.Expr
+
+
+def _closure(
+    restriction: Restriction, name: str, multiplier: sp.Symbol, families: Families[_Parts]
+) -> Closure:
+    member = families.of(restriction.left - restriction.right)
+    parts = member.result
+    numbers = dict(zip(sorted(parts.gradient), member.numbers, strict=True))
+    gradient = {numbers[j]: member.renamed(entry) for j, entry in parts.gradient.items()}
+    return Closure(
+        name=name,
+        kind=restriction.kind,
+        expression=member.renamed(parts.expression),
+        gradient=SparseRow(families.width, gradient),
+        rate=member.renamed(parts.rate),
+        bias=member.renamed(parts.bias),
+        multiplier=multiplier,
+        text=restriction.text,
+        mark=restriction.mark,
+        integral=restriction.integral,
+    )
+
+
+def _of_position(reduced: Reduced, stated: sp.Expr) -> _Parts:
+    phi = tidy(stated)
+    numbers = _held(reduced, stated)
+    coordinates = [reduced.coordinates[j] for j in numbers]
+    q, v, t = [c.q for c in coordinates], [c.v for c in coordinates], reduced.names.t
+    place = sp.Dummy()
+    kinematics = Kinematics({place: phi}, q, v, t)
+    rows = kinematics.jacobian(place)
+    gradient = {j: factored(_collected(rows.get(k, ()))) for k, j in enumerate(numbers)}
+    rate = factored(_collected(_terms(derivative(phi, t))))
+    bias = grouped_sum(_collected(kinematics.convective(place)), v)
+    return _Parts(phi, gradient, rate, bias)
+
+
+def _of_velocity(reduced: Reduced, stated: sp.Expr) -> _Parts:
+    psi, t = tidy(stated), reduced.names.t
+    numbers = _held(reduced, stated)
+    coordinates = [reduced.coordinates[j] for j in numbers]
+    v = [c.v for c in coordinates]
+    slopes = ((j, derivative(psi, w)) for j, w in zip(numbers, v, strict=True))
+    gradient = {j: factored(_collected(_terms(slope))) for j, slope in slopes}
+    rate = psi.xreplace(dict.fromkeys(v, sp.Integer(0)))
+    change = list(_terms(derivative(psi, t)))
+    for c in coordinates:
+        change += _terms(derivative(psi, c.q) * c.v)
+    return _Parts(psi, gradient, rate, grouped_sum(_collected(change), v))
+
+
+def _held(reduced: Reduced, stated: sp.Expr) -> list[int]:
+    """Numbers of the coordinates that an equation holds, or the rates of."""
+    present = stated.free_symbols
+    return [j for j, c in enumerate(reduced.coordinates) if c.q in present or c.v in present]
+
+
+def _terms(expr: sp.Expr) -> Sequence[sp.Expr]:
+    if expr == 0:
+        return ()
+    return expand_terms(expr, _TERM_BUDGET) or sp.Add.make_args(expr)
+
+
+def _collected(terms: Iterable[sp.Expr]) -> list[sp.Expr]:
+    total = TermSum()
+    total.add_all(e for e in terms if e != 0)
+    return total.collected()

@@ -1,0 +1,395 @@
+"""Mass matrix and forcing by d'Alembert's principle.
+
+For particle components r(q, t) with Jacobian J and convective term γ,
+
+    M = Σ m JᵀJ,   h = Σ m Jᵀγ,   M q̈ + h = Q(q, q̇, t),
+
+which equals Lagrange's equations and needs no expansion of the kinetic energy
+(Goldstein, Poole and Safko, Classical Mechanics, 3rd ed., section 1.4).
+Kinetic energy beyond the particles' and generalized potentials enter through
+the Euler–Lagrange expression of T_extra − U. Products that recur across
+particles are gathered with summed masses before anything is multiplied.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import TypeVar
+
+import sympy as sp
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.algebra.collect import (
+    Splitter,
+    TermSum,
+    factored,
+    monomial,
+    rational,
+    tidy,
+)
+from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
+from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
+from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
+from lagrange_cli.mechanics.algebra.identities import Weights
+from lagrange_cli.mechanics.algebra.shared_products import Moving, recurring_products
+from lagrange_cli.mechanics.contacts.gaps import contacts
+from lagrange_cli.mechanics.dynamics.constraints import closures
+from lagrange_cli.mechanics.equations import BodyForce, Closure, Contact
+from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.sparse import SparseRow
+from lagrange_cli.scene.model import Force
+
+__all__ = ["Derivation", "derive_uncertified", "raw_terms"]
+
+_Entry = TypeVar("_Entry")
+
+#: Products that are multiplied out and collected; beyond it sums are left factored.
+PRODUCT_BUDGET = 50_000
+
+#: Terms that one factor of a force may be multiplied out to.
+_TERM_BUDGET = 200
+
+
+@dataclass(frozen=True)
+class Derivation:
+    """``mass[j][k]`` and ``forcing[j]`` as lists of collected terms, and what they came from.
+
+    Rows of ``mass`` hold the columns that are not zero; ``mass_matrix`` has each list as one
+    factored sum.
+
+    Attributes
+    ----------
+    kinetic, potential
+        T and V over q, v, t in display form.
+    extra
+        T_extra − U: the part of L that enters by its Euler–Lagrange expression.
+    velocity
+        Raw symbol of a particle's component → ṙ(q, v, t).
+    collected
+        False where the product budget was exceeded and sums were left factored.
+    closures
+        Equations beside the coordinates, whose multipliers enter M a = f + Σ λ·gradient.
+    contacts
+        One-sided constraints, whose multipliers enter in the same way while they touch.
+    """
+
+    reduced: Reduced
+    mass: tuple[Mapping[int, tuple[sp.Expr, ...]], ...]
+    mass_matrix: tuple[SparseRow, ...]
+    forcing: tuple[tuple[sp.Expr, ...], ...]
+    kinetic: sp.Expr
+    potential: sp.Expr
+    extra: sp.Expr
+    dissipation: sp.Expr
+    forces: tuple[BodyForce, ...]
+    velocity: dict[sp.Symbol, sp.Expr]
+    collected: bool
+    closures: tuple[Closure, ...] = ()
+    contacts: tuple[Contact, ...] = ()
+
+    @property
+    def pushing(self) -> tuple[Closure, ...]:
+        """All that has a multiplier: closures, then the gaps of contacts."""
+        return (*self.closures, *(c.closure for c in self.contacts))
+
+    @property
+    def lagrangian(self) -> sp.Expr:
+        return self.kinetic - self.potential
+
+
+@dataclass(frozen=True)
+class RawTerms:
+    """Potentials and kinetic terms before coordinates are put in.
+
+    ``positional`` are potentials without velocities, over raw symbols;
+    ``velocity_dependent`` are the others and ``kinetic`` the section
+    ``kinetic``, both over q, v, t.
+    """
+
+    positional: tuple[sp.Expr, ...]
+    velocity_dependent: tuple[sp.Expr, ...]
+    kinetic: tuple[sp.Expr, ...]
+
+
+def raw_terms(reduced: Reduced) -> RawTerms:
+    """Convert the potentials and kinetic terms of a scene."""
+    scene, names = reduced.scene, reduced.names
+    v = {c.v for c in reduced.coordinates}
+    positional, dependent = [], []
+    for potential in scene.potentials:
+        expr = names.convert(potential.expression, reduced.rate)
+        if expr.free_symbols & v:
+            dependent.append(reduced.resolve(expr))
+        else:
+            positional.append(expr)
+    kinetic = [reduced.resolve(names.convert(k.expression, reduced.rate)) for k in scene.kinetic]
+    return RawTerms(tuple(positional), tuple(dependent), tuple(kinetic))
+
+
+def derive_uncertified(reduced: Reduced) -> Derivation:
+    """Mass matrix, forcing and energies of a reduced scene, not yet checked."""
+    return _Builder(reduced).build()
+
+
+class _Builder:
+    def __init__(self, reduced: Reduced) -> None:
+        self.reduced = reduced
+        self.q = [c.q for c in reduced.coordinates]
+        self.v = [c.v for c in reduced.coordinates]
+        self.t = reduced.names.t
+        self.n = len(self.q)
+        self.number = {q: j for j, q in enumerate(self.q)}
+        self.kinematics = Kinematics(reduced.resolved, self.q, self.v, self.t)
+        self.masses = frozenset(f for m in reduced.masses for f in m.free_symbols)
+        self.splitter = Splitter(self.masses)
+        self.mass: dict[tuple[int, int], TermSum] = {}
+        self.forcing = [TermSum(self.splitter) for _ in range(self.n)]
+        self.terms = raw_terms(reduced)
+        self.components = [
+            (symbol, mass)
+            for body, mass in zip(reduced.names.particle_symbols, reduced.masses, strict=True)
+            for symbol in body
+            if reduced.chart.geometry.held[symbol]
+        ]
+        self.jacobians = {s: self.kinematics.jacobian(s) for s, _ in self.components}
+        self._masses: dict[int, Weights] = {}
+
+    def build(self) -> Derivation:
+        collected = self._add_inertia()
+        for potential in self.terms.positional:
+            self._add_potential(potential)
+        extra = sp.Add(*self.terms.kinetic, *(-u for u in self.terms.velocity_dependent))
+        self._add_extra(extra)
+        forces = tuple(self._add_force(f) for f in self.reduced.scene.forces)
+        dissipation = self._add_dissipation()
+        upper = {place: tuple(self.mass[place].collected()) for place in sorted(self.mass)}
+        upper = {place: terms for place, terms in upper.items() if terms}
+        inertia = {place: factored(list(terms)) for place, terms in upper.items()}
+        velocity = {
+            s: sp.Add(*self.kinematics.velocity(s))
+            for body in self.reduced.names.particle_symbols
+            for s in body
+        }
+        kept, gaps = closures(self.reduced)
+        return Derivation(
+            self.reduced,
+            tuple(_full(self.n, upper)),
+            tuple(SparseRow(self.n, row) for row in _full(self.n, inertia)),
+            tuple(tuple(f.collected()) for f in self.forcing),
+            self._kinetic(velocity, inertia),
+            self._potential(),
+            extra,
+            dissipation,
+            forces,
+            velocity,
+            collected,
+            kept,
+            contacts(self.reduced, gaps),
+        )
+
+    def _inertia(self, j: int, k: int) -> TermSum:
+        """The entry of the mass matrix in row j ≤ column k."""
+        if (j, k) not in self.mass:
+            self.mass[j, k] = TermSum(self.splitter)
+        return self.mass[j, k]
+
+    # Inertia: M = Σ m JᵀJ and −h = −Σ m Jᵀγ.
+
+    def _add_inertia(self) -> bool:
+        gathered = recurring_products(self._moving_components(factored=False))
+        fits = gathered.number <= PRODUCT_BUDGET
+        if not fits:
+            gathered = recurring_products(self._moving_components(factored=True))
+        for row, column, a, b, carried in gathered:
+            target = self.forcing[row] if column < 0 else self._inertia(row, column)
+            weights = self._carried(carried, sign=-1 if column < 0 else 1)
+            if fits:
+                target.add_product(a, b, weights)
+            else:
+                target.add(a * b, weights)
+        return fits
+
+    def _moving_components(self, *, factored: bool) -> Iterator[Moving]:
+        """Parts of each component's Jacobian and convective term, or each as one factor."""
+        for symbol, _ in self.components:
+            rows = [(j, tuple(parts)) for j, parts in self.jacobians[symbol].items()]
+            convective = tuple(self.kinematics.convective(symbol))
+            if factored:
+                rows = [(j, (sp.Add(*parts),)) for j, parts in rows]
+                convective = (sp.Add(*convective),) if convective else ()
+            yield Moving(rows, tuple(g for g in convective if g != 0))
+
+    def _carried(self, components: int, sign: int) -> Weights:
+        """The mass of a set of components, times a sign."""
+        if components not in self._masses:
+            weights: Weights = {}
+            left = components
+            while left:
+                _, mass = self.components[(left & -left).bit_length() - 1]
+                left &= left - 1
+                count, rest = mass.as_coeff_Mul(rational=True)
+                weights[rest] = weights.get(rest, 0) + rational(count)
+            self._masses[components] = self.splitter.as_one(weights)
+        return {m: sign * c for m, c in self._masses[components].items()}
+
+    # Forces.
+
+    def _add_work(self, symbol: sp.Symbol, force: sp.Expr, into: Sequence[TermSum]) -> None:
+        """Add the virtual work of a force along one Cartesian component, F ∂r/∂q."""
+        jacobian = self.jacobians.get(symbol)
+        if jacobian is None:
+            jacobian = self.jacobians[symbol] = self.kinematics.jacobian(symbol)
+        parts = _terms(force)
+        for j, row in jacobian.items():
+            for a in row:
+                for p in parts:
+                    into[j].add_product(p, a)
+
+    def _add_potential(self, potential: sp.Expr) -> None:
+        """−∂V/∂q through the Cartesian names that V is written in."""
+        resolved = self.reduced.resolved
+        number = self.number
+        gradient: dict[sp.Symbol, list[sp.Expr]] = {}
+        for term in sp.Add.make_args(potential):
+            for s in sorted(term.free_symbols, key=attrgetter("name")):
+                if s in resolved or s in number:
+                    gradient.setdefault(s, []).append(-derivative(term, s))
+        for s, parts in gradient.items():
+            force = self.reduced.resolve(sp.Add(*parts))
+            if s in resolved and resolved[s] != s:
+                self._add_work(s, force, self.forcing)
+            else:
+                self.forcing[number[s]].add_all(_terms(force))
+
+    def _add_extra(self, extra: sp.Expr) -> None:
+        """Euler–Lagrange expression of T_extra − U, term by term."""
+        for term in _terms(extra):
+            self._add_extra_term(term)
+
+    def _add_extra_term(self, term: sp.Expr) -> None:
+        present = term.free_symbols
+        for j in range(self.n):
+            if self.q[j] in present:
+                self.forcing[j].add_all(_terms(derivative(term, self.q[j])))
+            if self.v[j] not in present:
+                continue
+            momentum = derivative(term, self.v[j])
+            for k in range(self.n):
+                if k >= j and self.v[k] in present:
+                    self._inertia(j, k).add_all(_terms(derivative(momentum, self.v[k])))
+                if self.q[k] in present:
+                    change = -derivative(momentum, self.q[k]) * self.v[k]
+                    self.forcing[j].add_all(_terms(change))
+            if self.t in present:
+                self.forcing[j].add_all(_terms(-derivative(momentum, self.t)))
+
+    def _add_force(self, force: Force) -> BodyForce:
+        reduced = self.reduced
+        components = tuple(
+            reduced.resolve(reduced.names.convert(c, reduced.rate)) for c in force.components
+        )
+        own = [TermSum(self.splitter) for _ in range(self.n)]
+        for symbol, component in zip(self._targets(force), components, strict=True):
+            if symbol in self.number:
+                own[self.number[symbol]].add_all(_terms(component))
+            else:
+                self._add_work(symbol, component, own)
+        generalized = tuple(factored(s.collected()) for s in own)
+        for into, expr in zip(self.forcing, generalized, strict=True):
+            into.add_all(_terms(expr))
+        return BodyForce(force.name, force.on, components, generalized)
+
+    def _targets(self, force: Force) -> Sequence[sp.Symbol]:
+        names = self.reduced.names
+        bodies = dict(zip((b.name for b in names.bodies), names.body_symbols, strict=True))
+        if len(force.components) == 1:
+            for c in self.reduced.coordinates:
+                if c.name == force.on:
+                    return [c.q]
+        elif force.on in bodies:
+            return bodies[force.on]
+        raise InputError(
+            Problem(
+                f"force '{force.name}' acts on '{force.on}', which is no coordinate of this scene",
+                force.on_mark,
+                hint="coordinates: " + ", ".join(c.name for c in self.reduced.coordinates),
+                rule="unknown-name",
+            )
+        )
+
+    def _add_dissipation(self) -> sp.Expr:
+        reduced = self.reduced
+        total = sp.Add(
+            *(
+                reduced.resolve(reduced.names.convert(d.expression, reduced.rate))
+                for d in reduced.scene.dissipation
+            )
+        )
+        for into, v in zip(self.forcing, self.v, strict=True):
+            into.add_all(_terms(-derivative(total, v)))
+        return total
+
+    # Energies in display form.
+
+    def _kinetic(
+        self,
+        velocity: dict[sp.Symbol, sp.Expr],
+        mass: Mapping[tuple[int, int], sp.Expr],
+    ) -> sp.Expr:
+        """T = Σ ½ m ṙ², each particle's square collected, or ½ Σ M q̇ q̇ where that is shorter."""
+        names = self.reduced.names
+        held = self.reduced.chart.geometry.held
+        scleronomic = not any(self.t in held[s] for s in velocity)
+        particles = None
+        squares = [sp.Add(*(velocity[s] ** 2 for s in body)) for body in names.particle_symbols]
+        if sum(term_count(e) for e in squares) <= _TERM_BUDGET:
+            collected = [_collected(expand_terms(e, _TERM_BUDGET) or ()) for e in squares]
+            particles = [
+                m * grouped_sum(c, self.v) / 2
+                for m, c in zip(self.reduced.masses, collected, strict=True)
+            ]
+            size = sum(map(len, collected))
+        quadratic = scleronomic and not (self.terms.kinetic or self.terms.velocity_dependent)
+        if quadratic and (particles is None or self.n * (self.n + 1) < size):
+            particles = self._quadratic_form(mass)
+        if particles is None:
+            particles = [m * e / 2 for m, e in zip(self.reduced.masses, squares, strict=True)]
+        return sp.Add(*particles, *self.terms.kinetic)
+
+    def _quadratic_form(self, mass: Mapping[tuple[int, int], sp.Expr]) -> list[sp.Expr]:
+        """Terms of ½ Σ M q̇ q̇."""
+        terms = []
+        for (j, k), entry in mass.items():
+            number, rest = entry.as_coeff_Mul(rational=True)
+            rates = [self.v[j] ** 2] if j == k else [self.v[j], self.v[k]]
+            half = number / 2 if j == k else number
+            terms.append(monomial(half, [*sp.Mul.make_args(rest), *rates]))
+        return terms
+
+    def _potential(self) -> sp.Expr:
+        resolved = [tidy(self.reduced.resolve(u), self.masses) for u in self.terms.positional]
+        return sp.Add(*resolved, *self.terms.velocity_dependent)
+
+
+def _full(size: int, upper: Mapping[tuple[int, int], _Entry]) -> list[dict[int, _Entry]]:
+    """The rows of a symmetric matrix, from its upper triangle in the order of rows."""
+    rows: list[dict[int, _Entry]] = [{} for _ in range(size)]
+    for (j, k), entry in upper.items():
+        rows[j][k] = rows[k][j] = entry
+    return rows
+
+
+def _collected(terms: Iterable[sp.Expr]) -> list[sp.Expr]:
+    total = TermSum()
+    total.add_all(e for e in terms if e != 0)
+    return total.collected()
+
+
+def _terms(expr: sp.Expr) -> Sequence[sp.Expr]:
+    """Terms of a sum, multiplied out within the budget; none for zero."""
+    if expr == 0:
+        return ()
+    expanded = expand_terms(expr, _TERM_BUDGET)
+    return [e for e in expanded if e != 0] if expanded is not None else sp.Add.make_args(expr)

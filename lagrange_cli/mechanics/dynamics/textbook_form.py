@@ -1,0 +1,127 @@
+"""The textbook form of the equations of motion.
+
+Terms are ordered by ddot, dot, none, multipliers. A common factor is divided out when it is
+a number, a mass or a ``positive`` parameter, since that can never hide
+anything. The equation of a cyclic coordinate is left as it is: it reads
+ṗ = 0 with the momentum that is reported beside it. A coordinate is divided out
+only where the scene's ``expect`` writes the equation so, since that hides a
+singular point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.collect import common_factor, factored, scaled
+from lagrange_cli.mechanics.algebra.group_by_velocity import by_velocities, positional_groups
+from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.equations import ShownEquation
+from lagrange_cli.mechanics.sparse import entries
+
+__all__ = ["shown_equations"]
+
+#: Whether the equation with this residual, divided by this factor, is the one asked for.
+Asked = Callable[[sp.Expr], bool]
+
+
+def shown_equations(
+    derivation: Derivation, conserving: Sequence[bool], asked: Asked | None
+) -> tuple[ShownEquation, ...]:
+    """Textbook form of every equation.
+
+    Parameters
+    ----------
+    conserving
+        Whether an equation is a conservation law and stays undivided.
+    asked
+        Tells whether ``expect`` asks for a given residual; None if it asks for none.
+    """
+    rows = _Rows(derivation)
+    return tuple(_shown(rows, row, whole, asked) for row, whole in enumerate(conserving))
+
+
+def _shown(rows: _Rows, row: int, cyclic: bool, asked: Asked | None) -> ShownEquation:
+    name = rows.derivation.reduced.coordinates[row].name
+    groups = rows.groups(row)
+    whole = _without_fractions(common_factor([c for c, _ in groups]), groups)
+    divisor = _harmless(whole, rows.parameters, cyclic)
+    if asked is not None and not cyclic and (whole / divisor).free_symbols:
+        candidate = ShownEquation(name, _divided(groups, whole), whole)
+        if asked(candidate.residual):
+            return candidate
+    return ShownEquation(name, _divided(groups, divisor), divisor)
+
+
+def _without_fractions(whole: sp.Expr, groups: Sequence[tuple[sp.Expr, sp.Expr]]) -> sp.Expr:
+    """The common factor, which divides by ½ only where the first term has such a number too.
+
+    ``I θ̈ + ½ k x`` is no better as ``2 I θ̈ + k x``.
+    """
+    number, rest = whole.as_coeff_Mul(rational=True)
+    if number.q == 1:
+        return whole
+    first = common_factor(list(sp.Add.make_args(groups[0][0]))).as_coeff_Mul(rational=True)[0]
+    return whole if first.q > 1 else scaled(sp.Integer(number.p), rest)
+
+
+class _Rows:
+    """A derivation by rows, with what is looked up in each of them."""
+
+    def __init__(self, derivation: Derivation) -> None:
+        self.derivation = derivation
+        reduced = derivation.reduced
+        self.parameters = frozenset(reduced.names.parameters.values())
+        self.order = {c.v: k for k, c in enumerate(reduced.coordinates)}
+        #: What multipliers add, by coordinate: (entry of the gradient, multiplier).
+        self.pushes: list[list[tuple[sp.Expr, sp.Symbol]]] = [[] for _ in reduced.coordinates]
+        for closure in derivation.pushing:
+            for j, entry in entries(closure.gradient).items():
+                self.pushes[j].append((entry, closure.multiplier))
+
+    def groups(self, row: int) -> list[tuple[sp.Expr, sp.Expr]]:
+        """(coefficient, factor) in display order."""
+        coordinates = self.derivation.reduced.coordinates
+        inertia = self.derivation.mass_matrix[row].held
+        found = [(entry, coordinates[k].a) for k, entry in inertia.items()]
+        rest = [-f for f in self.derivation.forcing[row]]
+        present = {s for term in rest for s in term.free_symbols if s in self.order}
+        for monomial, cofactors in by_velocities(rest, sorted(present, key=self.order.__getitem__)):
+            if monomial != 1:
+                found.append((factored(cofactors), monomial))
+            else:
+                held = [c for c in cofactors if c.free_symbols & present]
+                free = [c for c in cofactors if not c.free_symbols & present]
+                found.extend((c, sp.Integer(1)) for c in held)
+                found.extend((c, sp.Integer(1)) for c in positional_groups(free, self.parameters))
+        found.extend((-entry, multiplier) for entry, multiplier in self.pushes[row])
+        return [(c, f) for c, f in found if c != 0]
+
+
+def _harmless(whole: sp.Expr, parameters: frozenset[sp.Symbol], cyclic: bool) -> sp.Expr:
+    """The part of a common factor that is never zero: numbers, masses, positive parameters."""
+    if cyclic:
+        return sp.Integer(1)
+    number, rest = whole.as_coeff_Mul(rational=True)
+    factors = [f for f in sp.Mul.make_args(rest) if f.is_positive and f.free_symbols <= parameters]
+    return scaled(number, sp.Mul(*factors))
+
+
+def _divided(
+    groups: Sequence[tuple[sp.Expr, sp.Expr]], divisor: sp.Expr
+) -> tuple[tuple[sp.Expr, sp.Expr], ...]:
+    if divisor == 1:
+        return tuple(groups)
+    return tuple(_quotient(c, f, divisor) for c, f in groups)
+
+
+def _quotient(coefficient: sp.Expr, factor: sp.Expr, divisor: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+    number, rest = coefficient.as_coeff_Mul(rational=True)
+    by_number, by_rest = divisor.as_coeff_Mul(rational=True)
+    value = rest / by_rest
+    scale = number / by_number
+    parts = value.args if value.is_Add else ()
+    if any(part.as_coeff_Mul(rational=True)[0].q > 1 for part in parts):
+        return sp.Add(*(scale * part for part in parts)), factor
+    return scaled(scale, value), factor

@@ -1,0 +1,5 @@
+"""Elimination of names by equations, in the order of a calculation by hand.
+
+Definitions and constraints go in; names as functions of the others come out, with the equations
+that nothing could be solved for. Read :mod:`.eliminate` first.
+"""

@@ -1,0 +1,150 @@
+"""Refusals of solutions with several branches, with configurations that tell them apart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InconsistentError, InputError, Mark, Problem, SingularError
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.symbols.quoting import written
+from lagrange_cli.scene.language.expression import Equation
+
+__all__ = ["SeveralWaysError", "Solution"]
+
+#: Configurations that are tried, and the part of the largest value by which branches differ.
+_TRIES, _APART = 60, mpf("0.05")
+#: Digits of what is to satisfy the constraints, and of what tells branches apart only.
+_EXACT, _LOOSE = 12, 6
+
+
+@dataclass(frozen=True)
+class Solution:
+    """All branches of an equation's solution for an unknown.
+
+    ``reference`` has the values that are given, ``constants`` are parameters.
+    """
+
+    constraint: str
+    mark: Mark
+    unknown: sp.Symbol
+    branches: Sequence[sp.Expr]
+    reference: Mapping[sp.Symbol, mpf]
+    constants: frozenset[sp.Symbol]
+
+    def several(self) -> InputError:
+        """Nothing chooses one; or they are one and the same."""
+        if len(set(self.branches)) == 1:
+            return self._double()
+        listed = ", ".join(f"{self.unknown} = {_written(b)}" for b in self.branches)
+        hint = f"choose one by giving '{self.unknown}', and what it depends on,"
+        hint += " in 'initial' or 'near'"
+        problem = self._problem(
+            f"constraint '{self.constraint}' leaves several branches: {listed}",
+            [hint, *(_line("near", place) for place in self._choices(self.reference))],
+            "ambiguous-branch",
+        )
+        return InputError(problem)
+
+    def _double(self) -> SingularError:
+        problem = self._problem(
+            f"constraint '{self.constraint}' is singular: wherever it holds, its gradient vanishes",
+            ["write", f"{self.constraint}: {self.unknown} = {_written(self.branches[0])}"],
+            "singular",
+        )
+        return SingularError(problem)
+
+    def meeting(self) -> SingularError:
+        """Branches meet at the given configuration: the chart ends there."""
+        held = sorted({str(s) for b in self.branches for s in b.free_symbols - self.constants})
+        if not held:
+            return self._double()
+        problem = self._problem(
+            f"the given configuration is singular: two branches of '{self.constraint}' for"
+            f" '{self.unknown}' meet there, so that {', '.join(held)} cannot tell them apart",
+            [f"take '{self.unknown}' as a coordinate, or start elsewhere", *self._elsewhere()],
+            "singular",
+        )
+        return SingularError(problem)
+
+    def unreal(self, message: str) -> InconsistentError:
+        """They are not real at the given configuration."""
+        hints = ["start elsewhere", *self._elsewhere()]
+        return InconsistentError(self._problem(message, hints, "inconsistent"))
+
+    def _elsewhere(self) -> list[str]:
+        constants = {s: x for s, x in self.reference.items() if s in self.constants}
+        return [_line("initial", place) for place in self._choices(constants)[-1:]]
+
+    def _problem(self, message: str, hints: Sequence[str], rule: str) -> Problem:
+        do, *lines = hints
+        hint = "\n".join([f"{do}:", *lines]) if lines else do
+        return Problem(message, self.mark, hint=hint, rule=rule)
+
+    def _choices(self, given: Mapping[sp.Symbol, mpf]) -> list[dict[sp.Symbol, mpf]]:
+        """For each branch a configuration on it, where all are real and differ.
+
+        Nothing is found where a parameter has no value.
+        """
+        held = sorted({s for b in self.branches for s in b.free_symbols}, key=str)
+        if any(s in self.constants and s not in given for s in held):
+            return []
+        free = [s for s in held if s not in given]
+        sizes = [abs(x) for s, x in given.items() if s in self.constants and x]
+        for scale in dict.fromkeys([*sizes, mpf(1)]):
+            for place in _places(free, scale):
+                try:
+                    found = values(list(self.branches), {**given, **place})
+                except DomainError:
+                    continue
+                if _differ(found):
+                    return [{**place, self.unknown: x} for x in found]
+        return []
+
+
+def _places(free: Sequence[sp.Symbol], scale: mpf) -> Iterator[dict[sp.Symbol, mpf]]:
+    """Values of two digits within the scale, spread evenly (a golden-section spread)."""
+    for k in range(1, (_TRIES if free else 1) + 1):
+        parts = [mpmath.frac(k * mpmath.sqrt(2 + i)) * 2 - 1 for i in range(len(free))]
+        yield {s: mpf(f"{float(scale * x):.2g}") for s, x in zip(free, parts, strict=True)}
+
+
+def _differ(found: Sequence[mpf]) -> bool:
+    largest = max(map(abs, found))
+    return all(abs(x - y) > _APART * largest for k, x in enumerate(found) for y in found[:k])
+
+
+def _line(section: str, place: Mapping[sp.Symbol, mpf]) -> str:
+    digits = _EXACT if section == "initial" else _LOOSE
+    entries = ", ".join(f"{s}: {float(x):.{digits}g}" for s, x in place.items())
+    return f"{section}: {{{entries}}}"
+
+
+def _written(expr: sp.Expr) -> str:
+    return str(expr).replace("**", "^")
+
+
+class SeveralWaysError(InputError):
+    """An equation that is a product, of whose ``factors`` nothing chooses the one that vanishes."""
+
+    def __init__(self, constraint: str, equation: Equation, factors: Sequence[sp.Expr]) -> None:
+        ways = [f"{written(factor)} = 0" for factor in factors]
+        lines = "\n".join(f"{constraint}: {way}" for way in ways)
+        super().__init__(
+            Problem(
+                f"constraint '{constraint}' holds in several ways: {', '.join(ways)}",
+                equation.mark(),
+                hint=f"write one of them:\n{lines}",
+                rule="ambiguous-branch",
+            )
+        )
+        self.factors = tuple(factors)
+
+    def with_coordinates(self, lines: Sequence[str]) -> InputError:
+        """The error with lines that its hint needs besides, the same for each way."""
+        (problem,) = self.problems
+        return InputError(replace(problem, hint="\n".join([problem.hint, *lines])))

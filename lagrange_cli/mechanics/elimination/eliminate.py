@@ -1,0 +1,447 @@
+"""Elimination of Cartesian names by definitions and constraints.
+
+The order is that of a calculation by hand: names that stand alone on one side
+of an equation, then names in which an equation is linear (pivots that are
+numbers or parameters first), then closed-form solutions of single equations,
+whose branch the reference configuration picks. A choice between branches that depend
+on another name still open would hold in one chart only: such an equation stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from graphlib import TopologicalSorter
+
+import mpmath
+import sympy as sp
+
+from lagrange_cli.errors import InconsistentError, InputError, Problem
+from lagrange_cli.mechanics.algebra.alpha_equivalence import shape
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.elimination.branches import SeveralWaysError, Solution
+from lagrange_cli.mechanics.elimination.solve_equation import (
+    factor_branches,
+    linear_parts,
+    solutions,
+    solves_everywhere,
+)
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.scene.language.expression import Equation
+
+__all__ = ["Elimination", "ImpossibleError", "Stated", "eliminate", "substitute"]
+
+#: What counts as zero at the reference configuration.
+_VANISHES = mpmath.mpf(10) ** -9
+#: A solution this far from the given value, beside the scene's length, is another one.
+_ELSEWHERE = mpmath.mpf(10) ** -6
+
+
+@dataclass(frozen=True)
+class Stated:
+    """One equation of a constraint over raw symbols; φ = left − right.
+
+    ``integral``: the scene states its rate. ``one_sided``: φ ≥ 0.
+    """
+
+    constraint: str
+    equation: Equation
+    left: sp.Expr
+    right: sp.Expr
+    integral: bool = False
+    one_sided: bool = False
+
+    @property
+    def phi(self) -> sp.Expr:
+        return self.left - self.right
+
+
+class ImpossibleError(InconsistentError):
+    """Stated equations, by number, that no real configuration satisfies."""
+
+    def __init__(self, problem: Problem, numbers: Sequence[int]) -> None:
+        super().__init__(problem)
+        self.numbers = tuple(numbers)
+
+
+@dataclass
+class Elimination:
+    """State of an elimination, and its result when nothing more can be solved.
+
+    Attributes
+    ----------
+    solved
+        Raw symbol → expression over what is not solved.
+    by
+        Raw symbol → number of the stated equation that it was solved from.
+    pending
+        Numbers of the stated equations not used, with both sides reduced.
+    sources
+        Raw symbol → numbers of the stated equations that its expression rests on.
+    """
+
+    stated: Sequence[Stated]
+    reference: Mapping[sp.Symbol, mpmath.mpf]
+    constants: frozenset[sp.Symbol]
+    declared: bool = True
+    solved: dict[sp.Symbol, sp.Expr] = field(default_factory=dict)
+    by: dict[sp.Symbol, int] = field(default_factory=dict)
+    sources: dict[sp.Symbol, frozenset[int]] = field(default_factory=dict)
+    pending: dict[int, tuple[sp.Expr, sp.Expr]] = field(default_factory=dict)
+    touched: dict[int, frozenset[int]] = field(default_factory=dict)
+    unknowns: dict[sp.Symbol, None] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
+    _holders: dict[sp.Symbol, dict[sp.Symbol, None]] = field(default_factory=dict)
+    _in_equations: dict[sp.Symbol, dict[int, None]] = field(default_factory=dict)
+    #: Shapes of equations, and steps that are known to be of no use for a shape.
+    _shapes: dict[int, Hashable] = field(default_factory=dict)
+    _useless: set[tuple[str, Hashable]] = field(default_factory=set)
+    #: Whether factors over parameters are zero at their values.
+    _zeros: dict[sp.Expr, bool] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._order = {symbol: k for k, symbol in enumerate(self.unknowns)}
+
+    def reduce(self, expr: sp.Expr) -> sp.Expr:
+        """``expr`` with everything that is solved put in."""
+        present = {s: self.solved[s] for s in expr.free_symbols if s in self.solved}
+        return expr.xreplace(present) if present else expr
+
+    def sources_of(self, expr: sp.Expr) -> frozenset[int]:
+        found: frozenset[int] = frozenset()
+        for s in expr.free_symbols:
+            found |= self.sources.get(s, frozenset())
+        return found
+
+    def give(self, symbol: sp.Symbol, expr: sp.Expr, sources: frozenset[int]) -> None:
+        """Record ``symbol = expr`` (already reduced) and put it into all that holds the symbol."""
+        sources |= self.sources_of(expr)
+        for holder in self._holders.pop(symbol, {}):
+            self.solved[holder] = self.solved[holder].xreplace({symbol: expr})
+            self.sources[holder] |= sources
+            self._index(holder, expr)
+        self.solved[symbol] = expr
+        self.sources[symbol] = sources
+        self.unknowns.pop(symbol, None)
+        self._index(symbol, expr)
+        for number in self._in_equations.pop(symbol, {}):
+            if number in self.pending:
+                left, right = self.pending[number]
+                self.touched[number] |= sources
+                self._await(number, left.xreplace({symbol: expr}), right.xreplace({symbol: expr}))
+
+    def _index(self, holder: sp.Symbol, expr: sp.Expr) -> None:
+        for s in expr.free_symbols:
+            if s in self.unknowns:
+                self._holders.setdefault(s, {})[holder] = None
+
+    def _await(self, number: int, left: sp.Expr, right: sp.Expr) -> None:
+        self.pending[number] = (left, right)
+        self._shapes.pop(number, None)
+        for s in left.free_symbols | right.free_symbols:
+            if s in self.unknowns:
+                self._in_equations.setdefault(s, {})[number] = None
+
+    def define(self, given: Mapping[sp.Symbol, sp.Expr]) -> None:
+        """Give symbols their defining expressions, each after those that it holds."""
+        within = {s: sorted(e.free_symbols & given.keys(), key=str) for s, e in given.items()}
+        for symbol in TopologicalSorter(within).static_order():
+            self.give(symbol, self.reduce(given[symbol]), frozenset())
+
+    def begin(self) -> None:
+        """Queue all stated equations."""
+        for number, stated in enumerate(self.stated):
+            self.touched[number] = self.sources_of(stated.phi)
+            self._await(number, self.reduce(stated.left), self.reduce(stated.right))
+
+    def run(self, kinds: int) -> None:
+        """Solve until none of the first ``kinds`` steps applies."""
+        steps = [self._isolated, self._linear_constant, self._linear, self._closed_form][:kinds]
+        rank = 0
+        while rank < len(steps):
+            progress = False
+            for number in list(self.pending):
+                found = steps[rank](number)
+                if found is not None:
+                    del self.pending[number]
+                    symbol, expr = found
+                    self.by[symbol] = number
+                    self.give(symbol, expr, self.touched[number] | {number})
+                    progress = True
+                    if rank:
+                        break
+            rank = 0 if progress and rank else rank + 1
+
+    def _open_in(self, number: int) -> list[sp.Symbol]:
+        """Unknowns of an equation, the last declared first."""
+        left, right = self.pending[number]
+        return self.in_order(left.free_symbols | right.free_symbols)[::-1]
+
+    def in_order(self, symbols: Iterable[sp.Symbol]) -> list[sp.Symbol]:
+        """The unknowns among some symbols, as they were declared."""
+        return sorted((s for s in symbols if s in self.unknowns), key=self._order.__getitem__)
+
+    def _shape(self, number: int) -> Hashable:
+        """The same for equations that differ in the names of their unknowns only."""
+        if number not in self._shapes:
+            places = {u: k for k, u in enumerate(self._open_in(number))}
+            left, right = self.pending[number]
+            self._shapes[number] = shape(left, places), shape(right, places)
+        return self._shapes[number]
+
+    def _isolated(self, number: int) -> tuple[sp.Symbol, sp.Expr] | None:
+        left, right = self.pending[number]
+        for name, other in ((left, right), (right, left)):
+            if name in self.unknowns and name not in other.free_symbols:
+                return name, other
+        return None
+
+    def _linear_constant(self, number: int) -> tuple[sp.Symbol, sp.Expr] | None:
+        return self._linear_if(number, lambda a: a.free_symbols <= self.constants)
+
+    def _linear(self, number: int) -> tuple[sp.Symbol, sp.Expr] | None:
+        return self._linear_if(number, lambda a: True)
+
+    def _linear_if(
+        self, number: int, admits: Callable[[sp.Expr], bool]
+    ) -> tuple[sp.Symbol, sp.Expr] | None:
+        if ("linear", self._shape(number)) in self._useless:
+            return None
+        found, linear, phi = [], False, self._phi(number)
+        for unknown in self._open_in(number):
+            parts = linear_parts(phi, unknown)
+            linear = linear or parts is not None
+            if parts is None or not admits(parts[0]):
+                continue
+            pivot, rest = parts
+            if not self._everywhere(pivot, rest):
+                continue
+            fixed = pivot.free_symbols <= self.constants
+            if fixed or not self._loses(number, unknown, [-rest / pivot]):
+                found.append((pivot, unknown, rest))
+        if not linear:
+            self._useless.add(("linear", self._shape(number)))
+        if not found:
+            return None
+        pivot, unknown, rest = found[self._best([a for a, _, _ in found])]
+        if not pivot.free_symbols <= self.constants and self._choose_factor(number):
+            return self._linear_if(number, admits)
+        return unknown, -rest / pivot
+
+    def _phi(self, number: int) -> sp.Expr:
+        left, right = self.pending[number]
+        return left - right
+
+    def _choose_factor(self, number: int) -> bool:
+        """Put the factor that vanishes at the reference in place of a product that must.
+
+        False where φ is no product; an error where nothing chooses.
+        """
+        factors = factor_branches(self._phi(number), self.constants)
+        if len(factors) < 2:
+            return False
+        sizes = self._at_reference(factors)
+        vanish = [k for k, x in enumerate(sizes) if x is not None and abs(x) <= _VANISHES]
+        if None in sizes or len(vanish) != 1:
+            stated = self.stated[number]
+            raise SeveralWaysError(stated.constraint, stated.equation, factors)
+        self._await(number, factors[vanish[0]], sp.Integer(0))
+        return True
+
+    def _closed_form(self, number: int) -> tuple[sp.Symbol, sp.Expr] | None:
+        if ("closed form", self._shape(number)) in self._useless:
+            return None
+        self._choose_factor(number)
+        phi = self._phi(number)
+        found, solved = [], False
+        names = self._open_in(number)
+        for unknown in names:
+            branches = solutions(phi, unknown, self._value, several=len(names) == 1)
+            solved = solved or bool(branches)
+            parts = linear_parts(phi, unknown)
+            if parts is not None and not self._everywhere(*parts):
+                continue
+            if branches and not self._loses(number, unknown, branches):
+                found.append((derivative(phi, unknown), unknown, branches))
+        if not solved:
+            self._useless.add(("closed form", self._shape(number)))
+        if not found:
+            return None
+        _, unknown, branches = found[self._best([slope for slope, _, _ in found])]
+        return unknown, self._branch(number, unknown, branches)
+
+    def _everywhere(self, pivot: sp.Expr, rest: sp.Expr) -> bool:
+        """Whether −rest/pivot may be divided out; declared coordinates say that it may.
+
+        They do not where a factor is zero at the values of the parameters.
+        """
+        factors = [f for f in sp.Mul.make_args(pivot) if f.free_symbols <= self.constants]
+        if any(self._is_zero(f) for f in factors):
+            return False
+        return self.declared or solves_everywhere(pivot, rest, self.constants)
+
+    def _is_zero(self, factor: sp.Expr) -> bool:
+        """Whether a factor over parameters vanishes within small parts of their values."""
+        if factor not in self._zeros:
+            symbols = sorted(factor.free_symbols, key=str)
+            value, *changes = self._at_reference(
+                [factor, *(s * derivative(factor, s) for s in symbols)]
+            )
+            size = sum(abs(x) for x in changes if x is not None)
+            unknown = value is None or not symbols
+            self._zeros[factor] = not unknown and bool(abs(value or 0) <= _VANISHES * size)
+        return self._zeros[factor]
+
+    def _loses(self, number: int, unknown: sp.Symbol, branches: Sequence[sp.Expr]) -> bool:
+        """Whether the given configuration satisfies an equation, but none of its solutions.
+
+        They divide by what vanishes there: z·(eˣ − 1) = 0 holds at x = 0 for every z.
+        """
+        phi = self._phi(number)
+        if unknown not in self.reference or not all(s in self.reference for s in phi.free_symbols):
+            return False
+        terms = self._at_reference(sp.Add.make_args(phi))
+        sizes = [abs(x) for x in terms if x is not None]
+        if len(sizes) < len(terms) or abs(self._value(phi) or 0) > _VANISHES * sum(sizes):
+            return False
+        target = self.reference[unknown]
+        reach = _ELSEWHERE * max(self._length([phi]), abs(target))
+        return all(x is None or abs(x - target) > reach for x in self._at_reference(branches))
+
+    def _value(self, expr: sp.Expr) -> mpmath.mpf | None:
+        return self._at_reference([expr])[0]
+
+    def _best(self, pivots: list[sp.Expr]) -> int:
+        """The pivot largest at the reference configuration; the first where that is unknown."""
+        if len(pivots) == 1 or all(p.free_symbols <= self.constants for p in pivots):
+            return 0
+        sizes = self._at_reference(pivots)
+        if any(s is None for s in sizes):
+            return 0
+        return max(range(len(pivots)), key=lambda k: (abs(sizes[k] or 0), -k))
+
+    def _at_reference(self, expressions: Sequence[sp.Expr]) -> list[mpmath.mpf | None]:
+        """Values at the reference configuration, None where it does not reach or is not real."""
+        found: list[mpmath.mpf | None] = []
+        for expr in expressions:
+            point = {s: self.reference[s] for s in expr.free_symbols if s in self.reference}
+            if len(point) < len(expr.free_symbols):
+                found.append(None)
+                continue
+            try:
+                found.append(values([expr], point)[0])
+            except DomainError:
+                found.append(None)
+        return found
+
+    def _branch(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> sp.Expr:
+        """The branch that the reference configuration is on."""
+        at = self._at_reference(branches)
+        real = [k for k, value in enumerate(at) if value is not None]
+        never = all(b.is_real is False for b in branches)
+        if never or (not real and self._reaches(branches)):
+            raise self._unreal(number, unknown, branches)
+        if len(branches) == 1:
+            return branches[0]
+        target = self.reference.get(unknown)
+        if not real or (target is None and len(real) != 1):
+            raise self._solution(number, unknown, branches).several()
+        distance = {k: abs((at[k] or 0) - (target or 0)) for k in real}
+        best = min(real, key=distance.__getitem__)
+        length = self._length(branches)
+        if any(k != best and _meet(at[k], at[best], length) for k in real):
+            raise self._solution(number, unknown, branches).meeting()
+        named = self.stated[number].constraint
+        self.remarks.append(
+            f"{unknown} = {_written(branches[best])} is the branch of '{named}'"
+            " that the given configuration is on"
+        )
+        return branches[best]
+
+    def _length(self, expressions: Sequence[sp.Expr]) -> mpmath.mpf:
+        """Largest value of the names that the expressions hold, at the reference."""
+        held = {s for e in expressions for s in e.free_symbols - self.constants}
+        return max((abs(self.reference[s]) for s in held if s in self.reference), default=0)
+
+    def _reaches(self, branches: list[sp.Expr]) -> bool:
+        return all(s in self.reference for b in branches for s in b.free_symbols)
+
+    def _unreal(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> InputError:
+        """The branches are complex: for good, or at the configuration that the scene gives."""
+        used = sorted(self.touched[number] | {number})
+        listed = ", ".join(f"'{n}'" for n in dict.fromkeys(self.stated[k].constraint for k in used))
+        if all(b.is_real is False or b.free_symbols <= self.constants for b in branches):
+            left, right = self.pending[number]
+            message = f"{_written(left)} = {_written(right)} holds for no real {unknown}: {listed}"
+            mark = self.stated[number].equation.mark()
+            return ImpossibleError(Problem(message, mark, rule="inconsistent"), used)
+        message = f"the given configuration does not satisfy {listed}: {unknown} is not real"
+        return self._solution(number, unknown, branches).unreal(message)
+
+    def _solution(self, number: int, unknown: sp.Symbol, branches: Sequence[sp.Expr]) -> Solution:
+        name, mark = self.stated[number].constraint, self.stated[number].equation.mark()
+        return Solution(name, mark, unknown, branches, self.reference, self.constants)
+
+
+def _meet(x: mpmath.mpf | None, y: mpmath.mpf | None, length: mpmath.mpf) -> bool:
+    """Two values are the same to the tolerance of consistency."""
+    if x is None or y is None:
+        return False
+    return bool(abs(x - y) <= _VANISHES * max(length, abs(x), abs(y)))
+
+
+def _written(expr: sp.Expr) -> str:
+    return str(expr).replace("**", "^")
+
+
+def eliminate(
+    stated: Sequence[Stated],
+    given: Mapping[sp.Symbol, sp.Expr],
+    unknowns: Sequence[sp.Symbol],
+    reference: Mapping[sp.Symbol, mpmath.mpf],
+    constants: frozenset[sp.Symbol],
+    check: Callable[[Elimination], None] = lambda _: None,
+    declared: bool = True,
+) -> Elimination:
+    """Solve definitions and stated equations for as many unknowns as possible.
+
+    Parameters
+    ----------
+    given
+        Raw symbols with their defining expressions, in any order, free of circles.
+    unknowns
+        Raw symbols to solve for, in reading order.
+    reference
+        Values of symbols at ``initial``/``near``; it picks branches.
+    constants
+        Parameter symbols: preferred as pivots.
+    check
+        Called when only closed forms with several branches remain; may refuse.
+    declared
+        Whether the scene declares its coordinates.
+    """
+    state = Elimination(stated, reference, constants, declared, unknowns=dict.fromkeys(unknowns))
+    state.define(given)
+    state.begin()
+    state.run(3)
+    check(state)
+    state.run(4)
+    return state
+
+
+def substitute(
+    stated: Sequence[Stated],
+    given: Mapping[sp.Symbol, sp.Expr],
+    unknowns: Sequence[sp.Symbol],
+    constants: frozenset[sp.Symbol],
+    reference: Mapping[sp.Symbol, mpmath.mpf] | None = None,
+) -> Elimination:
+    """Put into each other what can be without a choice, and without dividing by what may vanish.
+
+    The parameters are those of :func:`eliminate`; of the reference, values of the constants.
+    """
+    state = Elimination(stated, reference or {}, constants, unknowns=dict.fromkeys(unknowns))
+    state.define(given)
+    state.begin()
+    state.run(2)
+    return state

@@ -1,0 +1,410 @@
+"""Equations between Cartesian names alone: coordinates eliminated from their definitions.
+
+``x = l sin θ, z = −l cos θ`` says x² + z² = l². Angles are eliminated one by one
+through sin² + cos² = 1: two equations that are linear in sin θ and cos θ give both;
+one that holds the cosine alone gives it, and what another is then left with is free of
+the sine or linear in it. Lengths are eliminated where they are given without dividing
+by what may vanish, or stand in one equation by their square only. A square root in one
+equation is squared. Where none of this applies a coordinate stays, beside the
+equations that hold it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor
+
+__all__ = ["Angle", "Relation", "System", "angle_of", "in_single_angles"]
+
+_ZERO, _ONE = sp.Integer(0), sp.Integer(1)
+
+#: Terms that an equation may be multiplied out to.
+TERM_BUDGET = 200
+
+#: Equations linear in an angle's sine and cosine of which pairs are tried, and operations
+#: of a fraction that is brought into lowest terms.
+PAIRS_OF, FRACTION_BUDGET = 6, 400
+
+#: Largest multiple of an angle that is written in powers of sine and cosine.
+LARGEST_MULTIPLE = 4
+
+
+@dataclass(frozen=True)
+class Relation:
+    """``expression = 0``; ``name`` and ``text`` say where it comes from, ``stated`` what kind."""
+
+    name: str
+    expression: sp.Expr
+    text: str
+    stated: bool
+
+
+@dataclass(frozen=True)
+class Angle:
+    """Sine and cosine of an angle as symbols of their own, and what became of them."""
+
+    q: sp.Symbol
+    sine: sp.Symbol
+    cosine: sp.Symbol
+
+    def put_back(self, expr: sp.Expr) -> sp.Expr:
+        return expr.xreplace({self.sine: sp.sin(self.q), self.cosine: sp.cos(self.q)})
+
+
+def angle_of(q: sp.Symbol) -> Angle:
+    return Angle(q, sp.Dummy(f"sin_{q.name}", real=True), sp.Dummy(f"cos_{q.name}", real=True))
+
+
+def in_single_angles(expr: sp.Expr, angles: Sequence[Angle]) -> sp.Expr | None:
+    """``expr`` over sines and cosines of single angles; None where an angle stands otherwise."""
+    q = {angle.q for angle in angles}
+    if expr.free_symbols.isdisjoint(q):
+        return expr
+    expanded = {}
+    for function in expr.atoms(sp.sin, sp.cos):
+        argument = function.args[0]
+        present = argument.free_symbols & q
+        if not present:
+            continue
+        if any(not _is_small_multiple(argument, s) for s in present):
+            return None
+        expanded[function] = sp.expand_trig(function)
+    found = expr.xreplace(expanded)
+    for angle in angles:
+        if angle.q in expr.free_symbols:
+            names = {sp.sin(angle.q): angle.sine, sp.cos(angle.q): angle.cosine}
+            found = found.xreplace(names)
+    return found if found.free_symbols.isdisjoint(q) else None
+
+
+def _is_small_multiple(argument: sp.Expr, q: sp.Symbol) -> bool:
+    slope = argument.diff(q)
+    return bool(slope.is_Integer and abs(slope) <= LARGEST_MULTIPLE)
+
+
+class System:
+    """Relations between names, of which some are eliminated.
+
+    Parameters
+    ----------
+    relations
+        In the order in which they are to stay.
+    moving
+        Symbols of all names that move: Cartesian ones, lengths, sines and cosines.
+    constants
+        Symbols of parameters. Other symbols are moved in time.
+
+    Attributes
+    ----------
+    relations
+        By number; what is left.
+    given
+        Name → expression over what is left, for names that were eliminated and are
+        known without a choice.
+    """
+
+    def __init__(
+        self,
+        relations: Iterable[Relation],
+        moving: Iterable[sp.Symbol],
+        constants: Iterable[sp.Symbol],
+    ) -> None:
+        self.relations: dict[int, Relation] = {}
+        self.given: dict[sp.Symbol, sp.Expr] = {}
+        self._moving, self._constants = frozenset(moving), frozenset(constants)
+        self._holders: dict[sp.Symbol, dict[int, None]] = {}
+        self._next = 0
+        for relation in relations:
+            self._add(relation)
+
+    def _add(self, relation: Relation, number: int | None = None) -> None:
+        if number is None:
+            number, self._next = self._next, self._next + 1
+        self.relations[number] = relation
+        for s in relation.expression.free_symbols & self._moving:
+            self._holders.setdefault(s, {})[number] = None
+
+    def _remove(self, number: int) -> Relation:
+        relation = self.relations.pop(number)
+        for s in relation.expression.free_symbols & self._moving:
+            self._holders[s].pop(number, None)
+        return relation
+
+    def holding(self, *symbols: sp.Symbol) -> list[int]:
+        """Numbers of the relations that hold some of the symbols."""
+        return sorted({k for s in symbols for k in self._holders.get(s, {})})
+
+    # Angles.
+
+    def drop_angle(self, angle: Angle, asked: Collection[sp.Symbol]) -> bool:
+        """Eliminate an angle; False where it has to stay.
+
+        ``asked``: which of its sine and cosine must be known without a choice.
+        """
+        needed = {*asked, *(s for s in (angle.sine, angle.cosine) if self._is_needed(s))}
+        numbers = self.holding(angle.sine, angle.cosine)
+        powers = {k: _powers(self.relations[k].expression, angle) for k in numbers}
+        if len(numbers) < 2 or any(p is None for p in powers.values()):
+            return False
+        known = {k: p for k, p in powers.items() if p is not None}
+        return self._by_two(angle, known, bool(needed)) or self._by_one(angle, known, needed)
+
+    def _by_two(self, angle: Angle, powers: Mapping[int, _Powers], needed: bool) -> bool:
+        """Sine and cosine from two equations that are linear in them."""
+        linear = [k for k, p in powers.items() if set(p) <= {(0, 0), (1, 0), (0, 1)}]
+        for pair in combinations(linear[:PAIRS_OF], 2):
+            solved = _solved(powers[pair[0]], powers[pair[1]])
+            if solved is None:
+                continue
+            sine, cosine = solved
+            below = [_denominator(e) for e in solved]
+            plain = all(e.free_symbols <= self._constants for e in below)
+            if not plain and (needed or not self._cancels(*below)):
+                continue
+            others = [k for k in powers if k not in pair]
+            rest = [(k, self._with_angle(k, angle, sine, cosine)) for k in others]
+            circle = _on_circle(sine, cosine)
+            self._replace(pair, circle)
+            for k, expression in rest:
+                self._replace((k,), expression)
+            if plain:
+                self._know({angle.sine: sine, angle.cosine: cosine})
+            return True
+        return False
+
+    def _cancels(self, one: sp.Expr, two: sp.Expr) -> bool:
+        """Whether what two fractions divide by is one scale, which no clock brings to zero."""
+        return one in (two, -two) and one.free_symbols <= self._constants | self._moving
+
+    def _by_one(
+        self, angle: Angle, powers: Mapping[int, _Powers], needed: Collection[sp.Symbol]
+    ) -> bool:
+        """The cosine (or sine) from one equation that holds it alone, the rest from another."""
+        for number, found in powers.items():
+            for which, symbol in enumerate((angle.sine, angle.cosine)):
+                if not {symbol}.issuperset(needed):
+                    continue
+                solved = _alone(found, which, self._constants)
+                others = [k for k in powers if k != number]
+                if solved is None or len(others) != 1:
+                    continue
+                left = _even(powers[others[0]], which, solved, self._constants)
+                if left is None:
+                    continue
+                self._replace((number, others[0]), left)
+                self._know({symbol: solved})
+                return True
+        return False
+
+    def _with_angle(self, number: int, angle: Angle, sine: sp.Expr, cosine: sp.Expr) -> sp.Expr:
+        put = {angle.sine: sine, angle.cosine: cosine}
+        return _numerator(self.relations[number].expression.xreplace(put))
+
+    def _replace(self, numbers: Sequence[int], expression: sp.Expr) -> None:
+        """Put one equation in the place of some, under the name of a stated one."""
+        gone = [self._remove(k) for k in numbers]
+        if expression == 0:
+            return
+        first = next((r for r in gone if r.stated), gone[-1])
+        text = first.text if first.stated else ", ".join(r.text for r in gone)
+        self._add(replace(first, expression=expression, text=text), numbers[0])
+
+    # Lengths.
+
+    def drop_length(self, q: sp.Symbol, needed: bool) -> bool:
+        """Eliminate a coordinate that is no angle; False where it has to stay.
+
+        ``needed``: it must be known without a choice.
+        """
+        needed = needed or self._is_needed(q)
+        numbers = self.holding(q)
+        parts = {k: _powers_of(self.relations[k].expression, q) for k in numbers}
+        if not numbers or any(p is None for p in parts.values()):
+            return False
+        found = {k: p for k, p in parts.items() if p is not None}
+        for number, powers in found.items():
+            if set(powers) <= {0, 1} and self._divides(powers[1]):
+                self._give(number, q, -powers.get(0, _ZERO) / powers[1])
+                return True
+        if needed or len(numbers) > 1:
+            return False
+        (powers,) = found.values()
+        if set(powers) != {0, 2} or not (-powers[0] / powers[2]).is_nonnegative:
+            return False
+        self._remove(numbers[0])
+        return True
+
+    def _divides(self, pivot: sp.Expr) -> bool:
+        return bool(pivot.is_nonzero) and pivot.free_symbols.isdisjoint(self._moving)
+
+    def _give(self, number: int, q: sp.Symbol, value: sp.Expr) -> None:
+        self._remove(number)
+        for k in self.holding(q):
+            self._replace((k,), self.relations[k].expression.xreplace({q: value}))
+        self._know({q: value})
+
+    # What is known of names that are gone.
+
+    def _is_needed(self, symbol: sp.Symbol) -> bool:
+        return any(symbol in e.free_symbols for e in self.given.values())
+
+    def _know(self, found: dict[sp.Symbol, sp.Expr]) -> None:
+        self.given = {s: e.xreplace(found) for s, e in self.given.items()} | found
+
+    # Roots.
+
+    def square_roots(self) -> None:
+        """Square what stands beside a single square root that moves, in every relation."""
+        for number, relation in list(self.relations.items()):
+            squared = _squared(relation.expression, self._moving)
+            if squared is not None:
+                self._replace((number,), squared)
+
+
+_Powers = dict[tuple[int, int], sp.Expr]
+
+
+def _terms(expr: sp.Expr) -> Sequence[sp.Expr] | None:
+    return expand_terms(expr, TERM_BUDGET)
+
+
+def _powers(expr: sp.Expr, angle: Angle) -> _Powers | None:
+    """Coefficients of sⁱ cʲ, with s² written 1 − c²; None where that is no polynomial."""
+    found: _Powers = {}
+    for term in _terms(expr) or (None,):
+        if term is None:
+            return None
+        split = _exponents(term, (angle.sine, angle.cosine))
+        if split is None:
+            return None
+        rest, (i, j) = split
+        for power, sign in _without_squared_sine(i, j):
+            found[power] = found.get(power, _ZERO) + sign * rest
+    collected = {k: _settled(e) for k, e in found.items()}
+    return {k: e for k, e in collected.items() if e != 0}
+
+
+def _settled(expr: sp.Expr) -> sp.Expr:
+    return sp.expand(expr) if expr.is_Add else expr
+
+
+def _without_squared_sine(i: int, j: int) -> Iterator[tuple[tuple[int, int], int]]:
+    """sⁱ cʲ with every s² written 1 − c²."""
+    half, rest = divmod(i, 2)
+    for k in range(half + 1):
+        yield (rest, j + 2 * k), int(sp.binomial(half, k)) * (-1) ** k
+
+
+def _exponents(
+    term: sp.Expr, symbols: Sequence[sp.Symbol]
+) -> tuple[sp.Expr, tuple[int, ...]] | None:
+    """What a product holds beside powers of symbols, and these."""
+    exponents = dict.fromkeys(symbols, 0)
+    rest = []
+    for factor in sp.Mul.make_args(term):
+        base, exponent = factor.as_base_exp()
+        if base in exponents and exponent.is_Integer and exponent > 0:
+            exponents[base] += int(exponent)
+        elif factor.free_symbols & exponents.keys():
+            return None
+        else:
+            rest.append(factor)
+    return sp.Mul(*rest), tuple(exponents[s] for s in symbols)
+
+
+def _powers_of(expr: sp.Expr, q: sp.Symbol) -> dict[int, sp.Expr] | None:
+    found: dict[int, sp.Expr] = {}
+    for term in _terms(expr) or (None,):
+        split = None if term is None else _exponents(term, (q,))
+        if split is None:
+            return None
+        rest, (power,) = split
+        found[power] = found.get(power, _ZERO) + rest
+    return {k: e for k, e in found.items() if e != 0}
+
+
+def _solved(one: _Powers, two: _Powers) -> tuple[sp.Expr, sp.Expr] | None:
+    """Sine and cosine from two linear equations."""
+    rows = [[p.get(k, _ZERO) for k in ((1, 0), (0, 1), (0, 0))] for p in (one, two)]
+    (a, b, e), (c, d, f) = rows
+    determinant = _settled(a * d - b * c)
+    if determinant == 0 or sp.expand(determinant) == 0:
+        return None
+    if (a == 0 and d == 0) or (b == 0 and c == 0):
+        return (-e / a, -f / d) if b == 0 else (-f / c, -e / b)
+    return _lowest((b * f - d * e) / determinant), _lowest((c * e - a * f) / determinant)
+
+
+def _lowest(expr: sp.Expr) -> sp.Expr:
+    return cancelled(expr) if expr.count_ops() <= FRACTION_BUDGET else expr
+
+
+def _denominator(expr: sp.Expr) -> sp.Expr:
+    return sp.fraction(sp.together(expr))[1]
+
+
+def _numerator(expr: sp.Expr) -> sp.Expr:
+    """What must vanish for the expression to."""
+    return sp.fraction(sp.together(expr))[0] if not expr.is_polynomial() else expr
+
+
+def _on_circle(sine: sp.Expr, cosine: sp.Expr) -> sp.Expr:
+    """s² + c² − 1 without fractions."""
+    (a, below), (b, under) = sp.fraction(sp.together(sine)), sp.fraction(sp.together(cosine))
+    if below == under or below == -under:
+        return a**2 + b**2 - below**2
+    whole = below * cancelled(under / common_divisor([below, under]))
+    return (a * cancelled(whole / below)) ** 2 + (b * cancelled(whole / under)) ** 2 - whole**2
+
+
+def _alone(powers: _Powers, which: int, constants: frozenset[sp.Symbol]) -> sp.Expr | None:
+    """The sine (0) or cosine (1) where an equation is linear in it and free of the other."""
+    own = (1, 0) if which == 0 else (0, 1)
+    if not set(powers) <= {(0, 0), own} or own not in powers:
+        return None
+    if not powers[own].free_symbols <= constants:
+        return None
+    return -powers.get((0, 0), _ZERO) / powers[own]
+
+
+def _even(
+    powers: _Powers, which: int, value: sp.Expr, constants: frozenset[sp.Symbol]
+) -> sp.Expr | None:
+    """An equation with one of sine and cosine put in and the other eliminated; None if it stays.
+
+    What is linear in the other gives it, and squares are to sum to 1.
+    """
+    rest: dict[int, sp.Expr] = {}
+    for (i, j), coefficient in powers.items():
+        own, other = (i, j) if which == 0 else (j, i)
+        half, odd = divmod(other, 2)
+        part = coefficient * value**own * (1 - value**2) ** half
+        rest[odd] = rest.get(odd, _ZERO) + part
+    if rest.get(1, _ZERO) == 0:
+        return _numerator(rest.get(0, _ZERO))
+    if not rest[1].free_symbols <= constants:
+        return None
+    solved = -rest.get(0, _ZERO) / rest[1]
+    return _on_circle(value, solved) if which else _on_circle(solved, value)
+
+
+def _squared(expr: sp.Expr, moving: frozenset[sp.Symbol]) -> sp.Expr | None:
+    """a² − b² w for a + b √w, where √w is the one root of what moves."""
+    roots = {p for p in expr.atoms(sp.Pow) if p.exp.is_Rational and not p.exp.is_Integer}
+    roots = {p for p in roots if p.free_symbols & moving}
+    if len(roots) != 1:
+        return None
+    (root,) = roots
+    if root.exp != sp.Rational(1, 2):
+        return None
+    place = sp.Dummy(real=True)
+    parts = _powers_of(expr.xreplace({root: place}), place)
+    if parts is None or not set(parts) <= {0, 1}:
+        return None
+    return parts.get(0, _ZERO) ** 2 - parts[1] ** 2 * root.base

@@ -1,0 +1,5 @@
+"""The initial state, and the section ``simulate`` as numbers.
+
+Values of the scene and equations go in; coordinates and velocities that satisfy closures and gaps
+come out, or a refusal with values to paste. Read :mod:`.state` first.
+"""

@@ -1,0 +1,244 @@
+"""Coordinates from given Cartesian values and from closures.
+
+Newton's method from several starts, so that configurations other than the
+nearest are seen too: a choice that nothing makes is not made in silence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import mpmath
+import numpy as np
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
+from lagrange_cli.mechanics.numerics.gauss_newton import Row
+from lagrange_cli.mechanics.numerics.rank import rank
+from lagrange_cli.mechanics.reduction.reduce import Reduced
+
+__all__ = ["STARTS", "Configurations", "Search"]
+
+_ZERO = mpf(0)
+STARTS = 24
+_NEWTON_STEPS = 60
+
+
+@dataclass
+class Configurations:
+    """What a search found.
+
+    Attributes
+    ----------
+    exact
+        Configurations that have the given values, each physically different one
+        once, that nearest to the guess first.
+    nearest
+        Where there are none: a configuration of least distance, with the
+        ``values`` it has and their ``misses``.
+    regular
+        Whether what is asked for determines the coordinates to first order anywhere.
+    """
+
+    exact: list[list[mpf]] = field(default_factory=list)
+    nearest: list[mpf] = field(default_factory=list)
+    values: list[mpf] = field(default_factory=list)
+    misses: list[mpf] = field(default_factory=list)
+    regular: bool = False
+
+
+class Search:
+    """Search for the coordinates ``missing`` that give ``symbols`` the values ``target``.
+
+    They are to satisfy the positional closures as well, whose misses follow those of the
+    symbols.
+
+    Parameters
+    ----------
+    constants
+        Values of parameters and t.
+    length
+        The scene's length: distances are measured with angles times it.
+    """
+
+    def __init__(
+        self,
+        reduced: Reduced,
+        constants: Mapping[sp.Symbol, mpf],
+        symbols: Sequence[sp.Symbol],
+        target: Sequence[mpf],
+        missing: Sequence[int],
+        length: mpf,
+    ) -> None:
+        self._coordinates = reduced.coordinates
+        self._constants = list(constants.values())
+        self._missing = list(missing)
+        self._length = length
+        self._given = len(symbols)
+        self._regular = False
+        closures = [c.left - c.right for c in reduced.closures if c.kind == "position"]
+        self._target = [*target, *(_ZERO for _ in closures)]
+        inputs = [*(c.q for c in reduced.coordinates), *constants]
+        self._tape = Tape([*(reduced.resolved[s] for s in symbols), *closures], inputs)
+        self._reduced, self._inputs = reduced, inputs
+
+    @cached_property
+    def _everything(self) -> Tape:
+        """What tells configurations apart."""
+        reduced = self._reduced
+        return Tape([*reduced.resolved.values(), *_outside(reduced)], self._inputs)
+
+    def configurations(self, guess: Sequence[mpf], tolerance: mpf) -> Configurations:
+        """All configurations that were reached, from the guess and from around it."""
+        found = Configurations()
+        self._regular = False
+        kept: list[tuple[list[mpf], list[mpf]]] = []
+        for start in self._starts(guess):
+            q = self._gauss_newton(start)
+            if q is None:
+                continue
+            values = self._run(self._tape, q)
+            misses = self.misses(q)
+            if max(misses) <= tolerance:
+                place = self._run(self._everything, q)
+                _keep(kept, self._turned_back(q), place, self._plain, self._length)
+            elif not found.misses or max(misses) < max(found.misses):
+                found.nearest, found.values, found.misses = q, values, misses
+        found.regular = self._regular
+        found.exact = sorted(
+            (q for q, _ in kept),
+            key=lambda q: sum(abs(x - y) for x, y in zip(q, guess, strict=True)),
+        )
+        return found
+
+    def misses(self, q: Sequence[mpf]) -> list[mpf]:
+        """Distances from the given values, then from the closures (φ beside its gradient)."""
+        values, rows = self._linear(q)
+        found = []
+        for k, (target, value, row) in enumerate(zip(self._target, values, rows, strict=True)):
+            miss = abs(target - value)
+            found.append(miss if k < self._given else miss / (self._steepest(row) or mpf(1)))
+        return found
+
+    def _steepest(self, row: Row) -> mpf:
+        """Largest slope for a length; an angle moves by the scene's length."""
+        slopes = (
+            abs(x) / (self._length if self._coordinates[j].is_angle else 1) for j, x in row.items()
+        )
+        return max(slopes, default=_ZERO)
+
+    def _run(self, tape: Tape, q: Sequence[mpf]) -> list[mpf]:
+        return tape.run([(x, _ZERO, _ZERO) for x in [*q, *self._constants]], 0).values
+
+    def _turned_back(self, q: list[mpf]) -> list[mpf]:
+        """Missing angles within half a turn of zero."""
+        turned = list(q)
+        for j in self._missing:
+            if self._coordinates[j].is_angle:
+                turned[j] -= 2 * mpmath.pi * mpmath.nint(turned[j] / (2 * mpmath.pi))
+        return turned
+
+    def _plain(self, q: Sequence[mpf]) -> tuple[int, mpf]:
+        """Preference between coordinates of one configuration: lengths positive, then small."""
+        lengths = [q[j] for j in self._missing if not self._coordinates[j].is_angle]
+        return sum(x < 0 for x in lengths), sum((abs(q[j]) for j in self._missing), _ZERO)
+
+    def _starts(self, guess: Sequence[mpf]) -> list[list[mpf]]:
+        """The guess and others around the circle or the origin (a golden-section spread)."""
+        starts = [list(guess)]
+        scale = max((abs(v) for v in self._target), default=mpf(1)) or self._length
+        for k in range(1, STARTS):
+            start = list(guess)
+            for i, j in enumerate(self._missing):
+                step = mpmath.frac(k * mpmath.sqrt(2 + i)) - mpf(1) / 2
+                width = 2 * mpmath.pi if self._coordinates[j].is_angle else 2 * scale
+                start[j] = step * width
+            starts.append(start)
+        return starts
+
+    def _gauss_newton(self, start: list[mpf]) -> list[mpf] | None:
+        """A least-squares solution from one start; None where it does not converge."""
+        q = list(start)
+        if len(self._target) < len(self._missing):
+            return None
+        for _ in range(_NEWTON_STEPS):
+            try:
+                step = self._step(q)
+            except (DomainError, ZeroDivisionError):
+                return None
+            if step is None:
+                return None
+            for value, j in zip(step, self._missing, strict=True):
+                q[j] += value
+            size = max(abs(s) for s in step)
+            if size <= mpf(10) ** (6 - mpmath.mp.dps) * max(1, *(abs(x) for x in q)):
+                return q
+        return None
+
+    def _step(self, q: Sequence[mpf]) -> list[mpf] | None:
+        values, rows = self._linear(q)
+        # A closure's size is arbitrary; its gradient's is made that of a Cartesian name's.
+        weights = [
+            mpf(1) if k < self._given else 1 / (self._steepest(row) or mpf(1))
+            for k, row in enumerate(rows)
+        ]
+        matrix = mpmath.matrix(
+            [
+                [w * row.get(j, _ZERO) for j in self._missing]
+                for w, row in zip(weights, rows, strict=True)
+            ]
+        )
+        if _rank(matrix) < len(self._missing):
+            return None
+        self._regular = True
+        residual = [w * (x - y) for w, x, y in zip(weights, self._target, values, strict=True)]
+        try:
+            return list(mpmath.lu_solve(matrix, mpmath.matrix(residual)))
+        except ValueError:  # its normal equations lose twice the digits that the rank tells
+            return None
+
+    def _linear(self, q: Sequence[mpf]) -> tuple[list[mpf], list[Row]]:
+        """Values and gradients of everything that has a target."""
+        run = self._tape.run([(x, _ZERO, _ZERO) for x in [*q, *self._constants]], 0)
+        slopes = map(run.partials, range(len(self._target)))
+        return run.values, [{j: x for j, x in row.items() if j < len(q)} for row in slopes]
+
+
+def _outside(reduced: Reduced) -> list[sp.Expr]:
+    """What tells configurations apart beside positions: coordinates that positions do not hold."""
+    inside = set().union(*(e.free_symbols for e in reduced.resolved.values()))
+    found: list[sp.Expr] = []
+    for c in reduced.coordinates:
+        if c.q not in inside:
+            found += [sp.sin(c.q), sp.cos(c.q)] if c.is_angle else [c.q]
+    return found
+
+
+def _keep(
+    kept: list[tuple[list[mpf], list[mpf]]],
+    q: list[mpf],
+    place: list[mpf],
+    plain: Callable[[Sequence[mpf]], tuple[int, mpf]],
+    length: mpf,
+) -> None:
+    """Add a configuration, or the plainer coordinates of one that is there already.
+
+    At the origin a place has no size of its own: what is left of a converged search is
+    small beside the scene's ``length``.
+    """
+    size = max((abs(x) for x in place), default=_ZERO)
+    reach = max(mpf(10) ** -12 * size, mpf(10) ** (-mpmath.mp.dps // 2) * length)
+    for k, (other, there) in enumerate(kept):
+        if all(abs(x - y) <= reach for x, y in zip(place, there, strict=True)):
+            if plain(q) < plain(other):
+                kept[k] = (q, place)
+            return
+    kept.append((q, place))
+
+
+def _rank(matrix: mpmath.matrix) -> int:
+    """Numerical rank of a small matrix."""
+    return rank(np.array(matrix.tolist(), dtype=float), 1e-12)

@@ -1,0 +1,141 @@
+"""The part of closures in an initial state: what they ask of it, and the last digits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InconsistentStartError, InputError, Problem
+from lagrange_cli.mechanics.initial.configuration import STARTS, Search
+from lagrange_cli.mechanics.numerics.gauss_newton import Row
+from lagrange_cli.mechanics.reduction.reduce import Reduced
+
+__all__ = ["Restricted"]
+
+_ZERO = mpf(0)
+
+#: Largest violation, relative to the scene's length or speed, that is projected.
+_TOLERANCE = mpf(10) ** -9
+#: What is left of the arithmetic's rounding.
+_ROUNDING = mpf(10) ** -20
+
+
+class Restricted:
+    """Closures at the parameters and the start time of a scene.
+
+    Parameters
+    ----------
+    constants
+        Values of parameters and t.
+    length
+        The scene's length.
+    """
+
+    def __init__(self, reduced: Reduced, constants: Mapping[sp.Symbol, mpf], length: mpf) -> None:
+        self._closures = [
+            *(c for c in reduced.closures if c.kind == "position"),
+            *(c for c in reduced.closures if c.kind == "velocity"),
+        ]
+        self._start = reduced.scene.initial[0].mark
+        self._constants = dict(constants)
+        self._length = length
+        self._q = [c.q for c in reduced.coordinates]
+        self._v = [c.v for c in reduced.coordinates]
+        self._manifold = reduced.manifold()
+        self._search = Search(reduced, constants, [], [], [], length)
+
+    def placed(self, q: Sequence[mpf]) -> tuple[list[mpf], mpf]:
+        """Coordinates that satisfy the closures, and the largest change.
+
+        Raises
+        ------
+        InputError
+            They violate a closure by more than 1e-9 of the length.
+        """
+        if not self._closures:
+            return list(q), _ZERO
+        misses = self._search.misses(q)
+        for k, miss in enumerate(misses):
+            if miss > _TOLERANCE * self._length:
+                raise self.violated(k, miss)
+        point = self._manifold.placed(self._point(q))
+        if point is None:
+            raise self.violated(0, max(misses, default=_ZERO))
+        return self._changed(q, [point[s] for s in self._q], self._length)
+
+    def tangent(self, q: Sequence[mpf], v: Sequence[mpf]) -> tuple[list[mpf], mpf]:
+        """Velocities that satisfy the closures, and the largest change.
+
+        Raises
+        ------
+        InputError
+            They violate a closure by more than 1e-9 of the speed.
+        """
+        if not self._closures:
+            return list(v), _ZERO
+        point = self._point(q, v)
+        levels, _, gradients = self._manifold.motion(point, [_ZERO] * len(self._q))
+        speed = max(map(abs, v), default=_ZERO) or mpf(1)
+        for k, (level, gradient) in enumerate(zip(levels, gradients, strict=True)):
+            miss = abs(level) / _size(gradient)
+            if miss > _TOLERANCE * speed:
+                raise self.violated(k, miss, "velocities")
+        moved = self._manifold.tangent(point)
+        return self._changed(v, [moved[w] for w in self._v], speed)
+
+    @staticmethod
+    def _changed(before: Sequence[mpf], after: list[mpf], scale: mpf) -> tuple[list[mpf], mpf]:
+        change = max((abs(x - y) for x, y in zip(before, after, strict=True)), default=_ZERO)
+        return (after, change) if change > _ROUNDING * scale else (list(before), _ZERO)
+
+    def rates(self, q: Sequence[mpf]) -> tuple[list[Row], list[mpf]]:
+        """``gradient`` and ``rate`` of each closure: gradient·v + rate = 0."""
+        if not self._closures:
+            return [], []
+        still = [_ZERO] * len(self._q)
+        rates, _, gradients = self._manifold.motion(self._point(q), still)
+        sizes = [_size(g) for g in gradients]
+        return (
+            [{j: x / s for j, x in g.items()} for g, s in zip(gradients, sizes, strict=True)],
+            [x / size for x, size in zip(rates, sizes, strict=True)],
+        )
+
+    def _point(self, q: Sequence[mpf], v: Sequence[mpf] | None = None) -> dict[sp.Symbol, mpf]:
+        velocities = [_ZERO] * len(self._v) if v is None else list(v)
+        return {
+            **self._constants,
+            **dict(zip(self._q, q, strict=True)),
+            **dict(zip(self._v, velocities, strict=True)),
+        }
+
+    def nowhere(self) -> InputError:
+        """The error of initial values for which no configuration came up."""
+        named = ", ".join(f"'{n}'" for n in dict.fromkeys(c.name for c in self._closures))
+        satisfies = f" that satisfies {named}" if named else ""
+        return InconsistentStartError(
+            Problem(
+                f"no configuration with the initial values was found in {STARTS} starts{satisfies}",
+                self._start,
+                rule="initial-inconsistent",
+            )
+        )
+
+    def violated(self, number: int, miss: mpf, what: str = "values") -> InputError:
+        """The error of initial values that a closure contradicts."""
+        closure = self._closures[number]
+        return InconsistentStartError(
+            Problem(
+                f"the initial {what} violate constraint '{closure.name}'"
+                f" by {mpmath.nstr(miss, 3)}: {closure.text}",
+                self._start,
+                rule="initial-inconsistent",
+            )
+        )
+
+
+def _size(gradient: Row) -> mpf:
+    """The largest entry, 1 where there is none."""
+    return max(map(abs, gradient.values()), default=_ZERO) or mpf(1)

@@ -1,0 +1,82 @@
+"""Constraints that restrict less at the initial configuration than elsewhere.
+
+A linkage whose bars lie in one line can leave it in two ways: there the
+gradients of its closures depend on each other, and the accelerations are not
+determined.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import sympy as sp
+
+from lagrange_cli.errors import Mark, Problem
+from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.equations import Closure, Contact, InitialState
+from lagrange_cli.mechanics.initial.suggestions import elsewhere
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.rank import TOLERANCE, Doubles, dependent_rows, scaled_doubles
+from lagrange_cli.mechanics.sparse import entries
+
+__all__ = ["singular_start"]
+
+
+def singular_start(derivation: Derivation, initial: InitialState | None) -> Problem | None:
+    """The warning that names closures whose gradients depend on each other at the start.
+
+    So may that of a gap that is closed there depend on those of closures.
+    """
+    closures = derivation.closures
+    if initial is None or not derivation.pushing:
+        return None
+    try:
+        point = _configuration(derivation, initial)
+        rows = _gradients(derivation.pushing, point)
+        closed = [k for k, c in enumerate(derivation.contacts, len(closures)) if _closed(c, point)]
+    except (DomainError, KeyError):
+        return None
+    held = range(len(closures))
+    for numbers in (held, *([*held, k] for k in closed)):
+        for number, others in dependent_rows([rows[k] for k in numbers]).items():
+            taking_part = sorted(numbers[k] for k in (*others, number))
+            return _warning([derivation.pushing[k] for k in taking_part], derivation)
+    return None
+
+
+def _closed(contact: Contact, point: Mapping[sp.Symbol, sp.Expr]) -> bool:
+    """Whether a gap is zero but for rounding."""
+    gap = contact.closure.expression
+    value, *terms = values([gap, *sp.Add.make_args(gap)], point)
+    return bool(abs(value) <= TOLERANCE * sum(map(abs, terms)))
+
+
+def _configuration(derivation: Derivation, initial: InitialState) -> Mapping[sp.Symbol, sp.Expr]:
+    reduced = derivation.reduced
+    point = dict(reduced.reference)
+    symbols = [c.q for c in reduced.coordinates]
+    point.update(zip(symbols, map(type(point[reduced.names.t]), initial.positions), strict=True))
+    return point
+
+
+def _gradients(closures: tuple[Closure, ...], point: Mapping[sp.Symbol, sp.Expr]) -> list[Doubles]:
+    """Φ at a configuration, the largest entry of each row 1."""
+    held = [entries(c.gradient) for c in closures]
+    pending = iter(values([e for row in held for e in row.values()], point))
+    return [scaled_doubles({j: next(pending) for j in row}) for row in held]
+
+
+def _warning(taking_part: list[Closure], derivation: Derivation) -> Problem:
+    named = ", ".join(f"'{closure.name}'" for closure in taking_part)
+    verb, their = ("is", "its gradient vanishes")
+    if len(taking_part) > 1:
+        verb, their = ("are", "their gradients depend on each other")
+    mark = next((c.mark for c in taking_part if c.mark is not None), None)
+    return Problem(
+        f"constraint{'s' if len(taking_part) > 1 else ''} {named} {verb} singular at the initial"
+        f" configuration: {their} there, and the accelerations are not determined",
+        mark or Mark(derivation.reduced.scene.file, 1, 1),
+        hint=elsewhere(derivation.reduced),
+        rule="singular",
+        severity="warning",
+    )

@@ -1,0 +1,161 @@
+"""Configurations that a scene could start from: what hints at missing values are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import (
+    InconsistentStartError,
+    InputError,
+    MissingStartError,
+    NotRealError,
+    SingularError,
+)
+from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
+from lagrange_cli.mechanics.numerics.rank import TOLERANCE
+from lagrange_cli.mechanics.numerics.sampling import working_digits
+from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.symbols.yaml_snippets import initial_line, section_line
+
+__all__ = ["configuration", "elsewhere", "possible_start", "with_suggestion"]
+
+#: Coordinates of a scene for which a configuration is looked for; places it is looked for from.
+_MOST, _PLACES = 16, 8
+#: Digits of values that can be chosen, and of those that follow from them.
+_CHOSEN, _EXACT = 2, 12
+#: How far inside of gaps values are taken, beside the size of the motion.
+_INSIDE = mpf("0.05")
+#: Errors after which the given values do not stay as they are.
+_WRONG = (InconsistentStartError, NotRealError, SingularError)
+
+_Point = dict[sp.Symbol, mpf]
+
+
+def configuration(
+    reduced: Reduced, known: Mapping[sp.Symbol, mpf], around: Mapping[sp.Symbol, mpf] | None = None
+) -> dict[str, str] | None:
+    """Values of all coordinates with which closures and gaps hold, as short as may be; by name.
+
+    Parameters
+    ----------
+    known
+        Coordinates that have their value.
+    around
+        Coordinates near which it is looked for first.
+    """
+    q = [c.q for c in reduced.coordinates]
+    if len(q) > _MOST:
+        return None
+    with mpmath.workdps(working_digits(_EXACT)):
+        free = [s for s in q if s not in known]
+        for place in _places(reduced, around):
+            point = _placed(reduced, {**place, **known}, free)
+            if point is not None:
+                exact = _rounded(reduced, point, free)
+                return {
+                    s.name: _text(point[s], _EXACT if s in exact else _CHOSEN)
+                    if s in free
+                    else _text(point[s], _EXACT)
+                    for s in q
+                }
+    return None
+
+
+def _places(reduced: Reduced, around: Mapping[sp.Symbol, mpf] | None) -> Iterator[_Point]:
+    sampler = reduced.sampler([])
+    for attempt in range(_PLACES):
+        point = sampler.draw()
+        if point is None:
+            return
+        point[reduced.names.t] = reduced.reference[reduced.names.t]
+        if around is not None and not attempt:
+            point.update(around)
+        yield point
+
+
+def _placed(reduced: Reduced, point: _Point, free: Sequence[sp.Symbol]) -> _Point | None:
+    """The point with some coordinates moved so that closures and gaps hold; None if not found."""
+    names, scale = reduced.names, reduced.manifold().scale
+    sizes = dict(zip((c.q for c in reduced.coordinates), scale, strict=True))
+    fixed = [c.q for c in reduced.coordinates if c.q not in free]
+    closures = [c for c in reduced.closures if c.kind == "position"]
+    manifold = Manifold(
+        [(c.left, c.right) for c in (*closures, *reduced.gaps)],
+        [],
+        names.t,
+        free,
+        [],
+        [*names.parameters.values(), *fixed],
+        sizes,
+    )
+    if gaps := len(reduced.gaps):
+        return manifold.within(point, gaps, _INSIDE) or manifold.within(point, gaps)
+    moved = manifold.placed(point) if free else dict(point)
+    if moved is None or any(x > TOLERANCE for x in manifold.violations(moved)):
+        return None
+    return moved
+
+
+def _rounded(reduced: Reduced, point: _Point, free: Sequence[sp.Symbol]) -> set[sp.Symbol]:
+    """Round as many coordinates of the point as can be, in place; those that follow."""
+    left = list(free)
+    for s in free:
+        rest = [other for other in left if other != s]
+        trial = {**point, s: mpf(_text(point[s], _CHOSEN))}
+        moved = _placed(reduced, trial, rest)
+        if moved is not None:
+            point.update(moved)
+            left = rest
+    return set(left)
+
+
+def _text(x: mpf, digits: int) -> str:
+    return f"{float(x):.{digits}g}"
+
+
+def possible_start(reduced: Reduced) -> dict[str, str]:
+    """Values of all coordinates from which a motion can start; empty where none are found."""
+    if any(p.name not in reduced.values.exact for p in reduced.scene.parameters):
+        return {}
+    return configuration(reduced, {}) or {}
+
+
+def elsewhere(reduced: Reduced) -> str:
+    """A hint at another configuration to start from."""
+    hint = "start from another configuration"
+    values = configuration(reduced, {})
+    return f"{hint}:\n{section_line('initial', values)}" if values else hint
+
+
+def with_suggestion(
+    reduced: Reduced, error: InputError, given: Mapping[sp.Symbol, mpf], *, placed: bool
+) -> InputError:
+    """The error of an initial state with a line that could stand in place of the scene's.
+
+    Parameters
+    ----------
+    given
+        Values of coordinates that the scene gives.
+    placed
+        Whether the positions are as the constraints ask.
+    """
+    (problem,) = error.problems
+    singular, orders = isinstance(error, SingularError), tuple[int, ...]()
+    values: dict[str, str] | None = {}
+    if isinstance(error, MissingStartError):
+        values, orders = configuration(reduced, given), (0, 1)
+    elif isinstance(error, _WRONG) and placed and not singular:
+        orders = (0,)
+    elif isinstance(error, _WRONG):
+        values = configuration(reduced, {}, None if singular else given)
+        # Velocities are free where only gaps hold the positions.
+        orders = () if reduced.closures else (1,)
+    if not values and orders in ((), (1,)):
+        return error
+    line = initial_line(reduced.scene, values or {}, orders)
+    return type(error)(replace(problem, hint=f"{problem.hint}\n{line}" if problem.hint else line))

@@ -1,0 +1,344 @@
+"""Straight-line evaluation of SymPy expressions with derivatives, in high precision.
+
+A tape is the list of elementary operations of some expressions, each done
+once. It is run on truncated Taylor series in one variable s (so that values,
+first and second derivatives along a curve come out together) and backwards
+(so that the gradient of a weighted sum of outputs costs one pass). Both are
+textbook automatic differentiation: Griewank and Walther, Evaluating
+Derivatives (2008), chapters 3, 5 and 13. Nothing here uses SymPy's own
+differentiation: the certificate relies on that.
+
+Sums and products are done in :mod:`decimal`, whose arithmetic is compiled.
+Numbers go in and come out as mpf.
+"""
+
+from __future__ import annotations
+
+import decimal
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from decimal import Decimal
+from operator import attrgetter
+from typing import Any
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.mechanics.numerics.elementary import (
+    FUNCTIONS,
+    DomainError,
+    Number,
+    Triple,
+    constant,
+    context,
+    integer_power,
+    inward,
+    outward,
+    root,
+)
+
+__all__ = ["DomainError", "Run", "Series", "Tape", "values"]
+
+Series = tuple[Number, Number, Number]
+"""Value, first and second derivative with respect to s."""
+
+_ZERO = mpf(0)
+_NONE = Decimal(0)
+
+
+class Tape:
+    """Operations of ``outputs`` over ``inputs``, each distinct one once.
+
+    Parameters
+    ----------
+    outputs
+        SymPy expressions.
+    inputs
+        Symbols; every free symbol of the outputs must be among them.
+    """
+
+    def __init__(self, outputs: Sequence[sp.Expr], inputs: Sequence[sp.Symbol]) -> None:
+        self.operations: list[tuple[str, Any, Any]] = []
+        self._index: dict[sp.Basic, int] = {}
+        self._products: dict[tuple[int, int], int] = {}
+        self._below: dict[int, list[int]] = {}
+        for symbol in inputs:
+            self._index[symbol] = self._append("input", None, None)
+        self.inputs = len(inputs)
+        self.outputs = [self._record(sp.sympify(e)) for e in outputs]
+
+    def _append(self, operation: str, a: Any, b: Any) -> int:
+        self.operations.append((operation, a, b))
+        return len(self.operations) - 1
+
+    def _record(self, expr: sp.Basic) -> int:
+        """Index of the node of ``expr``, appended after its operands (iterative post-order)."""
+        stack: list[tuple[sp.Basic, bool]] = [(expr, False)]
+        while stack:
+            top, ready = stack.pop()
+            if top in self._index:
+                continue
+            if ready or not top.args:
+                self._index[top] = self._node(top)
+            else:
+                stack.append((top, True))
+                stack.extend((a, False) for a in reversed(top.args))
+        return self._index[expr]
+
+    def _node(self, expr: sp.Basic) -> int:
+        args = [self._index[a] for a in expr.args]
+        if expr.is_number and not expr.free_symbols:
+            if not expr.is_Rational:
+                value = expr.evalf(mpmath.mp.dps + 5)
+                if not (value.is_real and value.is_finite):
+                    raise DomainError
+            return self._append("constant", expr, None)
+        if expr.is_Add:
+            return self._append("add", tuple(args), None)
+        if expr.is_Mul:
+            product = args[0]
+            for factor in args[1:]:
+                product = self._product(product, factor)
+            return product
+        if expr.is_Pow:
+            return self._pow(expr, args)
+        if expr.func in FUNCTIONS:
+            return self._append("unary", args[0], FUNCTIONS[expr.func])
+        if expr.func in (sp.atan2, sp.Min, sp.Max):
+            return self._append(expr.func.__name__, tuple(args), None)
+        raise InternalError(Problem(f"cannot evaluate {type(expr).__name__} in the certificate"))
+
+    def _product(self, a: int, b: int) -> int:
+        key = (a, b)
+        if key not in self._products:
+            self._products[key] = self._append("mul", a, b)
+        return self._products[key]
+
+    def _pow(self, expr: sp.Basic, args: list[int]) -> int:
+        base, exponent = expr.args
+        if exponent.is_Integer:
+            return self._append("power", args[0], int(exponent))
+        if exponent.is_Rational:
+            return self._append("root", args[0], exponent)
+        if base is sp.E:
+            return self._append("unary", args[1], FUNCTIONS[sp.exp])
+        logarithm = self._append("unary", args[0], FUNCTIONS[sp.log])
+        return self._append("unary", self._product(args[1], logarithm), FUNCTIONS[sp.exp])
+
+    def below(self, output: int) -> list[int]:
+        """The operations that an output needs, the last first."""
+        if output not in self._below:
+            found, stack = set[int](), [self.outputs[output]]
+            while stack:
+                i = stack.pop()
+                if i >= self.inputs and i not in found:
+                    found.add(i)
+                    stack.extend(self.operands(i))
+            self._below[output] = sorted(found, reverse=True)
+        return self._below[output]
+
+    def operands(self, i: int) -> tuple[int, ...]:
+        operation, a, b = self.operations[i]
+        if operation == "constant":
+            return ()
+        if operation == "mul":
+            return a, b
+        return a if isinstance(a, tuple) else (a,)
+
+    def run(self, inputs: Sequence[Series], order: int = 2) -> Run:
+        """Evaluate on series in s, truncated after ``order`` (0, 1 or 2).
+
+        Raises
+        ------
+        DomainError
+            A value or a derivative is not a finite real number.
+        """
+        with decimal.localcontext(context(mpmath.mp.dps + 5)):
+            try:
+                return Run(self, inputs, order)
+            except decimal.DecimalException as error:
+                raise DomainError from error
+
+
+class Run:
+    """A tape evaluated at one point: series of every node, and local derivatives."""
+
+    def __init__(self, tape: Tape, inputs: Sequence[Series], order: int) -> None:
+        self.tape = tape
+        self.order = order
+        self.nodes: list[Triple] = []
+        self.local: list[Any] = [None] * len(tape.operations)
+        self._pending = iter(inputs)
+        forward, nodes = self._forward, self.nodes
+        for i, (operation, a, b) in enumerate(tape.operations):
+            nodes.append(forward(i, operation, a, b))
+        if order and not all(x.is_finite() for k in tape.outputs for x in nodes[k]):
+            raise DomainError
+
+    @property
+    def outputs(self) -> list[Series]:
+        """Series of each output."""
+        return [
+            (outward(x[0]), outward(x[1]), outward(x[2]))
+            for x in (self.nodes[i] for i in self.tape.outputs)
+        ]
+
+    @property
+    def values(self) -> list[Number]:
+        """Value of each output."""
+        return [outward(self.nodes[i][0]) for i in self.tape.outputs]
+
+    def magnitude(self) -> int:
+        """The decimal exponent of the largest value of a node; 0 where all are zero."""
+        return max((x[0].adjusted() for x in self.nodes if x[0]), default=0)
+
+    def _forward(self, i: int, operation: str, a: Any, b: Any) -> Triple:
+        nodes, order = self.nodes, self.order
+        if operation == "mul":
+            return self._multiply(nodes[a], nodes[b])
+        if operation == "add":
+            terms = [nodes[k] for k in a]
+            if not order:
+                return sum([x[0] for x in terms], _NONE), _NONE, _NONE
+            return (
+                sum([x[0] for x in terms], _NONE),
+                sum([x[1] for x in terms], _NONE),
+                sum([x[2] for x in terms], _NONE) if order > 1 else _NONE,
+            )
+        if operation == "input":
+            x = next(self._pending)
+            return inward(x[0]), inward(x[1]), inward(x[2])
+        if operation == "constant":
+            return constant(a, mpmath.mp.dps), _NONE, _NONE
+        if operation in ("unary", "power", "root"):
+            self.local[i] = self._derivatives(operation, nodes[a][0], b)
+            return self._compose(self.local[i], nodes[a])
+        if operation in ("Min", "Max"):
+            choose = min if operation == "Min" else max
+            chosen: int = choose(a, key=lambda k: nodes[k][0])
+            self.local[i] = chosen
+            return nodes[chosen]
+        return self._atan2(i, nodes[a[0]], nodes[a[1]])
+
+    def _multiply(self, x: Triple, y: Triple) -> Triple:
+        if not self.order:
+            return x[0] * y[0], _NONE, _NONE
+        first = x[0] * y[1] + x[1] * y[0]
+        if self.order == 1:
+            return x[0] * y[0], first, _NONE
+        return x[0] * y[0], first, x[0] * y[2] + 2 * x[1] * y[1] + x[2] * y[0]
+
+    @staticmethod
+    def _derivatives(operation: str, x: Decimal, how: Any) -> Triple:
+        if operation == "power":
+            return integer_power(x, how)
+        if operation == "root":
+            return root(x, how)
+        function: Callable[[Decimal], Triple] = how
+        return function(x)
+
+    def _compose(self, f: Triple, x: Triple) -> Triple:
+        if not self.order:
+            return f[0], _NONE, _NONE
+        if self.order == 1:
+            return f[0], f[1] * x[1], _NONE
+        return f[0], f[1] * x[1], f[1] * x[2] + f[2] * x[1] * x[1]
+
+    def _atan2(self, i: int, y: Triple, x: Triple) -> Triple:
+        r2 = x[0] * x[0] + y[0] * y[0]
+        if not r2:
+            raise DomainError
+        # Angle's rate w = (x y' − y x')/r²; its derivative by the quotient rule.
+        area, area_rate = x[0] * y[1] - y[0] * x[1], x[0] * y[2] - y[0] * x[2]
+        rate = area / r2
+        r2_rate = 2 * (x[0] * x[1] + y[0] * y[1])
+        self.local[i] = (y, x, r2, r2_rate)
+        value = inward(mpmath.atan2(outward(y[0]), outward(x[0])))
+        return value, rate, area_rate / r2 - rate * r2_rate / r2
+
+    def gradient(self, seeds: Mapping[int, Series]) -> list[Series]:
+        """Gradient of Σ seed·output over all inputs, as series up to first order.
+
+        ``seeds`` maps output numbers to the weights' series; the second entry of
+        each result is its derivative along s (zero when the run has order 0).
+        """
+        with decimal.localcontext(context(mpmath.mp.dps + 5)):
+            adjoint: dict[int, tuple[Decimal, Decimal]] = {}
+            for output, weight in seeds.items():
+                seed = inward(weight[0]), inward(weight[1])
+                _accumulate(adjoint, self.tape.outputs[output], *seed)
+            for i in range(len(self.nodes) - 1, self.tape.inputs - 1, -1):
+                bar = adjoint.get(i)
+                if bar is not None:
+                    self._backward(adjoint, i, bar)
+            found = map(adjoint.get, range(self.tape.inputs))
+            return [
+                (_ZERO,) * 3 if x is None else (outward(x[0]), outward(x[1]), _ZERO) for x in found
+            ]
+
+    def partials(self, output: int) -> dict[int, Number]:
+        """Derivatives of one output by the inputs that it holds, by their numbers."""
+        with decimal.localcontext(context(mpmath.mp.dps + 5)):
+            inputs, adjoint = self.tape.inputs, self._adjoint(output)
+            return {i: outward(x[0]) for i, x in sorted(adjoint.items()) if i < inputs}
+
+    def _adjoint(self, output: int) -> dict[int, tuple[Decimal, Decimal]]:
+        """What the nodes below one output contribute to it."""
+        adjoint: dict[int, tuple[Decimal, Decimal]] = {}
+        _accumulate(adjoint, self.tape.outputs[output], Decimal(1), _NONE)
+        for i in self.tape.below(output):
+            if i in adjoint:
+                self._backward(adjoint, i, adjoint[i])
+        return adjoint
+
+    def slopes(self, output: int, stop: int) -> dict[int, float]:
+        """The same by the inputs before ``stop`` as doubles, of which the largest is 1."""
+        with decimal.localcontext(context(mpmath.mp.dps + 5)):
+            adjoint = self._adjoint(output)
+            found = {i: adjoint[i][0] for i in sorted(adjoint) if i < stop and adjoint[i][0]}
+            if not all(x.is_finite() for x in found.values()):
+                raise DomainError
+            largest = max(map(abs, found.values()), default=_NONE)
+            return {i: float(x / largest) for i, x in found.items()}
+
+    def _backward(
+        self, adjoint: dict[int, tuple[Decimal, Decimal]], i: int, bar: tuple[Decimal, Decimal]
+    ) -> None:
+        nodes = self.nodes
+        operation, a, b = self.tape.operations[i]
+        if operation == "mul":
+            for target, other in ((a, nodes[b]), (b, nodes[a])):
+                _accumulate(
+                    adjoint, target, bar[0] * other[0], bar[0] * other[1] + bar[1] * other[0]
+                )
+        elif operation == "add":
+            for target in a:
+                _accumulate(adjoint, target, bar[0], bar[1])
+        elif operation in ("unary", "power", "root"):
+            _, first, second = self.local[i]
+            _accumulate(adjoint, a, bar[0] * first, bar[1] * first + bar[0] * second * nodes[a][1])
+        elif operation in ("Min", "Max"):
+            _accumulate(adjoint, self.local[i], bar[0], bar[1])
+        elif operation == "atan2":
+            y, x, r2, r2_rate = self.local[i]
+            for target, part in ((a[0], x), (a[1], tuple(-c for c in y))):
+                share = part[0] / r2
+                rate = part[1] / r2 - share * r2_rate / r2
+                _accumulate(adjoint, target, bar[0] * share, bar[0] * rate + bar[1] * share)
+
+
+def _accumulate(
+    adjoint: dict[int, tuple[Decimal, Decimal]], target: int, value: Decimal, rate: Decimal
+) -> None:
+    before = adjoint.get(target)
+    adjoint[target] = (value, rate) if before is None else (before[0] + value, before[1] + rate)
+
+
+def values(expressions: Iterable[sp.Expr], point: Mapping[sp.Symbol, Number]) -> list[Number]:
+    """Values of expressions at one point, in the working precision of mpmath."""
+    outputs = [sp.sympify(e) for e in expressions]
+    held = set().union(*(e.free_symbols for e in outputs))
+    symbols = sorted((s for s in held if s in point), key=attrgetter("name"))
+    tape = Tape(outputs, symbols)
+    return tape.run([(mpf(point[s]), _ZERO, _ZERO) for s in symbols], order=0).values

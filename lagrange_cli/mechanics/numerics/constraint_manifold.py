@@ -1,0 +1,332 @@
+"""States on the manifold that closures leave, found by Newton's method.
+
+Residuals are evaluated in high precision, steps are least-squares solutions in
+doubles: the error shrinks quadratically at first and then by fifteen digits a
+step, so that few steps reach any precision, and equations that depend on each
+other need no special case (Deuflhard, Newton Methods for Nonlinear Problems,
+2004, section 4.4).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import mpmath
+import numpy as np
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.mechanics.numerics.autodiff import Run, Series, Tape
+from lagrange_cli.mechanics.numerics.autodiff_float import DoubleTape
+from lagrange_cli.mechanics.numerics.gauss_newton import TRUSTED, LeastSquares, Row, smallest
+from lagrange_cli.mechanics.numerics.sampling import double
+
+__all__ = ["Manifold"]
+
+_ZERO = mpf(0)
+#: Steps that may wander, and the least progress of those after them: where a gradient
+#: vanishes on the manifold a step halves the distance only.
+_PATIENCE, _PROGRESS = 25, 0.75
+_STEPS = 80
+#: A step small enough to arrive with, in that case.
+_SLOW = mpf(10) ** -12
+
+#: Above this number of equations a point is approached in doubles, until steps are so small;
+#: after some steps they are to be smaller than the first.
+_LARGE, _NEAR, _WANDER = 64, 1e-7, 10
+
+#: Largest relative violation of an equation that a step may leave (it may depend on others).
+_TOLERANCE = mpf(10) ** -9
+
+#: A step that leads nowhere.
+_FAR = mpf(10) ** 30
+
+#: A gradient below this part of another has vanished.
+_FLAT = mpf(10) ** -8
+
+Point = Mapping[sp.Symbol, mpf]
+
+
+class Manifold:
+    """States q, v, a that satisfy equations φ(q, t) = 0 and ψ(q, v, t) = 0.
+
+    Parameters
+    ----------
+    positions
+        Both sides of each φ over q, t and parameters.
+    velocities
+        Each ψ over q, v, t and parameters.
+    t, q, v, parameters
+        Symbols of time, coordinates, velocities and parameters.
+    scale
+        Size of the motion of each coordinate: steps are smallest in these units.
+    """
+
+    def __init__(
+        self,
+        positions: Sequence[tuple[sp.Expr, sp.Expr]],
+        velocities: Sequence[sp.Expr],
+        t: sp.Symbol,
+        q: Sequence[sp.Symbol],
+        v: Sequence[sp.Symbol],
+        parameters: Sequence[sp.Symbol],
+        scale: Mapping[sp.Symbol, mpf],
+    ) -> None:
+        self.q, self.v, self._others = list(q), list(v), [t, *parameters]
+        self.scale = [scale[s] for s in q]
+        self._symbols = [*self.q, *self._others]
+        self._sides, self._rates = list(positions), list(velocities)
+        self.all = [*range(len(positions))]
+
+    # Tapes, each made when it is needed.
+
+    @cached_property
+    def _positions(self) -> Tape:
+        return Tape([left - right for left, right in self._sides], self._symbols)
+
+    @cached_property
+    def _in_doubles(self) -> DoubleTape:
+        return DoubleTape(self._positions, len(self.q))
+
+    @cached_property
+    def _terms(self) -> tuple[Tape, list[int]]:
+        """The terms of both sides of each φ, and how many there are."""
+        terms = [[*sp.Add.make_args(a), *sp.Add.make_args(b)] for a, b in self._sides]
+        return Tape([e for x in terms for e in x], self._symbols), [len(x) for x in terms]
+
+    @cached_property
+    def _velocities(self) -> Tape:
+        return Tape(self._rates, [*self.q, *self.v, *self._others])
+
+    # Positions.
+
+    def placed(
+        self, point: Point, rows: Sequence[int] | None = None
+    ) -> dict[sp.Symbol, mpf] | None:
+        """The point moved on to the manifold of some φ (all by default); None where Newton fails.
+
+        Equations beyond those that determine the others need to hold to 1e-9 only.
+        """
+        chosen = self.all if rows is None else list(rows)
+        if not chosen:
+            return dict(point)
+        try:
+            moved = self._reached(point, chosen)
+        except (ArithmeticError, np.linalg.LinAlgError):
+            return None
+        return moved if moved and self._holds(point, moved, chosen) else None
+
+    def within(self, point: Point, gaps: int, inset: mpf = _ZERO) -> dict[sp.Symbol, mpf] | None:
+        """The point moved so that every φ is zero, and the last ``gaps`` of them not negative.
+
+        Newton's method with those of the gaps that are violated at each step; None where it
+        ends elsewhere. ``inset``: how far inside of a gap it goes, in units of the coordinates.
+        """
+        moved, first = dict(point), len(self.all) - gaps
+        lengths = list[mpf]()
+        try:
+            for _ in range(_STEPS if self.q else 0):
+                run = self._at(moved)
+                gradients = [_partials(run, k, 0, len(self.q)) for k in self.all]
+                levels = [
+                    x if k < first else min(x - inset * self._reach(gradients[k]), _ZERO)
+                    for k, x in enumerate(run.values)
+                ]
+                rows = [k for k in self.all if k < first or levels[k]]
+                system = LeastSquares([gradients[k] for k in rows], self.scale)
+                lengths.append(self._move(moved, system, levels, rows))
+                stays = len(lengths) > _WANDER and lengths[-1] > lengths[-_WANDER] / 2
+                if lengths[-1] > _FAR:
+                    return None
+                if lengths[-1] <= _smallest() or stays:
+                    break
+            return moved if self._allows(moved, first) else None
+        except (ArithmeticError, np.linalg.LinAlgError):
+            return None
+
+    def _reach(self, row: Row) -> mpf:
+        """What φ changes by along the way of every coordinate."""
+        return sum((abs(x) * self.scale[j] for j, x in row.items()), _ZERO)
+
+    def _allows(self, point: Point, first: int) -> bool:
+        """Whether equations hold, and from the ``first`` on inequalities."""
+        levels = self._at(point).values
+        return all(
+            miss <= _TOLERANCE or (k >= first and levels[k] > 0)
+            for k, miss in enumerate(self.violations(point))
+        )
+
+    def _reached(self, point: Point, rows: Sequence[int]) -> dict[sp.Symbol, mpf] | None:
+        """Where Newton's method comes to rest."""
+        if len(rows) <= _LARGE:
+            return self._newton(point, rows)
+        try:
+            near = self._approached(point, rows)
+        except ArithmeticError:
+            return self._newton(point, rows)  # what is beyond the range of doubles
+        return None if near is None else self._refined(*near, rows)
+
+    def _newton(self, point: Point, rows: Sequence[int]) -> dict[sp.Symbol, mpf] | None:
+        """Newton's method with gradients of every point on the way."""
+        moved, before = dict(point), mpf("inf")
+        for count in range(_STEPS):
+            run = self._at(moved)
+            values, gradients = run.values, [_partials(run, k, 0, len(self.q)) for k in rows]
+            length = self._move(moved, LeastSquares(gradients, self.scale), values, rows)
+            # What approaches so slowly has no gradient where it arrives; more digits tell no more.
+            if length <= _smallest() or (count >= _PATIENCE and length <= _SLOW):
+                return moved
+            if count >= _PATIENCE and length > _PROGRESS * before:
+                return None
+            before = length
+        return None
+
+    def _approached(
+        self, point: Point, rows: Sequence[int]
+    ) -> tuple[dict[sp.Symbol, mpf], LeastSquares] | None:
+        """A point as near as doubles get, with the equations linear there; None if none is near.
+
+        Raises
+        ------
+        ArithmeticError
+            Doubles do not reach so far.
+        """
+        others = [double(point[s]) for s in self._others]
+        start = np.array([double(point[s]) for s in self.q])
+        units = np.array([double(x) for x in self.scale])
+        change, sizes = np.zeros(len(self.q)), [math.inf]
+        for count in range(_PATIENCE):
+            values, gradients = self._in_doubles.run([*(start - change).tolist(), *others])
+            system = LeastSquares(gradients[rows], self.scale)
+            if sizes[-1] <= _NEAR:
+                moves = zip(self.q, change.tolist(), strict=True)
+                return {**point, **{s: point[s] - mpf(x) for s, x in moves}}, system
+            step = system.in_doubles(values[rows])
+            change += units * step
+            sizes.append(float(np.abs(step).max(initial=0.0)))
+            if count >= _WANDER and sizes[-1] > sizes[1] / 2:
+                break
+        return None
+
+    def _refined(
+        self, moved: dict[sp.Symbol, mpf], system: LeastSquares, rows: Sequence[int]
+    ) -> dict[sp.Symbol, mpf] | None:
+        """Add digits to a point, with gradients that are right to those of doubles."""
+        before = mpf("inf")
+        for _ in range(_STEPS):
+            length = self._move(moved, system, self._at(moved).values, rows)
+            if length <= _smallest():
+                return moved
+            if length > _PROGRESS * before:
+                return None
+            before = length
+        return None
+
+    def _move(
+        self,
+        point: dict[sp.Symbol, mpf],
+        system: LeastSquares,
+        values: Sequence[mpf],
+        rows: Sequence[int],
+    ) -> mpf:
+        """Take one step in place; its length."""
+        step = system.step([values[k] for k in rows])
+        for s, unit, x in zip(self.q, self.scale, step, strict=True):
+            if x:
+                point[s] -= unit * x
+        return max(map(abs, step), default=_ZERO)
+
+    def _holds(self, start: Point, point: Point, rows: Sequence[int]) -> bool:
+        """Whether equations are satisfied, or have lost their gradient since the start."""
+        if len(rows) > _LARGE and self._clearly_holds(point, rows):
+            return True
+        wrong = [k for k, x in enumerate(self.violations(point)) if x > _TOLERANCE and k in rows]
+        if not wrong:
+            return True
+        before, after = self.slopes(start), self.slopes(point)
+        return all(_steepest(after[k]) <= _FLAT * _steepest(before[k]) for k in wrong)
+
+    def _at(self, point: Point) -> Run:
+        return self._positions.run(self._still(point), 0)
+
+    def _still(self, point: Point) -> list[Series]:
+        return [(point[s], _ZERO, _ZERO) for s in self._symbols]
+
+    def violations(self, point: Point) -> list[mpf]:
+        """|φ| beside the size of its terms, or of Σ |∂φ/∂q| where that is more.
+
+        The terms of log(x² + z²) = 0 are zero where it holds.
+        """
+        run, found = self._at(point), []
+        tape, lengths = self._terms
+        pending = iter(tape.run(self._still(point), 0).values)
+        for k, (value, count) in enumerate(zip(run.values, lengths, strict=True)):
+            terms = sum((abs(next(pending)) for _ in range(count)), _ZERO)
+            change = self._reach(_partials(run, k, 0, len(self.q)))
+            found.append(abs(value) / (max(terms, change) or mpf(1)))
+        return found
+
+    def _clearly_holds(self, point: Point, rows: Sequence[int]) -> bool:
+        """Whether doubles tell that |φ| is small beside Σ |∂φ/∂q|."""
+        try:
+            values, slopes = self._in_doubles.run([double(point[s]) for s in self._symbols])
+        except ArithmeticError:
+            return False
+        changes = abs(slopes[rows]) @ np.array([double(x) for x in self.scale])
+        sizes = np.abs(values[rows])
+        return bool((sizes <= float(_TOLERANCE) * changes).all() and (changes > TRUSTED).all())
+
+    def slopes(self, point: Point) -> list[Row]:
+        """∂φ/∂q in the units of the coordinates."""
+        run = self._at(point)
+        rows = [_partials(run, k, 0, len(self.q)) for k in self.all]
+        return [{j: x * self.scale[j] for j, x in row.items()} for row in rows]
+
+    # Velocities and accelerations.
+
+    def motion(
+        self, point: Point, accelerations: Sequence[mpf]
+    ) -> tuple[list[mpf], list[mpf], list[Row]]:
+        """Residuals of velocity, of acceleration, and the gradient of every equation.
+
+        φ̇, φ̈ and ∂φ/∂q for the positional ones; ψ, ψ̇ and ∂ψ/∂v for the others.
+        """
+        t, *parameters = self._others
+        v = [point[w] for w in self.v]
+        q = [(point[s], x, a) for s, x, a in zip(self.q, v, accelerations, strict=True)]
+        moving = [(x, a, _ZERO) for x, a in zip(v, accelerations, strict=True)]
+        others = [(point[t], mpf(1), _ZERO), *((point[p], _ZERO, _ZERO) for p in parameters)]
+        run = self._positions.run([*q, *others], 2)
+        levels = [x[1] for x in run.outputs]
+        rates = [x[2] for x in run.outputs]
+        gradients = [_partials(run, k, 0, len(q)) for k in range(len(levels))]
+        run = self._velocities.run([*q, *moving, *others], 1)
+        levels += [x[0] for x in run.outputs]
+        rates += [x[1] for x in run.outputs]
+        count = len(self._velocities.outputs)
+        gradients += [_partials(run, k, len(q), 2 * len(q)) for k in range(count)]
+        return levels, rates, gradients
+
+    def tangent(self, point: Point) -> dict[sp.Symbol, mpf]:
+        """The point with its velocities changed least so that they satisfy every equation."""
+        levels, _, gradients = self.motion(point, [_ZERO] * len(self.q))
+        moved = dict(point)
+        for w, x in zip(self.v, smallest(gradients, levels, self.scale), strict=True):
+            moved[w] -= x
+        return moved
+
+
+def _smallest() -> mpf:
+    """Length of a step beyond which the digits carried tell no more."""
+    return mpf(10) ** (8 - mpmath.mp.dps)
+
+
+def _steepest(row: Row) -> mpf:
+    return max(map(abs, row.values()), default=_ZERO)
+
+
+def _partials(run: Run, output: int, start: int, stop: int) -> Row:
+    """Derivatives of an output by the inputs from ``start`` to ``stop`` that it holds."""
+    return {j - start: x for j, x in run.partials(output).items() if start <= j < stop and x}

@@ -1,0 +1,167 @@
+"""Least-squares steps in doubles towards the solution of equations in high precision.
+
+Of many equations, most hold few unknowns: beyond :data:`_LARGE` of them the
+step A⁺ r = Aᵀ (A Aᵀ)⁻¹ r is found by sparse elimination, with a trace of the
+unit matrix added so that equations that depend on others do no harm
+(Tikhonov's regularization; Björck, Numerical Methods for Least Squares
+Problems, 1996, sections 2.7 and 6.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import mpmath
+import numpy as np
+from mpmath import mpf
+from numpy.typing import NDArray
+
+from lagrange_cli.mechanics.numerics.elementary import DomainError
+from lagrange_cli.mechanics.numerics.sampling import double
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+__all__ = ["TRUSTED", "LeastSquares", "Row", "smallest"]
+
+Row: TypeAlias = Mapping[int, Any]
+"""The entries of a row that are not zero, by column."""
+
+_ZERO = mpf(0)
+
+#: Singular values below this part of the largest are left out of a step.
+_CUT = 1e-7
+
+#: Above this number of equations the step is found by sparse elimination.
+_LARGE = 64
+
+#: Largest entries of rows down to which doubles are trusted.
+TRUSTED = 1e-280
+
+_Matrix = NDArray[np.float64]
+
+
+class LeastSquares:
+    """Rows of a linear system, made ready for steps towards its solution.
+
+    Parameters
+    ----------
+    rows
+        Numbers of any kind, or a sparse matrix of doubles.
+    scale
+        Units of the unknowns: steps are smallest in them.
+    """
+
+    def __init__(self, rows: Sequence[Row] | csr_array, scale: Sequence[mpf]) -> None:
+        self._width = len(scale)
+        if isinstance(rows, Sequence):
+            numbers, columns, entries, self._largest = _equilibrated(rows, scale)
+        else:
+            numbers, columns, entries, self._largest = _of_matrix(rows, scale)
+        self._solve = None
+        if len(entries):
+            prepare = _dense if len(self._largest) <= _LARGE else _sparse
+            shape = len(self._largest), self._width
+            self._solve = prepare((numbers, columns), entries, shape)
+
+    def step(self, values: Sequence[mpf]) -> list[mpf]:
+        """The smallest step, in units of ``scale``, that removes the values to first order.
+
+        Raises
+        ------
+        ZeroDivisionError
+            There is none.
+        """
+        pairs = zip(values, self._largest, strict=True)
+        right = [x / d if d else _ZERO for x, d in pairs]
+        # Doubles reach down to 1e-308 only, while residuals shrink with the digits carried.
+        size = max((abs(x) for x in right), default=_ZERO)
+        if not size:
+            return [_ZERO] * self._width
+        step = self._solved(np.array([double(x / size) for x in right]))
+        return [size * mpf(x) for x in step.tolist()]
+
+    def in_doubles(self, values: _Matrix) -> _Matrix:
+        """The same where doubles are enough."""
+        largest = np.array([double(d) for d in self._largest])
+        return self._solved(values / np.where(largest, largest, np.inf))
+
+    def _solved(self, right: _Matrix) -> _Matrix:
+        step = np.zeros(self._width) if self._solve is None else self._solve(right)
+        if not np.isfinite(step).all():
+            raise ZeroDivisionError
+        return step
+
+
+def smallest(rows: Sequence[Row], target: Sequence[mpf], scale: Sequence[mpf]) -> list[mpf]:
+    """x with rows·x = target to all digits carried, the smallest in units of ``scale`` in doubles.
+
+    Raises
+    ------
+    ZeroDivisionError
+        There is none.
+    """
+    found, system = [_ZERO] * len(scale), LeastSquares(rows, scale)
+    missing, before = list(target), mpf("inf")
+    # Numbers of mpmath never underflow: a remainder can shrink without an end.
+    rounding = max(map(abs, target), default=_ZERO) * mpf(10) ** -mpmath.mp.dps
+    while (size := max(map(abs, missing), default=_ZERO)) > rounding and 2 * size < before:
+        step = system.step(missing)
+        found = [x + unit * y for x, unit, y in zip(found, scale, step, strict=True)]
+        before = size
+        missing = [
+            x - sum((entry * found[j] for j, entry in row.items()), _ZERO)
+            for x, row in zip(target, rows, strict=True)
+        ]
+    return found
+
+
+_Numbers: TypeAlias = NDArray[np.int64]
+_Places: TypeAlias = tuple[_Numbers, _Numbers]
+_Solve: TypeAlias = Callable[[_Matrix], _Matrix]
+
+
+#: Row, column and value of each entry, and the largest of each row that they are divided by.
+_Equilibrated: TypeAlias = tuple[_Numbers, _Numbers, _Matrix, list[mpf]]
+
+
+def _equilibrated(rows: Sequence[Row], scale: Sequence[mpf]) -> _Equilibrated:
+    """In units of ``scale``: what is beyond the range of doubles is brought into it."""
+    scaled = [{j: x * scale[j] for j, x in row.items() if x} for row in rows]
+    largest = [max(map(abs, row.values()), default=_ZERO) for row in scaled]
+    numbers = np.array([k for k, row in enumerate(scaled) for _ in row], np.int64)
+    columns = np.array([j for row in scaled for j in row], np.int64)
+    pairs = zip(scaled, largest, strict=True)
+    entries = np.array([double(x / d) for row, d in pairs for x in row.values()])
+    return numbers, columns, entries, largest
+
+
+def _of_matrix(matrix: csr_array, scale: Sequence[mpf]) -> _Equilibrated:
+    coordinates = matrix.tocoo()
+    numbers, columns = coordinates.row.astype(np.int64), coordinates.col.astype(np.int64)
+    entries = coordinates.data * np.array([double(s) for s in scale])[columns]
+    largest = np.zeros(matrix.shape[0])
+    np.maximum.at(largest, numbers, np.abs(entries))
+    if not (largest > TRUSTED).all() or not np.isfinite(largest).all():
+        raise DomainError  # beyond the range of doubles, or close to its end
+    return numbers, columns, entries / largest[numbers], [mpf(x) for x in largest.tolist()]
+
+
+def _dense(places: _Places, entries: _Matrix, shape: tuple[int, int]) -> _Solve:
+    matrix = np.zeros(shape)
+    matrix[places] = entries
+    return lambda target: np.asarray(np.linalg.lstsq(matrix, target, rcond=_CUT)[0])
+
+
+def _sparse(places: _Places, entries: _Matrix, shape: tuple[int, int]) -> _Solve:
+    from scipy.sparse import csc_array, eye_array
+    from scipy.sparse.linalg import splu
+
+    matrix = csc_array((entries, places), shape=shape)
+    normal = (matrix @ matrix.T + _CUT**2 * eye_array(shape[0])).tocsc()
+    try:
+        factors = splu(normal)
+    except RuntimeError as error:
+        raise ZeroDivisionError from error
+    return lambda target: np.asarray(matrix.T @ factors.solve(target))

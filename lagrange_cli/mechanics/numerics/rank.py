@@ -1,0 +1,220 @@
+"""Numerical ranks of Jacobians at feasible configurations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from operator import attrgetter
+from typing import TypeAlias
+
+import numpy as np
+import sympy as sp
+from mpmath import mpf
+from numpy.typing import NDArray
+
+from lagrange_cli.mechanics.numerics.autodiff import Tape, values
+from lagrange_cli.mechanics.numerics.sampling import double
+
+__all__ = [
+    "TOLERANCE",
+    "Doubles",
+    "Matrix",
+    "Point",
+    "alike",
+    "clearly_independent",
+    "dense",
+    "dependent_columns",
+    "dependent_gradients",
+    "dependent_rows",
+    "in_units",
+    "rank",
+    "scaled_doubles",
+]
+
+#: Relative tolerance of consistency and rank (so that √6/4 may be written in decimals).
+TOLERANCE = 1e-9
+
+#: Rows beyond this number are first looked at all at once.
+_LARGE = 64
+#: Square of the distance at which a row of length 1 is clear of the others.
+_DISTANT = 1e-10
+
+#: Rounds in which columns and rows are scaled, and what is rounding of the 30 digits of entries.
+_ROUNDS, _NOTHING = 3, 1e-25
+
+Point = Mapping[sp.Symbol, mpf]
+Matrix = NDArray[np.float64]
+Doubles: TypeAlias = Mapping[int, float]
+"""The entries of a row that are not zero, by column."""
+
+
+def _jacobian(
+    functions: Sequence[sp.Expr], variables: Sequence[sp.Symbol], point: Point
+) -> list[Doubles]:
+    """∂functions/∂variables at a point by rows; the largest entry of a row is 1."""
+    varied = set(variables)
+    inputs = [*variables, *(s for s in point if s not in varied)]
+    run = Tape(functions, inputs).run([(point[s], mpf(0), mpf(0)) for s in inputs], order=0)
+    return [run.slopes(k, len(variables)) for k in range(len(functions))]
+
+
+def scaled_doubles(row: Mapping[int, mpf]) -> Doubles:
+    """A row as doubles, divided by its largest entry."""
+    largest = max((abs(x) for x in row.values()), default=mpf(0))
+    return {j: double(x / largest) for j, x in row.items() if x}
+
+
+def dense(rows: Sequence[Doubles], width: int | None = None) -> Matrix:
+    """The rows with their zeros; as many columns as are held where no width is given."""
+    if width is None:
+        width = 1 + max((j for row in rows for j in row), default=-1)
+    matrix = np.zeros((len(rows), width))
+    for k, row in enumerate(rows):
+        matrix[k, list(row)] = list(row.values())
+    return matrix
+
+
+def rank(matrix: Matrix, tolerance: float) -> int:
+    """The singular values of a matrix above ``tolerance`` times the largest one.
+
+    NumPy's ``matrix_rank`` has this as its argument ``rtol`` from version 2.0 on alone.
+    """
+    if not matrix.size:
+        return 0
+    sizes = np.linalg.svd(matrix, compute_uv=False)
+    return int(np.count_nonzero(sizes > tolerance * sizes.max()))
+
+
+def alike(rows: Sequence[Doubles], width: int) -> list[float]:
+    """Factors of columns that make their largest entries alike, beside those of their rows.
+
+    A radius stands beside an angle where a wheel rolls: without them, rows of large wheels
+    differ by little more than rounding, and those of small ones hardly hold the angle.
+    """
+    factors = np.ones(width)
+    entries = np.abs(dense(rows, width))
+    for _ in range(_ROUNDS):
+        scaled = entries * factors
+        scaled /= np.maximum(scaled.max(axis=1, keepdims=True, initial=0.0), 1e-300)
+        largest = scaled.max(axis=0, initial=0.0)
+        factors /= np.where(largest > _NOTHING, largest, 1.0)
+    return [float(x) for x in factors]
+
+
+def in_units(rows: Sequence[Doubles], factors: Sequence[float]) -> list[Doubles]:
+    """Rows whose columns are multiplied by factors."""
+    return [{j: x * factors[j] for j, x in row.items()} for row in rows]
+
+
+def dependent_columns(
+    functions: Sequence[sp.Expr], variables: Sequence[sp.Symbol], points: Sequence[Point]
+) -> Matrix | None:
+    """Directions in which the variables move no function, at every point.
+
+    Returns
+    -------
+    Rows that span the null space of ∂functions/∂variables at the last point, or
+    None where the columns are independent at some point.
+    """
+    null: Matrix | None = None
+    for point in points:
+        matrix = dense(_jacobian(functions, variables, point), len(variables))
+        scaled = matrix / np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+        # Vectors cost far more than values, and are seldom needed.
+        sizes = np.linalg.svd(scaled, compute_uv=False)
+        held = int(np.sum(sizes > TOLERANCE * max(sizes[0], 1e-300)))
+        if held == len(variables):
+            return None
+        null = np.linalg.svd(scaled, full_matrices=True)[2][held:]
+    return null
+
+
+def dependent_gradients(
+    functions: Sequence[sp.Expr],
+    resolved: Mapping[sp.Symbol, sp.Expr],
+    coordinates: Sequence[sp.Symbol],
+    points: Sequence[Point],
+) -> dict[int, tuple[int, ...]]:
+    """Functions of position whose gradients depend on earlier ones' at every point.
+
+    Gradients are taken over raw symbols and coordinates, before anything is
+    eliminated, so that definitions play no part. Maps the number of a function
+    to those that imply it.
+    """
+    movable = {*resolved, *coordinates}
+    variables = list(
+        dict.fromkeys(
+            v
+            for phi in functions
+            for v in sorted(phi.free_symbols & movable, key=attrgetter("name"))
+        )
+    )
+    found: dict[int, tuple[int, ...]] | None = None
+    for point in points:
+        everywhere = dict(point)
+        symbols = [s for s in resolved if s not in everywhere]
+        positions = values([resolved[s] for s in symbols], point)
+        everywhere.update(zip(symbols, positions, strict=True))
+        rows = _jacobian(functions, variables, everywhere)
+        here = dependent_rows(in_units(rows, alike(rows, len(variables))))
+        found = here if found is None else {k: v for k, v in found.items() if k in here}
+    return found or {}
+
+
+def clearly_independent(rows: Sequence[Doubles]) -> bool:
+    """Whether the pivots of A Aᵀ tell, by sparse elimination, that the rows of A are independent.
+
+    A pivot is the square of a row's distance from what the rows before it span.
+    """
+    from scipy.sparse import csr_array
+    from scipy.sparse.linalg import splu
+
+    sizes = [math.hypot(*row.values()) for row in rows]
+    if not all(sizes):
+        return False
+    numbers = [k for k, row in enumerate(rows) for _ in row]
+    columns = [j for row in rows for j in row]
+    entries = [x / size for row, size in zip(rows, sizes, strict=True) for x in row.values()]
+    matrix = csr_array((entries, (numbers, columns)))
+    try:
+        factors = splu(
+            (matrix @ matrix.T).tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+    except RuntimeError:
+        return False  # singular
+    return bool((factors.U.diagonal() > _DISTANT).all())
+
+
+def dependent_rows(
+    rows: Sequence[Doubles], tolerance: float = TOLERANCE
+) -> dict[int, tuple[int, ...]]:
+    """Rows that are combinations of earlier independent rows, with the rows that take part.
+
+    Each row is freed of what the rows before it span, twice: what rounding leaves the
+    first time is gone then (Gram and Schmidt; Giraud, Langou and Rozložník, The loss of
+    orthogonality in the Gram–Schmidt orthogonalization process, 2005).
+    """
+    if len(rows) > _LARGE and clearly_independent(rows):
+        return {}
+    matrix = dense(rows)
+    directions = np.zeros((min(matrix.shape), matrix.shape[1]))
+    basis: list[int] = []
+    dependent: dict[int, tuple[int, ...]] = {}
+    for k, row in enumerate(matrix):
+        size = np.linalg.norm(row)
+        spanned = directions[: len(basis)]
+        rest = row - spanned.T @ (spanned @ row)
+        rest -= spanned.T @ (spanned @ rest)
+        if np.linalg.norm(rest) > tolerance * size:
+            directions[len(basis)] = rest / np.linalg.norm(rest)
+            basis.append(k)
+        elif size and basis:
+            shares, *_ = np.linalg.lstsq(matrix[basis].T, row, rcond=1e-12)
+            part = np.abs(shares) > 1e-7 * np.abs(shares).max()
+            dependent[k] = tuple(b for b, p in zip(basis, part, strict=True) if p)
+        else:
+            dependent[k] = ()
+    return dependent

@@ -1,0 +1,183 @@
+"""Random feasible configurations, the same ones in every run.
+
+Points are drawn around the initial configuration where the scene gives one,
+so that they lie in its component of configuration space, and moved closer to
+it while the scene's expressions are not real there.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Mapping, Sequence
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
+
+__all__ = ["Drawn", "Sampler", "double", "typical_length", "working_digits"]
+
+_ONE = mpf(1)
+
+Drawn = dict[sp.Symbol, mpf]
+"""A value for each symbol."""
+
+#: Draws before a scene is said to have no configuration.
+STARTS = 200
+#: The same where each is the start of a search for a point on closures.
+PLACED_STARTS = 48
+
+#: Above this number of coordinates points on closures are drawn close to the initial
+#: configuration: from far away, where no link has its length, Newton's method goes astray.
+_LARGE = 64
+
+
+def typical_length(lengths: Sequence[mpf]) -> mpf:
+    """Largest given magnitude, 1 where none is given: the scale on which points are drawn."""
+    largest = max((abs(x) for x in lengths), default=mpf(0))
+    return largest if largest > 0 else mpf(1)
+
+
+class Sampler:
+    """Draws values for t, q and parameters.
+
+    Parameters
+    ----------
+    t, coordinates
+        Symbols that are drawn.
+    values
+        Symbol → value of the parameters that have one.
+    free
+        Parameters without a value, and inputs: drawn from (1/2, 3/2).
+    center, spread
+        Value and half-width for each coordinate.
+    domain
+        Expressions that must be real and finite at a feasible point.
+    seed
+        Text that fixes the sequence.
+    place
+        Moves a point on to closures, or on to those of some numbers; its result is None
+        where it finds no way.
+
+    Attributes
+    ----------
+    t, coordinates
+        As given.
+    many
+        Whether there are closures of many coordinates.
+    """
+
+    def __init__(
+        self,
+        t: sp.Symbol,
+        coordinates: Sequence[sp.Symbol],
+        values: Mapping[sp.Symbol, mpf],
+        free: Sequence[sp.Symbol],
+        center: Mapping[sp.Symbol, mpf],
+        spread: Mapping[sp.Symbol, mpf],
+        domain: Sequence[sp.Expr],
+        seed: str,
+        place: Callable[[Drawn, Sequence[int] | None], Drawn | None] | None = None,
+    ) -> None:
+        self.t = t
+        self._place = place
+        self.many = place is not None and len(coordinates) > _LARGE
+        # Where no configuration is given, all coordinates are about 0, and no rod has its length.
+        self._placed = any(center[q] != 0 for q in coordinates)
+        self._starts = STARTS if place is None else PLACED_STARTS
+        self.coordinates = list(coordinates)
+        self._values = dict(values)
+        self._free = list(free)
+        self._center = center
+        self._spread = spread
+        self._random = random.Random(seed)
+        self._symbols = [t, *self.coordinates, *self._values, *self._free]
+        self._tape = Tape(domain, self._symbols)
+
+    def draw(
+        self,
+        *,
+        vary_parameters: bool = False,
+        width: mpf = _ONE,
+        closures: Sequence[int] | None = None,
+    ) -> Drawn | None:
+        """One feasible point, or None after :data:`STARTS` (:data:`PLACED_STARTS`) draws.
+
+        ``vary_parameters`` multiplies values of parameters by factors in (1/2, 3/2)
+        as long as that leaves the point feasible; ``width`` scales the spread; of the
+        closures the numbers of some may be given.
+        """
+        if self.many and self._placed:
+            width = width / (8 * len(self.coordinates))
+        for attempt in range(self._starts):
+            varied = vary_parameters and attempt < (1 if self.many else self._starts // 4)
+            point: Drawn | None = self.candidate(width, varied)
+            if point is not None and self._place is not None:
+                point = self._place(point, closures)
+            if point is not None and self._is_real(point):
+                return point
+            # Around a given configuration shrink towards it; else keep looking.
+            width = width * 3 / 4 if attempt % 4 == 3 and width > mpf(2) ** -20 else width
+        return None
+
+    def _is_real(self, point: Drawn) -> bool:
+        try:
+            self._tape.run([(point[s], mpf(0), mpf(0)) for s in self._symbols], order=0)
+        except (DomainError, ZeroDivisionError, OverflowError):
+            return False
+        return True
+
+    def near(self, point: Drawn, width: mpf) -> Drawn:
+        """The point with its coordinates moved at random by ``width`` times their spread."""
+        moved = dict(point)
+        for q in self.coordinates:
+            moved[q] += width * self._spread[q] * self._uniform(-1, 1)
+        return moved
+
+    def around(self, point: Drawn, width: mpf) -> tuple[Drawn, Drawn]:
+        """The point moved at random, and moved as far the other way.
+
+        A border through the point separates the two.
+        """
+        moved = self.near(point, width)
+        opposite = {q: 2 * point[q] - moved[q] for q in self.coordinates}
+        return moved, {**moved, **opposite}
+
+    def _uniform(self, low: float, high: float) -> mpf:
+        # 53 random bits and more, so that points are not special in any digit.
+        return low + (high - low) * mpf(self._random.getrandbits(120)) / mpf(2) ** 120
+
+    def candidate(self, width: mpf, varied: bool = False) -> Drawn:
+        """A random point that need not be feasible."""
+        point = {self.t: self._uniform(0, 1)}
+        for q in self.coordinates:
+            point[q] = self._center[q] + width * self._spread[q] * self._uniform(-1, 1)
+        for p, value in self._values.items():
+            point[p] = value * self._uniform(0.5, 1.5) if varied else value
+            if varied and value == 0:
+                point[p] = self._uniform(0.5, 1.5)
+        for p in self._free:
+            point[p] = self._uniform(0.5, 1.5)
+        return point
+
+    def spread(self, q: sp.Symbol) -> mpf:
+        """The half-width of a coordinate: the scale of its motion."""
+        return self._spread[q]
+
+    def noise(self, scale: mpf) -> mpf:
+        """A random number in ``(-scale, scale)``: velocities and accelerations."""
+        return scale * self._uniform(-1, 1)
+
+
+def working_digits(digits: int) -> int:
+    """Digits to calculate with so that ``digits`` remain after cancellation."""
+    return digits + 20
+
+
+def double(x: mpf) -> float:
+    """The nearest double, ±inf beyond range."""
+    try:
+        return float(x)
+    except OverflowError:
+        return float(mpmath.sign(x)) * float("inf")

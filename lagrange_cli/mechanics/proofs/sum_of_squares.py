@@ -1,0 +1,321 @@
+"""Proofs that equations have no common real solution.
+
+Multipliers cₖ for which Σ cₖ φₖ is a positive number plus a sum of squares show that the
+φₖ are not all zero anywhere (Parrilo, Semidefinite programming relaxations for semialgebraic
+problems, Math. Program. 96 (2003), section 4; for rods they are a stress that no lengths
+balance). They are sought numerically, by an interior-point method, over quadratic forms
+(:mod:`.quadratic_forms`), and what is found is checked in high precision.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import mpmath
+import numpy as np
+import sympy as sp
+from mpmath import mpf
+from numpy.typing import NDArray
+
+from lagrange_cli.mechanics.numerics.rank import TOLERANCE
+from lagrange_cli.mechanics.proofs.quadratic_forms import Form, Quadrics, TooLargeError
+
+__all__ = ["contradicting"]
+
+#: Forms, those of relations included; equations and symbols whose products are tried too.
+_FORM_BUDGET, _SMALL = 160, 5
+
+#: What is left of the digits carried where a difference is zero; of a multiplier that is.
+_ROUNDING, _NOTHING = mpf(10) ** -30, 1e-9
+#: Least eigenvalue that counts as positive, of forms with entries up to 1.
+_POSITIVE = 1e-8
+#: Newton steps for one weight of the barrier, growth of the weight, and how many there are.
+_NEWTON, _GROWTH, _WEIGHTS = 12, 8.0, 11
+#: A Newton decrement and a step length that are small enough to stop at.
+_SETTLED, _SHORTEST = 1e-6, 1e-12
+
+_Array = NDArray[np.float64]
+
+
+def contradicting(
+    equations: Sequence[sp.Expr],
+    constants: Mapping[sp.Symbol, mpf],
+    products: Sequence[bool] = (False, True),
+) -> list[int] | None:
+    """Numbers of expressions that are not all zero for any real symbols, if that is proven.
+
+    Parameters
+    ----------
+    constants
+        Values of the symbols that have one; others may have any.
+    products
+        Without, then with products of equations and symbols (of few of them).
+    """
+    for multiplied in products:
+        try:
+            combinations = _forms(equations, constants, multiplied)
+        except TooLargeError:
+            return None
+        owners = _number(combinations) or _squares(combinations)
+        if owners is not None:
+            return sorted(k for k in owners if k >= 0)
+    return None
+
+
+@dataclass(frozen=True)
+class _Combination:
+    """A form that vanishes, and the equations (−1: none) that it is made of.
+
+    ``size`` is the sum of what its constant was added up from.
+    """
+
+    form: Form
+    owners: frozenset[int]
+    size: mpf
+
+
+def _combination(form: Form, owner: int) -> _Combination:
+    return _Combination(form, frozenset([owner]), abs(form.get((0, 0), mpf(0))))
+
+
+def _forms(
+    equations: Sequence[sp.Expr], constants: Mapping[sp.Symbol, mpf], products: bool
+) -> list[_Combination]:
+    quadrics = Quadrics(constants)
+    forms, found = [], list[_Combination]()
+    for k, equation in enumerate(equations):
+        forms.append(quadrics.form(equation))
+        found += [_combination(f, k) for f in (forms[-1], *quadrics.domains)]
+        quadrics.domains.clear()
+    if products:
+        atoms = [i for i, m in enumerate(quadrics.monomials) if len(m) == 1]
+        if max(len(equations), len(atoms)) > _SMALL:
+            raise TooLargeError
+        quadrics.products_of_two()
+        generators = range(1, len(quadrics.monomials))
+        found += [
+            _combination(quadrics.multiply(f, g), k)
+            for k, f in enumerate(forms)
+            for g in generators
+        ]
+        quadrics.relations += quadrics.coincidences()
+    found += [_combination(f, -1) for f in quadrics.relations]
+    if len(found) > _FORM_BUDGET:
+        raise TooLargeError
+    return found
+
+
+def _number(combinations: Sequence[_Combination]) -> frozenset[int] | None:
+    """Equations with a combination that is a number other than zero."""
+    left = [c for c in combinations if c.form]
+    while lone := {p for c in left for p in c.form} - {(0, 0)}:
+        left = _without(left, min(lone))
+    for c in left:
+        if abs(c.form[0, 0]) > TOLERANCE * c.size:
+            return c.owners
+    return None
+
+
+def _squares(combinations: Sequence[_Combination]) -> frozenset[int] | None:
+    """Equations with a combination that is a sum of squares and a positive number."""
+    combinations = _faced(combinations)
+    kept = _pivots([c.form for c in combinations])
+    if 0 not in kept:
+        return None
+    forms = [_restricted(c.form, kept) for c in combinations]
+    scaled, weights = _equilibrated(forms, len(kept))
+    found = _interior(scaled)
+    if found is None:
+        return None
+    found[np.abs(found) < _NOTHING * np.abs(found).max()] = 0.0
+    shares = [mpf(x) * w for x, w in zip(found.tolist(), weights, strict=True)]
+    size = sum((abs(x) * c.size for c, x in zip(combinations, shares, strict=True)), mpf(0))
+    if not _is_proof(forms, shares, len(kept), TOLERANCE * size):
+        return None
+    return frozenset().union(*(c.owners for c, x in zip(combinations, shares, strict=True) if x))
+
+
+def _faced(combinations: Sequence[_Combination]) -> list[_Combination]:
+    """Combinations without generators whose square no form holds: those cannot be made good."""
+    left = [c for c in combinations if c.form]
+    while True:
+        squared = {i for c in left for i, j in c.form if i == j}
+        lone = [p for c in left for p in c.form if not set(p) <= squared | {0}]
+        if not lone:
+            return left
+        left = _without(left, min(lone))
+
+
+def _without(combinations: Sequence[_Combination], pair: tuple[int, int]) -> list[_Combination]:
+    """Combinations in which a product of generators cancels."""
+    holding = [c for c in combinations if pair in c.form]
+    pivot = max(holding, key=lambda c: abs(c.form[pair]) / max(map(abs, c.form.values())))
+    found = []
+    for c in combinations:
+        if pair not in c.form:
+            found.append(c)
+        elif c is not pivot:
+            ratio = c.form[pair] / pivot.form[pair]
+            form = _difference(c.form, ratio, pivot.form, pair)
+            size = c.size + abs(ratio) * pivot.size
+            if form is not None:
+                found.append(_Combination(form, c.owners | pivot.owners, size))
+    return found
+
+
+def _difference(form: Form, ratio: mpf, other: Form, gone: tuple[int, int]) -> Form | None:
+    """form − ratio·other; None where it is nothing, or cancels to within the tolerance."""
+    found = dict(form)
+    for p, x in other.items():
+        left = found.pop(p, mpf(0)) - ratio * x
+        if p == gone or abs(left) <= _ROUNDING * abs(ratio * x):
+            continue
+        if abs(left) <= TOLERANCE * abs(ratio * x):
+            return None
+        found[p] = left
+    return found or None
+
+
+def _pivots(forms: Sequence[Form]) -> list[int]:
+    """Generators that the others do not move with: along the rest no form changes.
+
+    Sparse elimination on the rows of all forms. The form that is left when the others are
+    set to zero says as much as the whole.
+    """
+    rows: dict[int, dict[int, mpf]] = {}
+    for form in forms:
+        for i in sorted({k for pair in form for k in pair}):
+            row = {}
+            for (a, b), x in form.items():
+                if i in (a, b):
+                    row[b if a == i else a] = x * (2 if a == b else 1)
+            _reduce(rows, row)
+    return sorted(rows)
+
+
+def _reduce(rows: dict[int, dict[int, mpf]], row: dict[int, mpf]) -> None:
+    """Add a row to an echelon form, kept by the column that it begins with."""
+    size = max(abs(x) for x in row.values())
+    while row:
+        column = min(row)
+        if abs(row[column]) <= _ROUNDING * size:
+            del row[column]
+        elif column in rows:
+            pivot = rows[column]
+            ratio = row.pop(column) / pivot[column]
+            for j, x in pivot.items():
+                if j != column:
+                    row[j] = row.get(j, mpf(0)) - ratio * x
+        else:
+            rows[column] = row
+            return
+
+
+def _restricted(form: Form, kept: Sequence[int]) -> Form:
+    places = {k: n for n, k in enumerate(kept)}
+    return {(places[i], places[j]): x for (i, j), x in form.items() if i in places and j in places}
+
+
+def _equilibrated(forms: Sequence[Form], size: int) -> tuple[_Array, list[mpf]]:
+    """Matrices of the forms in units in which entries are near 1, and a factor for each.
+
+    Logarithms of units and factors by least squares (Curtis and Reid, On the automatic scaling
+    of matrices for Gaussian elimination, IMA J. Appl. Math. 10 (1972)).
+    """
+    entries = [(k, i, j, x) for k, f in enumerate(forms) for (i, j), x in f.items()]
+    system = np.zeros((len(entries), len(forms) + size))
+    for row, (k, i, j, _) in enumerate(entries):
+        for column in (k, len(forms) + i, len(forms) + j):
+            system[row, column] += 1.0
+    logarithms = [-float(mpmath.log(abs(x))) for *_, x in entries]
+    found, *_ = np.linalg.lstsq(system, np.array(logarithms), rcond=1e-10)
+    scales = [mpmath.exp(x) for x in found.tolist()]
+    weights, units = scales[: len(forms)], scales[len(forms) :]
+    matrices = np.zeros((len(forms), size, size))
+    for k, i, j, x in entries:
+        entry = float(x * weights[k] * units[i] * units[j]) / (1 if i == j else 2)
+        matrices[k, i, j] = matrices[k, j, i] = entry
+    return matrices, weights
+
+
+def _interior(matrices: _Array) -> _Array | None:
+    """c in [−1, 1] with Σ c·matrix positive definite.
+
+    The largest least eigenvalue τ by Newton's method on a logarithmic barrier (Boyd and
+    Vandenberghe, Convex Optimization, 2004, section 11.3); it stops where τ is positive, or
+    where the gap of the barrier shows that it is not.
+    """
+    count, size, _ = matrices.shape
+    c, tau, weight = np.zeros(count), -1.0, 1.0
+    for _ in range(_WEIGHTS):
+        for _ in range(_NEWTON):
+            try:
+                c, tau, decrement = _newton(matrices, c, tau, weight)
+            except np.linalg.LinAlgError:
+                return None  # doubles tell no more
+            if decrement < _SETTLED:
+                break
+        gap = (size + 2 * count) / weight
+        if tau > max(_POSITIVE, gap):
+            return c
+        if tau + gap < _POSITIVE:
+            return None
+        weight *= _GROWTH
+    return c if tau > _POSITIVE else None
+
+
+def _least(matrices: _Array, c: _Array) -> float:
+    return float(np.linalg.eigvalsh(np.tensordot(c, matrices, 1))[0])
+
+
+def _newton(matrices: _Array, c: _Array, tau: float, weight: float) -> tuple[_Array, float, float]:
+    """A damped step for weight·τ + log det(Σ c·matrix − τ) + Σ log(1 − c²), and its decrement."""
+    count, size, _ = matrices.shape
+    inverse = np.linalg.inv(np.tensordot(c, matrices, 1) - tau * np.eye(size))
+    # Direction by direction: the forms, then −1 for τ.
+    moved = np.concatenate([inverse @ matrices, -inverse[None]])
+    gradient = np.trace(moved, axis1=1, axis2=2)
+    flat = moved.reshape(count + 1, -1)
+    hessian = flat @ moved.transpose(0, 2, 1).reshape(count + 1, -1).T
+    above, below = 1 / (1 - c), 1 / (1 + c)
+    gradient[:count] += below - above
+    gradient[count] += weight
+    hessian[np.arange(count), np.arange(count)] += above**2 + below**2
+    step = np.linalg.solve(hessian, gradient)
+    decrement = float(gradient @ step)
+    if not decrement >= 0:
+        raise np.linalg.LinAlgError
+    length = 1.0 if decrement < 0.25 else 1 / (1 + np.sqrt(decrement))
+    while not _inside(matrices, c + length * step[:-1], tau + length * step[-1]):
+        length /= 2
+        if length < _SHORTEST:
+            return c, tau, 0.0
+    return c + length * step[:-1], float(tau + length * step[-1]), decrement
+
+
+def _inside(matrices: _Array, c: _Array, tau: float) -> bool:
+    return bool((np.abs(c) < 1).all() and _least(matrices, c) > tau)
+
+
+def _is_proof(forms: Sequence[Form], c: Sequence[mpf], size: int, least: mpf) -> bool:
+    """Whether Σ c·form is a sum of squares plus a number greater than ``least``.
+
+    Elimination in the digits carried; the constant comes last.
+    """
+    matrix = [[mpf(0)] * size for _ in range(size)]
+    sizes = [mpf(0)] * size
+    for form, x in zip(forms, c, strict=True):
+        for (i, j), entry in form.items():
+            for a, b in {(i, j), (j, i)}:
+                matrix[a][b] += x * entry / (1 if i == j else 2)
+            if i == j:
+                sizes[i] += abs(x * entry)
+    for k in range(size - 1, 0, -1):
+        if matrix[k][k] <= _ROUNDING * sizes[k]:
+            return False
+        for i in range(k):
+            ratio = matrix[i][k] / matrix[k][k]
+            for j in range(k):
+                matrix[i][j] -= ratio * matrix[k][j]
+    return bool(matrix[0][0] > least)

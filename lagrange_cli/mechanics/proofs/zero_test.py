@@ -1,0 +1,348 @@
+"""Zero tests that prove: expressions evaluated at random points of finite fields.
+
+Facts about motions ("L does not depend on x") are statements about every state, and values at
+states near the start do not show them: a stop, max(0, x − 3), rests there, and a narrow well
+is nothing a little away from it. In a finite field (:mod:`.field_program` says what functions
+are there) there is no near and far, no small and large, and each side of every switching
+function is looked at. An expression that is not identically zero passes with a probability of
+its degree over 1e36, at each of two points. What is not proven is said to be so; it may hold.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator, Sequence
+from itertools import count
+
+import sympy as sp
+
+from lagrange_cli.mechanics.proofs.field_program import Atom, FieldProgram, UndecidableError
+from lagrange_cli.mechanics.proofs.finite_field import (
+    PRIMES,
+    Circle,
+    NoValueError,
+    circle_point,
+    inverse,
+    power,
+    product,
+    radical,
+    sign_of_number,
+    turned,
+)
+
+__all__ = ["UndecidableError", "does_not_depend", "holds", "same", "sides", "vanish"]
+
+Relation = Callable[[Sequence[int], int], bool]
+"""What values of expressions, modulo a prime, must satisfy."""
+
+#: Operations in the field that one question may take.
+_BUDGET = 400_000
+
+#: Points, each of another field, at which each combination of sides is looked at.
+_POINTS = 2
+
+#: The same where a root may be √(u²): at each point it is u or −u by chance.
+_MORE_POINTS = 24
+
+#: Arrivals at a root whose radicand was a square each time, after which it counts as one.
+_ARRIVALS = 48
+
+
+class _Point:
+    """A random point of a field: a value for each symbol, angle, exponent and function.
+
+    Parameters
+    ----------
+    signs
+        Sides of switching functions and signs of roots as they are met; + after the last.
+    formal
+        Give each switching function a random value in place of ±1: what then vanishes does
+        so on all sides.
+    free
+        Roots whose sign is indifferent, since it is that of a conjugate.
+    """
+
+    def __init__(
+        self, p: int, seed: str, signs: Sequence[int], formal: bool, free: set[Atom]
+    ) -> None:
+        self.p = p
+        self.random = random.Random(seed)
+        self.given = signs
+        self.signs: list[int] = []
+        self.formal = formal
+        self.free = free
+        self.table: dict[object, int] = {}
+        self.circles: dict[Atom, Circle] = {}
+        self.sides: dict[int, int] = {}
+        self.roots: dict[tuple[int, int], int] = {}
+        #: The root that has no value here, those that have, and those that were had before.
+        self.failed: Atom | None = None
+        self.passed: list[Atom] = []
+        self.known: list[Atom] = []
+        self.work = 0
+
+    def _sign(self) -> int:
+        place = len(self.signs)
+        self.signs.append(self.given[place] if place < len(self.given) else 1)
+        return self.signs[-1]
+
+    def _value(self, key: object) -> int:
+        if key not in self.table:
+            self.table[key] = self.random.randrange(2, self.p)
+        return self.table[key]
+
+    def run(self, program: FieldProgram) -> list[int]:
+        """Values of the outputs.
+
+        Raises
+        ------
+        NoValueError
+            Something has no value at this point.
+        """
+        values: list[int] = []
+        for name, operands in program.operations:
+            self.work += 1
+            values.append(getattr(self, f"_{name}")(operands, values))
+        return [values[k] for k in program.outputs]
+
+    def _number(self, fraction: tuple[int, int], values: list[int]) -> int:
+        return fraction[0] * inverse(fraction[1], self.p) % self.p
+
+    def _symbol(self, symbol: sp.Symbol, values: list[int]) -> int:
+        return self._value(symbol)
+
+    def _sum(self, operands: list[int], values: list[int]) -> int:
+        return sum(values[k] for k in operands) % self.p
+
+    def _product(self, operands: list[int], values: list[int]) -> int:
+        result = 1
+        for k in operands:
+            result = result * values[k] % self.p
+        return result
+
+    def _power(self, operands: tuple[int, int], values: list[int]) -> int:
+        return power(values[operands[0]], operands[1], self.p)
+
+    def _circle(
+        self,
+        operands: tuple[list[tuple[Atom, sp.Rational]], tuple[int, ...]],
+        values: list[int],
+    ) -> Circle:
+        parts, exact = operands
+        total: Circle = (values[exact[0]], values[exact[1]]) if exact else (1, 0)
+        for atom, c in parts:
+            if atom not in self.circles:
+                self.circles[atom] = circle_point(self._value(atom), self.p)
+            n = int(c.p) * (atom.parts // int(c.q))
+            total = product(total, turned(self.circles[atom], n, self.p), self.p)
+        return total
+
+    def _coordinate(self, operands: tuple[int, bool], values: list[Circle]) -> int:
+        return values[operands[0]][operands[1]]
+
+    def _growth(self, parts: list[tuple[Atom, sp.Rational]], values: list[int]) -> int:
+        total = 1
+        for atom, c in parts:
+            n = int(c.p) * (atom.parts // int(c.q))
+            total = total * power(self._value(atom), n, self.p) % self.p
+        return total
+
+    def _radical(self, operands: tuple[int, Atom], values: list[int]) -> int:
+        x, atom = values[operands[0]], operands[1]
+        key = x, atom.parts
+        if key in self.roots:
+            self.known.append(atom)
+            return self.roots[key]
+        self.roots[key] = self._new_root(x, atom)
+        return self.roots[key]
+
+    def _new_root(self, x: int, atom: Atom) -> int:
+        try:
+            root = radical(x, atom.parts, self.p)
+        except NoValueError:
+            self.failed = atom
+            raise
+        self.passed.append(atom)
+        if atom.constant or atom in self.free or atom.parts % 2:
+            return root
+        return self._sign() * root
+
+    def _part(self, operands: tuple[int, Atom, sp.Rational], values: list[int]) -> int:
+        root, atom, exponent = operands
+        return power(values[root], int(exponent.p) * (atom.parts // int(exponent.q)), self.p)
+
+    def _side(self, operand: int, values: list[int]) -> int:
+        x = values[operand]
+        if x == 0:
+            return 0
+        if x not in self.sides:
+            side = sign_of_number(x, self.p) or self._open_side()
+            self.sides[x], self.sides[self.p - x] = side, -side
+        return self.sides[x]
+
+    def _open_side(self) -> int:
+        return self.random.randrange(2, self.p) if self.formal else self._sign()
+
+    def _select(self, operands: tuple[int, int, int, int], values: list[int]) -> int:
+        side, first, rest, larger = operands
+        a, b, s = values[first], values[rest], larger * values[side]
+        return (a + b + s * (a - b)) * inverse(2, self.p) % self.p
+
+    def _function(self, operands: tuple[str, list[int]], values: list[int]) -> int:
+        name, arguments = operands
+        return self._value((name, *(values[k] for k in arguments)))
+
+
+class _Survey:
+    """Looks at a program at points of several fields, within a budget."""
+
+    def __init__(self, program: FieldProgram) -> None:
+        self.program = program
+        self.work = 0
+        self.even = {a for a in program.roots.values() if a.parts % 2 == 0 and not a.constant}
+        self.free: set[Atom] = set()
+        self.primes = [p for p in PRIMES if self._has_constants(p)]
+        if not self.primes:
+            raise UndecidableError
+
+    def points(self) -> Iterator[tuple[int, str]]:
+        """A prime and a seed for each point that is to be looked at."""
+        for k in range(_MORE_POINTS if self.even - self.free else _POINTS):
+            yield self.primes[k % len(self.primes)], str(k)
+
+    def _has_constants(self, p: int) -> bool:
+        """Whether the roots of numbers are in the field."""
+        fixed = {b: a for b, a in self.program.roots.items() if a.fixed}
+        roots = FieldProgram.of(sp.Pow(b, sp.Rational(1, a.parts)) for b, a in fixed.items())
+        try:
+            _Point(p, "", (), True, set()).run(roots)
+        except NoValueError:
+            return False
+        return True
+
+    def at(
+        self, p: int, seed: str, signs: Sequence[int], formal: bool
+    ) -> tuple[list[int], list[int]]:
+        """Values at a point where there are some, with the signs that were taken.
+
+        The points tried are the same for all signs, so that both signs of a root are looked
+        at in one.
+        """
+        for attempt in range(_BUDGET):
+            point = _Point(p, f"{p} {seed} {attempt}", signs, formal, self.free)
+            values = self.run(point)
+            if values is not None:
+                return values, point.signs
+        raise UndecidableError
+
+    def run(self, point: _Point) -> list[int] | None:
+        """Values at a point; None where a root has none there."""
+        try:
+            return point.run(self.program)
+        except NoValueError:
+            if point.failed is None:
+                raise UndecidableError from None  # a denominator that is zero throughout
+            return None
+        finally:
+            self._count(point.work)
+
+    def _count(self, work: int) -> None:
+        self.work += work
+        if self.work > _BUDGET:
+            raise UndecidableError
+
+    def settle_roots(self) -> None:
+        """Find roots whose sign is indifferent: of what is not a square, beside earlier roots.
+
+        The sign of √e is that of a conjugate unless e is a square of something in the
+        expressions, as where it hides |u| = √(u²).
+        """
+        even = {a for a in self.even if not (a.rough or a.fixed)}
+        p = self.primes[0]
+        arrivals = dict.fromkeys(even, 0)
+        attempts = count()
+        while any(arrivals[a] < _ARRIVALS for a in even - self.free):
+            seed = f"{p} settle {next(attempts)}"
+            point = _Point(p, seed, (), self.program.switches, set())
+            self.run(point)
+            if point.failed in even:
+                self.free.add(point.failed)
+            self.free.update(even.intersection(point.known))
+            for atom in even.intersection(point.passed):
+                arrivals[atom] += 1
+
+
+def sides(expressions: Sequence[sp.Expr]) -> Iterator[tuple[list[int], int]]:
+    """Values, modulo the prime that stands with them, on every combination of sides.
+
+    Raises
+    ------
+    UndecidableError
+        Something has no meaning in the field, or there are too many combinations.
+    """
+    return _sides(FieldProgram.of(expressions), formal=False)
+
+
+def _sides(program: FieldProgram, formal: bool) -> Iterator[tuple[list[int], int]]:
+    survey = _Survey(program)
+    survey.settle_roots()
+    for p, seed in survey.points():
+        signs: list[int] | None = []
+        while signs is not None:
+            values, taken = survey.at(p, seed, signs, formal)
+            yield values, p
+            signs = _next(taken)
+
+
+def _next(signs: Sequence[int]) -> list[int] | None:
+    """The next of all sequences of signs after one, + before −."""
+    last = max((k for k, s in enumerate(signs) if s == 1), default=None)
+    return None if last is None else [*signs[:last], -1]
+
+
+def holds(expressions: Sequence[sp.Expr], relation: Relation) -> bool:
+    """Whether a polynomial relation between expressions is proven.
+
+    Parameters
+    ----------
+    relation
+        Given their values modulo a prime; it must be that polynomials in them vanish.
+    """
+    try:
+        program = FieldProgram.of(expressions)
+    except UndecidableError:
+        return False
+    ways = (True, False) if program.switches else (False,)
+    return any(_holds(program, relation, formal) for formal in ways)
+
+
+def _holds(program: FieldProgram, relation: Relation, formal: bool) -> bool:
+    try:
+        return all(relation(values, p) for values, p in _sides(program, formal))
+    except UndecidableError:
+        return False
+
+
+def vanish(*expressions: sp.Expr) -> bool:
+    """Whether all expressions are proven to be zero wherever they have a value."""
+    pending = [e for e in expressions if e != 0]
+    return not pending or holds(pending, lambda values, p: not any(v % p for v in values))
+
+
+def same(a: sp.Expr, b: sp.Expr) -> bool:
+    """Whether two expressions are proven to be equal wherever both have a value."""
+    return a == b or holds([a, b], lambda values, p: (values[0] - values[1]) % p == 0)
+
+
+def does_not_depend(expression: sp.Expr, symbol: sp.Symbol) -> bool:
+    """Whether an expression is proven to have one value whatever that of a symbol is.
+
+    Two values are compared, each on its own side of every switching function, so that no jump
+    escapes, as a derivative lets it.
+    """
+    held = [t for t in sp.Add.make_args(expression) if symbol in t.free_symbols]
+    if not held:
+        return True
+    elsewhere = sp.Dummy(symbol.name, **symbol.assumptions0)
+    first = sp.Add(*held)
+    return same(first, first.xreplace({symbol: elsewhere}))

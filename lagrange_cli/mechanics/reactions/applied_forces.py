@@ -1,0 +1,130 @@
+"""What acts on each Cartesian name beside constraints, with the inertia of ``kinetic``.
+
+Potentials, kinetic terms and dissipation are read over Cartesian names and their rates,
+so that a force belongs to the particle whose name it is written in. What is written in
+other coordinates acts on no particle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.symbols.convert import total_derivative
+from lagrange_cli.scene.language.expression import Equation, Expression
+from lagrange_cli.scene.model import Term
+
+__all__ = ["Loads", "loads", "velocity_slopes"]
+
+
+@dataclass(frozen=True)
+class Loads:
+    """−F for each symbol, in parts, and names of terms that act on no particle.
+
+    ``positional`` of potentials without velocities and ``other`` of everything else
+    (the Euler–Lagrange expression of T_extra − U, forces, dissipation), over q, v, a, t;
+    keys are Cartesian names and coordinates.
+    """
+
+    positional: dict[sp.Symbol, sp.Expr]
+    other: dict[sp.Symbol, sp.Expr]
+    unattached: tuple[str, ...]
+
+    def of(self, symbol: sp.Symbol) -> sp.Expr:
+        """−F of one symbol."""
+        return self.positional.get(symbol, sp.Integer(0)) + self.other.get(symbol, sp.Integer(0))
+
+
+def loads(derivation: Derivation) -> Loads:
+    """The loads of a derivation."""
+    return _Reader(derivation).loads()
+
+
+def velocity_slopes(derivation: Derivation, equation: Equation) -> dict[sp.Symbol, sp.Expr]:
+    """∂ψ/∂ṡ of an equation of velocities, by Cartesian name or coordinate."""
+    reader = _Reader(derivation)
+    left, right = (reader.converted(side) for side in (equation.left, equation.right))
+    slopes = {s: derivative(left - right, rate) for s, rate in reader.rates.items()}
+    return {s: slope for s, slope in slopes.items() if slope != 0}
+
+
+class _Reader:
+    def __init__(self, derivation: Derivation) -> None:
+        self.derivation = derivation
+        self.reduced: Reduced = derivation.reduced
+        names = self.reduced.names
+        cartesian = list(names.cartesian.values())
+        self.own = [c for c in self.reduced.coordinates if c.q not in cartesian]
+        self.rates = {s: sp.Dummy(f"dot_{s.name}", real=True) for s in cartesian}
+        self.rates |= {c.q: c.v for c in self.own}
+        self.positional: dict[sp.Symbol, list[sp.Expr]] = {}
+        self.other: dict[sp.Symbol, list[sp.Expr]] = {}
+        self.unattached: list[str] = []
+
+    def loads(self) -> Loads:
+        scene = self.reduced.scene
+        for name, raw in self._converted(scene.potentials):
+            moving = not raw.free_symbols.isdisjoint(self.rates.values())
+            self._add_energy(name, -raw, self.other if moving else self.positional)
+        for name, raw in self._converted(scene.kinetic):
+            self._add_energy(name, raw, self.other)
+        for name, raw in self._converted(scene.dissipation):
+            for s, rate in self.rates.items():
+                self._add(name, s, derivative(raw, rate), self.other)
+        self._add_forces()
+        return Loads(_summed(self.positional), _summed(self.other), tuple(self.unattached))
+
+    def _converted(self, terms: Sequence[Term]) -> Iterator[tuple[str, sp.Expr]]:
+        for term in terms:
+            yield term.name, self.converted(term.expression)
+
+    def converted(self, expression: Expression) -> sp.Expr:
+        """An expression over Cartesian names, coordinates and their rates."""
+        return self.reduced.names.convert(expression, self._rate)
+
+    def _rate(self, expr: sp.Expr) -> sp.Expr:
+        return total_derivative(expr, self.reduced.names.t, list(self.rates.items()))
+
+    def _add_energy(self, name: str, term: sp.Expr, into: dict[sp.Symbol, list[sp.Expr]]) -> None:
+        """d/dt ∂L/∂ṡ − ∂L/∂s of a term of L."""
+        for s, rate in self.rates.items():
+            self._add(name, s, -derivative(term, s), into)
+            momentum = derivative(term, rate)
+            if momentum != 0:
+                self._add(name, s, self.reduced.rate(self._resolved(momentum)), into)
+
+    def _add_forces(self) -> None:
+        names = self.reduced.names
+        bodies = dict(zip((b.name for b in names.bodies), names.body_symbols, strict=True))
+        coordinates = {c.name: c.q for c in self.reduced.coordinates}
+        for force in self.derivation.forces:
+            symbols = bodies[force.on] if len(force.components) == 3 else (coordinates[force.on],)
+            for s, component in zip(symbols, force.components, strict=True):
+                self._add(force.name, s, -component, self.other)
+
+    def _add(
+        self, name: str, symbol: sp.Symbol, load: sp.Expr, into: dict[sp.Symbol, list[sp.Expr]]
+    ) -> None:
+        if load == 0:
+            return
+        into.setdefault(symbol, []).append(self._resolved(load))
+        if any(symbol == c.q for c in self.own) and name not in self.unattached:
+            self.unattached.append(name)
+
+    def _resolved(self, expr: sp.Expr) -> sp.Expr:
+        """Over q, v, t, from Cartesian names and their rates."""
+        moving = {
+            rate: self.reduced.rate(s)
+            for s, rate in self.rates.items()
+            if s in self.reduced.resolved and rate in expr.free_symbols
+        }
+        return self.reduced.resolve(expr.xreplace(moving))
+
+
+def _summed(parts: dict[sp.Symbol, list[sp.Expr]]) -> dict[sp.Symbol, sp.Expr]:
+    return {s: sp.Add(*terms) for s, terms in parts.items()}

@@ -1,0 +1,438 @@
+"""Constraint forces f = m r̈ − F on particles, and the multipliers that they come from.
+
+In the formulation ``minimal`` accelerations are put in where the equations of motion are
+solved for them; larger systems keep ``ddot(q)``. With closures, a coordinate that is a
+Cartesian name itself feels Σ λ·gradient. A point that a force acts on has no mass: the
+constraints balance the force.
+
+All of it is compared with Newton's law before it is shown, at the states of the
+derivation's certificate: component by component, and by the work on virtual displacements,
+which is that of the closures (none, where there are none).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Literal, TypeVar
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InputError, InternalError, Mark, Problem
+from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
+from lagrange_cli.mechanics.algebra.polynomials import factored_form
+from lagrange_cli.mechanics.algebra.shorten import shortened, size_along
+from lagrange_cli.mechanics.certify.certificate import Evidence
+from lagrange_cli.mechanics.certify.constraints import Restraints
+from lagrange_cli.mechanics.certify.routes import Point, Tapes
+from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations
+from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.equations import Equations, tagged
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.sampling import working_digits
+from lagrange_cli.mechanics.reaction_values import BodyReaction, ConstraintForces, Reaction
+from lagrange_cli.mechanics.reactions.applied_forces import Loads, loads, velocity_slopes
+from lagrange_cli.mechanics.reactions.multipliers import Equation, Row, multipliers, rows_of
+from lagrange_cli.mechanics.reduction.geometry import gap_over_names
+from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.scene.language.expression import Equation as Written
+from lagrange_cli.scene.model import Scene
+
+__all__ = ["constraint_forces"]
+
+_ZERO = mpf(0)
+
+#: Coordinates of systems whose accelerations are put in.
+_SOLVED = 3
+
+#: Digits of a second look, and what is 0 there: products of three doubles are larger.
+_CLOSE_DIGITS, _NOTHING = 1300, mpf(10) ** -1000
+
+#: By how much one rounding error may exceed another one.
+_MARGIN = 1000
+
+_Seen = TypeVar("_Seen")
+
+#: States at which forces are compared with Newton's law.
+_STATES = 2
+
+
+@dataclass(frozen=True)
+class _Forces:
+    """Force along each raw symbol; ``by_multipliers``: those written as Σ λ·gradient.
+
+    ``solved``: what stands for the accelerations.
+    """
+
+    along: dict[sp.Symbol, sp.Expr]
+    by_multipliers: dict[sp.Symbol, int]
+    solved: dict[sp.Symbol, sp.Expr]
+
+
+def constraint_forces(
+    derivation: Derivation, evidence: Evidence, equations: Equations
+) -> ConstraintForces:
+    """The constraint forces of a certified derivation.
+
+    Raises
+    ------
+    InternalError
+        They disagree with Newton's law.
+    """
+    applied = loads(derivation)
+    forces = _forces(derivation, equations, applied)
+    with mpmath.workdps(working_digits(evidence.certificate.digits)):
+        check = _Check(derivation, applied, evidence)
+        check.newton(forces)
+        stated = _stated(derivation)
+        reactions, undetermined = _reactions(derivation, stated, forces, check)
+    return ConstraintForces(
+        tuple(_bodies(derivation, applied, forces)),
+        tuple(reactions),
+        _form(equations, [*forces.along.values(), *(r.multiplier for r in reactions)]),
+        undetermined,
+        applied.unattached,
+    )
+
+
+def _form(
+    equations: Equations, shown: Sequence[sp.Expr]
+) -> Literal["motion", "accelerations", "multipliers"]:
+    """What the expressions hold."""
+    if equations.pushing:
+        return "multipliers"
+    held = set().union(*(e.free_symbols for e in shown))
+    return "motion" if held.isdisjoint(c.a for c in equations.coordinates) else "accelerations"
+
+
+# The forces.
+
+
+def _forces(derivation: Derivation, equations: Equations, applied: Loads) -> _Forces:
+    reduced = derivation.reduced
+    masses = dict.fromkeys(reduced.names.cartesian.values(), sp.Integer(0))
+    bodies = zip(reduced.names.particle_symbols, reduced.masses, strict=True)
+    for s, mass in ((s, mass) for body, mass in bodies for s in body):
+        masses[s] += mass
+    solved = _accelerations(equations)
+    direct = dict(_direct(derivation))
+    pushes = _pushes(equations)
+    along = {}
+    for s, mass in masses.items():
+        if s in direct:
+            along[s] = pushes[direct[s]]
+        else:
+            force = mass * _acceleration(derivation, s) + applied.of(s)
+            along[s] = shortened(shortened(force).xreplace(solved))
+    return _Forces(along, direct, solved)
+
+
+def _pushes(equations: Equations) -> list[sp.Expr]:
+    """Σ λ·gradient along each coordinate."""
+    terms: list[list[sp.Expr]] = [[] for _ in equations.coordinates]
+    for closure in equations.pushing:
+        for j, entry in entries(closure.gradient).items():
+            terms[j].append(closure.multiplier * entry)
+    return [sp.Add(*of) for of in terms]
+
+
+def _accelerations(equations: Equations) -> dict[sp.Symbol, sp.Expr]:
+    """What stands for the accelerations: all of them in closed form, or nothing."""
+    if equations.closures or len(equations.coordinates) > _SOLVED:
+        return {}
+    found = explicit_accelerations(equations)
+    solved = {c.a: e for c, e in zip(equations.coordinates, found, strict=True) if e is not None}
+    return solved if len(solved) == len(found) else {}
+
+
+def _acceleration(derivation: Derivation, symbol: sp.Symbol) -> sp.Expr:
+    """r̈ along a raw symbol."""
+    reduced = derivation.reduced
+    q, v = [c.q for c in reduced.coordinates], [c.v for c in reduced.coordinates]
+    kinematics = Kinematics(reduced.resolved, q, v, reduced.names.t)
+    turned = [
+        part * reduced.coordinates[j].a
+        for j, parts in kinematics.jacobian(symbol).items()
+        for part in parts
+    ]
+    return sp.Add(*turned, *kinematics.convective(symbol))
+
+
+def _direct(derivation: Derivation) -> Iterator[tuple[sp.Symbol, int]]:
+    """Raw symbols that are coordinates which move nothing else, with their numbers."""
+    resolved = derivation.reduced.resolved
+    for j, c in enumerate(derivation.reduced.coordinates):
+        if resolved.get(c.q) == c.q:
+            others = (e for s, e in resolved.items() if s != c.q)
+            if not any(c.q in e.free_symbols for e in others):
+                yield c.q, j
+
+
+def _bodies(derivation: Derivation, applied: Loads, forces: _Forces) -> Iterator[BodyReaction]:
+    """Every particle, and points that are pulled at."""
+    reduced = derivation.reduced
+    names = reduced.names
+    masses = [*reduced.masses, *(None for _ in names.point_symbols)]
+    seen: set[sp.Symbol] = set()
+    for body, symbols, mass in zip(names.bodies, names.body_symbols, masses, strict=True):
+        components = []
+        for s in symbols:
+            shared = sum(s in other for other in names.particle_symbols) > 1
+            force = forces.along[s]
+            if shared and mass is not None:
+                load = sp.Integer(0) if s in seen else applied.of(s)
+                force = mass * _acceleration(derivation, s) + load
+                force = shortened(force.xreplace(forces.solved))
+            components.append(force if mass is not None or s not in seen else sp.Integer(0))
+            seen.add(s)
+        if mass is not None or any(components):
+            x, y, z = components
+            yield BodyReaction(body.name, (x, y, z), size_along((x, y, z)))
+
+
+# Multipliers.
+
+
+def _stated(derivation: Derivation) -> list[Equation]:
+    """The scene's equations and gaps, each with the name of its multiplier."""
+    reduced = derivation.reduced
+    kept = {(r.mark, r.text): c for r, c in zip(reduced.closures, derivation.closures, strict=True)}
+    taken = {closure.name for closure in kept.values()}
+    found = []
+    for name, several, equation, slopes in _written(derivation):
+        closure = kept.get((equation.mark(), equation.text))
+        if closure is not None:
+            name = closure.name
+        elif several:
+            name = _numbered(name, taken)
+            taken.add(name)
+        known = None if closure is None else closure.multiplier
+        found.append(Equation(name, equation.text, slopes, known))
+    for one_sided, contact in zip(reduced.scene.unilateral, derivation.contacts, strict=True):
+        gap = gap_over_names(reduced.names, one_sided)
+        slopes = {s: derivative(gap, s) for s in gap.free_symbols}
+        text = one_sided.inequality.text
+        found.append(Equation(contact.name, text, slopes, contact.closure.multiplier))
+    return found
+
+
+def _written(
+    derivation: Derivation,
+) -> Iterator[tuple[str, bool, Written, dict[sp.Symbol, sp.Expr]]]:
+    """Constraint, whether it has several equations, one of them and its slopes."""
+    reduced = derivation.reduced
+    positional = {id(s.equation): s for s in reduced.chart.geometry.found.stated}
+    kept = {(r.mark, r.text) for r in reduced.closures}
+    for constraint in reduced.scene.constraints:
+        for equation in constraint.equations:
+            stated = positional.get(id(equation))
+            if stated is not None:
+                slopes = {s: derivative(stated.phi, s) for s in stated.phi.free_symbols}
+            elif (equation.mark(), equation.text) in kept:
+                slopes = velocity_slopes(derivation, equation)
+            else:
+                continue
+            yield constraint.name, len(constraint.equations) > 1, equation, slopes
+
+
+def _numbered(name: str, taken: set[str]) -> str:
+    number = 1
+    while tagged(name, f"_{number}") in taken:
+        number += 1
+    return tagged(name, f"_{number}")
+
+
+def _reactions(
+    derivation: Derivation, stated: Sequence[Equation], forces: _Forces, check: _Check
+) -> tuple[list[Reaction], tuple[str, ...]]:
+    """What each equation exerts, and names of those for which that is not found."""
+    reduced = derivation.reduced
+    along = dict(forces.along)
+    along |= {c.q: check.applied.of(c.q) for c in reduced.coordinates if c.q not in along}
+    point = check.points[0]
+    exact = rows_of(reduced, stated, along, point, given=False)
+    hoped = rows_of(reduced, stated, forces.along, point, given=True)
+    found = multipliers(stated, exact, hoped, point, check.scales[0])
+    check.rows([r for r in exact if r.gradient.keys() <= found.keys()], found)
+    reactions = [
+        Reaction(e.name, e.text, found[k], tuple(_sizes(hoped, k, found[k])))
+        for k, e in enumerate(stated)
+        if k in found
+    ]
+    return reactions, tuple(e.name for k, e in enumerate(stated) if k not in found)
+
+
+def _sizes(rows: Sequence[Row], number: int, multiplier: sp.Expr) -> Iterator[tuple[str, sp.Expr]]:
+    """λ |∇φ| for each body."""
+    slopes: dict[str, list[sp.Expr]] = {}
+    for row in rows:
+        if number in row.gradient:
+            slopes.setdefault(row.body, []).append(row.gradient[number])
+    for body, parts in slopes.items():
+        square = shortened(sp.Add(*(e**2 for e in parts)))
+        yield body, shortened(multiplier * sp.sqrt(factored_form(square)))
+
+
+# The check.
+
+
+class _Check:
+    """States of the motion, and what Newton's law says there.
+
+    Attributes
+    ----------
+    seen, points
+        Once compared, states of the certificate, and these with accelerations and multipliers
+        that solve the equations of motion, or with any where the system is too large to solve here.
+    scales
+        Size of the forces at each.
+    """
+
+    def __init__(self, derivation: Derivation, applied: Loads, evidence: Evidence) -> None:
+        self.applied, self.scene = applied, derivation.reduced.scene
+        self.tolerance = mpf(10) ** (5 - evidence.certificate.digits)
+        self.tapes = Tapes(derivation)
+        self.restraints = Restraints(derivation, self.tapes)
+        self.states = evidence.states
+        self.seen: list[Point] = []
+        self.points: list[Point] = []
+        self.scales: list[mpf] = []
+        self._floor = self._rounding = _ZERO
+
+    def _moving(self, point: Point) -> Point:
+        if not self.tapes.n:
+            return point
+        mass, forcing = self.tapes.derived_parts(point)
+        solution = self.restraints.solved(point, mass, forcing)
+        if solution is None:
+            return point
+        multipliers = [c.multiplier for c in self.restraints.closures]
+        return {**point, **dict(zip([*self.tapes.a, *multipliers], solution, strict=True))}
+
+    def newton(self, forces: _Forces) -> None:
+        """Compare forces with m r̈ − F, and their work with that of closures and contacts."""
+        for state in self.states:
+            try:
+                compare = partial(self._compared, forces=forces)
+                scale = self._looked_at(state, compare)
+                self.points.append(self._moving(state))
+                # Forces that vanish have no size: that of ordinary ones with such a rounding.
+                self.scales.append(max(scale, _MARGIN * self._rounding / self.tolerance))
+                self.seen.append(state)
+            except (DomainError, ZeroDivisionError, OverflowError):
+                continue  # a form of the forces that is singular here
+            if len(self.seen) == _STATES:
+                return
+        if not self.seen:
+            raise _without_values(self.scene)
+
+    def _looked_at(self, state: Point, compare: Callable[[Point], _Seen]) -> _Seen:
+        """What a comparison gives, at a second look with digits at which rounding is nothing.
+
+        Forces that vanish, as those on a straight path, are rounding alone at the first look.
+        """
+        self._rounding = _ZERO
+        try:
+            return compare(self._moving(state))
+        except InternalError:
+            with mpmath.workdps(_CLOSE_DIGITS):
+                self._floor = _NOTHING
+                try:
+                    return compare(self._moving(state))
+                finally:
+                    self._floor = _ZERO
+
+    def _compared(self, point: Point, forces: _Forces) -> mpf:
+        """Compare at one state; the size of the forces there."""
+        tapes = self.tapes
+        series = tapes.series(point)
+        run = tapes.positions.run([series[s] for s in tapes.still], 2)
+        slopes = tapes.potential_slopes(series, run.outputs)
+        masses = dict.fromkeys(range(len(tapes.symbols)), _ZERO)
+        for mass, k in zip(tapes.mass_values(series), tapes.components, strict=True):
+            masses[k] += mass
+        lacking = self._lacking(point)
+        symbols = [s for s in tapes.symbols if s in forces.along]
+        found = values([forces.along[s] for s in symbols], point)
+        others = values([self.applied.other.get(s, sp.Integer(0)) for s in symbols], point)
+        seeds: dict[int, tuple[mpf, mpf, mpf]] = {}
+        differences, scale = [], _ZERO
+        for s, force, other in zip(symbols, found, others, strict=True):
+            k = tapes.symbols.index(s)
+            if s in forces.by_multipliers:
+                force += lacking[forces.by_multipliers[s]]
+            parts = [masses[k] * run.outputs[k][2], slopes[s], other]
+            differences.append(force - sum(parts, _ZERO))
+            scale = max(scale, sum(map(abs, parts), abs(force)))
+            seeds[k] = (force, _ZERO, _ZERO)
+        for difference in differences:
+            self._require(difference, scale)
+        work = [x[0] for x in run.gradient(seeds)[1 : 1 + tapes.n]]
+        self._require_work(point, work, scale)
+        return scale
+
+    def _require_work(self, point: Point, work: Sequence[mpf], scale: mpf) -> None:
+        """Σ f ∂r/∂q and what acts on coordinates alone must be M a − f."""
+        direct = values([self.applied.of(q) for q in self._alone()], point)
+        alone = dict(zip(self._alone(), direct, strict=True))
+        for q, done, (residual, size) in zip(
+            self.tapes.q, work, self._residuals(point), strict=True
+        ):
+            load = alone.get(q, _ZERO)
+            self._require(done + load - residual, size + abs(load) + scale)
+
+    def _alone(self) -> list[sp.Symbol]:
+        return [q for q in self.tapes.q if q not in self.tapes.symbols]
+
+    def _residuals(self, point: Point) -> list[tuple[mpf, mpf]]:
+        """M a − f of each coordinate, with the size of its terms."""
+        mass, forcing = self.tapes.derived_parts(point)
+        accelerations = [point[a] for a in self.tapes.a]
+        found = []
+        for row, f in zip(mass, forcing, strict=True):
+            parts = [m * accelerations[k] for k, m in row.items()]
+            found.append((sum(parts, -f), sum(map(abs, parts), abs(f))))
+        return found
+
+    def _lacking(self, point: Point) -> list[mpf]:
+        """M a − f − Σ λ·gradient: zero at a state of the motion."""
+        pairs = zip(self._residuals(point), self.restraints.forces(point), strict=True)
+        return [residual - sum(parts, _ZERO) for (residual, _), parts in pairs]
+
+    def rows(self, rows: Sequence[Row], multipliers: Mapping[int, sp.Expr]) -> None:
+        """Require that the multipliers make up the forces."""
+        for state, scale in zip(self.seen, self.scales, strict=True):
+            compare = partial(self._compare_rows, rows=rows, multipliers=multipliers, scale=scale)
+            self._looked_at(state, compare)
+
+    def _compare_rows(
+        self, point: Point, rows: Sequence[Row], multipliers: Mapping[int, sp.Expr], scale: mpf
+    ) -> None:
+        numbers = sorted(multipliers)
+        known = dict(zip(numbers, values([multipliers[k] for k in numbers], point), strict=True))
+        for row in rows:
+            force, *slopes = values([row.force, *row.gradient.values()], point)
+            parts = [known[k] * g for k, g in zip(row.gradient, slopes, strict=True)]
+            self._require(force - sum(parts, _ZERO), sum(map(abs, parts), scale))
+
+    def _require(self, difference: mpf, size: mpf) -> None:
+        if abs(difference) > max(self.tolerance * size, self._floor):
+            self._rounding = abs(difference)
+            raise InternalError(Problem("the constraint forces disagree with Newton's law"))
+
+
+def _without_values(scene: Scene) -> InputError:
+    """The refusal of constraint forces that are no numbers at any state that was tried."""
+    marks = [term.mark for term in (*scene.potentials, *scene.kinetic)]
+    marks += [force.mark for force in scene.forces]
+    return InputError(
+        Problem(
+            "the constraint forces are no finite real numbers at any state that was tried",
+            marks[0] if marks else Mark(scene.file, 1, 1),
+            hint="look for numbers whose powers or exponentials are beyond 1e308 or below 1e-308",
+            rule="no-forces",
+        )
+    )

@@ -1,0 +1,249 @@
+"""Multipliers of the scene's constraints from the forces that these exert.
+
+f = Σ λ_k ∂φ_k/∂r holds for the Cartesian components of all particles. A body that one
+unknown multiplier acts on gives it, λ = f·∇φ / ∇φ·∇φ; what it exerts elsewhere is then
+known, and so on from body to body, as the forces in a statically determinate truss are
+found joint by joint.
+
+Names that a definition gives are first put into the constraints: what remains are
+equations that must hold. Constraints that the definitions satisfy vanish there; that they
+and no definition hold the particles is tried afterwards, and kept where it explains the
+forces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.shorten import shortened
+from lagrange_cli.mechanics.certify.routes import Point
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.reduction.reduce import Reduced
+
+__all__ = ["Equation", "Row", "multipliers", "rows_of"]
+
+#: Numbers below this part of their terms are zeros.
+_NOTHING = mpf(10) ** -20
+
+#: Most operations of a multiplier that is given, and on which others are built.
+_LONGEST = 300
+
+
+@dataclass(frozen=True)
+class Equation:
+    """One equation of the scene; ``known``: its multiplier's symbol.
+
+    ``slopes``: raw symbol or coordinate → ∂φ/∂s, or ∂ψ/∂ṡ of velocities, over raw symbols.
+    """
+
+    name: str
+    text: str
+    slopes: Mapping[sp.Symbol, sp.Expr]
+    known: sp.Expr | None = None
+
+
+@dataclass(frozen=True)
+class Row:
+    """``force = Σ λ_k gradient_k`` along one symbol of a body."""
+
+    body: str
+    force: sp.Expr
+    gradient: Mapping[int, sp.Expr]
+
+
+@dataclass
+class _Search:
+    """Multipliers by number of the equation, found so far.
+
+    ``scale``: size of the forces at the point; ``given_up``: equations whose multipliers
+    fill pages.
+    """
+
+    found: dict[int, sp.Expr]
+    point: Point
+    scale: mpf
+    given_up: set[int] = field(default_factory=set)
+
+    def peel(self, rows: Sequence[Row], unknown: set[int]) -> None:
+        """Solve body by body until no body has one or two unknown multipliers."""
+        bodies: dict[str, list[Row]] = {}
+        for row in rows:
+            bodies.setdefault(row.body, []).append(row)
+        # Two at once only where no body has one: at two, rods in line share what they exert.
+        while any(
+            self._solve_body(body, unknown, number) for number in (1, 2) for body in bodies.values()
+        ):
+            pass
+
+    def _solve_body(self, rows: Sequence[Row], unknown: set[int], number: int) -> bool:
+        """Solve multipliers that some rows of a body determine, so many at once."""
+        groups: list[list[Row]] = []
+        for row in rows:
+            wanted = row.gradient.keys() - self.found.keys()
+            if wanted:
+                joined = [g for g in groups if any(wanted & other.gradient.keys() for other in g)]
+                groups = [g for g in groups if g not in joined]
+                groups.append([row, *(other for g in joined for other in g)])
+        return any(self._solve_group(group, unknown, number) for group in groups)
+
+    def _solve_group(self, group: Sequence[Row], unknown: set[int], number: int) -> bool:
+        """Solve the unknown multipliers of some rows, where they are determined."""
+        wanted = sorted({k for row in group for k in row.gradient} - self.found.keys())
+        open_ones = unknown - self.given_up
+        if len(wanted) != number or not open_ones.issuperset(wanted):
+            return False
+        gram = [[_dot(group, i, j) for j in wanted] for i in wanted]
+        right = [self._work(group, i) for i in wanted]
+        determinant = gram[0][0] if len(wanted) == 1 else sp.Matrix(gram).det()
+        if _is_zero(determinant, self.point):
+            return False
+        if len(wanted) == 1:
+            solution = [right[0] / shortened(determinant)]
+        else:
+            (a, b), (c, d) = gram
+            x, y = right
+            solution = [(d * x - b * y) / determinant, (a * y - c * x) / determinant]
+        short = [shortened(e) for e in solution]
+        if max(map(sp.count_ops, short)) > _LONGEST:
+            self.given_up.update(wanted)
+            return False
+        self.found.update(zip(wanted, short, strict=True))
+        return True
+
+    def _work(self, group: Sequence[Row], number: int) -> sp.Expr:
+        """What is left of the force along the gradient of an equation."""
+        terms = []
+        for row in group:
+            direction = row.gradient.get(number)
+            if direction is not None:
+                known = [self.found[k] * g for k, g in row.gradient.items() if k in self.found]
+                terms.append(direction * shortened(row.force - sp.Add(*known)))
+        return shortened(sp.Add(*terms))
+
+    def explains(self, row: Row) -> bool:
+        """Whether the multipliers found make up the force along a row."""
+        parts = [self.found[k] * g for k, g in row.gradient.items() if k in self.found]
+        total, *sizes = values([row.force - sp.Add(*parts), row.force, *parts], self.point)
+        return bool(abs(total) <= _NOTHING * sum(map(abs, sizes), self.scale))
+
+
+def multipliers(
+    equations: Sequence[Equation],
+    exact: Sequence[Row],
+    hoped: Sequence[Row],
+    point: Point,
+    scale: mpf,
+) -> dict[int, sp.Expr]:
+    """Multiplier of each equation that is determined, by its number.
+
+    Parameters
+    ----------
+    exact
+        Rows that hold, over names that no definition gives.
+    hoped
+        Rows that hold where the scene's equations alone hold the particles.
+    point, scale
+        A state of the motion, and the size of the forces there.
+    """
+    known = {k: e.known for k, e in enumerate(equations) if e.known is not None}
+    search = _Search(known, point, scale)
+    stated = {k for row in exact for k in row.gradient}
+    search.peel(exact, stated)
+    before = dict(search.found)
+    rest = set(range(len(equations))) - before.keys()
+    try:
+        search.peel(hoped, rest)
+        wrong = {k for row in hoped if not search.explains(row) for k in row.gradient}
+    except DomainError:
+        return before
+    # A multiplier that does not explain a force takes those with it that were found by it.
+    while True:
+        spoiled = {k for row in hoped if wrong & rest & row.gradient.keys() for k in row.gradient}
+        if spoiled <= wrong:
+            break
+        wrong |= spoiled
+    return {k: e for k, e in search.found.items() if k in before or k not in wrong}
+
+
+def rows_of(
+    reduced: Reduced,
+    equations: Sequence[Equation],
+    forces: Mapping[sp.Symbol, sp.Expr],
+    point: Point,
+    *,
+    given: bool,
+) -> list[Row]:
+    """Rows over all names of particles, or over names and coordinates that no definition gives.
+
+    Those that no equation acts on are left out: they are equations of motion.
+
+    Parameters
+    ----------
+    forces
+        Raw symbol or coordinate → force along it, over q, v, t.
+    given
+        Leave the definitions of particles' names as they are.
+    """
+    names = reduced.names
+    owners = _owners(reduced)
+    kept = {s for body in names.particle_symbols for s in body} if given else set()
+    givens = {s: e for s, e in names.given.items() if s not in kept}
+    expanded = {s: _expanded(givens, s) for s in givens}
+    variables = [s for s in names.cartesian.values() if s not in expanded]
+    if not given:
+        variables += [c.q for c in reduced.coordinates if c.q not in names.cartesian.values()]
+    rows = []
+    for w in variables:
+        moved = [(s, derivative(e, w)) for s, e in expanded.items()]
+        chain = [(w, sp.Integer(1)), *((s, slope) for s, slope in moved if slope != 0)]
+        chain = [(s, reduced.resolve(slope)) for s, slope in chain]
+        slopes = ((k, _chained(reduced, e.slopes, chain)) for k, e in enumerate(equations))
+        gradient = {k: slope for k, slope in slopes if not _is_zero(slope, point)}
+        if gradient:
+            force = _chained(reduced, forces, chain)
+            rows.append(Row(owners.get(w, w.name), force, gradient))
+    return rows
+
+
+def _chained(
+    reduced: Reduced,
+    slopes: Mapping[sp.Symbol, sp.Expr],
+    chain: Sequence[tuple[sp.Symbol, sp.Expr]],
+) -> sp.Expr:
+    """Σ slope·∂s/∂w over the names s that move with w."""
+    terms = [reduced.resolve(slopes[s]) * moved for s, moved in chain if s in slopes]
+    return shortened(sp.Add(*terms))
+
+
+def _is_zero(expr: sp.Expr, point: Point) -> bool:
+    """Whether a sum vanishes at a point."""
+    value, *parts = values([expr, *sp.Add.make_args(expr)], point)
+    return bool(abs(value) <= _NOTHING * sum(map(abs, parts), mpf(0)))
+
+
+def _owners(reduced: Reduced) -> dict[sp.Symbol, str]:
+    """The body of each raw symbol."""
+    names = reduced.names
+    owners: dict[sp.Symbol, str] = {}
+    for body, symbols in zip(names.bodies, names.body_symbols, strict=True):
+        for s in symbols:
+            owners.setdefault(s, body.name)
+    return owners
+
+
+def _expanded(given: Mapping[sp.Symbol, sp.Expr], symbol: sp.Symbol) -> sp.Expr:
+    """A given name over names that are not."""
+    expr = given[symbol]
+    while present := expr.free_symbols & given.keys():
+        expr = expr.xreplace({s: given[s] for s in present})
+    return expr
+
+
+def _dot(group: Sequence[Row], i: int, j: int) -> sp.Expr:
+    pairs = [(row.gradient[i], row.gradient[j]) for row in group if {i, j} <= row.gradient.keys()]
+    return shortened(sp.Add(*(a * b for a, b in pairs)))

@@ -1,0 +1,346 @@
+"""The same scene in Cartesian names, with its constraints beside them as closures.
+
+A reduction in closed form gives every name over few coordinates. Here the definitions
+and constraints stay equations between names (:mod:`.elimination.implicitization`): coordinates that
+are no Cartesian names are eliminated from them, so that a mass matrix is constant and a closure
+holds few names. A coordinate stays where the scene uses it otherwise than through what
+is left (a spring on an angle, a force on a coordinate, its rate), or where it cannot be
+eliminated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.mechanics.elimination.implicitization import (
+    Angle,
+    Relation,
+    System,
+    angle_of,
+    in_single_angles,
+)
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
+from lagrange_cli.mechanics.numerics.rank import TOLERANCE, dependent_rows, scaled_doubles
+from lagrange_cli.mechanics.numerics.sampling import Drawn, working_digits
+from lagrange_cli.mechanics.reduction.angles import periodic_symbols
+from lagrange_cli.mechanics.reduction.geometry import Restriction
+from lagrange_cli.mechanics.reduction.reduce import POINTS, Reduced, in_coordinates
+from lagrange_cli.mechanics.symbols.names import Names
+from lagrange_cli.scene.language.expression import Expression
+from lagrange_cli.scene.model import Scene
+
+__all__ = ["cartesian_form", "incidence"]
+
+_DIGITS = 30
+_ZERO = sp.Integer(0)
+
+#: Gradients that are combinations of others to this part of their size depend on them.
+_DEPENDENT = 1e-6
+
+
+def cartesian_form(reduced: Reduced) -> Reduced | None:
+    """The scene over Cartesian names with closures; None where that says nothing new.
+
+    Parameters
+    ----------
+    reduced
+        A scene without closures: everything was reduced in closed form.
+    """
+    with mpmath.workdps(working_digits(_DIGITS)):
+        return _Form(reduced).build()
+
+
+def incidence(reduced: Reduced) -> list[frozenset[sp.Symbol]]:
+    """Names that closures are to hold, for each; found without forming any.
+
+    What is eliminated ties together the names of the equations that hold it.
+    """
+    form = _Form(reduced)
+    own = frozenset(form.own)
+    names = own.union(s for s in form.names.cartesian.values() if s not in form.known)
+    found: dict[frozenset[sp.Symbol], None] = {}
+    around: dict[sp.Symbol, set[sp.Symbol]] = {q: set() for q in form.own}
+    for relation in form.relations():
+        held = relation.expression.free_symbols & names
+        if held.isdisjoint(own):
+            found[frozenset(held)] = None
+        for q in held & own:
+            around[q] |= held
+    found |= dict.fromkeys(map(frozenset, around.values()))
+    angles = sum(c.is_angle and c.q in own for c in reduced.coordinates)
+    number = len(names) - len(reduced.coordinates) - angles
+    return [held for held in found if held][:number]
+
+
+@dataclass(frozen=True)
+class _Uses:
+    """What a scene says in coordinates beside its geometry.
+
+    ``rates``: names of coordinates that stand under ``dot`` or that a force acts on.
+    ``expressions``: all others, over raw symbols and coordinates.
+    """
+
+    rates: frozenset[str]
+    expressions: tuple[sp.Expr, ...]
+
+
+class _Form:
+    def __init__(self, reduced: Reduced) -> None:
+        self.reduced = reduced
+        self.names = reduced.names
+        moving = {c.q for c in reduced.coordinates} | {self.names.t}
+        raw = list(self.names.cartesian.values())
+        resolved = {s: reduced.resolved[s] for s in raw}
+        #: Names that no coordinate moves, and names that equal another one.
+        self.known = {
+            s: e for s, e in resolved.items() if e != s and (e in moving or self._still(e))
+        }
+        self.own = [c.q for c in reduced.coordinates if c.q not in self.names.cartesian.values()]
+
+    @cached_property
+    def uses(self) -> _Uses:
+        return _uses(self.names)
+
+    def _still(self, expr: sp.Expr) -> bool:
+        return not any(c.q in expr.free_symbols for c in self.reduced.coordinates)
+
+    def build(self) -> Reduced | None:
+        relations = list(self.relations())
+        return self._without_unused(relations) or self._eliminated(relations)
+
+    def _without_unused(self, relations: Sequence[Relation]) -> Reduced | None:
+        """The form of the equations that hold no coordinate which nothing else asks for."""
+        asked = {s for e in self.uses.expressions for s in e.free_symbols}
+        asked |= {q for q in self.own if q.name in self.uses.rates} | set(self.known.values())
+        unused = frozenset(q for q in self.own if q not in asked)
+        rest = [r for r in relations if r.expression.free_symbols.isdisjoint(unused)]
+        return self._reduced(rest, unused, _unchanged) if unused else None
+
+    def _eliminated(self, relations: Sequence[Relation]) -> Reduced | None:
+        """The form with as many coordinates eliminated as can be."""
+        angles = self._angles(relations)
+        held = [self._in_angles(r, angles) for r in relations]
+        system = System(held, self._moving(angles), self.names.parameters.values())
+        system.square_roots()
+        dropped = [a.q for a in self._in_order(angles, system) if self._drops_angle(system, a)]
+        lengths = [q for q in self.own if q not in {a.q for a in angles}]
+        dropped += [q for q in lengths if self._drops_length(system, q)]
+        gone = frozenset(dropped)
+        split = [a for a in angles if a.q in gone]
+        given = {s: _put_back(e, angles) for s, e in system.given.items()}
+        left = [
+            replace(r, expression=_put_back(r.expression, angles))
+            for r in system.relations.values()
+        ]
+        return self._reduced(left, gone, lambda e: _rewritten(e, split, given, gone))
+
+    # Equations.
+
+    def relations(self) -> Iterator[Relation]:
+        """Definitions and stated equations between names that move."""
+        bodies = {
+            s: body.name
+            for body, symbols in zip(self.names.bodies, self.names.body_symbols, strict=True)
+            for s in symbols
+        }
+        for s, e in self.names.given.items():
+            if s not in self.known:
+                expression = self._put(s - e)
+                yield Relation(bodies[s], expression, f"{s} = {_written(e)}", stated=False)
+        for stated in self.reduced.chart.geometry.found.stated:
+            expression = self._put(stated.phi)
+            if expression != 0:
+                yield Relation(stated.constraint, expression, stated.equation.text, stated=True)
+
+    def _put(self, expr: sp.Expr) -> sp.Expr:
+        present = {s: self.known[s] for s in expr.free_symbols if s in self.known}
+        return expr.xreplace(present) if present else expr
+
+    def _angles(self, relations: Sequence[Relation]) -> list[Angle]:
+        """Coordinates that stand in the equations under sines and cosines only."""
+        periodic = periodic_symbols(r.expression for r in relations)
+        found = [angle_of(q) for q in self.own if q in periodic]
+        while True:
+            bad = {
+                a.q
+                for r in relations
+                for a in found
+                if a.q in r.expression.free_symbols and in_single_angles(r.expression, [a]) is None
+            }
+            if not bad:
+                return found
+            found = [a for a in found if a.q not in bad]
+
+    def _in_angles(self, relation: Relation, angles: Sequence[Angle]) -> Relation:
+        expression = in_single_angles(relation.expression, angles)
+        assert expression is not None  # as every angle alone is, all are
+        return replace(relation, expression=expression)
+
+    def _moving(self, angles: Sequence[Angle]) -> list[sp.Symbol]:
+        raw = [s for s in self.names.cartesian.values() if s not in self.known]
+        parts = [s for a in angles for s in (a.sine, a.cosine)]
+        return [*raw, *self.own, *parts]
+
+    # What is eliminated.
+
+    @staticmethod
+    def _in_order(angles: Sequence[Angle], system: System) -> list[Angle]:
+        """Angles of few equations first."""
+        return sorted(angles, key=lambda a: len(system.holding(a.sine, a.cosine)))
+
+    def _drops_angle(self, system: System, angle: Angle) -> bool:
+        if angle.q.name in self.uses.rates:
+            return False
+        needed: set[sp.Symbol] = set()
+        for expression in self.uses.expressions:
+            single = in_single_angles(expression, [angle])
+            if single is None:
+                return False
+            needed |= single.free_symbols & {angle.sine, angle.cosine}
+        return system.drop_angle(angle, needed)
+
+    def _drops_length(self, system: System, q: sp.Symbol) -> bool:
+        if q.name in self.uses.rates or q in self.known.values():
+            return False
+        used = any(q in e.free_symbols for e in self.uses.expressions)
+        return system.drop_length(q, needed=used)
+
+    # The result.
+
+    def _reduced(
+        self,
+        relations: Sequence[Relation],
+        dropped: frozenset[sp.Symbol],
+        rewrite: Callable[[sp.Expr], sp.Expr],
+    ) -> Reduced | None:
+        """The form without some coordinates; None where the relations do not suffice for it."""
+        raw = [s for s in self.names.cartesian.values() if s not in self.known]
+        own = [q for q in self.own if q not in dropped]
+        held = {s for r in relations for s in r.expression.free_symbols}
+        # Beside a coordinate of its own a definition is regular wherever it holds.
+        stated_last = not held.isdisjoint(own)
+        ordered = sorted(relations, key=lambda r: r.stated == stated_last)
+        coordinates = [*own, *raw]
+        kept = self._independent(coordinates, ordered)
+        if kept is None:
+            return None
+        return in_coordinates(
+            self.reduced,
+            self.names.rewriting(rewrite, dropped),
+            {s: self.known.get(s, s) for s in self.names.cartesian.values()},
+            coordinates,
+            [_restriction(r, self.reduced.scene) for r in kept],
+            self._reference(coordinates),
+        )
+
+    def _independent(
+        self, coordinates: Sequence[sp.Symbol], relations: Sequence[Relation]
+    ) -> list[Relation] | None:
+        """Relations that hold, one for each coordinate too many; None where they do not suffice."""
+        wanted = len(coordinates) - len(self.reduced.coordinates)
+        sampler = self.reduced.sampler([])
+        points = [p for p in (sampler.draw() for _ in range(POINTS)) if p is not None]
+        manifold = Manifold(
+            [(r.expression, _ZERO) for r in relations],
+            [],
+            self.names.t,
+            coordinates,
+            [sp.Dummy(real=True) for _ in coordinates],
+            list(self.names.parameters.values()),
+            dict.fromkeys(coordinates, mpf(1)),
+        )
+        dropped: set[int] = set()
+        for number, point in enumerate(points):
+            try:
+                there = self._everywhere(point)
+                if any(x > TOLERANCE for x in manifold.violations(there)):
+                    return None
+                slopes = manifold.slopes(there)
+            except (DomainError, ZeroDivisionError):
+                return None
+            dependent = dependent_rows([scaled_doubles(row) for row in slopes], _DEPENDENT)
+            if number and dependent.keys() != dropped:
+                return None
+            dropped = set(dependent)
+        kept = [r for k, r in enumerate(relations) if k not in dropped]
+        return kept if points and len(kept) == wanted else None
+
+    def _everywhere(self, point: Mapping[sp.Symbol, mpf]) -> Drawn:
+        """A point of the reduced scene with the values of all names."""
+        symbols = [s for s in self.names.cartesian.values() if s not in point]
+        placed = values([self.reduced.resolved[s] for s in symbols], point)
+        return {**point, **dict(zip(symbols, placed, strict=True))}
+
+    def _reference(self, coordinates: Sequence[sp.Symbol]) -> dict[sp.Symbol, mpf]:
+        """The given configuration in all names that it reaches, without those that are gone."""
+        known = dict(self.reduced.reference)
+        for s, e in self.reduced.resolved.items():
+            if s not in known and e.free_symbols <= known.keys():
+                try:
+                    known[s] = values([e], {x: known[x] for x in e.free_symbols})[0]
+                except (DomainError, ZeroDivisionError):
+                    continue
+        gone = set(self.own) - set(coordinates)
+        return {s: x for s, x in known.items() if s not in gone}
+
+
+def _restriction(relation: Relation, scene: Scene) -> Restriction:
+    places = {c.name: e.mark() for c in scene.constraints for e in c.equations[:1]}
+    if not relation.stated:
+        places = {p.name: p.mark for p in scene.particles}
+        places |= {p.name: p.mark for p in scene.points}
+    place = places.get(relation.name)
+    return Restriction(relation.name, "position", relation.expression, _ZERO, relation.text, place)
+
+
+def _unchanged(expr: sp.Expr) -> sp.Expr:
+    return expr
+
+
+def _put_back(expr: sp.Expr, angles: Sequence[Angle]) -> sp.Expr:
+    for angle in angles:
+        expr = angle.put_back(expr)
+    return expr
+
+
+def _rewritten(
+    expr: sp.Expr,
+    angles: Sequence[Angle],
+    given: Mapping[sp.Symbol, sp.Expr],
+    dropped: frozenset[sp.Symbol],
+) -> sp.Expr:
+    """An expression of the scene without the coordinates that are gone."""
+    if expr.free_symbols.isdisjoint(dropped):
+        return expr
+    single = in_single_angles(expr, angles)
+    return expr if single is None else single.xreplace(dict(given))
+
+
+def _written(expr: sp.Expr) -> str:
+    return str(expr).replace("**", "^")
+
+
+def _uses(names: Names) -> _Uses:
+    """What the scene says in coordinates beside positions and constraints."""
+    rates = {f.on for f in names.scene.forces}
+    plain = []
+    for expression in _dynamics(names):
+        if names.holds_rate(expression):
+            rates |= names.mentioned(expression)
+        else:
+            plain.append(names.convert(expression))
+    return _Uses(frozenset(rates), tuple(plain))
+
+
+def _dynamics(names: Names) -> Iterator[Expression]:
+    scene = names.scene
+    for term in (*scene.potentials, *scene.kinetic, *scene.dissipation, *scene.outputs):
+        yield term.expression
+    yield from (c for f in scene.forces for c in f.components)

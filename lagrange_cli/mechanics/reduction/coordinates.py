@@ -1,0 +1,93 @@
+"""Generalized coordinates of a geometry: their sizes, random points over them, closures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.mechanics.equations import Coordinate
+from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
+from lagrange_cli.mechanics.numerics.sampling import Sampler, typical_length
+from lagrange_cli.mechanics.reduction.angles import periodic_symbols
+from lagrange_cli.mechanics.reduction.geometry import Geometry, Restriction
+from lagrange_cli.mechanics.symbols.values import Values
+
+__all__ = ["Chart", "generalized", "manifold_of", "sampler_of", "scales"]
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Coordinates of a geometry, with what points are drawn from."""
+
+    values: Values
+    geometry: Geometry
+    coordinates: tuple[Coordinate, ...]
+
+
+def generalized(geometry: Geometry, restrictions: Sequence[Restriction]) -> Iterator[Coordinate]:
+    """Declared coordinates and open names, with what the scene says of them."""
+    scene = geometry.names.scene
+    declared = {c.name: c for c in scene.coordinates or ()}
+    expressions = [geometry.resolved[s] for s in geometry.positions]
+    expressions += [side for r in (*restrictions, *geometry.gaps) for side in (r.left, r.right)]
+    periodic = periodic_symbols(expressions)
+    for q in geometry.coordinates:
+        written = declared.get(q.name)
+        unit = written.unit if written else None
+        yield Coordinate(
+            name=q.name,
+            q=q,
+            v=sp.Symbol(f"dot({q.name})", real=True),
+            a=sp.Symbol(f"ddot({q.name})", real=True),
+            is_angle=unit == "rad" or q in periodic,
+            unit=unit,
+            description=written.description if written else None,
+            latex=written.latex if written else None,
+            mark=written.mark if written else scene.coordinates_mark,
+        )
+
+
+def scales(chart: Chart) -> dict[sp.Symbol, mpf]:
+    """Size of the motion of each coordinate."""
+    names, reference = chart.geometry.names, chart.geometry.reference
+    angles = {c.q for c in chart.coordinates if c.is_angle}
+    no_lengths = {*names.parameters.values(), *angles, names.t}
+    length = typical_length([x for s, x in reference.items() if s not in no_lengths])
+    center = {c.q: reference.get(c.q, mpf(0)) for c in chart.coordinates}
+    return {q: mpf(1) if q in angles else max(length, abs(x)) for q, x in center.items()}
+
+
+def sampler_of(chart: Chart, domain: list[sp.Expr], manifold: Manifold) -> Sampler:
+    names, reference = chart.geometry.names, chart.geometry.reference
+    exact = chart.values.exact
+    return Sampler(
+        names.t,
+        [c.q for c in chart.coordinates],
+        {names.parameters[n]: reference[names.parameters[n]] for n in exact},
+        [*(s for n, s in names.parameters.items() if n not in exact), *names.inputs.values()],
+        {c.q: reference.get(c.q, mpf(0)) for c in chart.coordinates},
+        scales(chart),
+        [*chart.geometry.resolved.values(), *_differences(chart.geometry.gaps), *domain],
+        seed=names.scene.digest,
+        place=manifold.placed if manifold.all else None,
+    )
+
+
+def _differences(restrictions: Sequence[Restriction]) -> list[sp.Expr]:
+    return [r.left - r.right for r in restrictions]
+
+
+def manifold_of(chart: Chart, restrictions: Sequence[Restriction]) -> Manifold:
+    names = chart.geometry.names
+    return Manifold(
+        [(r.left, r.right) for r in restrictions if r.kind == "position"],
+        [r.left - r.right for r in restrictions if r.kind == "velocity"],
+        names.t,
+        [c.q for c in chart.coordinates],
+        [c.v for c in chart.coordinates],
+        list(names.parameters.values()),
+        scales(chart),
+    )

@@ -1,0 +1,405 @@
+"""The account of degrees of freedom: what each constraint contributes, and what is wrong.
+
+Every constraint ends as *independent*, *satisfied* (the definitions fulfil it
+identically), or *redundant* (others imply it). What cannot be balanced is an
+error that names constraints and coordinates. Ranks are numerical, at random
+feasible configurations; nothing is only counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+import sympy as sp
+
+from lagrange_cli.errors import Problem
+from lagrange_cli.mechanics.diagnosis import errors as refusals
+from lagrange_cli.mechanics.diagnosis.inconsistency import explained
+from lagrange_cli.mechanics.elimination.eliminate import Stated
+from lagrange_cli.mechanics.equations import Account, ConstraintLine
+from lagrange_cli.mechanics.numerics.rank import (
+    Matrix,
+    Point,
+    dependent_columns,
+    dependent_gradients,
+)
+from lagrange_cli.mechanics.reduction.geometry import Geometry, Holding, examine
+from lagrange_cli.mechanics.reduction.rate_redundancy import Redundant
+from lagrange_cli.mechanics.reduction.velocity_constraints import Independent, Level
+from lagrange_cli.mechanics.symbols.convert import total_derivative
+from lagrange_cli.mechanics.symbols.names import Names
+from lagrange_cli.mechanics.symbols.quoting import quoted
+from lagrange_cli.scene.language.expression import Equation
+
+__all__ = [
+    "balance",
+    "level_remarks",
+    "level_warnings",
+    "on_a_part",
+    "rate_warnings",
+    "with_levels",
+    "without_rates",
+]
+
+
+def balance(
+    geometry: Geometry, points: Sequence[Point], kept: Sequence[int], holding: Holding
+) -> tuple[Account, list[Problem]]:
+    """DOF = 3N + E − K with the status of each constraint; warnings for redundant ones.
+
+    Parameters
+    ----------
+    points
+        Feasible configurations.
+    kept
+        Numbers of the stated equations that are closures beside the coordinates.
+    holding
+        Tells which of some equations hold identically around the start.
+
+    Raises
+    ------
+    InputError
+        An equation that its solution does not solve, or dependent coordinates.
+    """
+    names, found = geometry.names, geometry.found
+    _require_solutions(geometry, points, holding)
+    _require_independent(geometry, points, kept)
+    extra = _extra(geometry, points)
+    dependent: dict[int, tuple[int, ...]] = {}
+    if found.pending:
+        phis = [_on_points(names, s.phi) for s in found.stated]
+        dependent = dependent_gradients(phis, geometry.resolved, geometry.coordinates, points)
+    satisfied = _satisfied(set(found.pending) - set(kept), dependent)
+    return _account(geometry, satisfied, dependent, kept, extra), _warnings(geometry, dependent)
+
+
+def on_a_part(
+    geometry: Geometry,
+    account: Account,
+    warnings: Sequence[Problem],
+    violated: Mapping[int, Point],
+) -> tuple[Account, list[Problem]]:
+    """The account and its warnings, with what holds on a part of the configurations only.
+
+    Parameters
+    ----------
+    account, warnings
+        As :func:`balance` gives them: warnings are of redundant equations.
+    violated
+        Configurations that violate equations, by their numbers.
+    """
+    stated, solved = geometry.found.stated, geometry.solved_sides
+    partial = {stated[k].constraint for k in violated}
+    lines = tuple(
+        replace(x, on_a_part=True)
+        if x.name in partial and x.status in ("satisfied", "redundant")
+        else x
+        for x in account.lines
+    )
+    by = {x.name: quoted(x.implied_by) for x in lines if x.status == "redundant"}
+    places = [stated[k].equation.mark() for k in violated]
+    kept = [w for w in warnings if w.mark not in places]
+    for k, point in violated.items():
+        others = by.get(stated[k].constraint)
+        what = "holds" if k in solved else "is satisfied by the definitions"
+        if others and k not in solved:
+            what = f"is redundant, implied by {others},"
+        kept.append(_partial(stated[k], what, k in solved, _values_at(geometry, k, point)))
+    return replace(account, lines=lines), kept
+
+
+def _partial(stated: Stated, what: str, is_solved: bool, place: str) -> Problem:
+    how = " as it was solved" if is_solved else ""
+    return Problem(
+        f"constraint '{stated.constraint}' {what} on a part of the configurations only{how}:"
+        f" not at {place}",
+        stated.equation.mark(),
+        hint="the motion goes on as if it held everywhere: leave the constraint out, or write it"
+        " without roots and inverse functions",
+        rule="on-a-part",
+        severity="warning",
+    )
+
+
+def _values_at(geometry: Geometry, number: int, point: Point) -> str:
+    sides = {**geometry.found.pending, **geometry.solved_sides}[number]
+    held = sides[0].free_symbols | sides[1].free_symbols
+    shown = [s for s in (*geometry.coordinates, geometry.names.t) if s in held]
+    return ", ".join(f"{s} = {float(point[s]):.3g}" for s in shown)
+
+
+def with_levels(account: Account, levels: Sequence[Level], found: Independent) -> Account:
+    """The account with constraints on velocities: integrable ones count to K."""
+    redundant = {levels[k].constraint: by for k, by in found.redundant.items()}
+    kept = {levels[k].constraint for k in found.kept}
+    integrable = found.integrable == len(found.kept)
+
+    def line(line: ConstraintLine) -> ConstraintLine:
+        if line.name in kept:
+            return line if integrable else replace(line, status="nonholonomic")
+        if line.name in redundant:
+            return replace(line, status="redundant", implied_by=redundant[line.name])
+        return line
+
+    return replace(
+        account,
+        constraints=account.constraints + found.integrable,
+        dof=account.dof - found.integrable,
+        lines=tuple(map(line, account.lines)),
+        nonholonomic=len(found.kept) - found.integrable,
+    )
+
+
+def without_rates(
+    account: Account, dropped: Sequence[Redundant], open_ones: Sequence[tuple[str, Equation]]
+) -> Account:
+    """The account with constraints on velocities that others imply; ``open_ones`` stay."""
+    by: dict[str, tuple[str, ...]] = {}
+    for one in dropped:
+        by[one.constraint] = (*by.get(one.constraint, ()), *one.implied_by)
+    gone = by.keys() - {name for name, _ in open_ones}
+
+    def line(line: ConstraintLine) -> ConstraintLine:
+        if line.name not in gone or line.status != "independent":
+            return line
+        others = dict.fromkeys(n for n in by[line.name] if n != line.name)
+        return replace(line, status="redundant", implied_by=tuple(others))
+
+    return replace(account, lines=tuple(map(line, account.lines)))
+
+
+def rate_warnings(dropped: Sequence[Redundant]) -> list[Problem]:
+    """Warnings for constraints on velocities that others, or their rates, imply."""
+    return [
+        _redundant(one.constraint, one.equation, one.implied_by, one.by_definitions)
+        for one in dropped
+    ]
+
+
+def level_warnings(levels: Sequence[Level], found: Independent) -> list[Problem]:
+    """Warnings for constraints on velocities that others imply."""
+    return [
+        _redundant(levels[k].constraint, levels[k].equation, by)
+        for k, by in found.redundant.items()
+    ]
+
+
+def level_remarks(levels: Sequence[Level], found: Independent) -> list[str]:
+    """What to say of integrable constraints that stay constraints on velocities."""
+    if not found.integrable:
+        return []
+    named = ", ".join(f"'{n}'" for n in dict.fromkeys(levels[k].constraint for k in found.kept))
+    return [
+        f"of {named}, {found.integrable} can be integrated, though not in closed form here:"
+        " counted to K, kept as constraints on velocities"
+    ]
+
+
+def _on_points(names: Names, phi: sp.Expr) -> sp.Expr:
+    """φ with the components of massless points as the scene gives them: they do not move freely."""
+    given = {s: names.given[s] for body in names.point_symbols for s in body if s in names.given}
+    while present := {s: given[s] for s in phi.free_symbols if s in given}:
+        phi = phi.xreplace(present)
+    return phi
+
+
+def _satisfied(leftovers: set[int], dependent: Mapping[int, tuple[int, ...]]) -> set[int]:
+    """Left-over equations that definitions fulfil.
+
+    An equation that depends on earlier ones may have been used up in the place of
+    one of them; that one is independent then.
+    """
+    satisfied = leftovers - dependent.keys()
+    for number, by in dependent.items():
+        displaced = sorted(satisfied & set(by))
+        if number not in leftovers and displaced:
+            satisfied.discard(displaced[-1])
+    return satisfied
+
+
+def _require_solutions(geometry: Geometry, points: Sequence[Point], holding: Holding) -> None:
+    """Refuse solutions that do not solve their equation (an inverse function's other branch)."""
+    found, solved = geometry.found, geometry.solved_sides
+    wrong = [r.number for r in examine(solved, points) if not r.identity]
+    held = holding({k: solved[k] for k in wrong}) if wrong else ()
+    for number in wrong:
+        if number not in held:
+            names = geometry.names
+            proven = explained(names, found.stated, [number], geometry.reference)
+            raise proven or refusals.no_solution(found.stated[number])
+
+
+def _account(
+    geometry: Geometry,
+    satisfied: set[int],
+    dependent: Mapping[int, tuple[int, ...]],
+    kept: Sequence[int],
+    extra: int,
+) -> Account:
+    found = geometry.found
+    positions = dict.fromkeys(geometry.positions)
+    dof = len(geometry.coordinates) - len(kept)
+    cartesian = len(geometry.positions)
+    constraints = cartesian + extra - dof
+    # Equations that fix names of massless points restrict no particle.
+    for_points = sum(
+        s not in positions and number not in dependent for s, number in found.by.items()
+    )
+    independent = len(found.stated) - len(dependent) - for_points
+    return Account(
+        cartesian=cartesian,
+        extra=extra,
+        constraints=constraints,
+        dof=dof,
+        implied=max(0, constraints - independent),
+        lines=tuple(_lines(geometry, satisfied, dependent)),
+        chosen_automatically=geometry.names.scene.coordinates is None,
+    )
+
+
+def _require_independent(geometry: Geometry, points: Sequence[Point], kept: Sequence[int]) -> None:
+    """Refuse coordinates that move the particles in fewer independent ways than there are.
+
+    A closure that a motion violates counts as a way, and so does the rate of a coordinate
+    that has kinetic energy of its own.
+    """
+    pending = geometry.found.pending
+    r = _places(geometry)
+    beside = [pending[k][0] - pending[k][1] for k in kept]
+    moving = _moving(geometry, beside)
+    r += beside
+    r += _spinning(geometry, moving)
+    null = _unmoved(r, moving, points)
+    if null is None:
+        return
+    weights = np.abs(null).max(axis=0)
+    mixed = [q for q, w in zip(moving, weights, strict=True) if w > 1e-6]
+    raise refusals.dependent_coordinates(
+        geometry.names.scene,
+        [q.name for q in geometry.coordinates],
+        [q.name for q in mixed],
+        len(moving) - len(null),
+    )
+
+
+def _extra(geometry: Geometry, points: Sequence[Point]) -> int:
+    """E: how many independent changes of the coordinates move no particle."""
+    moving = _moving(geometry, ())
+    outside = len(geometry.coordinates) - len(moving)
+    if not _spinning(geometry, moving):
+        return outside
+    null = _unmoved(_places(geometry), moving, points)
+    return outside + (0 if null is None else len(null))
+
+
+def _places(geometry: Geometry) -> list[sp.Expr]:
+    """Distinct components of particles that move."""
+    return [geometry.resolved[s] for s in dict.fromkeys(geometry.positions) if geometry.held[s]]
+
+
+def _moving(geometry: Geometry, beside: Sequence[sp.Expr]) -> list[sp.Symbol]:
+    """Coordinates that stand in the places of particles, or in what is ``beside`` them."""
+    inside = set().union(*(geometry.held[s] for s in geometry.positions))
+    inside.update(s for e in beside for s in e.free_symbols)
+    return [q for q in geometry.coordinates if q in inside]
+
+
+def _spinning(geometry: Geometry, coordinates: Sequence[sp.Symbol]) -> list[sp.Symbol]:
+    """Coordinates whose rates the section ``kinetic`` holds, by whatever name it calls them."""
+    names, t = geometry.names, geometry.names.t
+    rates = {q: sp.Dummy(real=True) for q in geometry.coordinates}
+
+    def rate(expr: sp.Expr) -> sp.Expr:
+        placed = {s: geometry.resolved[s] for s in expr.free_symbols & geometry.resolved.keys()}
+        place = expr.xreplace(placed)
+        moving = sorted(place.free_symbols & rates.keys(), key=geometry.order.__getitem__)
+        return total_derivative(place, t, [(q, rates[q]) for q in moving])
+
+    held = set[sp.Symbol]()
+    for term in names.scene.kinetic:
+        held |= names.convert(term.expression, rate).free_symbols
+    return [q for q in coordinates if rates[q] in held]
+
+
+def _unmoved(
+    r: Sequence[sp.Expr], moving: Sequence[sp.Symbol], points: Sequence[Point]
+) -> Matrix | None:
+    """Directions of the coordinates that change nothing of ``r``; None where there are none."""
+    if {*moving} <= {*r}:
+        return None  # each coordinate is a Cartesian component itself
+    return dependent_columns(r, moving, points)
+
+
+def _lines(
+    geometry: Geometry, satisfied: set[int], dependent: Mapping[int, tuple[int, ...]]
+) -> list[ConstraintLine]:
+    stated = geometry.found.stated
+    numbered: dict[str, list[int]] = {}
+    for k, equation in enumerate(stated):
+        numbered.setdefault(equation.constraint, []).append(k)
+    lines = []
+    for constraint in geometry.names.scene.constraints:
+        numbers = numbered.get(constraint.name, [])
+        implied_by = [stated[j].constraint for k in numbers for j in dependent.get(k, ())]
+        lines.append(
+            ConstraintLine(
+                name=constraint.name,
+                equations=tuple(e.text for e in constraint.equations),
+                status=_status(numbers, satisfied, dependent),
+                implied_by=tuple(dict.fromkeys(n for n in implied_by if n != constraint.name)),
+                rheonomic=any(_depends_on_time(geometry.names, stated[k].phi) for k in numbers),
+            )
+        )
+    for one_sided, gap in zip(geometry.names.scene.unilateral, geometry.gaps, strict=True):
+        lines.append(
+            ConstraintLine(
+                gap.name,
+                (gap.text,),
+                "unilateral",
+                rheonomic=geometry.names.t in (gap.left - gap.right).free_symbols,
+                restitution=one_sided.restitution.text if one_sided.restitution else "",
+            )
+        )
+    return lines
+
+
+def _depends_on_time(names: Names, phi: sp.Expr) -> bool:
+    """Whether t stands in a constraint, or in the place of a point that it names."""
+    points = {s: names.given[s] for body in names.point_symbols for s in body if s in names.given}
+    while phi.free_symbols & points.keys():
+        phi = phi.xreplace(points)
+    return names.t in phi.free_symbols
+
+
+def _status(
+    numbers: Sequence[int], satisfied: set[int], dependent: Mapping[int, tuple[int, ...]]
+) -> Literal["independent", "satisfied", "redundant"]:
+    if numbers and all(k in dependent for k in numbers):
+        return "redundant"
+    if numbers and all(k in satisfied or k in dependent for k in numbers):
+        return "satisfied"
+    return "independent"
+
+
+def _warnings(geometry: Geometry, dependent: Mapping[int, tuple[int, ...]]) -> list[Problem]:
+    stated = geometry.found.stated
+    return [
+        _redundant(stated[k].constraint, stated[k].equation, [stated[j].constraint for j in by])
+        for k, by in dependent.items()
+    ]
+
+
+def _redundant(
+    name: str, equation: Equation, by: Sequence[str], by_definitions: bool = False
+) -> Problem:
+    nothing = "implied by the definitions" if by_definitions else "it restricts nothing"
+    reason = f"implied by {quoted(by)}" if by else nothing
+    return Problem(
+        f"constraint '{name}' is redundant: {reason}",
+        equation.mark(),
+        rule="redundant",
+        severity="warning",
+    )

@@ -1,0 +1,315 @@
+"""What an elimination leaves: positions over coordinates, and equations that may restrict them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import Mark
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.diagnosis import errors as refusals
+from lagrange_cli.mechanics.diagnosis.inconsistency import contradiction
+from lagrange_cli.mechanics.elimination.eliminate import Elimination
+from lagrange_cli.mechanics.elimination.solve_equation import (
+    linear_parts,
+    solutions,
+    solves_everywhere,
+)
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.rank import TOLERANCE, Point
+from lagrange_cli.mechanics.symbols.names import Names
+from lagrange_cli.mechanics.symbols.yaml_snippets import is_held
+from lagrange_cli.scene.language.expression import Expression
+from lagrange_cli.scene.model import Unilateral
+
+__all__ = ["Geometry", "Holding", "Leftover", "Restriction", "examine", "gap_over_names", "related"]
+
+#: Numbers of those of some equations that hold identically around the start.
+Holding = Callable[[Mapping[int, tuple[sp.Expr, sp.Expr]]], Collection[int]]
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """An elimination and what came of it.
+
+    Attributes
+    ----------
+    resolved
+        Raw symbol → r(q, t).
+    coordinates
+        Symbols q.
+    reference
+        Values of symbols at ``initial``/``near``.
+    """
+
+    names: Names
+    found: Elimination
+    resolved: Mapping[sp.Symbol, sp.Expr]
+    coordinates: Sequence[sp.Symbol]
+    reference: Mapping[sp.Symbol, mpf]
+
+    @property
+    def positions(self) -> list[sp.Symbol]:
+        """Raw symbols of the particles' components, 3N of them."""
+        return [s for body in self.names.particle_symbols for s in body]
+
+    @cached_property
+    def order(self) -> Mapping[sp.Symbol, int]:
+        """Numbers of the coordinates."""
+        return {q: j for j, q in enumerate(self.coordinates)}
+
+    @cached_property
+    def held(self) -> Mapping[sp.Symbol, frozenset[sp.Symbol]]:
+        """What each of ``resolved`` depends on."""
+        return {s: frozenset(r.free_symbols) for s, r in self.resolved.items()}
+
+    def restriction(self, number: int) -> Restriction:
+        """A pending equation as one that is kept."""
+        stated = self.found.stated[number]
+        left, right = self.found.pending[number]
+        equation = stated.equation
+        return Restriction(
+            stated.constraint,
+            "position",
+            left,
+            right,
+            equation.text,
+            equation.mark(),
+            stated.integral,
+        )
+
+    @cached_property
+    def solved_sides(self) -> dict[int, tuple[sp.Expr, sp.Expr]]:
+        """Both sides of the equations that a name was solved from, with the solutions put in."""
+        sides = {}
+        for number in sorted(set(self.found.by.values())):
+            stated = self.found.stated[number]
+            left, right = (self._placed(e) for e in (stated.left, stated.right))
+            if left != right:
+                sides[number] = left, right
+        return sides
+
+    def _placed(self, expr: sp.Expr) -> sp.Expr:
+        return expr.xreplace(
+            {s: self.resolved[s] for s in expr.free_symbols & self.resolved.keys()}
+        )
+
+    @cached_property
+    def gaps(self) -> tuple[Restriction, ...]:
+        """The one-sided constraints: ``left`` ≥ ``right``."""
+        return tuple(map(self._gap, self.names.scene.unilateral))
+
+    def _gap(self, one_sided: Unilateral) -> Restriction:
+        written = one_sided.inequality
+        left, right = self._resolved(written.left), self._resolved(written.right)
+        if written.relation == "<=":
+            left, right = right, left
+        return Restriction(one_sided.name, "position", left, right, written.text, written.mark())
+
+    def _resolved(self, expression: Expression) -> sp.Expr:
+        """An expression of the scene over q and t."""
+        return self._placed(self.names.convert(expression))
+
+    def without(self, q: sp.Symbol) -> list[str]:
+        """Names of the other coordinates."""
+        return [other.name for other in self.coordinates if other != q]
+
+
+@dataclass(frozen=True)
+class Restriction:
+    """An equation kept beside the coordinates, ``left = right``.
+
+    Of ``position`` over q and t; of ``velocity`` over q, v and t. ``text`` and ``mark``
+    are those of the scene's equation, of which it is the ``integral`` or itself.
+    """
+
+    name: str
+    kind: Literal["position", "velocity"]
+    left: sp.Expr
+    right: sp.Expr
+    text: str
+    mark: Mark | None
+    integral: bool = False
+
+
+@dataclass(frozen=True)
+class Leftover:
+    """A stated equation that no unknown was solved from: what it says at feasible points."""
+
+    number: int
+    reduced: sp.Expr
+    identity: bool
+    constant: bool
+
+
+def gap_over_names(names: Names, one_sided: Unilateral) -> sp.Expr:
+    """φ ≥ 0 of a one-sided constraint over the names that it is written in."""
+    written = one_sided.inequality
+    difference = names.convert(written.left) - names.convert(written.right)
+    return difference if written.relation == ">=" else -difference
+
+
+def related(
+    geometry: Geometry, points: Sequence[Point], holding: Holding = lambda _: frozenset()
+) -> tuple[int, ...]:
+    """Numbers of the pending equations that restrict the coordinates: they are to stay.
+
+    Parameters
+    ----------
+    points
+        Configurations that need not satisfy them.
+    holding
+        Tells which of some equations hold identically around the start.
+
+    Raises
+    ------
+    InputError
+        A contradiction, or a declared coordinate that an equation gives in closed form.
+    """
+    pending = geometry.found.pending
+    relations = [r for r in examine(pending, points) if not r.identity]
+    satisfied = holding({r.number: pending[r.number] for r in relations}) if relations else ()
+    kept = [r for r in relations if r.number not in satisfied]
+    for relation in kept:
+        # A sum of squares is singular wherever it holds: another error says so.
+        if not refusals.is_sum_of_squares(geometry.found.stated[relation.number].phi):
+            _require_relation(geometry, relation)
+    return tuple(r.number for r in kept)
+
+
+def examine(
+    equations: Mapping[int, tuple[sp.Expr, sp.Expr]], points: Sequence[Point]
+) -> list[Leftover]:
+    """Evaluate reduced equations: identities, contradictions or relations."""
+    asked = {number: _terms(*sides) for number, sides in equations.items()}
+    everything = [e for terms in asked.values() for e in terms]
+    try:
+        samples = [iter(values(everything, point)) for point in points]
+    except DomainError:
+        if len(asked) > 1:
+            return [examine({k: sides}, points)[0] for k, sides in equations.items()]
+        # Not even real where the coordinates lead: it restricts them.
+        return [
+            Leftover(k, terms[-1], identity=False, constant=False) for k, terms in asked.items()
+        ]
+    return [
+        _leftover(k, terms[-1], [[next(sample) for _ in terms] for sample in samples])
+        for k, terms in asked.items()
+    ]
+
+
+def _terms(left: sp.Expr, right: sp.Expr) -> list[sp.Expr]:
+    """What φ is measured by, then φ."""
+    phi = left - right
+    if phi == 0:
+        return [phi]
+    terms = [*sp.Add.make_args(left), *sp.Add.make_args(right)]
+    if len(sp.Add.make_args(phi)) == 1:
+        terms += _sensitivities(phi)
+    return [*terms, phi]
+
+
+def _leftover(number: int, phi: sp.Expr, samples: Sequence[Sequence[mpf]]) -> Leftover:
+    totals = [total for *_, total in samples]
+    sizes = [sum(map(abs, parts), mpf(0)) for *parts, _ in samples]
+    identity = all(abs(x) <= TOLERANCE * size for x, size in zip(totals, sizes, strict=True))
+    spread = max(totals) - min(totals)
+    return Leftover(number, phi, identity, constant=bool(spread <= TOLERANCE * max(sizes)))
+
+
+def _sensitivities(product: sp.Expr) -> list[sp.Expr]:
+    """What a single term changes by for each term of the sums that its factors are of.
+
+    log(sin² q + cos² q) is zero, and as small as its argument is off 1.
+    """
+    found = []
+    for factor in sp.Mul.make_args(product):
+        inner = factor if factor.is_Add else next(iter(factor.args), factor)
+        if inner.is_Add:
+            place = sp.Dummy(real=True)
+            slope = derivative(factor.xreplace({inner: place}), place).xreplace({place: inner})
+            found += [product / factor * slope * part for part in inner.args]
+    return found
+
+
+def _require_relation(geometry: Geometry, leftover: Leftover) -> None:
+    """Refuse an equation that cannot hold, or that gives a declared coordinate by others."""
+    found = geometry.found
+    present = leftover.reduced.free_symbols
+    involved = sorted(present & geometry.order.keys(), key=geometry.order.__getitem__)
+    if leftover.constant or not involved:
+        raise contradiction(
+            geometry.names, found, leftover.number, leftover.reduced, geometry.reference
+        )
+    if found.stated[leftover.number].integral or any(q in found.unknowns for q in involved):
+        return
+    constants = frozenset(geometry.names.parameters.values())
+    if any(_is_given(leftover.reduced, q, set(involved), constants) for q in involved):
+        raise refusals.too_many(
+            geometry.names.scene,
+            found.stated[leftover.number],
+            involved,
+            *_surplus(geometry, leftover.reduced, involved),
+        )
+
+
+def _surplus(
+    geometry: Geometry, phi: sp.Expr, involved: Sequence[sp.Symbol]
+) -> tuple[list[str], tuple[str, sp.Expr]]:
+    """The other coordinates, and the one that φ = 0 gives best, with its value.
+
+    Those that nothing asks for before others, without choice before with one, Cartesian names
+    before others, the last declared first.
+    """
+    ways = {q: solutions(phi, q) or [] for q in involved}
+    scene, reference = geometry.names.scene, geometry.reference
+
+    def rank(q: sp.Symbol) -> tuple[bool, bool, bool, bool]:
+        alone = len(ways[q]) == 1
+        return is_held(scene, q.name), not ways[q], not alone, q not in geometry.resolved
+
+    q = min(reversed(involved), key=rank)
+    branches = sorted(ways[q] or [sp.Integer(1)], key=lambda b: _is_elsewhere(b, q, reference))
+    return geometry.without(q), (q.name, branches[0])
+
+
+def _is_elsewhere(
+    branch: sp.Expr, q: sp.Symbol, reference: Mapping[sp.Symbol, mpf]
+) -> tuple[bool, mpf]:
+    """Whether a branch is not that of the given configuration, and its distance from it."""
+    held = branch.free_symbols
+    if q not in reference or not held <= reference.keys():
+        return True, mpf(0)
+    try:
+        value = values([branch], {s: reference[s] for s in held})[0]
+    except (DomainError, ZeroDivisionError):
+        return True, mpf(0)
+    return False, abs(value - reference[q])
+
+
+def _is_given(
+    phi: sp.Expr, q: sp.Symbol, coordinates: set[sp.Symbol], constants: frozenset[sp.Symbol]
+) -> bool:
+    """Whether φ = 0 gives q in closed form without a choice that holds in one chart only.
+
+    Several branches none of which ends in a root or an inverse function cross each other:
+    φ is a product in disguise. One that divides by what may vanish holds in one chart.
+    """
+    parts = linear_parts(phi, q)
+    if parts is not None and not solves_everywhere(*parts, constants):
+        return False
+    branches = solutions(phi, q)
+    if not branches:
+        return False
+    return len(branches) == 1 or not any(_ends(b, coordinates) for b in branches)
+
+
+def _ends(branch: sp.Expr, coordinates: set[sp.Symbol]) -> bool:
+    roots = (p for p in branch.atoms(sp.Pow) if not p.exp.is_Integer)
+    inverses = branch.atoms(sp.asin, sp.acos, sp.acosh)
+    return any(e.free_symbols & coordinates for e in (*roots, *inverses))

@@ -1,0 +1,141 @@
+"""Which of the equations that restrict coordinates are needed: independent ones, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from mpmath import mpf
+
+from lagrange_cli.errors import InputError
+from lagrange_cli.mechanics.diagnosis import errors as refusals
+from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
+from lagrange_cli.mechanics.numerics.gauss_newton import Row
+from lagrange_cli.mechanics.numerics.rank import (
+    TOLERANCE,
+    dense,
+    dependent_rows,
+    rank,
+    scaled_doubles,
+)
+from lagrange_cli.mechanics.numerics.sampling import Drawn, Sampler, double
+from lagrange_cli.mechanics.reduction.geometry import Geometry
+from lagrange_cli.mechanics.reduction.local_identities import hold_around
+
+__all__ = ["independent_closures", "require_determined"]
+
+#: A gradient below this part of what it is nearby has vanished.
+_FLAT = 1e-7
+#: Gradients this close to a combination of others depend on them; it is looked at nearby, too.
+_DEPENDENT = 1e-6
+#: How far around a configuration equations are tried that seem to follow from others.
+_AROUND = mpf("0.01")
+
+
+def independent_closures(
+    geometry: Geometry,
+    related: Sequence[int],
+    manifold: Manifold,
+    sampler: Sampler,
+    points: Sequence[Drawn],
+) -> tuple[int, ...]:
+    """Numbers of the stated equations that are kept beside the coordinates.
+
+    Parameters
+    ----------
+    related
+        Numbers of the equations that restrict the coordinates.
+    manifold
+        Of these equations, in that order.
+    points
+        Configurations that satisfy them all.
+
+    Raises
+    ------
+    InputError
+        Equations that are singular wherever they hold.
+    """
+    slopes = [manifold.slopes(p) for p in points]
+    places = [q for p in points for q in sampler.around(p, mpf(1))]
+    beside = [manifold.slopes(p) for p in places]
+    for k, number in enumerate(related):
+        steepest = max(_size(off[k]) for off in beside)
+        if all(_size(on[k]) <= _FLAT * steepest for on in slopes):
+            raise _without_slope(geometry, number, sampler, [*points, *places])
+    everywhere = [dependent_rows([*map(scaled_doubles, rows)], _DEPENDENT) for rows in slopes]
+    dropped = {k: by for k, by in everywhere[0].items() if all(k in other for other in everywhere)}
+    kept = [k for k in manifold.all if k not in dropped]
+    _require_implied(geometry, related, manifold, sampler, points, dropped)
+    return tuple(related[k] for k in kept)
+
+
+def _without_slope(
+    geometry: Geometry, number: int, sampler: Sampler, places: Sequence[Drawn]
+) -> InputError:
+    """The error of an equation whose gradient vanishes wherever it holds, or on a part of it."""
+    sides = geometry.found.pending[number]
+    held = [q for q in geometry.coordinates if q in (sides[0] - sides[1]).free_symbols]
+    for place in places:
+        values = {q: mpf(f"{double(place[q]):.2g}") for q in held}
+        if hold_around({number: sides}, sampler, {**place, **values}):
+            shown = {q.name: f"{double(x):.2g}" for q, x in values.items()}
+            stated = geometry.found.stated[number]
+            return refusals.satisfied_elsewhere(geometry.names.scene, stated, shown)
+    return refusals.singular(geometry.names.scene, geometry.found, [number])
+
+
+def _size(row: Row) -> mpf:
+    return max(map(abs, row.values()), default=mpf(0))
+
+
+def _require_implied(
+    geometry: Geometry,
+    related: Sequence[int],
+    manifold: Manifold,
+    sampler: Sampler,
+    points: Sequence[Drawn],
+    dropped: dict[int, tuple[int, ...]],
+) -> None:
+    """Refuse equations whose gradients depend on others' though the others do not imply them."""
+    kept = [k for k in manifold.all if k not in dropped]
+    around = [manifold.placed(sampler.near(p, _AROUND), kept) for p in points if dropped]
+    for point in around:
+        if point is None:
+            continue
+        violations = manifold.violations(point)
+        for k, by in dropped.items():
+            # Each of the equations may be off by the tolerance, as decimals are; one that
+            # does not follow is off by the square of the distance around.
+            if violations[k] > TOLERANCE * (1 + len(by)):
+                raise refusals.singular(
+                    geometry.names.scene, geometry.found, [related[j] for j in (*by, k)]
+                )
+
+
+def require_determined(
+    geometry: Geometry, manifold: Manifold, draw: Callable[[], Sequence[Drawn]]
+) -> None:
+    """Refuse declared coordinates beside which closures leave a name undetermined.
+
+    Parameters
+    ----------
+    draw
+        Gives configurations that satisfy the closures.
+
+    Raises
+    ------
+    InputError
+        Too few coordinates.
+    """
+    names, found = geometry.names, geometry.found
+    opened = [k for k, q in enumerate(geometry.coordinates) if q in found.unknowns]
+    if names.scene.coordinates is None or not opened:
+        return
+    ranks = [_rank(manifold.slopes(p), opened) for p in draw()]
+    if max(ranks) < len(opened):
+        raise refusals.too_few(names.scene, found, len(opened) - max(ranks))
+
+
+def _rank(rows: Sequence[Row], columns: Sequence[int]) -> int:
+    place = {j: k for k, j in enumerate(columns)}
+    held = [{place[j]: x for j, x in row.items() if j in place} for row in rows]
+    return rank(dense([scaled_doubles(row) for row in held], len(columns)), TOLERANCE)

@@ -1,0 +1,194 @@
+"""Which velocity constraints are the rate of a constraint on positions.
+
+A constraint A(q, t) v + b(q, t) = 0 is the one-form ω = A dq + b dt. Forms that the
+motion annuls are integrable where dω vanishes on all displacements that annul them
+(Frobenius; Bloch, Nonholonomic Mechanics and Control, 2nd ed. 2015, section 2.4).
+Combinations for which it does are sought with constant coefficients, again and again
+until the rest does not shrink (the derived flag). A form that is closed itself is
+integrated term by term; its integral takes its constant from the initial state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+from mpmath import mpf
+from sympy.integrals.manualintegrate import manualintegrate
+
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.rank import TOLERANCE, Matrix, Point
+from lagrange_cli.mechanics.numerics.sampling import double
+
+__all__ = ["Form", "integrable_rank", "integral"]
+
+#: Terms that a coefficient may be multiplied out to, and operations of one that is integrated.
+_TERM_BUDGET, _OPERATION_BUDGET = 60, 40
+
+
+@dataclass(frozen=True)
+class Form:
+    """ω = Σ coefficient·d(variable); the last variable is t."""
+
+    variables: tuple[sp.Symbol, ...]
+    coefficients: tuple[sp.Expr, ...]
+
+    def curl(self) -> dict[tuple[int, int], sp.Expr]:
+        """dω: (i, j), i < j → ∂ᵢωⱼ − ∂ⱼωᵢ, zero ones absent."""
+        found = {}
+        for j, y in enumerate(self.variables):
+            for i, x in enumerate(self.variables[:j]):
+                a, b = self.coefficients[j], self.coefficients[i]
+                entry = derivative(a, x) - derivative(b, y)
+                if entry != 0:
+                    found[i, j] = entry
+        return found
+
+
+def integral(form: Form, points: Sequence[Point]) -> sp.Expr | None:
+    """F with dF = ω; None where ω is not closed, or F not found in closed form.
+
+    Parameters
+    ----------
+    points
+        Configurations at which dω = 0 and dF = ω are looked at.
+    """
+    if not all(_vanishes(sp.Add.make_args(e), points) for e in form.curl().values()):
+        return None
+    total = sp.Integer(0)
+    for variable, coefficient in zip(form.variables, form.coefficients, strict=True):
+        rest = sp.expand(coefficient - derivative(total, variable))
+        part = _antiderivative(rest, variable)
+        if part is None:
+            return None
+        total += part
+    for variable, coefficient in zip(form.variables, form.coefficients, strict=True):
+        if not _vanishes([derivative(total, variable), -coefficient], points):
+            return None
+    return total
+
+
+def _antiderivative(expr: sp.Expr, variable: sp.Symbol) -> sp.Expr | None:
+    terms = expand_terms(expr, _TERM_BUDGET)
+    if terms is None:
+        return None
+    # As if all were positive, cases are not told apart; what holds elsewhere is looked at later.
+    generic = {s: sp.Dummy(s.name, positive=True) for s in sorted(expr.free_symbols, key=str)}
+    original = {dummy: s for s, dummy in generic.items()}
+    found = []
+    for term in terms:
+        if sp.count_ops(term) > _OPERATION_BUDGET:
+            return None
+        if variable in term.free_symbols:
+            part = manualintegrate(term.xreplace(generic), generic[variable]).xreplace(original)
+        else:
+            part = term * variable
+        if part.has(sp.Integral, sp.Piecewise):
+            return None
+        found.append(part)
+    return sp.Add(*found)
+
+
+def _vanishes(terms: Sequence[sp.Expr], points: Sequence[Point]) -> bool:
+    """Whether a sum is zero at every point, beside the size of its terms."""
+    for point in points:
+        try:
+            numbers = values(list(terms), point)
+        except DomainError:
+            return False
+        if abs(sum(numbers, mpf(0))) > TOLERANCE * sum(map(abs, numbers), mpf(0)):
+            return False
+    return True
+
+
+def integrable_rank(forms: Sequence[Form], points: Sequence[Point], scale: Sequence[float]) -> int:
+    """Dimension of the largest integrable system that constant combinations of the forms span.
+
+    Parameters
+    ----------
+    forms
+        Independent forms over the same variables.
+    points
+        Configurations; what is found must be the same at each.
+    scale
+        The size of each variable, so that units do not matter.
+    """
+    if not forms:
+        return 0
+    sizes = np.array(scale)
+    first, _ = _numbers(forms, points[0], sizes)
+    weights = 1 / np.maximum(np.abs(first).max(axis=1), 1e-300)
+    seen = [_weighted(_numbers(forms, p, sizes), weights) for p in points]
+    spans = np.eye(len(forms))
+    while len(spans):
+        found = [_annulled(spans, rows, curls) for rows, curls in seen]
+        smaller = found[0]
+        if any(f.shape != smaller.shape or not np.allclose(f, smaller, atol=1e-7) for f in found):
+            return 0
+        if len(smaller) == len(spans):
+            return len(spans)
+        spans = smaller @ spans
+    return 0
+
+
+_Numbers = tuple[Matrix, list[Matrix]]
+
+
+def _weighted(numbers: _Numbers, weights: Matrix) -> _Numbers:
+    rows, curls = numbers
+    return weights[:, None] * rows, [w * d for w, d in zip(weights, curls, strict=True)]
+
+
+def _numbers(forms: Sequence[Form], point: Point, scale: Matrix) -> _Numbers:
+    """Rows ω and matrices dω at a point, for variables in units of a scale."""
+    n = len(forms[0].variables)
+    rows, curls = np.zeros((len(forms), n)), []
+    for k, form in enumerate(forms):
+        rows[k] = [double(x) for x in values(list(form.coefficients), point)]
+        entries = form.curl()
+        matrix = np.zeros((n, n))
+        for (i, j), value in zip(entries, values(list(entries.values()), point), strict=True):
+            matrix[i, j], matrix[j, i] = double(value), -double(value)
+        curls.append(matrix * np.outer(scale, scale))
+    return rows * scale, curls
+
+
+def _annulled(spans: Matrix, rows: Matrix, curls: Sequence[Matrix]) -> Matrix:
+    """Combinations of ``spans`` whose dω vanishes where they all do, in reduced row form."""
+    combined = spans @ rows
+    _, _, right = np.linalg.svd(combined)
+    null = right[len(combined) :]
+    restricted = [
+        sum(c * (null @ d @ null.T) for c, d in zip(weights, curls, strict=True)).ravel()
+        for weights in spans
+    ]
+    matrix = np.array(restricted).T
+    size = max(max(np.abs(d).max(initial=0.0) for d in curls), 1e-300)
+    if not matrix.size:
+        return np.eye(len(spans))
+    _, found, vectors = np.linalg.svd(matrix, full_matrices=True)
+    rank = int(np.sum(found > TOLERANCE * size))
+    return _reduced(vectors[rank:])
+
+
+def _reduced(matrix: Matrix) -> Matrix:
+    """Reduced row echelon form of independent rows: the same for every basis of their span."""
+    rows = matrix.copy()
+    done = 0
+    for column in range(rows.shape[1]):
+        if done == len(rows):
+            break
+        pivot = done + int(np.abs(rows[done:, column]).argmax())
+        if abs(rows[pivot, column]) < TOLERANCE:
+            continue
+        rows[[done, pivot]] = rows[[pivot, done]]
+        rows[done] /= rows[done, column]
+        for k in range(len(rows)):
+            if k != done:
+                rows[k] -= rows[k, column] * rows[done]
+        done += 1
+    return rows

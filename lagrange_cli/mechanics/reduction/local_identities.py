@@ -1,0 +1,152 @@
+"""Equations that hold identically on a part of the configurations only.
+
+Roots and inverse functions have branches: acos(cos q) is q for q between 0 and π and is not
+beyond. A constraint may so follow from the definitions around the start and restrict the
+motion elsewhere. An identity between analytic functions that holds around one point holds
+wherever both stay analytic; only functions with branches end it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.sampling import Drawn, Sampler
+from lagrange_cli.mechanics.reduction.geometry import Restriction
+
+__all__ = ["Sides", "has_branches", "hold_around", "violated_at"]
+
+Sides = tuple[sp.Expr, sp.Expr]
+
+#: Functions of which another branch may begin elsewhere.
+_BRANCHES = (sp.asin, sp.acos, sp.atan, sp.atan2, sp.acosh, sp.Abs, sp.sign, sp.Max, sp.Min)
+
+#: How far around a point an identity has to hold, in units of the coordinates, and the
+#: directions in which, with their opposites, it is tried.
+_WIDTHS, _DIRECTIONS = tuple(mpf(2) ** -k for k in range(13)), 4
+#: Times the digits carried with which values are compared: what is only small stays as
+#: small as it is, what vanishes shrinks with rounding.
+_MORE = 3
+#: Widths at which an equation is tried elsewhere, points of each, and the most coordinates.
+_FAR, _TRIALS, _MOST = (1, 4, 16, 64), 12, 16
+#: An equation is violated where it is off by more than this part of its terms.
+_VIOLATED = mpf(10) ** -6
+
+
+def has_branches(sides: Sides) -> bool:
+    """Whether a function with branches stands in an equation."""
+    return any(
+        e.has(*_BRANCHES) or any(not p.exp.is_Integer for p in e.atoms(sp.Pow)) for e in sides
+    )
+
+
+def hold_around(
+    equations: Mapping[int, Sides], sampler: Sampler, point: Mapping[sp.Symbol, mpf]
+) -> set[int]:
+    """Numbers of the equations with branches that hold identically around a point.
+
+    Parameters
+    ----------
+    point
+        Values of t and of coordinates; equations that hold a coordinate without a value
+        are left out.
+    """
+    coordinates = set(sampler.coordinates)
+    held = set[int]()
+    for number, sides in equations.items():
+        present = (sides[0].free_symbols | sides[1].free_symbols) & coordinates
+        if present and present <= point.keys() and has_branches(sides):
+            around = (_around(sampler, point, width) for width in _WIDTHS)
+            if any(all(_is_identity(sides, p) for p in points) for points in around):
+                held.add(number)
+    return held
+
+
+def _around(
+    sampler: Sampler, point: Mapping[sp.Symbol, mpf], width: mpf
+) -> Iterator[Mapping[sp.Symbol, mpf]]:
+    """Points near a point, before and after its time."""
+    for _ in range(_DIRECTIONS):
+        center = {**sampler.candidate(mpf(1)), **point}
+        for moved, sign in zip(sampler.around(center, width), (1, -1), strict=True):
+            yield {**moved, sampler.t: point[sampler.t] + sign * width}
+
+
+def _is_identity(sides: Sides, point: Mapping[sp.Symbol, mpf]) -> bool:
+    """Whether left − right is rounding: it vanishes as digits grow."""
+    found = _misses(sides, point)
+    if found is None:
+        return False
+    coarse, fine, size = found
+    is_small = fine <= size * mpf(10) ** (-2 * mpmath.mp.dps)
+    return bool(is_small and (not fine or _differ(coarse, fine)))
+
+
+def _differ(coarse: mpf, fine: mpf) -> bool:
+    """Whether a value is rounding: other digits give another one."""
+    return bool(abs(coarse - fine) > _VIOLATED * fine)
+
+
+def _violation(sides: Sides, point: Mapping[sp.Symbol, mpf]) -> mpf:
+    """|left − right| beside the terms of both; 0 where it is small, or rounding."""
+    found = _misses(sides, point)
+    if found is None:
+        return mpf(0)
+    coarse, fine, size = found
+    if fine <= _VIOLATED * size or _differ(coarse, fine):
+        return mpf(0)
+    return fine / size
+
+
+def _misses(sides: Sides, point: Mapping[sp.Symbol, mpf]) -> tuple[mpf, mpf, mpf] | None:
+    """|left − right| with the digits carried and with more, and Σ |terms|; None if not real."""
+    terms = [e for side in sides for e in sp.Add.make_args(side)]
+    try:
+        left, right = values(sides, point)
+        with mpmath.workdps(_MORE * mpmath.mp.dps):
+            more_left, more_right, *parts = values([*sides, *terms], point)
+            fine, size = abs(more_left - more_right), sum(map(abs, parts), mpf(0))
+    except (DomainError, ZeroDivisionError, OverflowError):
+        return None
+    return abs(left - right), fine, size
+
+
+def violated_at(
+    equations: Mapping[int, Sides], sampler: Sampler, gaps: Sequence[Restriction]
+) -> dict[int, Drawn]:
+    """Configurations that violate equations which hold identically around the start, by number.
+
+    Only equations with branches are tried; none that is missing here is proven to hold.
+
+    Parameters
+    ----------
+    gaps
+        One-sided constraints that the configurations satisfy.
+    """
+    if len(sampler.coordinates) > _MOST:
+        return {}
+    tried = {k: sides for k, sides in equations.items() if has_branches(sides)}
+    if not tried:
+        return {}
+    openings = [gap.left - gap.right for gap in gaps]
+    violated = dict[int, Drawn]()
+    for width in _FAR:
+        worst = dict[int, mpf]()
+        for point in _allowed(sampler, mpf(width), openings):
+            for number in sorted(tried.keys() - (violated.keys() - worst.keys())):
+                excess = _violation(tried[number], point)
+                if excess > worst.get(number, 0):
+                    worst[number], violated[number] = excess, point
+    return violated
+
+
+def _allowed(sampler: Sampler, width: mpf, openings: Sequence[sp.Expr]) -> Iterator[Drawn]:
+    """Random configurations that leave all gaps open."""
+    for _ in range(_TRIALS):
+        point = sampler.draw(width=width)
+        if point is not None and all(x >= 0 for x in values(openings, point)):
+            yield point

@@ -1,0 +1,350 @@
+"""Constraints on velocities beside the rates of those on positions, before any is integrated.
+
+Over the names of the scene and their rates every constraint is a row A v + b = 0: one on
+velocities as it stands, one on positions by its total derivative. Rows that depend on each
+other at random feasible configurations say the same, or contradict each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass
+from functools import cached_property
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InconsistentError, InputError, Problem
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.diagnosis.errors import coordinates_left
+from lagrange_cli.mechanics.diagnosis.inconsistency import explained
+from lagrange_cli.mechanics.elimination.eliminate import Elimination, Stated, substitute
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.rank import (
+    TOLERANCE,
+    Point,
+    alike,
+    dependent_rows,
+    in_units,
+    scaled_doubles,
+)
+from lagrange_cli.mechanics.numerics.sampling import Drawn
+from lagrange_cli.mechanics.symbols.convert import total_derivative
+from lagrange_cli.mechanics.symbols.names import Names
+from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
+from lagrange_cli.scene.language.expression import Equation, names_in
+
+__all__ = ["Redundant", "redundant_rates"]
+
+#: Rows of which a combination is found in closed form, and operations it may have.
+_ROWS, _OPERATIONS = 4, 120
+
+_ZERO = sp.Integer(0)
+
+
+@dataclass(frozen=True)
+class Redundant:
+    """A constraint on velocities that others imply."""
+
+    constraint: str
+    equation: Equation
+    implied_by: tuple[str, ...]
+    by_definitions: bool = False
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A v + b = 0, with the constraint it is (the rate of).
+
+    ``position``: the equation between positions; None where the scene states the row.
+    """
+
+    constraint: str
+    equation: Equation
+    slopes: Mapping[sp.Symbol, sp.Expr]
+    rest: sp.Expr
+    position: Stated | None = None
+
+
+class _Rates:
+    """Names that move, each with a rate of its own; definitions are put in."""
+
+    def __init__(self, names: Names) -> None:
+        self.names = names
+        declared = names.coordinates.values()
+        unknowns = [s for s in names.cartesian.values() if s not in names.given]
+        free = [s for s in unknowns if s not in {*declared}]
+        settled = frozenset(names.parameters.values())
+        self._given = dict(substitute([], names.given, free, settled).solved)
+        self.moving = list(dict.fromkeys([*unknowns, *declared]))
+        self.rates = {s: sp.Symbol(f"dot({s.name})", real=True) for s in self.moving}
+
+    def holds_definitions(self, equation: Equation) -> bool:
+        """Whether a name stands in the equation that definitions give."""
+        given = {s.name for s in self.names.given}
+        sides = (equation.left.node, equation.right.node)
+        return any(n.name in given for side in sides for n in names_in(side))
+
+    def put_in(self, expr: sp.Expr) -> sp.Expr:
+        return expr.xreplace({s: self._given[s] for s in expr.free_symbols if s in self._given})
+
+    def rate(self, expr: sp.Expr) -> sp.Expr:
+        return total_derivative(self.put_in(expr), self.names.t, self.rates.items())
+
+    def row(
+        self, constraint: str, equation: Equation, psi: sp.Expr, position: Stated | None = None
+    ) -> _Row | None:
+        """ψ as a row; None where it is not linear in rates."""
+        present = psi.free_symbols
+        slopes = {s: derivative(psi, v) for s, v in self.rates.items() if v in present}
+        slopes = {s: sp.expand(a) for s, a in slopes.items()}
+        if any(a.free_symbols & {*self.rates.values()} for a in slopes.values()):
+            return None
+        rest = psi.xreplace({v: _ZERO for v in self.rates.values() if v in present})
+        return _Row(constraint, equation, slopes, rest, position)
+
+    def of_position(self, stated: Stated) -> _Row | None:
+        return self.row(stated.constraint, stated.equation, self.rate(stated.phi), stated)
+
+    def of_velocity(self, constraint: str, equation: Equation) -> _Row | None:
+        left, right = (
+            self.put_in(self.names.convert(side, self.rate))
+            for side in (equation.left, equation.right)
+        )
+        return self.row(constraint, equation, left - right)
+
+
+def redundant_rates(
+    names: Names,
+    found: Elimination,
+    open_ones: Sequence[tuple[str, Equation]],
+    resolved: Mapping[sp.Symbol, sp.Expr],
+    points: Sequence[Drawn],
+    reference: Mapping[sp.Symbol, mpf],
+) -> dict[int, Redundant]:
+    """Constraints on velocities that those on positions, or earlier ones, imply; by number.
+
+    Parameters
+    ----------
+    open_ones
+        Names and equations of the constraints on velocities.
+    points
+        Configurations that satisfy those on positions.
+
+    Raises
+    ------
+    InputError
+        Constraints that no velocities satisfy together.
+    """
+    rates = _Rates(names)
+    levels = [rates.of_velocity(*one) for one in open_ones]
+    rows = [row for row in map(rates.of_position, found.stated) if row is not None]
+    first = len(rows)
+    numbers = [k for k, level in enumerate(levels) if level is not None]
+    rows += [level for level in levels if level is not None]
+    seen = [_Seen(rows, _everywhere(resolved, p)) for p in points]
+    if not all(s.is_real for s in seen):
+        return {}
+    implied = {}
+    for k in range(first, len(rows)):
+        if not all(k in s.dependent for s in seen):
+            continue
+        circuit = [*seen[0].dependent[k], k]
+        combination = _Combination(rates, found, [rows[j] for j in circuit])
+        wrong = next((s for s in seen if s.contradicts(k)), None)
+        if wrong is not None:
+            mending = [j for j in circuit if not wrong.without(j).is_contradictory()]
+            raise combination.refusal(reference, [rows[j].constraint for j in mending])
+        by = tuple(dict.fromkeys([*(rows[j].constraint for j in circuit[:-1]), *combination.put]))
+        constraint, equation = rows[k].constraint, rows[k].equation
+        defined = not by and rates.holds_definitions(equation)
+        implied[numbers[k - first]] = Redundant(constraint, equation, by, defined)
+    return implied
+
+
+def _everywhere(resolved: Mapping[sp.Symbol, sp.Expr], point: Point) -> dict[sp.Symbol, mpf]:
+    """Values of all names at a configuration."""
+    names = [s for s in resolved if s not in point]
+    placed = values([resolved[s] for s in names], point)
+    return {**point, **dict(zip(names, placed, strict=True))}
+
+
+class _Seen:
+    """Rows at one configuration."""
+
+    def __init__(self, rows: Sequence[_Row], point: Point) -> None:
+        self.is_real = True
+        place: dict[sp.Symbol, int] = {}
+        for row in rows:
+            for s in row.slopes:
+                place.setdefault(s, len(place))
+        everything = [e for row in rows for e in (*row.slopes.values(), row.rest)]
+        try:
+            pending = iter(values(everything, _held(everything, point)))
+        except (DomainError, KeyError):
+            self.is_real = False
+            return
+        self._slopes: list[dict[int, mpf]] = []
+        self._rest: list[mpf] = []
+        for row in rows:
+            self._slopes.append({place[s]: next(pending) for s in row.slopes})
+            self._rest.append(next(pending))
+        self._compare()
+
+    def _compare(self) -> None:
+        rows = [scaled_doubles(row) for row in self._slopes]
+        width = 1 + max((j for row in rows for j in row), default=-1)
+        self.dependent = dependent_rows(in_units(rows, alike(rows, width)))
+
+    def without(self, number: int) -> _Seen:
+        """The other rows."""
+        found = copy(self)
+        found._slopes = [row for k, row in enumerate(self._slopes) if k != number]
+        found._rest = [x for k, x in enumerate(self._rest) if k != number]
+        found._compare()
+        return found
+
+    def is_contradictory(self) -> bool:
+        return any(map(self.contradicts, self.dependent))
+
+    def contradicts(self, number: int) -> bool:
+        """Whether a dependent row asks for something else than those it depends on."""
+        circuit = self.dependent[number]
+        columns = sorted({j for k in (*circuit, number) for j in self._slopes[k]})
+        rest, parts = self._rest[number], [self._rest[number]]
+        if circuit:
+            matrix = mpmath.matrix(
+                [[self._slopes[k].get(j, mpf(0)) for k in circuit] for j in columns]
+            )
+            target = mpmath.matrix([self._slopes[number].get(j, mpf(0)) for j in columns])
+            shares = mpmath.lu_solve(matrix, target)
+            parts += [x * self._rest[k] for x, k in zip(shares, circuit, strict=True)]
+            rest -= sum(parts[1:], mpf(0))
+        return bool(abs(rest) > TOLERANCE * sum(map(abs, parts), mpf(0)))
+
+
+def _held(expressions: Sequence[sp.Expr], point: Point) -> dict[sp.Symbol, mpf]:
+    held = set().union(*(e.free_symbols for e in expressions))
+    return {s: point[s] for s in sorted(held, key=str)}
+
+
+class _Combination:
+    """Rows that depend on each other, the last on those before it, in closed form."""
+
+    def __init__(self, rates: _Rates, found: Elimination, rows: Sequence[_Row]) -> None:
+        self._rates, self._found, self._rows = rates, found, rows
+
+    @cached_property
+    def rest(self) -> sp.Expr | None:
+        """What is left of the sum of the rows in which all rates cancel; None if it is long."""
+        *basis, last = self._rows
+        if len(basis) >= _ROWS:
+            return None
+        columns = list(dict.fromkeys(s for row in self._rows for s in row.slopes))
+        matrix = sp.Matrix([[row.slopes.get(s, _ZERO) for s in columns] for row in basis])
+        for chosen in _minors(matrix, len(basis)):
+            square = matrix.extract(range(len(basis)), chosen).T
+            target = sp.Matrix([last.slopes.get(columns[j], _ZERO) for j in chosen])
+            shares = square.LUsolve(target) if basis else []
+            parts = (x * row.rest for x, row in zip(shares, basis, strict=True))
+            whole = sp.fraction(sp.together(last.rest - sp.Add(*parts)))[0]
+            whole = sp.expand(whole)
+            return whole if whole.count_ops() <= _OPERATIONS else None
+        return None
+
+    @property
+    def put(self) -> list[str]:
+        """Constraints on positions whose values were put in."""
+        if self.rest is None or not self.rest.free_symbols:
+            return []
+        return [self._found.stated[k].constraint for k in sorted(self._found.sources_of(self.rest))]
+
+    def refusal(self, reference: Mapping[sp.Symbol, mpf], mending: Sequence[str]) -> InputError:
+        """The error of rows that no rates satisfy; ``mending``: those that do without one."""
+        names, last = self._rates.names, self._rows[-1]
+        outcome = self.rest
+        settled = {names.t, *names.parameters.values()}
+        if outcome is not None and not outcome.free_symbols <= settled:
+            value = self._found.reduce(outcome)
+            if value.free_symbols <= settled and value != 0:
+                used = [self._found.stated[k] for k in sorted(self._found.sources_of(outcome))]
+                beside = [s for s in used if s not in self._positions]
+                return self._contradiction(value, beside, mending)
+            stated = [*self._found.stated, Stated(last.constraint, last.equation, outcome, _ZERO)]
+            proven = explained(names, stated, range(len(stated)), reference)
+            return proven or self._elsewhere(outcome)
+        return self._contradiction(outcome, [], mending)
+
+    @property
+    def _positions(self) -> list[Stated]:
+        return [row.position for row in self._rows if row.position is not None]
+
+    def _contradiction(
+        self, outcome: sp.Expr | None, beside: Sequence[Stated], mending: Sequence[str]
+    ) -> InputError:
+        last = self._rows[-1]
+        named = [*(row.constraint for row in self._rows), *(s.constraint for s in beside)]
+        rates = [
+            f"the rate of {quoted([row.constraint])} is {self._rate(row.position)}"
+            for row in self._rows
+            if row.position is not None
+        ]
+        alone = len(dict.fromkeys(named)) == 1
+        what = f"constraints {quoted(named)} contradict each other"
+        if alone:
+            what = f"constraint {quoted(named)} cannot hold"
+        come = "no velocities satisfy them together"
+        if outcome is not None:
+            come = f"{'it gives' if alone else 'together they give'} {self._false(outcome)}"
+        because = f"{' and '.join(rates)}, and " if rates else ""
+        return InconsistentError(
+            Problem(
+                f"{what}: {because}{come}",
+                last.equation.mark(),
+                hint=leave_out(mending or named),
+                rule="inconsistent",
+            )
+        )
+
+    def _rate(self, stated: Stated) -> str:
+        left, right = (self._rates.rate(side) for side in (stated.left, stated.right))
+        return f"{written(left)} = {written(right)}"
+
+    def _false(self, outcome: sp.Expr) -> str:
+        if outcome.is_number:
+            return f"0 = {written(abs(outcome))}"
+        why = "the parameters do not satisfy"
+        if self._rates.names.t in outcome.free_symbols:
+            why = "does not hold all the time"
+        return f"{written(outcome)} = 0, which {why}"
+
+    def _elsewhere(self, outcome: sp.Expr) -> InputError:
+        """They hold together where a further equation between positions does."""
+        names, last = self._rates.names, self._rows[-1]
+        named = quoted([row.constraint for row in self._rows])
+        equation = f"{written(outcome)} = 0"
+        return InconsistentError(
+            Problem(
+                f"constraints {named} hold together only where {equation}:"
+                f" a constraint on positions, to be stated in place of '{last.constraint}'",
+                last.equation.mark(),
+                hint="\n".join(
+                    [f"{last.constraint}: {equation}", *coordinates_left(names.scene, outcome)]
+                ),
+                rule="inconsistent",
+            )
+        )
+
+
+def _minors(matrix: sp.Matrix, size: int) -> list[list[int]]:
+    """Columns, at most one choice of them, in which the rows are independent."""
+    chosen: list[int] = []
+    for j in range(matrix.cols):
+        if len(chosen) == size:
+            break
+        trial = matrix.extract(range(size), [*chosen, j])
+        if trial.rank(simplify=True) == len(chosen) + 1:
+            chosen.append(j)
+    return [chosen] if len(chosen) == size else []

@@ -1,0 +1,465 @@
+"""From a scene to generalized coordinates: 3N Cartesian components, K constraints, 3N − K.
+
+The reduction eliminates Cartesian names (:mod:`.elimination.eliminate`), keeps the equations that
+have no closed form in one chart (:mod:`.independence`), looks at what came of the others
+(:mod:`.dof_account`) and yields every raw symbol as a function of q and t.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import TypeAlias
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InconsistentError, Problem, SingularError
+from lagrange_cli.mechanics.algebra.collect import tidy
+from lagrange_cli.mechanics.diagnosis.errors import coordinates_left, require_enough
+from lagrange_cli.mechanics.diagnosis.inconsistency import explained, nowhere
+from lagrange_cli.mechanics.elimination.branches import SeveralWaysError
+from lagrange_cli.mechanics.elimination.eliminate import (
+    Elimination,
+    ImpossibleError,
+    Stated,
+    eliminate,
+)
+from lagrange_cli.mechanics.equations import Account, Coordinate
+from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
+from lagrange_cli.mechanics.numerics.sampling import Drawn, Sampler, working_digits
+from lagrange_cli.mechanics.reduction.coordinates import (
+    Chart,
+    generalized,
+    manifold_of,
+    sampler_of,
+    scales,
+)
+from lagrange_cli.mechanics.reduction.dof_account import (
+    balance,
+    level_remarks,
+    level_warnings,
+    on_a_part,
+    rate_warnings,
+    with_levels,
+    without_rates,
+)
+from lagrange_cli.mechanics.reduction.geometry import Geometry, Restriction, related
+from lagrange_cli.mechanics.reduction.independence import independent_closures, require_determined
+from lagrange_cli.mechanics.reduction.local_identities import Sides, hold_around, violated_at
+from lagrange_cli.mechanics.reduction.rate_redundancy import Redundant, redundant_rates
+from lagrange_cli.mechanics.reduction.velocity_constraints import (
+    Level,
+    independent_levels,
+    integrals,
+)
+from lagrange_cli.mechanics.symbols.convert import Rate, total_derivative
+from lagrange_cli.mechanics.symbols.masses import mass_of
+from lagrange_cli.mechanics.symbols.names import Names
+from lagrange_cli.mechanics.symbols.values import Values, evaluated
+from lagrange_cli.scene.language.expression import Equation
+from lagrange_cli.scene.model import Scene
+
+__all__ = ["Reduced", "in_coordinates", "reduce"]
+
+#: Decimal digits of the numbers that tests of identity and rank work with.
+_DIGITS = 30
+
+#: Configurations at which identities and ranks are looked at.
+POINTS = 3
+
+#: The same on closures of many coordinates: what is constant is told from what is not.
+FEWEST_POINTS = 2
+
+
+_Motion: TypeAlias = "Mapping[sp.Symbol, tuple[int, sp.Symbol]]"
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """A scene over its generalized coordinates.
+
+    Attributes
+    ----------
+    resolved
+        Raw symbol → r(q, t).
+    masses
+        One expression for each particle.
+    reference
+        Values of symbols that ``initial`` and ``near`` give.
+    closures
+        Independent equations that restrict the coordinates and their velocities.
+    origin
+        The scene as it was reduced, where these coordinates replace others.
+    """
+
+    scene: Scene
+    names: Names
+    values: Values
+    coordinates: tuple[Coordinate, ...]
+    resolved: Mapping[sp.Symbol, sp.Expr]
+    masses: tuple[sp.Expr, ...]
+    account: Account
+    reference: Mapping[sp.Symbol, mpf]
+    warnings: tuple[Problem, ...]
+    remarks: tuple[str, ...]
+    closures: tuple[Restriction, ...]
+    chart: Chart
+    origin: Reduced | None = None
+
+    def resolve(self, expr: sp.Expr) -> sp.Expr:
+        """``expr`` with raw symbols replaced by their r(q, t)."""
+        present = {s: self.resolved[s] for s in expr.free_symbols if s in self.resolved}
+        return expr.xreplace(present) if present else expr
+
+    @property
+    def scales(self) -> Mapping[sp.Symbol, mpf]:
+        """Size of the motion of each coordinate."""
+        return scales(self.chart)
+
+    @cached_property
+    def motion(self) -> _Motion:
+        """Number and rate of each q, then of each v."""
+        moving = [(c.q, c.v) for c in self.coordinates] + [(c.v, c.a) for c in self.coordinates]
+        return {symbol: (number, rate) for number, (symbol, rate) in enumerate(moving)}
+
+    @property
+    def gaps(self) -> tuple[Restriction, ...]:
+        """One-sided constraints, ``left`` ≥ ``right``."""
+        return self.chart.geometry.gaps
+
+    @property
+    def rate(self) -> Rate:
+        """Total time derivative of an expression over raw symbols, q, v and t.
+
+        Raw symbols move with ṙ(q, v, t); velocities with accelerations.
+        """
+        return partial(_rate, self)
+
+    def sampler(self, domain: list[sp.Expr]) -> Sampler:
+        """Random feasible configurations at which ``domain`` is real as well."""
+        return sampler_of(self.chart, domain, self.manifold())
+
+    def manifold(self, gaps: Sequence[Restriction] = ()) -> Manifold:
+        """The states that the closures leave, and ``gaps`` that are closed."""
+        return manifold_of(self.chart, [*self.closures, *gaps]) if gaps else self._manifold
+
+    @cached_property
+    def _manifold(self) -> Manifold:
+        return manifold_of(self.chart, self.closures)
+
+
+def _rate(reduced: Reduced, expr: sp.Expr) -> sp.Expr:
+    t, motion = reduced.names.t, reduced.motion
+    chain = _chain(motion, expr)
+    for symbol in sorted(expr.free_symbols & reduced.resolved.keys(), key=str):
+        if symbol not in motion:
+            position = reduced.resolved[symbol]
+            chain.append((symbol, total_derivative(position, t, _chain(motion, position))))
+    return total_derivative(expr, t, chain)
+
+
+def _chain(motion: _Motion, expr: sp.Expr) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """Symbols of an expression with their rates; a large system has far more than these."""
+    present = sorted(expr.free_symbols & motion.keys(), key=lambda s: motion[s][0])
+    return [(s, motion[s][1]) for s in present]
+
+
+def reduce(scene: Scene) -> Reduced:
+    """Reduce a scene to generalized coordinates.
+
+    Raises
+    ------
+    InputError
+        Located and explained: too few or too many coordinates, constraints that
+        contradict each other, a branch that nothing chooses, a mass that is not positive.
+    """
+    with mpmath.workdps(working_digits(_DIGITS)):
+        problem = _problem(scene)
+        integrated = _integrated(problem)
+        reduced, equations = integrated.reduced, integrated.open_ones
+        geometry = reduced.chart.geometry
+        require_enough(scene, geometry.found)
+        if reduced.closures:
+            draw = partial(_drawn, geometry, reduced.sampler([]), ())
+            require_determined(geometry, reduced.manifold(), draw)
+        reduced = replace(
+            reduced,
+            account=without_rates(reduced.account, integrated.redundant, equations),
+            remarks=(*reduced.remarks, *integrated.remarks),
+            warnings=(*reduced.warnings, *rate_warnings(integrated.redundant)),
+        )
+        return _with_levels(reduced, _levels(reduced, equations)) if equations else reduced
+
+
+def in_coordinates(
+    reduced: Reduced,
+    names: Names,
+    resolved: Mapping[sp.Symbol, sp.Expr],
+    coordinates: Sequence[sp.Symbol],
+    closures: Sequence[Restriction],
+    reference: Mapping[sp.Symbol, mpf],
+) -> Reduced:
+    """The same scene over other coordinates with closures beside them; its account stays."""
+    found = reduced.chart.geometry.found
+    geometry = Geometry(names, found, resolved, coordinates, reference)
+    chart = Chart(reduced.values, geometry, tuple(generalized(geometry, closures)))
+    return replace(
+        reduced,
+        names=names,
+        coordinates=chart.coordinates,
+        resolved=resolved,
+        reference=reference,
+        remarks=tuple(r for r in reduced.remarks if r not in found.remarks),
+        closures=tuple(closures),
+        chart=chart,
+        origin=reduced,
+    )
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """What does not change while velocity constraints are integrated."""
+
+    scene: Scene
+    names: Names
+    values: Values
+    masses: tuple[sp.Expr, ...]
+    reference: dict[sp.Symbol, mpf]
+
+
+def _problem(scene: Scene) -> _Problem:
+    names, values = Names(scene), Values(scene)
+    masses = tuple(mass_of(names, values, p) for p in scene.particles)
+    return _Problem(scene, names, values, masses, _reference(names, values, scene))
+
+
+#: A constraint's name and one of its equations.
+_Written = tuple[str, Equation]
+
+
+@dataclass(frozen=True)
+class _Integrated:
+    """A scene with all velocity constraints integrated that can be.
+
+    Attributes
+    ----------
+    open_ones
+        The others.
+    redundant
+        Those that others imply.
+    """
+
+    reduced: Reduced
+    open_ones: Sequence[_Written] = ()
+    redundant: Sequence[Redundant] = ()
+    remarks: Sequence[str] = ()
+
+
+def _integrated(problem: _Problem) -> _Integrated:
+    """The scene with its velocity constraints integrated, one after another."""
+    names = problem.names
+    written = [(c.name, e) for c in problem.scene.constraints for e in c.equations]
+    open_ones = [x for x in written if _holds_rate(names, x)]
+    stated = [_stated(names, x) for x in written if not _holds_rate(names, x)]
+    found = _Integrated(_reduced(problem, stated, strict=not open_ones))
+    if not open_ones:
+        return found
+    points = _drawn(found.reduced.chart.geometry, found.reduced.sampler([]), ())
+    implied = _implied(found.reduced, open_ones, points)
+    open_ones = [x for k, x in enumerate(open_ones) if k not in implied]
+    found = replace(found, open_ones=open_ones, redundant=tuple(implied.values()))
+    while found.open_ones:
+        reduced = found.reduced
+        levels = _levels(reduced, found.open_ones)
+        points = _drawn(reduced.chart.geometry, reduced.sampler([]), ())
+        whole, new = integrals(names, levels, reduced.coordinates, points, problem.reference)
+        if not whole:
+            break
+        stated += whole.values()
+        open_ones = [x for k, x in enumerate(found.open_ones) if k not in whole]
+        try:
+            reduced = _reduced(problem, stated, strict=not open_ones)
+        except (InconsistentError, SingularError):
+            if problem.scene.initial:
+                raise
+            break  # with other constants of integration than zero they may hold
+        remarks = [*found.remarks, *new]
+        found = replace(found, reduced=reduced, open_ones=open_ones, remarks=remarks)
+    return found
+
+
+def _implied(
+    reduced: Reduced, open_ones: Sequence[_Written], points: Sequence[Drawn]
+) -> dict[int, Redundant]:
+    found, reference = reduced.chart.geometry.found, reduced.reference
+    return redundant_rates(reduced.names, found, open_ones, reduced.resolved, points, reference)
+
+
+def _holds_rate(names: Names, written: _Written) -> bool:
+    return any(names.holds_rate(side) for side in (written[1].left, written[1].right))
+
+
+def _levels(reduced: Reduced, equations: Sequence[_Written]) -> list[Level]:
+    convert = reduced.names.convert
+    return [
+        Level(
+            name,
+            equation,
+            reduced.resolve(convert(equation.left, reduced.rate)),
+            reduced.resolve(convert(equation.right, reduced.rate)),
+        )
+        for name, equation in equations
+    ]
+
+
+def _reduced(problem: _Problem, stated: list[Stated], strict: bool) -> Reduced:
+    """The scene without its velocity constraints; names may be open unless ``strict``."""
+    scene, names, reference = problem.scene, problem.names, problem.reference
+    found = _eliminate(names, scene, stated, reference, strict)
+    symbols = _coordinate_symbols(names, found)
+    resolved = {s: _placed(found, s) for s in names.cartesian.values()}
+    geometry = Geometry(names, found, resolved, symbols, reference)
+    chart = Chart(problem.values, geometry, tuple(generalized(geometry, ())))
+    chart, points, kept = _restricted(chart)
+    account, warnings = balance(geometry, points, kept, partial(_held_around, chart))
+    account, warnings = on_a_part(geometry, account, warnings, _violated(chart, kept))
+    return Reduced(
+        scene,
+        names,
+        problem.values,
+        chart.coordinates,
+        resolved,
+        problem.masses,
+        account,
+        reference,
+        (*scene.warnings, *warnings),
+        tuple(found.remarks),
+        tuple(geometry.restriction(k) for k in kept),
+        chart,
+    )
+
+
+def _with_levels(reduced: Reduced, levels: Sequence[Level]) -> Reduced:
+    """The scene with constraints on velocities beside those on positions."""
+    coordinates, t = reduced.coordinates, reduced.names.t
+    everything = [*reduced.closures, *(x.restriction() for x in levels)]
+    manifold = manifold_of(reduced.chart, everything)
+    points = _drawn(reduced.chart.geometry, reduced.sampler([]), ())
+    found = independent_levels(levels, coordinates, reduced.closures, t, manifold, points)
+    kept = tuple(levels[k].restriction() for k in found.kept)
+    return replace(
+        reduced,
+        account=with_levels(reduced.account, levels, found),
+        warnings=(*reduced.warnings, *level_warnings(levels, found)),
+        remarks=(*reduced.remarks, *level_remarks(levels, found)),
+        closures=(*reduced.closures, *kept),
+    )
+
+
+def _restricted(chart: Chart) -> tuple[Chart, list[Drawn], tuple[int, ...]]:
+    """The chart, feasible points of it, and the numbers of the equations that it keeps."""
+    geometry = chart.geometry
+    points = _drawn(geometry, sampler_of(chart, [], manifold_of(chart, ())), ())
+    numbers = related(geometry, points, partial(_held_around, chart))
+    if not numbers:
+        return chart, points, ()
+    restrictions = [geometry.restriction(k) for k in numbers]
+    chart = replace(chart, coordinates=tuple(generalized(geometry, restrictions)))
+    manifold = manifold_of(chart, restrictions)
+    sampler = sampler_of(chart, [], manifold)
+    points = _drawn(geometry, sampler, numbers, 1 if sampler.many else POINTS)
+    kept = independent_closures(geometry, numbers, manifold, sampler, points)
+    if len(kept) < len(numbers) and sampler.many:  # one point proves independence only
+        points += _drawn(geometry, sampler, numbers, FEWEST_POINTS - 1)
+        kept = independent_closures(geometry, numbers, manifold, sampler, points)
+    return chart, points, kept
+
+
+def _held_around(chart: Chart, equations: Mapping[int, Sides]) -> set[int]:
+    """Numbers of the equations that hold identically around the given configuration."""
+    sampler = sampler_of(chart, [], manifold_of(chart, ()))
+    return hold_around(equations, sampler, chart.geometry.reference)
+
+
+def _violated(chart: Chart, kept: Sequence[int]) -> dict[int, Drawn]:
+    """Configurations that violate equations which need not be kept, by number."""
+    geometry = chart.geometry
+    equations = {k: sides for k, sides in geometry.found.pending.items() if k not in kept}
+    equations |= geometry.solved_sides
+    manifold = manifold_of(chart, [geometry.restriction(k) for k in kept])
+    return violated_at(equations, sampler_of(chart, [], manifold), geometry.gaps)
+
+
+def _drawn(
+    geometry: Geometry, sampler: Sampler, restricting: Sequence[int], wanted: int | None = None
+) -> list[Drawn]:
+    wanted = wanted or (FEWEST_POINTS if sampler.many else POINTS)
+    points = [p for p in (sampler.draw() for _ in range(wanted)) if p is not None]
+    if len(points) < wanted:
+        found, reference = geometry.found, geometry.reference
+        raise nowhere(geometry.names, found, restricting, sampler, reference)
+    return points
+
+
+def _placed(found: Elimination, symbol: sp.Symbol) -> sp.Expr:
+    """r(q, t) of a raw symbol, with sums under roots collected."""
+    expr = found.solved.get(symbol, symbol)
+    rooted = any(p.exp.q != 1 and p.base.is_Add for p in expr.atoms(sp.Pow) if p.exp.is_Rational)
+    return tidy(expr) if rooted else expr
+
+
+def _stated(names: Names, written: _Written) -> Stated:
+    name, equation = written
+    return Stated(name, equation, names.convert(equation.left), names.convert(equation.right))
+
+
+def _reference(names: Names, values: Values, scene: Scene) -> dict[sp.Symbol, mpf]:
+    """Values of symbols at ``initial`` and ``near`` (``initial`` wins), and of parameters."""
+    found: dict[sp.Symbol, mpf] = {}
+    for entry in (*scene.near, *scene.initial):
+        value = values.number(entry.value) if entry.order == 0 else None
+        symbol = names.lookup(entry.name)
+        if value is not None and symbol is not None and symbol.is_Symbol:
+            found[symbol] = evaluated(value, mpmath.mp.dps)
+    for name, value in values.exact.items():
+        found[names.parameters[name]] = evaluated(value, mpmath.mp.dps)
+    start = scene.simulate.start
+    at = values.number(start) if start is not None else None
+    found[names.t] = evaluated(at, mpmath.mp.dps) if at is not None else mpf(0)
+    return found
+
+
+def _eliminate(
+    names: Names,
+    scene: Scene,
+    stated: list[Stated],
+    reference: dict[sp.Symbol, mpf],
+    strict: bool,
+) -> Elimination:
+    declared = set(names.coordinates.values())
+    unknowns = [s for s in names.cartesian.values() if s not in names.given and s not in declared]
+    constants = frozenset(names.parameters.values())
+    try:
+        return eliminate(
+            stated,
+            names.given,
+            unknowns,
+            reference,
+            constants,
+            check=partial(require_enough, scene) if strict else lambda _: None,
+            declared=scene.coordinates is not None,
+        )
+    except SeveralWaysError as error:
+        left = {tuple(coordinates_left(scene, factor)) for factor in error.factors}
+        raise error.with_coordinates(left.pop() if len(left) == 1 else ()) from None
+    except ImpossibleError as error:
+        raise explained(names, stated, error.numbers, reference) or error from None
+
+
+def _coordinate_symbols(names: Names, found: Elimination) -> list[sp.Symbol]:
+    """Declared coordinates and the names that the constraints leave, in reading order."""
+    opened = [s for s in names.cartesian.values() if s in found.unknowns]
+    return [*names.coordinates.values(), *opened]

@@ -1,0 +1,318 @@
+"""Constraints on velocities: rates of positional ones, and nonholonomic ones.
+
+Integrable ones whose integral has a closed form become constraints on positions; the
+others are kept as closures ψ(q, v, t) = A v + b = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InconsistentError, InputError, MissingStartError, Problem
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.elimination.eliminate import Stated
+from lagrange_cli.mechanics.equations import Coordinate
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
+from lagrange_cli.mechanics.numerics.rank import (
+    TOLERANCE,
+    Doubles,
+    Point,
+    alike,
+    dependent_rows,
+    in_units,
+)
+from lagrange_cli.mechanics.numerics.sampling import Drawn, double
+from lagrange_cli.mechanics.reduction.geometry import Restriction
+from lagrange_cli.mechanics.reduction.integrability import Form, integrable_rank, integral
+from lagrange_cli.mechanics.symbols.names import Names
+from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted
+from lagrange_cli.mechanics.symbols.yaml_snippets import initial_line
+from lagrange_cli.scene.language.expression import Equation
+
+__all__ = ["Independent", "Level", "independent_levels", "integrals"]
+
+
+@dataclass(frozen=True)
+class Level:
+    """A constraint on velocities, ``left = right`` over q, v and t."""
+
+    constraint: str
+    equation: Equation
+    left: sp.Expr
+    right: sp.Expr
+
+    @property
+    def psi(self) -> sp.Expr:
+        return self.left - self.right
+
+    def restriction(self) -> Restriction:
+        """The constraint as one that is kept."""
+        place = self.equation.mark()
+        return Restriction(
+            self.constraint, "velocity", self.left, self.right, self.equation.text, place
+        )
+
+    def form(self, coordinates: Sequence[Coordinate], t: sp.Symbol) -> Form:
+        """ψ dt = Σ A dq + b dt.
+
+        Raises
+        ------
+        InputError
+            ψ is not linear in velocities.
+        """
+        velocities = {c.v for c in coordinates}
+        found = [derivative(self.psi, c.v) for c in coordinates]
+        found = [sp.expand(a) if a.free_symbols & velocities else a for a in found]
+        if any(a.free_symbols & velocities for a in found):
+            raise self._not_linear()
+        rest = self.psi.xreplace(dict.fromkeys(velocities, sp.Integer(0)))
+        return Form((*(c.q for c in coordinates), t), (*found, rest))
+
+    def _not_linear(self) -> InputError:
+        return InputError(
+            Problem(
+                f"constraint '{self.constraint}' is not linear in velocities",
+                self.equation.mark(),
+                hint="multiply out quotients of velocities; others are no constraints of mechanics",
+                rule="not-linear",
+            )
+        )
+
+
+def integrals(
+    names: Names,
+    levels: Sequence[Level],
+    coordinates: Sequence[Coordinate],
+    points: Sequence[Point],
+    reference: Point,
+) -> tuple[dict[int, Stated], list[str]]:
+    """Constraints on positions that have some of the levels as their rates, by number; remarks.
+
+    Parameters
+    ----------
+    points
+        Configurations at which candidates are looked at.
+    reference
+        Values of symbols at the given configuration, where integrals are to be real.
+
+    Raises
+    ------
+    InputError
+        A level is not linear in velocities, or ``initial`` does not give the constant.
+    """
+    found: dict[int, Stated] = {}
+    remarks = []
+    for number, level in enumerate(levels):
+        whole = integral(level.form(coordinates, names.t), points)
+        whole = None if whole is None else _real_branch(whole, reference)
+        if whole is None or whole == 0:
+            continue
+        constant = _constant(names, level, whole, [c.q for c in coordinates], points[0])
+        shown = str(whole).replace("**", "^")
+        if constant is None:
+            constant = sp.Integer(0)
+            remarks.append(
+                f"constraint '{level.constraint}' is the rate of {shown} = constant;"
+                " the constant is taken as 0, since 'initial' gives nothing"
+            )
+        else:
+            remarks.append(
+                f"constraint '{level.constraint}' is the rate of {shown} = constant,"
+                " which 'initial' gives: it counts to K"
+            )
+        found[number] = Stated(level.constraint, level.equation, whole, constant, integral=True)
+    return found, remarks
+
+
+def _real_branch(whole: sp.Expr, reference: Point) -> sp.Expr | None:
+    """The integral with log(−u) for log(u) where u < 0 at the reference; None if it is not real.
+
+    Both have the rate u̇/u, which no motion carries through u = 0.
+    """
+    for logarithm in sorted(whole.atoms(sp.log), key=sp.default_sort_key):
+        argument = logarithm.args[0]
+        if _known(argument, reference) and _value(argument, reference) < 0:
+            whole = whole.xreplace({logarithm: sp.log(-argument)})
+    if not _known(whole, reference):
+        return whole
+    try:
+        _value(whole, reference)
+    except DomainError:
+        return None
+    return whole
+
+
+def _known(expr: sp.Expr, reference: Point) -> bool:
+    return all(s in reference for s in expr.free_symbols)
+
+
+def _value(expr: sp.Expr, reference: Point) -> mpf:
+    return values([expr], {s: reference[s] for s in expr.free_symbols})[0]
+
+
+def _constant(
+    names: Names, level: Level, whole: sp.Expr, q: Sequence[sp.Symbol], point: Point
+) -> sp.Expr | None:
+    """The integral at the initial state, over parameters; None where there is none.
+
+    Values of the point are suggested where some are missing.
+    """
+    scene = names.scene
+    if not scene.initial:
+        return None
+    start = scene.simulate.start
+    given: dict[sp.Symbol, sp.Expr] = {
+        names.t: names.convert(start) if start is not None else sp.Integer(0)
+    }
+    for entry in scene.initial:
+        symbol = names.lookup(entry.name)
+        if entry.order == 0 and symbol is not None and symbol.is_Symbol:
+            given[symbol] = names.convert(entry.value)
+    missing = [s for s in q if s in whole.free_symbols and s not in given]
+    if missing:
+        listed = ", ".join(f"'{s}'" for s in missing)
+        shown = str(whole).replace("**", "^")
+        raise MissingStartError(
+            Problem(
+                f"constraint '{level.constraint}' is the rate of {shown} = constant,"
+                f" and 'initial' does not give {listed}",
+                level.equation.mark(),
+                hint=initial_line(scene, {s.name: _short(point[s]) for s in missing}, (0, 1)),
+                rule="initial-missing",
+            )
+        )
+    return whole.xreplace(given)
+
+
+def _short(x: mpf) -> str:
+    return f"{float(x):.2g}"
+
+
+@dataclass(frozen=True)
+class Independent:
+    """What stays of the levels.
+
+    Attributes
+    ----------
+    kept
+        Independent ones.
+    integrable
+        How many of them are integrable though no integral was found: they count to K.
+    redundant
+        Names of constraints that others imply, by number of the level.
+    """
+
+    kept: tuple[int, ...]
+    integrable: int
+    redundant: Mapping[int, tuple[str, ...]]
+
+
+def independent_levels(
+    levels: Sequence[Level],
+    coordinates: Sequence[Coordinate],
+    closures: Sequence[Restriction],
+    t: sp.Symbol,
+    manifold: Manifold,
+    points: Sequence[Drawn],
+) -> Independent:
+    """Rank of the levels beside the positional closures, and their integrable part.
+
+    Parameters
+    ----------
+    manifold
+        Of closures and levels.
+    points
+        Feasible configurations.
+
+    Raises
+    ------
+    InputError
+        Levels that contradict each other.
+    """
+    names = [*(c.name for c in closures), *(x.constraint for x in levels)]
+    unscaled = [_slopes(manifold, coordinates, p) for p in points]
+    units = alike(unscaled[0], len(coordinates))
+    slopes = [in_units(rows, units) for rows in unscaled]
+    everywhere = [dependent_rows(rows) for rows in slopes]
+    dropped = {
+        k: by
+        for k, by in everywhere[0].items()
+        if k >= len(closures) and all(k in other for other in everywhere)
+    }
+    _require_consistent(
+        [*closures, *(x.restriction() for x in levels)], everywhere, manifold, points
+    )
+    first = len(closures)
+    kept = tuple(k for k in range(len(levels)) if first + k not in dropped)
+    positional = [
+        Form((*(c.q for c in coordinates), t), _slope(c, coordinates, t)) for c in closures
+    ]
+    forms = [*positional, *(levels[k].form(coordinates, t) for k in kept)]
+    scale = _curving(forms, [u * double(x) for u, x in zip(units, manifold.scale, strict=True)])
+    integrable = integrable_rank(forms, points, [*scale, 1.0]) - len(closures)
+    redundant = {k - first: tuple(names[j] for j in by) for k, by in dropped.items()}
+    return Independent(kept, max(0, integrable), redundant)
+
+
+def _curving(forms: Sequence[Form], scale: Sequence[float]) -> list[float]:
+    """Scales of coordinates, those within rows so that they are 1 where coefficients turn."""
+    inside = set().union(*(c.free_symbols for f in forms for c in f.coefficients))
+    held = {j for f in forms for j, c in enumerate(f.coefficients[:-1]) if c != 0}
+    turn = max((scale[j] for j in held if forms[0].variables[j] in inside), default=1.0)
+    return [x / turn if j in held else x for j, x in enumerate(scale)]
+
+
+def _slope(
+    closure: Restriction, coordinates: Sequence[Coordinate], t: sp.Symbol
+) -> tuple[sp.Expr, ...]:
+    phi = closure.left - closure.right
+    return tuple(derivative(phi, s) for s in (*(c.q for c in coordinates), t))
+
+
+def _slopes(manifold: Manifold, coordinates: Sequence[Coordinate], point: Drawn) -> list[Doubles]:
+    at_rest = {**point, **{c.v: mpf(0) for c in coordinates}}
+    _, _, gradients = manifold.motion(at_rest, [mpf(0)] * len(coordinates))
+    scale = manifold.scale
+    return [{j: double(x * scale[j]) for j, x in row.items()} for row in gradients]
+
+
+def _require_consistent(
+    restrictions: Sequence[Restriction],
+    dependent: Sequence[Mapping[int, tuple[int, ...]]],
+    manifold: Manifold,
+    points: Sequence[Drawn],
+) -> None:
+    """Refuse levels that no velocities satisfy together.
+
+    Parameters
+    ----------
+    dependent
+        At each point the restrictions that depend on others, with those.
+    """
+    still = [mpf(0)] * len(manifold.v)
+    for rows, point in zip(dependent, points, strict=True):
+        at_rest = {**point, **dict.fromkeys(manifold.v, mpf(0))}
+        before, _, _ = manifold.motion(at_rest, still)
+        after, _, _ = manifold.motion(manifold.tangent(at_rest), still)
+        least = TOLERANCE * max(map(abs, before), default=mpf(1))
+        wrong = [k for k, x in enumerate(after) if abs(x) > least]
+        if wrong:
+            circuits = ([*by, k] for k, by in rows.items() if k in wrong)
+            raise _inconsistent([restrictions[k] for k in sorted(next(circuits, wrong))])
+
+
+def _inconsistent(taking_part: Sequence[Restriction]) -> InputError:
+    named = list(dict.fromkeys(r.name for r in taking_part))
+    what = f"constraint {quoted(named)} contradicts itself: no velocities satisfy its equations"
+    if len(named) > 1:
+        what = (
+            f"constraints {quoted(named)} contradict each other:"
+            " no velocities satisfy them together"
+        )
+    mark, hint = taking_part[-1].mark, leave_out(named)
+    return InconsistentError(Problem(what, mark, hint=hint, rule="inconsistent"))

@@ -1,0 +1,198 @@
+"""Expressions of the scene language as SymPy expressions.
+
+The conversion walks the syntax tree; no text is ever evaluated. What a name
+stands for is asked of a lookup function, so that the same conversion serves
+the reduction (Cartesian names are symbols of their own) and everything after
+it (Cartesian names are functions of q and t).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from fractions import Fraction
+
+import sympy as sp
+
+from lagrange_cli.errors import InputError, NotRealError, Problem
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.symbols.exact_roots import LONGEST_ROOT, has_long_root
+from lagrange_cli.scene.language.expression import (
+    Add,
+    Call,
+    Expression,
+    Mul,
+    Name,
+    Neg,
+    Node,
+    Number,
+    Pow,
+    walk,
+)
+
+__all__ = ["Lookup", "Rate", "decimal_literals", "to_sympy", "total_derivative"]
+
+Lookup = Callable[[str], "sp.Expr | None"]
+"""What a name stands for; None if it is unknown."""
+
+Rate = Callable[[sp.Expr], sp.Expr]
+"""Total time derivative of an expression."""
+
+#: Largest number of bits that a power of two numbers may take.
+_POWER_BITS = 20_000
+
+_FUNCTIONS: dict[str, Callable[..., sp.Expr]] = {
+    "sin": sp.sin,
+    "cos": sp.cos,
+    "tan": sp.tan,
+    "asin": sp.asin,
+    "acos": sp.acos,
+    "atan": sp.atan,
+    "atan2": sp.atan2,
+    "sinh": sp.sinh,
+    "cosh": sp.cosh,
+    "tanh": sp.tanh,
+    "asinh": sp.asinh,
+    "acosh": sp.acosh,
+    "atanh": sp.atanh,
+    "exp": sp.exp,
+    "log": sp.log,
+    "abs": sp.Abs,
+    "sign": sp.sign,
+    "min": sp.Min,
+    "max": sp.Max,
+}
+
+
+def to_sympy(expression: Expression, lookup: Lookup, rate: Rate | None = None) -> sp.Expr:
+    """Convert an expression with exact numbers.
+
+    Parameters
+    ----------
+    lookup
+        Meaning of each name; ``pi`` and the functions are known beforehand.
+    rate
+        Meaning of ``dot``; None where rates are not allowed.
+
+    Raises
+    ------
+    InputError
+        Located: an unknown name, a misplaced ``dot``, a number out of bounds, or a
+        value that is not a real number (``1/0``, ``sqrt(-1)``).
+    """
+    result = _Conversion(expression, lookup, rate).convert(expression.node)
+    if result.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
+        raise NotRealError(
+            Problem(
+                f"'{expression.text}' is not a finite real number",
+                expression.mark(),
+                rule="not-real",
+            )
+        )
+    return result
+
+
+class _Conversion:
+    """One conversion; keeps the expression for the places of errors."""
+
+    def __init__(self, expression: Expression, lookup: Lookup, rate: Rate | None) -> None:
+        self.expression = expression
+        self.lookup = lookup
+        self.rate = rate
+
+    def refuse(self, node: Node, message: str, rule: str) -> InputError:
+        return InputError(Problem(message, self.expression.mark(node.span), rule=rule))
+
+    def not_real(self, node: Node, message: str) -> NotRealError:
+        return NotRealError(Problem(message, self.expression.mark(node.span), rule="not-real"))
+
+    def convert(self, node: Node) -> sp.Expr:
+        match node:
+            case Number():
+                return sp.Rational(node.value.numerator, node.value.denominator)
+            case Name():
+                return self.name(node)
+            case Neg():
+                return -self.convert(node.operand)
+            case Add():
+                terms = [(sign, self.convert(term)) for sign, term in node.terms]
+                return sp.Add(*(-e if sign == "-" else e for sign, e in terms))
+            case Mul():
+                return sp.Mul(*(self.factor(op, factor) for op, factor in node.factors))
+            case Pow():
+                power = self.power(node)
+                # Parts are real: so are their integer powers.
+                return power if power.is_Pow and power.exp.is_Integer else self.real(node, power)
+            case Call():
+                return self.real(node, self.call(node))
+
+    def real(self, node: Node, value: sp.Expr) -> sp.Expr:
+        """A part that is imaginary is refused even where the whole would be real again."""
+        if value.has(sp.I) or value.is_real is False:
+            raise self.not_real(node, "this is not a real number")
+        return value
+
+    def name(self, node: Name) -> sp.Expr:
+        if node.name == "pi":
+            return sp.pi
+        value = self.lookup(node.name)
+        if value is None:
+            raise self.refuse(node, f"unknown name '{node.name}'", "unknown-name")
+        return value
+
+    def factor(self, operator: str, node: Node) -> sp.Expr:
+        value = self.convert(node)
+        if operator == "*":
+            return value
+        if value.is_zero:
+            raise self.not_real(node, "division by zero")
+        return sp.Pow(value, -1)
+
+    def power(self, node: Pow) -> sp.Expr:
+        base, exponent = self.convert(node.base), self.convert(node.exponent)
+        if exponent.is_negative and base.is_zero:
+            raise self.not_real(node, "division by zero")
+        if base.is_Rational and exponent.is_Rational:
+            bits = max(int(base.p).bit_length(), int(base.q).bit_length())
+            if abs(exponent) * bits > _POWER_BITS:
+                raise self.refuse(node, "this power is too large", "too-large")
+        return self.root(node, base, exponent)
+
+    def root(self, node: Node, base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
+        """A power that may be a root."""
+        if has_long_root(base, exponent):
+            says = f"this root is of a number of more than {LONGEST_ROOT} digits"
+            raise self.refuse(node, says, "too-large")
+        return sp.Pow(base, exponent)
+
+    def call(self, node: Call) -> sp.Expr:
+        arguments = [self.convert(a) for a in node.arguments]
+        if node.function in ("dot", "ddot"):
+            if self.rate is None:
+                raise self.refuse(node, f"'{node.function}' is not allowed here", "misplaced-rate")
+            value = self.rate(arguments[0])
+            return self.rate(value) if node.function == "ddot" else value
+        if node.function == "norm":
+            return self.root(node, sp.Add(*(a**2 for a in arguments)), sp.S.Half)
+        if node.function == "sqrt":
+            return self.root(node, arguments[0], sp.S.Half)
+        return _FUNCTIONS[node.function](*arguments)
+
+
+def total_derivative(
+    expr: sp.Expr, t: sp.Symbol, chain: Iterable[tuple[sp.Symbol, sp.Expr]]
+) -> sp.Expr:
+    """``∂/∂t + Σ rate·∂/∂symbol`` over the symbols that occur in ``expr``."""
+    present = expr.free_symbols
+    terms = [derivative(expr, t)] if t in present else []
+    terms.extend(derivative(expr, s) * rate for s, rate in chain if s in present)
+    return sp.Add(*terms)
+
+
+def decimal_literals(expressions: Iterable[Expression]) -> tuple[tuple[Fraction, str], ...]:
+    """Non-integer decimals as first written, by exact value, in ascending order."""
+    found: dict[Fraction, str] = {}
+    for expression in expressions:
+        for node in walk(expression.node):
+            if isinstance(node, Number) and node.value.denominator != 1:
+                found.setdefault(node.value, node.text)
+    return tuple(sorted(found.items()))

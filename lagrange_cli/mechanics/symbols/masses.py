@@ -1,0 +1,43 @@
+"""Masses of particles: constant, and positive."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.symbols.names import Names
+from lagrange_cli.mechanics.symbols.values import Values
+from lagrange_cli.scene.model import Particle
+
+__all__ = ["mass_of"]
+
+
+def mass_of(names: Names, values: Values, particle: Particle) -> sp.Expr:
+    """The mass of a particle over parameters.
+
+    Raises
+    ------
+    InputError
+        It is not constant, or not positive.
+    """
+    mass = names.convert(particle.mass)
+    if not mass.free_symbols <= set(names.parameters.values()):
+        raise InputError(
+            Problem(
+                f"the mass of '{particle.name}' may hold numbers and parameters only",
+                particle.mass.mark(),
+                rule="mass",
+            )
+        )
+    value = values.number(particle.mass)
+    if value is not None and not value.is_positive:
+        raise InputError(
+            Problem(
+                f"the mass of '{particle.name}' must be positive, found {particle.mass.text}"
+                + ("" if value.is_Integer and particle.mass.text == str(value) else f" = {value}"),
+                particle.mass.mark(),
+                hint="a position without mass is written under 'points'",
+                rule="mass",
+            )
+        )
+    return mass

@@ -1,0 +1,227 @@
+"""What the names of a scene stand for while it is being reduced.
+
+Every component of a particle's position is one *raw* symbol: the Cartesian
+name where the scene writes a bare name, ``x_NAME`` where it writes an
+expression. Constraints and potentials are converted over raw symbols first,
+so that the geometry of the constraints and the forces on particles are seen
+before the coordinates are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator
+from copy import copy
+
+import sympy as sp
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.symbols.convert import Rate, to_sympy
+from lagrange_cli.scene.language.expression import Call, Expression, Name, Node, walk
+from lagrange_cli.scene.model import Particle, Point, Scene
+
+__all__ = ["Names"]
+
+_AXES = ("x", "y", "z")
+
+#: Numbers, names and operations that an expression may have with definitions put in. Derivatives
+#: and the text of this many take some ten seconds; those of shipped scenes have up to 261.
+_LONGEST = 20_000
+
+
+class Names:
+    """Symbols of a scene, and the meaning of each of its names over raw symbols.
+
+    Attributes
+    ----------
+    t
+        Time.
+    parameters, inputs, coordinates
+        Symbols by name, in declaration order; ``coordinates`` only the declared ones.
+    cartesian
+        Raw symbols by name, particles' first, in reading order.
+    particle_symbols
+        For each particle, in order, its three raw symbols.
+    bodies, body_symbols
+        Particles, then points, and the three raw symbols of each.
+    given
+        Raw symbols that a definition or a position expression gives, with its expression.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.t = sp.Symbol("t", real=True)
+        masses = {p.mass.node.name for p in scene.particles if isinstance(p.mass.node, Name)}
+        self.parameters = {
+            p.name: sp.Symbol(p.name, positive=True)
+            if p.positive or p.name in masses
+            else sp.Symbol(p.name, real=True)
+            for p in scene.parameters
+        }
+        self.inputs = {term.name: sp.Symbol(term.name, real=True) for term in scene.inputs}
+        self.coordinates = {c.name: sp.Symbol(c.name, real=True) for c in scene.coordinates or ()}
+        self._definitions = {d.name: d.expression for d in scene.definitions}
+        self._meanings: dict[str, sp.Expr] = {}
+        self._lengths: dict[str, int] = {}
+        self._open: list[str] = []
+        self._position_entries: dict[str, Expression] = {}
+        self.bodies: tuple[Particle | Point, ...] = (*scene.particles, *scene.points)
+        named = [
+            (f"{axis}_{body.name}", entry.node)
+            for body in self.bodies
+            for axis, entry in zip(_AXES, body.position, strict=True)
+        ]
+        self._components = {name for name, _ in named}
+        # Components that stand bare in their own position are their own Cartesian names.
+        self._own_defaults = {
+            name for name, node in named if isinstance(node, Name) and node.name == name
+        }
+        self.cartesian: dict[str, sp.Symbol] = {}
+        self.particle_symbols = tuple(
+            tuple(self._raw(p, axis) for axis in range(3)) for p in scene.particles
+        )
+        self.point_symbols = tuple(
+            tuple(self._raw(p, axis) for axis in range(3)) for p in scene.points
+        )
+        self.body_symbols = (*self.particle_symbols, *self.point_symbols)
+        self._aliases = dict(self._alias_pairs())
+        self._rewrite: Callable[[sp.Expr], sp.Expr] = lambda expr: expr
+        self._gone: frozenset[str] = frozenset()
+        self.given = dict(self._given())
+
+    def _raw(self, body: Particle | Point, axis: int) -> sp.Symbol:
+        entry = body.position[axis]
+        if self._is_bare_name(entry):
+            assert isinstance(entry.node, Name)
+            name = entry.node.name
+        else:
+            name = f"{_AXES[axis]}_{body.name}"
+            self._position_entries[name] = entry
+        return self.cartesian.setdefault(name, sp.Symbol(name, real=True))
+
+    def _is_bare_name(self, entry: Expression) -> bool:
+        """A Cartesian name: fresh, a coordinate, or given by a definition."""
+        node = entry.node
+        known = (*self.parameters, *self.inputs, "t", "pi")
+        if not isinstance(node, Name) or node.name in known:
+            return False
+        return node.name not in self._components or node.name in self._own_defaults
+
+    def _alias_pairs(self) -> Iterator[tuple[str, sp.Symbol]]:
+        for body, components in zip(self.bodies, self.body_symbols, strict=True):
+            for axis, symbol in zip(_AXES, components, strict=True):
+                yield f"{axis}_{body.name}", symbol
+
+    def _given(self) -> Iterator[tuple[sp.Symbol, sp.Expr]]:
+        for name, symbol in self.cartesian.items():
+            entry = self._position_entries.get(name) or self._definitions.get(name)
+            if entry is not None and name not in self.coordinates:
+                yield symbol, self._converted(name, entry)
+
+    def _converted(self, name: str, expression: Expression) -> sp.Expr:
+        if name in self._open:
+            cycle = " -> ".join([*self._open[self._open.index(name) :], name])
+            raise InputError(
+                Problem(f"definitions go in a circle: {cycle}", expression.mark(), rule="cycle")
+            )
+        self._require_length(expression)
+        self._open.append(name)
+        try:
+            return to_sympy(expression, self.lookup)
+        finally:
+            self._open.pop()
+
+    def lookup(self, name: str) -> sp.Expr | None:
+        """Meaning of a name over raw symbols, coordinates, parameters and t."""
+        if name == "t":
+            return self.t
+        tables = (self.parameters, self.inputs, self.coordinates, self.cartesian, self._aliases)
+        for table in tables:
+            if name in table:
+                return table[name]
+        if name in self._definitions:
+            if name not in self._meanings:
+                self._meanings[name] = self._converted(name, self._definitions[name])
+            return self._meanings[name]
+        return None
+
+    def convert(self, expression: Expression, rate: Rate | None = None) -> sp.Expr:
+        """An expression over raw symbols; abbreviations that hold rates need ``rate``."""
+        self._require_length(expression)
+        if rate is None:
+            return self._rewrite(to_sympy(expression, self.lookup))
+        return self._rewrite(self._converted_with_rate(expression, rate, {}))
+
+    def _require_length(self, expression: Expression) -> None:
+        """Refuse what would be written out without end: each of twenty definitions that names the
+        one before it twice doubles the expression."""
+        if self._length(expression) > _LONGEST:
+            raise InputError(
+                Problem(
+                    "with definitions in place of their names, this has more than"
+                    f" {_LONGEST} numbers, names and operations",
+                    expression.mark(),
+                    rule="too-large",
+                )
+            )
+
+    def _length(self, expression: Expression) -> int:
+        """The number of nodes of an expression with all definitions put in place of names."""
+        total = 0
+        for node in walk(expression.node):
+            total += 1
+            if not isinstance(node, Name):
+                continue
+            definition = self._definitions.get(node.name) or self._position_entries.get(node.name)
+            if definition is not None and node.name not in self._lengths:
+                self._lengths[node.name] = 0  # of a circle, which is refused elsewhere
+                self._lengths[node.name] = self._length(definition)
+            total += self._lengths.get(node.name, 0)
+        return total
+
+    def rewriting(
+        self, rewrite: Callable[[sp.Expr], sp.Expr], gone: Collection[sp.Symbol]
+    ) -> Names:
+        """The same names without some coordinates, which ``rewrite`` replaces in expressions."""
+        found = copy(self)
+        found._rewrite = rewrite
+        found._gone = frozenset(s.name for s in gone)
+        return found
+
+    def _converted_with_rate(
+        self, expression: Expression, rate: Rate, meanings: dict[str, sp.Expr]
+    ) -> sp.Expr:
+        """An expression with rates; ``meanings`` are those of definitions met before."""
+
+        def lookup(name: str) -> sp.Expr | None:
+            if name not in self._definitions or name in self.cartesian:
+                return self.lookup(name)
+            if name not in meanings:
+                meanings[name] = self._converted_with_rate(self._definitions[name], rate, meanings)
+            return meanings[name]
+
+        return to_sympy(expression, lookup, rate)
+
+    def holds_rate(self, expression: Expression) -> bool:
+        """Whether ``dot`` stands in an expression or in an abbreviation that it names."""
+        return any(isinstance(x, Call) and x.function == "dot" for x in self._all_of(expression))
+
+    def mentioned(self, expression: Expression) -> set[str]:
+        """Declared coordinates that stand in an expression or in abbreviations that it names."""
+        names = {node.name for node in self._all_of(expression) if isinstance(node, Name)}
+        return names & self.coordinates.keys()
+
+    def _all_of(self, expression: Expression) -> Iterator[Node]:
+        """Nodes of an expression, and of the abbreviations that it names, each once."""
+        pending, met = [expression], {*self.coordinates, *self.cartesian}
+        while pending:
+            for node in walk(pending.pop().node):
+                yield node
+                if isinstance(node, Name) and node.name in self._definitions.keys() - met:
+                    met.add(node.name)
+                    pending.append(self._definitions[node.name])
+
+    def abbreviations(self) -> Iterator[tuple[str, Expression]]:
+        """Definitions that are not of Cartesian names, of coordinates that there are."""
+        for name, expression in self._definitions.items():
+            if name not in self.cartesian and self._gone.isdisjoint(self.mentioned(expression)):
+                yield name, expression

@@ -1,0 +1,154 @@
+"""Numerical values of parameters, initial values and other numbers of a scene."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.symbols.convert import to_sympy
+from lagrange_cli.scene.language.bounds import require_bounded
+from lagrange_cli.scene.language.expression import Expression, names_in
+from lagrange_cli.scene.language.tokens import MAX_EXPONENT, ExpressionError
+from lagrange_cli.scene.model import Scene
+
+__all__ = ["Values", "evaluated", "nearest_double"]
+
+#: The least magnitude that constants of a scene have.
+_LEAST = mpf(10) ** -MAX_EXPONENT
+
+
+class Values:
+    """Exact values of the parameters that have one.
+
+    Attributes
+    ----------
+    exact
+        Name → exact number (a SymPy expression without symbols).
+
+    Raises
+    ------
+    InputError
+        Located: values in a circle, a ``positive`` parameter or a mass that is not
+        positive, a value beyond double precision.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._written = {p.name: p for p in scene.parameters}
+        self.exact: dict[str, sp.Expr] = {}
+        self._open: list[str] = []
+        self._known: dict[Expression, sp.Expr | None] = {}
+        for name in self._written:
+            self._resolve(name)
+        for expression in scene.expressions():
+            self._require_bounded(expression)
+        for name, parameter in self._written.items():
+            value = self.exact.get(name)
+            if parameter.value is not None and parameter.positive and value is not None:
+                self._require_positive(parameter.value, value, f"parameter '{name}'")
+
+    @staticmethod
+    def _require_positive(written: Expression, value: sp.Expr, what: str) -> None:
+        if not value.is_positive:
+            raise InputError(
+                Problem(
+                    f"{what} must be positive, found {written.text}",
+                    written.mark(),
+                    rule="not-positive",
+                )
+            )
+
+    def _resolve(self, name: str) -> sp.Expr | None:
+        """Value of a parameter; None where it, or one it rests on, has none."""
+        parameter = self._written.get(name)
+        if name in self.exact or parameter is None or parameter.value is None:
+            return self.exact.get(name)
+        if name in self._open:
+            cycle = " -> ".join([*self._open[self._open.index(name) :], name])
+            raise InputError(
+                Problem(f"parameters go in a circle: {cycle}", parameter.mark, rule="cycle")
+            )
+        self._open.append(name)
+        value = self.number(parameter.value)
+        self._open.pop()
+        if value is not None:
+            self.exact[name] = value
+        return value
+
+    def number(self, expression: Expression) -> sp.Expr | None:
+        """Exact value of an expression in parameters; None if one of them has no value."""
+        if expression not in self._known:
+            self._known[expression] = self._number(expression)
+        return self._known[expression]
+
+    def _number(self, expression: Expression) -> sp.Expr | None:
+        missing: list[str] = []
+
+        def lookup(name: str) -> sp.Expr | None:
+            if name not in self._written:
+                return None
+            value = self._resolve(name)
+            if value is None:
+                missing.append(name)
+                return sp.Integer(1)
+            return value
+
+        for name in names_in(expression.node):
+            lookup(name.name)
+        self._require_bounded(expression)
+        value = to_sympy(expression, lookup)
+        if missing:
+            return None
+        if not _magnitude(value) < 10**308:
+            raise InputError(
+                Problem(
+                    f"'{expression.text}' is beyond double precision",
+                    expression.mark(),
+                    rule="too-large",
+                )
+            )
+        return value
+
+    def _require_bounded(self, expression: Expression) -> None:
+        """Refuse what grows too large to be worked out once parameters have their values."""
+        known = {n.name for n in names_in(expression.node)} & self.exact.keys()
+        try:
+            require_bounded(expression.node, {n: _rational_or_float(self.exact[n]) for n in known})
+        except ExpressionError as error:
+            raise error.located(expression.mark(error.span)) from None
+
+    def float(self, expression: Expression) -> float | None:
+        """The double nearest to an expression's value."""
+        value = self.number(expression)
+        return None if value is None else nearest_double(value)
+
+
+def _rational_or_float(value: sp.Expr) -> Fraction | float:
+    return Fraction(int(value.p), int(value.q)) if value.is_Rational else nearest_double(value)
+
+
+def _magnitude(value: sp.Expr) -> sp.Expr | Fraction:
+    """|value|, exact where it is rational."""
+    if value.is_Rational:
+        return abs(Fraction(int(value.p), int(value.q)))
+    return abs(value.evalf(15))
+
+
+def evaluated(value: sp.Expr, digits: int) -> mpf:
+    """An exact number to so many digits; 0 where it is nearer to that than any constant may be.
+
+    A function of constants can be 10^-(10^17), beside which no number of digits shows a sum.
+    """
+    number = mpf(value.evalf(digits))
+    return number if abs(number) > _LEAST else mpf(0)
+
+
+def nearest_double(value: sp.Expr) -> float:
+    """The double nearest to an exact number, infinite beyond their range."""
+    try:
+        return int(value.p) / int(value.q) if value.is_Rational else float(value.evalf(40))
+    except OverflowError:
+        return math.copysign(math.inf, 1 if value.is_positive else -1)
