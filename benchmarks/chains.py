@@ -45,10 +45,10 @@ from right_hand_side import (
 )
 
 from lagrange_cli.cli.main import COLLECTION
-from lagrange_cli.emit.program import build_program, eliminations, operations
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.program.program import build_program, eliminations, operations
 from lagrange_cli.scene import read_text
 
 MASS, ROD = 0.5, 0.25

@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from lagrange_cli.cache import open_cache
-from lagrange_cli.emit.c_names import Real
-from lagrange_cli.emit.c_simulation import library_source
+from lagrange_cli.emit.c.names import Real
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.simulate.compiler import find_compiler
 from lagrange_cli.simulate.driving import Drive, drive_of
 from lagrange_cli.simulate.library import Source, load
 from lagrange_cli.simulate.model import Model
 from lagrange_cli.simulate.modelling import programs_of
+from lagrange_cli.simulate.native.simulation import library_source
 
 Array = NDArray[np.float64]
 

@@ -133,7 +133,7 @@ class Derivation:
 
     def report(self, *, form: str = "lagrange") -> dict[str, Any]:
         """What ``lagrange derive --format json`` writes."""
-        from lagrange_cli.emit.report import derivation_report
+        from lagrange_cli.emit.json_report import derivation_report
 
         return derivation_report(self.equations, form)
 
@@ -203,7 +203,7 @@ class Derivation:
 
     def _repr_latex_(self) -> str:
         """The equations of motion as notebooks typeset them."""
-        from lagrange_cli.emit.latex import equations_latex
+        from lagrange_cli.emit.latex.equations import equations_latex
 
         return f"$$\n{equations_latex(self.equations)}\n$$"
 

@@ -16,10 +16,10 @@ from sympy import Expr
 
 from lagrange_cli.batch.compare import Verdict, lagrangians_agree, proportional
 from lagrange_cli.batch.events import Wanted, missing_events
-from lagrange_cli.emit.scene_language import to_scene_language
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.notation.scene_language import to_scene_language
 from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.model import Expect, InitialValue, StateExpectation
 

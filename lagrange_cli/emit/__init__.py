@@ -1,1 +1,5 @@
-"""emit"""
+"""Equations → text: C, Python, LaTeX, the terminal's text, JSON.
+
+Equations go in; file names with their text come out. The contract of a format is in :mod:`.base`,
+the list of formats in :mod:`.registry`; read these two first.
+"""

@@ -22,19 +22,19 @@ __all__ = ["EMITTERS", "emitter"]
 
 
 def _latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    from lagrange_cli.emit.latex import emit
+    from lagrange_cli.emit.latex.equations import emit
 
     return emit(equations, options)
 
 
 def _c(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    from lagrange_cli.emit.c import emit
+    from lagrange_cli.emit.c.module import emit
 
     return emit(equations, options)
 
 
 def _python(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    from lagrange_cli.emit.python import emit
+    from lagrange_cli.emit.python.module import emit
 
     return emit(equations, options)
 

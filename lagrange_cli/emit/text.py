@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.account import (
+from lagrange_cli.emit.constraint_wording import (
     certificate_line,
     choice_line,
     contacts_lines,
@@ -22,14 +22,14 @@ from lagrange_cli.emit.account import (
     unknown_multipliers,
     was_divided,
 )
-from lagrange_cli.emit.display import Vocabulary, display, display_row, vocabulary
-from lagrange_cli.emit.forces import FORCES_LINE, force_notes, force_rows, reaction_rows
-from lagrange_cli.emit.formula import FormulaPrinter
-from lagrange_cli.emit.layout import Piece, fill, joined, suffixed
-from lagrange_cli.emit.linear import LinearPrinter, columns, solid
-from lagrange_cli.emit.scene_language import ScenePrinter
+from lagrange_cli.emit.force_wording import FORCES_LINE, force_notes, force_rows, reaction_rows
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations, right_sides
+from lagrange_cli.notation.build import Vocabulary, display, display_row, vocabulary
+from lagrange_cli.notation.layout import Piece, fill, joined, suffixed
+from lagrange_cli.notation.one_line import LinearPrinter, columns, solid
+from lagrange_cli.notation.scene_language import ScenePrinter
+from lagrange_cli.notation.unicode import FormulaPrinter
 
 if TYPE_CHECKING:
     from sympy import Expr

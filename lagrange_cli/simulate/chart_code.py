@@ -6,13 +6,13 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.python_functions import module_source, program_of
-from lagrange_cli.emit.report import in_scene_language
+from lagrange_cli.emit.json_report import in_scene_language
+from lagrange_cli.emit.python.functions import module_source, program_of
 from lagrange_cli.simulate.model import FormerChart, SingularPlace
 
 if TYPE_CHECKING:
-    from lagrange_cli.emit.program import Program
     from lagrange_cli.mechanics.equations import Coordinate, Equations
+    from lagrange_cli.program.program import Program
 
 __all__ = ["former_chart", "guarded_places", "kinds", "singular_places", "singular_text"]
 

@@ -1,7 +1,7 @@
 """What the code of a system with contacts offers, in machine code or interpreted.
 
 All of it reads flags of closed contacts behind the scene's parameters (see
-:mod:`lagrange_cli.emit.contacts`).
+:mod:`lagrange_cli.program.systems.contact_systems`).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Right-hand sides that do not exist beyond singular places that a motion cannot pass.
 
-See :mod:`lagrange_cli.emit.c_guard` for why, and for the compiled form.
+See :mod:`lagrange_cli.simulate.native.singular_guard` for why, and for the compiled form.
 """
 
 from __future__ import annotations

@@ -30,10 +30,10 @@ class ModelParameter:
 class Code:
     """The same functions in two languages, over dummy names.
 
-    ``c``: the text of :func:`lagrange_cli.emit.c_simulation.library_source`;
+    ``c``: the text of :func:`lagrange_cli.simulate.native.simulation.library_source`;
     ``lanes``: that of its neighbour ``lanes_source``, which follows it; ``taylor``: that of
     ``taylor_source``, which stands alone and may be empty, ``tables`` what follows that;
-    ``python``: that of :func:`lagrange_cli.emit.python_functions.module_source`.
+    ``python``: that of :func:`lagrange_cli.emit.python.functions.module_source`.
     ``work`` doubles of workspace; ``factors`` of rounding are read by the
     function ``disturbed`` after the scene's parameters. ``forces``: Python text whose
     function ``outputs`` gives them, as the function ``forces`` of C does; it reads
@@ -99,14 +99,14 @@ class Model:
     the code has where they were asked for. ``recordings``: inputs whose values are read
     from files at each run; the code takes the numbers of their present pieces, as
     :mod:`.driving` has them, as ``u``. ``contacts`` names the one-sided constraints, whose
-    functions the code has (:mod:`lagrange_cli.emit.contacts`). ``singular``: places that the
-    coordinates do not cover; the Python text ``Code.singular`` has a function ``outputs`` whose
-    numbers vanish there. ``chart``: coordinates that these have replaced. ``massless``: those
-    whose inertia vanishes everywhere with the parameters that are 0. ``surfaces`` has an
-    entry for each switching surface of ``abs``, ``sign``, ``min`` and ``max``: whether it hangs on
-    positions and time alone (:mod:`lagrange_cli.simulate.surface_code`), and ``continuous`` the
-    number of quantities that jump there only if an impulse acts. ``landmarks``: the number
-    of exponents of sharp functions (:mod:`lagrange_cli.simulate.landmark_code`).
+    functions the code has (:mod:`lagrange_cli.program.systems.contact_systems`). ``singular``:
+    places that the coordinates do not cover; the Python text ``Code.singular`` has a function
+    ``outputs`` whose numbers vanish there. ``chart``: coordinates that these have replaced.
+    ``massless``: those whose inertia vanishes everywhere with the parameters that are 0.
+    ``surfaces`` has an entry for each switching surface of ``abs``, ``sign``, ``min`` and ``max``:
+    whether it hangs on positions and time alone (:mod:`lagrange_cli.simulate.surface_code`), and
+    ``continuous`` the number of quantities that jump there only if an impulse acts. ``landmarks``:
+    the number of exponents of sharp functions (:mod:`lagrange_cli.simulate.landmark_code`).
     """
 
     name: str

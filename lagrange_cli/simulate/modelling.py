@@ -8,28 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 from sympy import I, Integer, Symbol, nan, oo, zoo
 
-from lagrange_cli.emit.c_guard import PLACES, guard_source
-from lagrange_cli.emit.c_project import workspace
-from lagrange_cli.emit.c_simulation import (
-    DOUBLE,
-    lanes_source,
-    library_source,
-    tables_source,
-    taylor_source,
-)
-from lagrange_cli.emit.constraints import (
+from lagrange_cli.emit.c.projection import workspace
+from lagrange_cli.emit.force_wording import force_columns
+from lagrange_cli.emit.python.functions import module_source, program_of
+from lagrange_cli.errors import InputError, Mark, NotRealError, Problem, placed
+from lagrange_cli.files.interpolation import COEFFICIENTS
+from lagrange_cli.mechanics.equations import Input, Parameter
+from lagrange_cli.program.constraint_programs import (
     constraint_programs,
     contact_programs,
     shifting_programs,
 )
-from lagrange_cli.emit.contacts import flagged
-from lagrange_cli.emit.disturbed import disturb
-from lagrange_cli.emit.forces import force_columns
-from lagrange_cli.emit.program import build_program
-from lagrange_cli.emit.python_functions import module_source, program_of
-from lagrange_cli.errors import InputError, Mark, NotRealError, Problem, placed
-from lagrange_cli.files.interpolation import COEFFICIENTS
-from lagrange_cli.mechanics.equations import Input, Parameter
+from lagrange_cli.program.program import build_program
+from lagrange_cli.program.systems.contact_systems import flagged
 from lagrange_cli.simulate.chart_code import (
     former_chart,
     guarded_places,
@@ -39,6 +30,15 @@ from lagrange_cli.simulate.chart_code import (
 )
 from lagrange_cli.simulate.landmark_code import landmarks
 from lagrange_cli.simulate.model import Code, Model, ModelParameter
+from lagrange_cli.simulate.native.rounding_model import disturb
+from lagrange_cli.simulate.native.simulation import (
+    DOUBLE,
+    lanes_source,
+    library_source,
+    tables_source,
+    taylor_source,
+)
+from lagrange_cli.simulate.native.singular_guard import PLACES, guard_source
 from lagrange_cli.simulate.steep_code import steep_places, steep_text
 from lagrange_cli.simulate.surface_code import (
     OneSided,
@@ -52,8 +52,8 @@ from lagrange_cli.simulate.surface_code import (
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from lagrange_cli.emit.program import Program
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.program.program import Program
 
 __all__ = ["model_of", "programs_of"]
 

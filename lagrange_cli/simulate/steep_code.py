@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.emit.python_functions import module_source, program_of
-from lagrange_cli.emit.report import in_scene_language
+from lagrange_cli.emit.json_report import in_scene_language
+from lagrange_cli.emit.python.functions import module_source, program_of
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.equations import Parameter
 from lagrange_cli.mechanics.sparse import entries

@@ -9,7 +9,7 @@ import pytest
 from terminal import lagrange, succeed
 
 from lagrange_cli import load
-from lagrange_cli.emit.python_functions import right_hand_side_source
+from lagrange_cli.emit.python.functions import right_hand_side_source
 
 SCENE = """\
 name: pinned

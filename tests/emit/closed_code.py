@@ -13,8 +13,8 @@ import sympy as sp
 from emit_reference import DIGITS, Reference
 from emitted_c import Compiled
 
-from lagrange_cli.emit.constraints import constraint_programs
-from lagrange_cli.emit.program import build_program
+from lagrange_cli.program.constraint_programs import constraint_programs
+from lagrange_cli.program.program import build_program
 
 TOLERANCE = {"float": 3e-5, "double": 1e-13, "long-double": 5e-17}
 

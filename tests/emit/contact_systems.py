@@ -13,14 +13,14 @@ import numpy as np
 import sympy as sp
 from emitted_c import WARNINGS, compiler, run
 
-from lagrange_cli.emit.c_project import workspace
-from lagrange_cli.emit.c_simulation import library_source
-from lagrange_cli.emit.constraints import constraint_programs, contact_programs
-from lagrange_cli.emit.contacts import flagged
-from lagrange_cli.emit.disturbed import disturb
-from lagrange_cli.emit.program import build_program
-from lagrange_cli.emit.python_functions import module_source
+from lagrange_cli.emit.c.projection import workspace
+from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.mechanics.equations import Contact, InitialState
+from lagrange_cli.program.constraint_programs import constraint_programs, contact_programs
+from lagrange_cli.program.program import build_program
+from lagrange_cli.program.systems.contact_systems import flagged
+from lagrange_cli.simulate.native.rounding_model import disturb
+from lagrange_cli.simulate.native.simulation import library_source
 
 
 def contact(name, gap, coordinates, restitution=0):

@@ -11,14 +11,14 @@ import pytest
 import sympy as sp
 from emitted_c import Compiled
 
-from lagrange_cli.emit import program as programs_of
-from lagrange_cli.emit import solve
-from lagrange_cli.emit.banded import bandwidth, elimination_order
-from lagrange_cli.emit.constraints import constraint_programs
-from lagrange_cli.emit.program import build_program
-from lagrange_cli.emit.python_functions import module_source
+from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.mechanics.equations import Closure
 from lagrange_cli.mechanics.sparse import SparseRow
+from lagrange_cli.program import program as programs_of
+from lagrange_cli.program.constraint_programs import constraint_programs
+from lagrange_cli.program.program import build_program
+from lagrange_cli.program.solvers import blocks as solve
+from lagrange_cli.program.solvers.bandwidth import bandwidth, elimination_order
 
 M, L, G = (systems.parameter(n, v, positive=True) for n, v in (("m", 1.5), ("l", 0.5), ("g", 9.81)))
 

@@ -17,10 +17,10 @@ from emit_reference import DIGITS, Reference, difference, exact, states
 from emitted_c import WARNINGS, Compiled, compiler, run, write
 from test_program import one_coordinate, x
 
-from lagrange_cli.emit.c_names import c_string
-from lagrange_cli.emit.numbers import decimal_literal, double_literal
+from lagrange_cli.emit.c.names import c_string
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.errors import InputError, InternalError
+from lagrange_cli.program.graph.literals import decimal_literal, double_literal
 
 #: Agreement relative to the largest entry, at unit condition number.
 TOLERANCE = {"float": 3e-5, "double": 1e-13, "long-double": 5e-17}

@@ -12,13 +12,13 @@ import emit_closures as closures
 import pytest
 import sympy as sp
 
-from lagrange_cli.emit.latex import equations_latex
+from lagrange_cli.emit.json_report import derivation_report
+from lagrange_cli.emit.latex.equations import equations_latex
 from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.emit.report import derivation_report
-from lagrange_cli.emit.symbols import latex_name, multiplier_name, text_name
 from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics import derive, interpret
+from lagrange_cli.notation.symbols import latex_name, multiplier_name, text_name
 from lagrange_cli.scene import parse_expression, read_text
 
 

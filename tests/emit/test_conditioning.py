@@ -21,10 +21,10 @@ from emit_reference import Reference
 from emitted_c import Compiled
 
 from lagrange_cli import api
-from lagrange_cli.emit.program import build_program, operations
-from lagrange_cli.emit.python_functions import right_hand_side_source
+from lagrange_cli.emit.python.functions import right_hand_side_source
 from lagrange_cli.errors import InternalError
 from lagrange_cli.mechanics.dynamics.solve_exactly import _System, solve_exactly
+from lagrange_cli.program.program import build_program, operations
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 ROUNDING = 2.0**-53
@@ -152,7 +152,7 @@ def test_compiled_code_is_as_accurate(name, tmp_path):
 
 def test_numerical_elimination_would_lose_the_digits(monkeypatch):
     """What the other tests would see without the exact solution."""
-    monkeypatch.setattr("lagrange_cli.emit.solve.solve_exactly", lambda *_: None)
+    monkeypatch.setattr("lagrange_cli.program.solvers.blocks.solve_exactly", lambda *_: None)
     equations = scene("pendulums/pendulum_on_cart")
     assert worst(equations, python(equations), "any") > 10 * FACTOR
 

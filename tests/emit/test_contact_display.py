@@ -9,9 +9,9 @@ from functools import cache
 
 import pytest
 
-from lagrange_cli.emit.latex import equations_latex
+from lagrange_cli.emit.json_report import derivation_report
+from lagrange_cli.emit.latex.equations import equations_latex
 from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.emit.report import derivation_report
 from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Equations

@@ -7,11 +7,11 @@ import emit_closures as closures
 import numpy as np
 import pytest
 
-from lagrange_cli.emit import program as programs
-from lagrange_cli.emit.c_simulation import library_source
-from lagrange_cli.emit.constraints import contact_programs
-from lagrange_cli.emit.contacts import flagged
-from lagrange_cli.emit.program import eliminations, operations
+from lagrange_cli.program import program as programs
+from lagrange_cli.program.constraint_programs import contact_programs
+from lagrange_cli.program.program import eliminations, operations
+from lagrange_cli.program.systems.contact_systems import flagged
+from lagrange_cli.simulate.native.simulation import library_source
 
 pytestmark = pytest.mark.slow
 

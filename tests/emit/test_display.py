@@ -17,9 +17,9 @@ from emit_scenes import (
 )
 from sympy import Abs, Heaviside, Integer, Max, Min, Rational, Symbol, cos, exp, pi, sin, sqrt, tan
 
-from lagrange_cli.emit.display import display, display_row, vocabulary
-from lagrange_cli.emit.formula import FormulaPrinter
 from lagrange_cli.errors import InternalError
+from lagrange_cli.notation.build import display, display_row, vocabulary
+from lagrange_cli.notation.unicode import FormulaPrinter
 
 GIVEN = parameters(M=2.0, m=1.0, g=9.81, a=0.5, l=2.0, omega=1.0, k=3.0, c=1.0)
 CHOSEN = coordinates("r", "theta", "phi", "x", "y")

@@ -23,12 +23,12 @@ from closed_code import (
 from emit_reference import difference
 from emitted_c import WARNINGS, Compiled, compiler, run, write
 
-from lagrange_cli.emit.c_project import workspace
-from lagrange_cli.emit.c_simulation import lanes_source, library_source
-from lagrange_cli.emit.constraints import constraint_programs
-from lagrange_cli.emit.program import build_program
+from lagrange_cli.emit.c.projection import workspace
 from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.emit.solve import Block
+from lagrange_cli.program.constraint_programs import constraint_programs
+from lagrange_cli.program.program import build_program
+from lagrange_cli.program.solvers.blocks import Block
+from lagrange_cli.simulate.native.simulation import lanes_source, library_source
 
 
 @pytest.mark.slow

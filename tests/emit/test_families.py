@@ -12,9 +12,9 @@ import sympy as sp
 from emit_reference import Reference, states
 from test_program import one_coordinate, run, x
 
-from lagrange_cli.emit.families import by_family, ordered
-from lagrange_cli.emit.operands import Call, Product, Sum, Variable, variables
-from lagrange_cli.emit.program import build_program, operations
+from lagrange_cli.program.graph.operands import Call, Product, Sum, Variable, variables
+from lagrange_cli.program.graph.statement_groups import by_family, ordered
+from lagrange_cli.program.program import build_program, operations
 
 
 def w(number):

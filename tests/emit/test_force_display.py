@@ -9,8 +9,8 @@ from functools import cache
 
 import pytest
 
+from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.emit.report import derivation_report
 from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics import derive, interpret

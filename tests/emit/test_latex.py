@@ -18,11 +18,11 @@ from emit_scenes import (
     parameters,
 )
 
-from lagrange_cli.emit import latex_words
-from lagrange_cli.emit.escape import latex_text
-from lagrange_cli.emit.latex import equation_latex, equations_latex
+from lagrange_cli.emit.latex import words as latex_words
+from lagrange_cli.emit.latex.equations import equation_latex, equations_latex
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.mechanics.equations import ConstraintLine
+from lagrange_cli.notation.latex_escape import latex_text
 
 HOSTILE = [
     r"\input{/etc/passwd}",

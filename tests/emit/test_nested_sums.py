@@ -9,7 +9,7 @@ import emit_systems as systems
 import pytest
 import sympy as sp
 
-from lagrange_cli.emit.python_functions import module_source, program_of
+from lagrange_cli.emit.python.functions import module_source, program_of
 
 M, G = (systems.parameter(name, value, positive=True) for name, value in (("m", 1.7), ("g", 9.81)))
 X, Z = systems.coordinate("x"), systems.coordinate("z")

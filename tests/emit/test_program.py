@@ -18,7 +18,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
-from lagrange_cli.emit.program import (
+from lagrange_cli.errors import InternalError
+from lagrange_cli.program.program import (
     OUTPUTS,
     Call,
     Number,
@@ -29,7 +30,6 @@ from lagrange_cli.emit.program import (
     input_names,
     operations,
 )
-from lagrange_cli.errors import InternalError
 
 CALLS = {
     "abs": abs,
@@ -358,7 +358,7 @@ DUMP = """
 import sys; sys.path.insert(0, sys.argv[1])
 import emit_systems as systems
 from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.emit.python_functions import right_hand_side_source
+from lagrange_cli.emit.python.functions import right_hand_side_source
 for make in systems.ALL:
     equations = make()
     print(right_hand_side_source(equations))

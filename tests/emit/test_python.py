@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 from test_c import HOSTILE, ROWS, hostile
 from test_program import one_coordinate, x
 
-from lagrange_cli.emit.python_functions import right_hand_side_source
+from lagrange_cli.emit.python.functions import right_hand_side_source
 from lagrange_cli.emit.registry import EMITTERS
 
 

@@ -19,9 +19,9 @@ from closed_code import (
 )
 from emitted_c import run
 
-from lagrange_cli.emit.disturbed import disturb
-from lagrange_cli.emit.python_functions import module_source
+from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.simulate.native.rounding_model import disturb
 
 pytestmark = pytest.mark.slow
 

@@ -11,7 +11,7 @@ import pytest
 import sympy
 from emit_scenes import HALF, build, coordinates, masses_through_hole, parameters
 
-from lagrange_cli.emit.report import LARGEST_DENSE, derivation_report
+from lagrange_cli.emit.json_report import LARGEST_DENSE, derivation_report
 from lagrange_cli.errors import Mark, Problem
 
 KEYS = [
@@ -83,7 +83,7 @@ def test_warnings_carry_their_place():
 def test_output_does_not_depend_on_the_hash_seed():
     code = (
         "import json, emit_scenes as s\n"
-        "from lagrange_cli.emit.report import derivation_report\n"
+        "from lagrange_cli.emit.json_report import derivation_report\n"
         "from lagrange_cli.emit.text import derivation_text\n"
         "from lagrange_cli.emit.registry import EMITTERS\n"
         "for e in (s.masses_through_hole(), s.chain_pendulum(3), s.damped_driven()):\n"

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.emit.operands import Call, Product, Sum, Variable, rebuilt
-from lagrange_cli.emit.rolling import Cell, Loop, Statement, roll
+from lagrange_cli.program.graph.operands import Call, Product, Sum, Variable, rebuilt
+from lagrange_cli.program.systems.loop_rolling import Cell, Loop, Statement, roll
 
 pytestmark = pytest.mark.slow
 

@@ -20,12 +20,12 @@ from hypothesis import strategies as st
 from scene_numbers import evaluate
 from sympy import Integer, Rational
 
-from lagrange_cli.emit.display import FUNCTION_NAMES
-from lagrange_cli.emit.formula import CALLS as TEXT_CALLS
-from lagrange_cli.emit.latex_formula import CALLS as LATEX_CALLS
-from lagrange_cli.emit.report import derivation_report
-from lagrange_cli.emit.scene_language import to_scene_language
+from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.errors import InternalError
+from lagrange_cli.notation.build import FUNCTION_NAMES
+from lagrange_cli.notation.latex import CALLS as LATEX_CALLS
+from lagrange_cli.notation.scene_language import to_scene_language
+from lagrange_cli.notation.unicode import CALLS as TEXT_CALLS
 from lagrange_cli.scene.language.expression import FUNCTIONS
 
 GIVEN = parameters(m=1.0, E=2.0, beta=0.5)

@@ -11,8 +11,8 @@ import pytest
 from emitted_c import WARNINGS, compiler, run
 
 import lagrange_cli.emit
-from lagrange_cli.emit.c_names import CNames, Real, real_type
-from lagrange_cli.emit.c_target import CTarget
+from lagrange_cli.emit.c.names import CNames, Real, real_type
+from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.template_files import c_template, filled, python_template
 
 FOLDER = Path(lagrange_cli.emit.__file__).parent / "templates"

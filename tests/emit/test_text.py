@@ -16,12 +16,12 @@ from emit_scenes import (
     parameters,
 )
 
-from lagrange_cli.emit.layout import FACTOR_DEPTH, Piece, fill, joined
-from lagrange_cli.emit.linear import columns
-from lagrange_cli.emit.symbols import latex_name, text_name
 from lagrange_cli.emit.text import WIDTH, derivation_text
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Conserved, ConstraintLine
+from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, fill, joined
+from lagrange_cli.notation.one_line import columns
+from lagrange_cli.notation.symbols import latex_name, text_name
 from lagrange_cli.scene import read_text
 
 PAGE = """\

@@ -17,19 +17,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_banded import M, chain, net, python_functions, ring, state, truss, two_chains
 
-from lagrange_cli.emit import program as programs_of
-from lagrange_cli.emit.banded import couplings
-from lagrange_cli.emit.constraints import constraint_programs
-from lagrange_cli.emit.disturbed import disturb
-from lagrange_cli.emit.factors import Band, Supernodes, factors, supernodes
-from lagrange_cli.emit.kernels import Elimination, Kernel
-from lagrange_cli.emit.program import build_program, eliminations, operations
-from lagrange_cli.emit.python_functions import module_source, program_of
-from lagrange_cli.emit.tables import node_tables
+from lagrange_cli.emit.python.functions import module_source, program_of
 from lagrange_cli.emit.template_files import python_template
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.sparse import SparseRow
+from lagrange_cli.program import program as programs_of
+from lagrange_cli.program.constraint_programs import constraint_programs
+from lagrange_cli.program.index_tables import node_tables
+from lagrange_cli.program.program import build_program, eliminations, operations
+from lagrange_cli.program.solvers.bandwidth import couplings
+from lagrange_cli.program.solvers.sparse_factorization import Band, Supernodes, factors, supernodes
+from lagrange_cli.program.systems.loops import Elimination, Kernel
 from lagrange_cli.scene import read_text
+from lagrange_cli.simulate.native.rounding_model import disturb
 
 pytestmark = pytest.mark.slow
 

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from mechanics_support import generated
 from mpmath import mpf
 
-from lagrange_cli.emit.report import derivation_report
+from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.errors import InputError, InternalError
 from lagrange_cli.mechanics import derive, derive_uncertified, reduce
 from lagrange_cli.mechanics.algebra.alpha_equivalence import Families, renamed, shape

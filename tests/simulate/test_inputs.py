@@ -12,9 +12,9 @@ from compiling import compiled_or_skip
 
 from lagrange_cli import loads
 from lagrange_cli.cache import open_cache
-from lagrange_cli.emit.latex_document import document
+from lagrange_cli.emit.json_report import derivation_report
+from lagrange_cli.emit.latex.document import document
 from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.emit.report import derivation_report
 from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate

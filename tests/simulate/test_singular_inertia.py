@@ -17,7 +17,7 @@ from mpmath import mpf
 from scipy.integrate import solve_ivp
 
 from lagrange_cli import loads
-from lagrange_cli.emit.python_project import HELPERS
+from lagrange_cli.emit.python.projection import HELPERS
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.modelling import model_of
 from lagrange_cli.simulate.right_hand_side import interpreted

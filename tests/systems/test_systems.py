@@ -41,8 +41,8 @@ from textbook import GENERALIZED_FORCES, LAGRANGIANS
 from textbook_constraints import CLOSURES, ROLLING
 
 from lagrange_cli.batch import check_paths
+from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.emit.report import derivation_report
 from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations, Input

@@ -1,8 +1,8 @@
 """Many motions stepped at once by their Taylor series, in machine code.
 
 The C is :file:`kernels/members/taylor.c`; the series of a system are emitted by
-:mod:`lagrange_cli.emit.c_taylor`. What a motion comes to does not depend on which others are
-stepped beside it.
+:mod:`lagrange_cli.simulate.native.taylor`. What a motion comes to does not depend on which others
+are stepped beside it.
 """
 
 from __future__ import annotations

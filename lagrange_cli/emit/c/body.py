@@ -1,0 +1,449 @@
+"""Bodies of emitted C functions: assignments, loops, stores and solvers.
+
+A small program is straight-line code over named values. In a large one,
+statements of one form are loops over the values ``w[0], w[1], …``, which then
+live in the workspace; the others keep names of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from textwrap import wrap
+
+from lagrange_cli.emit.c.loops import finite_check, kernels_text, room
+from lagrange_cli.emit.c.solvers import EPSILON_NAME, dense_size
+from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.program.graph.operands import Number, Operand, Product, Variable, rebuilt
+from lagrange_cli.program.graph.statement_groups import Assignment
+from lagrange_cli.program.printing import expression
+from lagrange_cli.program.program import Kind, Program, following, input_names
+from lagrange_cli.program.solvers.blocks import Block
+from lagrange_cli.program.systems.loop_rolling import (
+    Affine,
+    Cell,
+    Loop,
+    Place,
+    Repeated,
+    Statement,
+    roll,
+)
+
+__all__ = ["body_text", "result_name", "work_size"]
+
+#: Lines of arithmetic are broken before this column.
+WIDTH = 96
+
+#: Counters of nested loops, outermost first.
+COUNTERS = "ijkl"
+
+#: Arrays by what variables of a program are named after. ``d`` and ``o`` are entries of
+#: the workspace of a solver and of the results, which copies read.
+_ARRAYS = {"q": "y", "v": "y", "u": "u", "p": "p", "w": "w", "d": "work", "o": "out"}
+
+
+def work_size(program: Program) -> int:
+    """Numbers of workspace: what the solver needs, then values and parameters of loops
+    (at least 1, so that an array of that size exists)."""
+    if program.parts:
+        return max(room(program), 1)
+    values = len(program.assignments) + program.parameters if program.is_large else 0
+    return max(dense_size(program.blocks) + values, 1)
+
+
+def body_text(program: Program, target: CTarget) -> list[str]:
+    """The lines of a function that stores the outputs of a program.
+
+    Those that solve a system store what their kind says; the mass matrix is stored in full;
+    all others store their outputs one after the other.
+    """
+    parts: Sequence[_Part]
+    n = program.coordinates
+    if program.parts:
+        return kernels_text(program, target, result_name(program))
+    if program.kind is Kind.MULTIPLIERS:
+        results = sum(len(block.closures) for block in program.blocks)
+        parts = _solution(program, {}, {k: Cell("out", k) for k in range(results)})
+    elif program.kind is Kind.CHANGE:
+        parts, results = _change(program), n
+    elif program.kind is Kind.RIGHT_HAND_SIDE:
+        parts, results = _right_hand_side(program), 2 * n
+    elif program.kind is Kind.MATRIX:
+        parts, results = _matrix(program), program.coordinates**2
+    else:
+        stores = _in_order(program)
+        parts, results = [_Stores(stores)], len(stores)
+    return _Writer(program, target).text(parts, results, result_name(program))
+
+
+def result_name(program: Program) -> str:
+    """The array that a function stores its results in."""
+    return "dydt" if program.kind is Kind.RIGHT_HAND_SIDE else "out"
+
+
+@dataclass(frozen=True)
+class _Stores:
+    """Results to store, in any order, and a comment for loops that do so."""
+
+    statements: Sequence[Statement]
+    comment: str = ""
+
+
+@dataclass(frozen=True)
+class _Steps:
+    """Assignments in their order."""
+
+    assignments: Sequence[Assignment]
+
+
+@dataclass(frozen=True)
+class _Pivots:
+    """Tests of the pivots of unrolled blocks."""
+
+
+@dataclass(frozen=True)
+class _Solve:
+    """A call of the solver for a block whose matrix stands in the workspace."""
+
+    block: Block
+
+
+_Part = _Stores | _Steps | _Pivots | _Solve
+
+_RIGHT = "Right-hand sides: of the coordinates, then of the closures."
+
+
+def _in_order(program: Program) -> list[Statement]:
+    operands = [operand for _, of in program.outputs for operand in of]
+    return [Statement(Cell("out", k), operand) for k, operand in enumerate(operands)]
+
+
+def _matrix(program: Program) -> list[_Stores]:
+    n = program.coordinates
+    upper = _upper("out", n, n, program.output("mass_matrix"))
+    return [_Stores(upper, "Upper triangle, by rows."), _Stores(_mirrored("out", "o", n))]
+
+
+def _upper(array: str, n: int, width: int, operands: Sequence[Operand]) -> list[Statement]:
+    """Stores of the upper triangle, given by rows, of the n rows first in a wider matrix."""
+    indices = [i * width + j for i in range(n) for j in range(i, n)]
+    pairs = zip(indices, operands, strict=True)
+    return [Statement(Cell(array, index), operand) for index, operand in pairs]
+
+
+def _mirrored(array: str, kind: str, n: int) -> list[Statement]:
+    """Copies of the upper triangle of a matrix to the lower one."""
+    return [
+        Statement(Cell(array, j * n + i), Variable(f"{kind}{i * n + j}"))
+        for i in range(n)
+        for j in range(i + 1, n)
+    ]
+
+
+def _right_hand_side(program: Program) -> list[_Part]:
+    """Check the pivots, store velocities and accelerations."""
+    n = program.coordinates
+    velocities = _Stores([Statement(Cell("dydt", i), Variable(f"v{i}")) for i in range(n)])
+    pivots, *rest = _solution(program, {i: Cell("dydt", n + i) for i in range(n)}, {})
+    return [pivots, velocities, *rest]
+
+
+def _change(program: Program) -> list[_Part]:
+    """Changes of the coordinates that closures hold; those of the others are zero."""
+    held = {i for block in program.blocks for i in block.coordinates}
+    free = [i for i in range(program.coordinates) if i not in held]
+    zeros = [Statement(Cell("out", i), Number(Fraction(0))) for i in free]
+    return [_Stores(zeros), *_solution(program, {i: Cell("out", i) for i in held}, {})]
+
+
+def _solution(
+    program: Program, coordinates: Mapping[int, Cell], closures: Mapping[int, Cell]
+) -> list[_Part]:
+    """Check the pivots, solve the blocks, store what is found for coordinates and closures."""
+    parts: list[_Part] = [_Pivots()]
+    accelerations = iter(program.output("acceleration"))
+    matrix = iter(program.output("dense_matrix"))
+    forcing = iter(program.output("dense_forcing"))
+    for block in program.blocks:
+        of, size = block.coordinates, len(block.coordinates)
+        if block.unrolled:
+            parts.append(_Stores([Statement(coordinates[i], next(accelerations)) for i in of]))
+            continue
+        if block.band is not None:
+            entries = [next(matrix) for _ in range(len(block.closures) * (block.band + 1))]
+            parts += _band(block, entries, [next(forcing) for _ in block.closures])
+            parts.append(_Steps(following(program, block.multipliers)))
+            named = zip(block.closures, block.multipliers, strict=True)
+            copies = [Statement(closures[k], Variable(d)) for k, d in named if k in closures]
+            parts.append(_Stores(copies))
+            if coordinates:
+                parts.append(_Stores([Statement(coordinates[i], next(accelerations)) for i in of]))
+            continue
+        entries = [next(matrix) for _ in range(size * (size + 1) // 2)]
+        gradients = [next(matrix) for _ in range((size + block.compliant) * len(block.closures))]
+        right = [next(forcing) for _ in range(block.size)]
+        parts += _dense_block(block, entries, gradients, right)
+        targets = [coordinates.get(i) for i in of] + [closures.get(k) for k in block.closures]
+        start = block.size**2
+        found = [
+            Statement(target, Variable(f"d{start + k}"))
+            for k, target in enumerate(targets)
+            if target is not None
+        ]
+        parts.append(_Stores(found))
+    return parts
+
+
+def _band(block: Block, entries: Sequence[Operand], right: Sequence[Operand]) -> Iterator[_Part]:
+    """Fill the workspace with band and right-hand side, and call the solver."""
+    start, size = block.start, len(entries)
+    band = [Cell("work", i) for i in range(start - size, start)]
+    yield _Stores(list(map(Statement, band, entries)), "The band of the multipliers, by rows.")
+    drive = [Cell("work", start + k) for k in range(len(right))]
+    yield _Stores(list(map(Statement, drive, right)), "What drives them.")
+    yield _Solve(block)
+
+
+def _dense_block(
+    block: Block,
+    entries: Sequence[Operand],
+    gradients: Sequence[Operand],
+    right: Sequence[Operand],
+) -> Iterator[_Part]:
+    """Fill the workspace with matrix and right-hand side, and call the solver."""
+    n, size = len(block.coordinates), block.size
+    upper = _upper("work", n, size, entries)
+    yield _Stores(upper, "Upper triangle of the mass matrix, by rows.")
+    if not (block.definite or block.closures):
+        yield _Stores(_mirrored("work", "d", n))
+    below = [Cell("work", i * size + j) for i in range(n, size) for j in range(n)]
+    if block.compliant:
+        below += [Cell("work", i * size + i) for i in range(n, size)]
+    yield _Stores(list(map(Statement, below, gradients)), "Gradients of the closures, by rows.")
+    forcing = [Statement(Cell("work", size * size + i), f) for i, f in enumerate(right)]
+    yield _Stores(forcing, _RIGHT if block.closures else "Forcing.")
+    yield _Solve(block)
+
+
+class _Writer:
+    """Writes the body of one function line by line."""
+
+    def __init__(self, program: Program, target: CTarget) -> None:
+        self.program = program
+        self.names = target.names
+        self.real = target.real
+        self.dialect = target.dialect
+        self.lines: list[str] = []
+        self.depth = 0
+        self.copied: set[int] = set()
+
+    def text(self, parts: Sequence[_Part], results: int, result: str) -> list[str]:
+        """Declarations, the assignments, the parts, and the check of the results."""
+        blocks = self.program.blocks
+        late = {name for b in blocks for name, _ in following(self.program, b.multipliers)}
+        first = [step for step in self.program.assignments if step[0] not in late]
+        steps: list[tuple[_Part, list[Statement | Loop]]]
+        steps = [(part, self._items(part)) for part in (_Steps(first), *parts)]
+        self._place_values([item for _, items in steps for item in items])
+        for part, items in steps:
+            self._write(part, items)
+        self._check(result, results)
+        velocities = result == "dydt"
+        return [*self._opening(parts, results, velocities), *self.lines]
+
+    # -- where values are ----------------------------------------------------
+
+    def _items(self, part: _Part) -> list[Statement | Loop]:
+        if isinstance(part, _Steps):
+            return self._rolled([Statement(self._cell(n), o) for n, o in part.assignments], False)
+        return self._rolled(part.statements if isinstance(part, _Stores) else [], True)
+
+    def _rolled(self, statements: Sequence[Statement], independent: bool) -> list[Statement | Loop]:
+        if not self.program.is_large:
+            return list(statements)
+        return roll(statements, self._locate, independent)
+
+    def _locate(self, name: str) -> Cell | None:
+        return None if name == "t" else self._cell(name)
+
+    def _cell(self, name: str) -> Cell:
+        kind, number = name[0], int(name[1:])
+        shift = self.program.coordinates if kind == "v" else 0
+        return Cell(_ARRAYS[kind], number + shift)
+
+    def _place_values(self, items: Sequence[Statement | Loop]) -> None:
+        """Tell how values are written: those that loops touch live in the workspace."""
+        cells = {cell for item in items if isinstance(item, Loop) for cell in item.cells()}
+        self.stored = {cell.index for cell in cells if cell.array == "w"}
+        if self.names.parameter_array is None:
+            self.copied = {cell.index for cell in cells if cell.array == "p"}
+        texts = {f"w{k}": f"w[{k}]" for k in self.stored}
+        found = [d for block in self.program.blocks for d in block.multipliers]
+        texts |= {d: f"work[{d[1:]}]" for d in found}
+        if self.program.is_large:
+            n = self.program.coordinates
+            texts |= {f"q{k}": f"y[{k}]" for k in range(n)}
+            texts |= {f"v{k}": f"y[{n + k}]" for k in range(n)}
+        self.dialect = replace(self.dialect, names={**self.dialect.names, **texts})
+
+    # -- lines -----------------------------------------------------------------
+
+    def _opening(self, parts: Sequence[_Part], results: int, velocities: bool) -> list[str]:
+        """Counters, what is read from the arguments, and the arguments that are not used."""
+        real, program = self.real.name, self.program
+        reads = input_names(program)
+        if velocities:
+            reads |= {f"v{i}" for i in range(program.coordinates)}
+        state = [name for name in self._state() if name in reads]
+        uses_work = self.stored or self.copied or any(isinstance(p, _Solve) for p in parts)
+        lines = []
+        if self.depth:
+            lines.append(f"    int {', '.join(COUNTERS[: self.depth])};")
+        if not program.is_large:
+            lines += [
+                f"    const {real} {self._name(s)} = y[{self._cell(s).index}];" for s in state
+            ]
+        unused = {
+            "t": "t" not in reads,
+            "y": not state,
+            "u": not any(name.startswith("u") for name in reads),
+            **self._unread(reads),
+            "work": not uses_work,
+            "out": not results,
+        }
+        lines += [f"    (void){name};" for name, is_so in unused.items() if is_so]
+        return lines + self._workspace()
+
+    def _unread(self, reads: Collection[str]) -> dict[str, bool]:
+        """Whether the arguments that hold parameters are not used."""
+        read = {int(name[1:]) for name in reads if name.startswith("p")}
+        if (first := self.names.contact_from) is None:
+            return {"p": not read}
+        return {"p": not any(k < first for k in read), "contact": not any(k >= first for k in read)}
+
+    def _state(self) -> list[str]:
+        return [f"{kind}{i}" for kind in "qv" for i in range(self.program.coordinates)]
+
+    def _name(self, dummy: str) -> str:
+        return self.dialect.names.get(dummy, dummy)
+
+    def _workspace(self) -> list[str]:
+        """Where loops find values and parameters."""
+        start = dense_size(self.program.blocks)
+        lines = []
+        if self.stored:
+            lines.append(f"    {self.real.name} *const w = work + {start};")
+        if self.copied:
+            start += len(self.program.assignments)
+            lines.append(f"    {self.real.name} *const c = work + {start};")
+            lines += [f"    c[{k}] = {self._name(f'p{k}')};" for k in sorted(self.copied)]
+        return lines
+
+    def _write(self, part: _Part, items: Sequence[Statement | Loop]) -> None:
+        if isinstance(part, _Pivots):
+            self._write_pivots()
+        elif isinstance(part, _Solve):
+            self._write_call(part.block)
+        else:
+            comment = part.comment if isinstance(part, _Stores) else ""
+            if comment and any(isinstance(item, Loop) for item in items):
+                self.lines.append(f"    /* {comment} */")
+            for item in items:
+                self._write_item(item)
+
+    def _write_item(self, item: Statement | Loop) -> None:
+        if isinstance(item, Loop):
+            self._write_loop(item)
+            return
+        target = f"{item.target.array}[{item.target.index}]"
+        if item.target.array == "w" and item.target.index not in self.stored:
+            target = f"const {self.real.name} w{item.target.index}"
+        operand = item.operand
+        if isinstance(operand, Variable) and operand.name[0] in "do":
+            cell = self._cell(operand.name)
+            operand = Variable(f"{cell.array}[{cell.index}]")
+        self._assign(target, operand, 1)
+
+    def _assign(self, target: str, operand: Operand, depth: int) -> None:
+        indent = " " * (4 * depth)
+        self.lines += wrap(
+            f"{target} = {expression(operand, self.dialect)};",
+            WIDTH,
+            initial_indent=indent,
+            subsequent_indent=indent + " " * 4,
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+
+    def _write_loop(self, loop: Loop) -> None:
+        depth = len(loop.counts)
+        self.depth = max(self.depth, depth)
+        for level, count in enumerate(loop.counts):
+            c = COUNTERS[level]
+            head = f"for ({c} = 0; {c} < {_index(count)}; ++{c}) {{"
+            self.lines.append("    " * (level + 1) + head)
+        for statement in loop.body:
+            self._write_repeated(statement, depth + 1)
+        self.lines += ["    " * level + "}" for level in range(depth, 0, -1)]
+
+    def _write_repeated(self, statement: Repeated, depth: int) -> None:
+        target, *texts = map(self._place, statement.places)
+        read = iter(texts)
+
+        def placed(variable: Variable) -> Variable:
+            text = next(read)
+            return variable if text is None else Variable(text)
+
+        self._assign(str(target), rebuilt(statement.operand, placed), depth)
+
+    def _place(self, place: Place | None) -> str | None:
+        if place is None:
+            return None
+        array, index = place
+        name = (self.names.parameter_array or "c") if array == "p" else array
+        return f"{name}[{_index(index)}]"
+
+    def _write_pivots(self) -> None:
+        program, zero = self.program, self.real.value(0.0)
+        pivots = zip(program.output("pivots"), program.output("scales"), strict=True)
+        for block in program.blocks:
+            for k in range(len(block.coordinates) if block.unrolled else 0):
+                pivot, scale = next(pivots)
+                text = expression(pivot, self.dialect)
+                if not block.definite:
+                    test = f"{self.dialect.functions['abs']}({text}) > {zero}"
+                elif k and not block.exact:
+                    bound = Product((Variable(f"{self.names.prefix}_{EPSILON_NAME}"), scale), ())
+                    test = f"{text} > {expression(bound, self.dialect)}"
+                else:
+                    test = f"{text} > {zero}"
+                self.lines += [f"    if (!({test})) {{", "        return 1;", "    }"]
+
+    def _write_call(self, block: Block) -> None:
+        n, m, size = len(block.coordinates), len(block.closures), block.size
+        prefix = f"{self.names.prefix}_solve"
+        kind = "definite" if block.definite else "saddle" if block.closures else "pivoted"
+        sizes = f"{n}, {m}" if block.closures else f"{n}"
+        call = f"{prefix}_{kind}({sizes}, work, work + {size * size})"
+        if block.band is not None:
+            start = _index(Affine(block.start - m * (block.band + 1), ()))
+            place = "work" if start == "0" else f"work + {start}"
+            call = f"{prefix}_banded({m}, {block.band}, {place}, work + {block.start})"
+        self.lines += [f"    if ({call} != 0) {{", "        return 1;", "    }"]
+
+    def _check(self, result: str, results: int) -> None:
+        self.depth = max(self.depth, 1 if results else 0)
+        self.lines += finite_check(result, results)
+        self.lines.append("    return 0;")
+
+
+def _index(affine: Affine) -> str:
+    """base+step*counter+…, without what is zero, and without a place to break a line."""
+    text = str(affine.base) if affine.base else ""
+    for step, counter in zip(affine.steps, COUNTERS, strict=False):
+        if step:
+            term = counter if abs(step) == 1 else f"{abs(step)}*{counter}"
+            sign = "-" if step < 0 else "+" if text else ""
+            text += sign + term
+    return text or "0"

@@ -1,0 +1,76 @@
+"""Emitted C with contacts: functions that take a mode, around those that take flags."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from lagrange_cli.emit.c.impact import reset_text
+from lagrange_cli.emit.c.projection import project_text, workspace
+from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.emit.template_files import c_template
+from lagrange_cli.program.program import Program
+
+__all__ = ["contact_target", "interface_text", "mode_target", "mode_workspace"]
+
+
+def contact_target(target: CTarget, contacts: int) -> CTarget:
+    """The target of the functions that take flags and targets in an array of their own."""
+    names = target.names
+    own = len(names.fields)
+    further = {f"p{own + k}": f"contact[{k}]" for k in range(2 * contacts)}
+    flagged = replace(
+        names,
+        inputs={**names.inputs, **further},
+        contact_from=own,
+        further=f"const {target.real.name} *contact, ",
+    )
+    return replace(target, names=flagged)
+
+
+def mode_target(target: CTarget) -> CTarget:
+    """The target of the functions of the interface, which take a mode."""
+    return _with_further(target, "const int *mode, ")
+
+
+def _with_further(target: CTarget, further: str) -> CTarget:
+    return replace(target, names=replace(target.names, further=further))
+
+
+def mode_workspace(programs: Mapping[str, Program], contacts: int) -> int:
+    """Numbers of workspace with flags and targets."""
+    return workspace(programs) + 2 * contacts
+
+
+def interface_text(programs: Mapping[str, Program], target: CTarget, contacts: int) -> str:
+    """Projection, events and impacts, and the functions of the interface around them."""
+    inner, outer = contact_target(target, contacts), mode_target(target)
+    given = {
+        "@U@": str(contacts),
+        "@START@": str(workspace(programs)),
+        "@DYDT@": outer.arguments("dydt"),
+        "@OUT@": outer.arguments("out"),
+        "@STATE@": outer.state_arguments(),
+        "@RESET@": reset_arguments(target),
+    }
+    functions = (
+        c_template("mode_function").replace("@FUNCTION@", name)
+        for name in ("multipliers", "constraints", "events")
+    )
+    flags, rhs, project, reset = (
+        c_template(f"mode_{name}") for name in ("flags", "rhs", "project", "reset")
+    )
+    texts = [flags, rhs, *functions, project, reset]
+    return "\n".join(
+        [
+            project_text(programs, inner, "contact_"),
+            reset_text(programs, inner),
+            *(target.fill(text, given) for text in texts),
+        ]
+    )
+
+
+def reset_arguments(target: CTarget) -> str:
+    """The parameter list of the function that changes state and mode."""
+    further = f"int *mode, int event, {target.real.name} bounce, "
+    return _with_further(target, further).state_arguments()

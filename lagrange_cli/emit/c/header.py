@@ -1,0 +1,275 @@
+"""The header of emitted C: declarations, and the documentation of the interface."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.c.contacts import mode_target, reset_arguments
+from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.emit.initial_state import rates_note
+from lagrange_cli.emit.naming import comment_text
+from lagrange_cli.emit.template_files import c_template
+from lagrange_cli.program.program import asked_for
+from lagrange_cli.version import __version__
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Coordinate, Equations, Input, Parameter
+
+__all__ = ["header_text"]
+
+
+_INPUTS = """
+/* out[0..@NAME@_INPUTS-1]: the inputs as the scene has them at time t. */
+int @NAME@_inputs(@OUT@);
+"""
+
+_OUTPUTS = """
+/* out[0..@NAME@_OUTPUTS-1]: the outputs in the order above. */
+int @NAME@_outputs(@OUT@);
+"""
+
+
+def header_text(equations: Equations, target: CTarget, work: int) -> str:
+    """The text of ``NAME.h``."""
+    prefix = target.prefix
+    guard = f"LAGRANGE_{prefix}_H"
+    return "\n".join(
+        [
+            *_comment(equations, target),
+            f"#ifndef {guard}",
+            f"#define {guard}",
+            "",
+            "#ifdef __cplusplus",
+            'extern "C" {',
+            "#endif",
+            "",
+            *_sizes(equations, prefix),
+            f"#define {prefix}_POSITIONS {len(equations.cartesian_names)}",
+            *(
+                f"#define {prefix}_{name.upper()} {len(getattr(equations, name))}"
+                for name in asked_for(equations)
+            ),
+            f"#define {prefix}_WORK {work}",
+            "",
+            *_structure(equations, target),
+            "",
+            _declarations(equations, target),
+            "#ifdef __cplusplus",
+            "}",
+            "#endif",
+            "",
+            "#endif",
+            "",
+        ]
+    )
+
+
+def _sizes(equations: Equations, prefix: str) -> list[str]:
+    n, closures = len(equations.coordinates), equations.closures
+    size = f"#define {prefix}_{'COORDINATES' if closures else 'DOF'} {n}"
+    contacts, multipliers = len(equations.contacts), len(equations.multipliers)
+    if not multipliers:
+        return [size]
+    positions = sum(closure.kind == "position" for closure in closures) + contacts
+    return [
+        size,
+        *([f"#define {prefix}_CONTACTS {contacts}"] if contacts else []),
+        f"#define {prefix}_MULTIPLIERS {multipliers}",
+        f"#define {prefix}_CONSTRAINTS {positions + multipliers}",
+    ]
+
+
+def _declarations(equations: Equations, target: CTarget) -> str:
+    text = c_template("interface") + (_INPUTS if equations.inputs else "")
+    text += _OUTPUTS if equations.outputs else ""
+    if equations.contacts or equations.closures:
+        kind = "contacts" if equations.contacts else "closures"
+        text += "\n" + c_template(f"interface_{kind}")
+    outer = mode_target(target) if equations.contacts else target
+    return (
+        text.replace("@RHS@", outer.arguments("dydt"))
+        .replace("@OUT@", target.arguments("out"))
+        .replace("@MODE@", outer.arguments("out"))
+        .replace("@CONSTRAINTS@", _ZEROS_CLOSED if equations.closures else _ZEROS)
+        .replace("@PROJECT@", outer.state_arguments())
+        .replace("@RESET@", reset_arguments(target))
+        .replace("@NAME@", target.prefix)
+    )
+
+
+def _comment(equations: Equations, target: CTarget) -> list[str]:
+    """The opening comment: what this is, the order of everything, return values."""
+    lines = [_titled(target.prefix, equations.title)]
+    if equations.description:
+        lines += ["", comment_text(equations.description)]
+    lines += [
+        "",
+        *_statement(equations),
+        f"Made by lagrange {__version__} from the scene with SHA-256",
+        comment_text(equations.digest),
+        "This output is yours: use it as you like, under any terms.",
+        "",
+        "State y: the coordinates q, then their velocities v = dq/dt",
+    ]
+    n = len(equations.coordinates)
+    for k, coordinate in enumerate(equations.coordinates):
+        lines.append(f"  y[{k}], y[{n + k}]  {_described(coordinate, coordinate.name)}")
+    positions = _listed("Positions", "out", [c.name for c in equations.cartesian_names])
+    lines += positions or ["", "Positions: none, the scene names no Cartesian component."]
+    lines += _listed("Inputs", "u", [_given(given) for given in equations.inputs])
+    lines += _listed("Outputs", "out", [name for name, _ in equations.outputs])
+    lines += _closures(equations)
+    lines += _contacts(equations, target.prefix)
+    lines += ["", *_conventions(equations, target.prefix).splitlines()]
+    return ["/*", *(f" * {line}".rstrip() for line in lines), " */"]
+
+
+def _given(given: Input) -> str:
+    """An input, and where its values are recorded if they are."""
+    return given.name if given.recording is None else f"{given.name}: {given.recording.described}"
+
+
+def _statement(equations: Equations) -> list[str]:
+    n, m, dof = len(equations.coordinates), len(equations.closures), equations.account.dof
+    if equations.contacts:
+        of = _PUSHED_CLOSED if m else _PUSHED
+        return [*of, *_PUSHING, f"n = {n} coordinates, degrees of freedom: {dof}."]
+    if not m:
+        return ["Equations of motion M(q, t) a = f(q, v, t) with n degrees of freedom."]
+    return [
+        "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with closure",
+        "equations beside them and a multiplier l[k] of each. g[k] is the gradient of",
+        "closure k, so that l[k]*g[k] is the generalized force that it exerts.",
+        f"n = {n} coordinates, {m} multiplier{'s' * (m > 1)}, degrees of freedom: {dof}.",
+    ]
+
+
+def _listed(heading: str, array: str, names: Sequence[str]) -> list[str]:
+    """Names in the order of an array."""
+    lines = [f"  {array}[{k}]  {comment_text(name)}" for k, name in enumerate(names)]
+    return ["", f"{heading}:", *lines] if lines else []
+
+
+def _closures(equations: Equations) -> list[str]:
+    """The closures in the order of the multipliers."""
+    if not equations.closures:
+        return []
+    lines = ["", "Closures, each with its multiplier:"]
+    for k, closure in enumerate(equations.closures):
+        kind = "" if closure.kind == "position" else " (of velocities)"
+        text = comment_text(f"{closure.name}: {closure.text}")
+        lines.append(f"  l[{k}]  {text}{kind}")
+    return [*lines, *rates_note(equations)]
+
+
+def _contacts(equations: Equations, prefix: str) -> list[str]:
+    """The contacts in the order of mode, and how to integrate with them."""
+    if not equations.contacts:
+        return []
+    m = len(equations.closures)
+    lines = ["", "Contacts, each with its number in mode and its multiplier:"]
+    for k, contact in enumerate(equations.contacts):
+        text = comment_text(f"{contact.name}: {contact.closure.text}")
+        lines.append(f"  mode[{k}], l[{m + k}]  {text}")
+    return [*lines, "", *_MODES.replace("@NAME@", prefix).splitlines()]
+
+
+def _conventions(equations: Equations, prefix: str) -> str:
+    status = _STATUS_CLOSED if equations.multipliers else _STATUS
+    driven = _DRIVEN if equations.inputs else _NOT_DRIVEN
+    if any(given.recording is not None for given in equations.inputs):
+        driven = _RECORDED
+    return (status + driven + _CONVENTIONS).replace("@NAME@", prefix)
+
+
+_PUSHED = [
+    "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with one-sided",
+    "constraints beside them and a multiplier l[k] of each. g[k] is the gradient of",
+    "the gap of contact k, so that l[k]*g[k] is the generalized force that it exerts.",
+]
+
+_PUSHED_CLOSED = [
+    "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with closure",
+    "equations and one-sided constraints beside them and a multiplier l[k] of each.",
+    "g[k] is the gradient of closure k, or of the gap of contact k, so that l[k]*g[k]",
+    "is the generalized force that it exerts.",
+]
+
+_PUSHING = ["A contact pushes, l[k] >= 0, while it is closed; l[k] = 0 while it is open."]
+
+_MODES = """\
+mode[k] is 1 where contact k is closed and 0 where it is open (a null pointer: all
+are). Integrate with a fixed mode until one of the numbers that @NAME@_events gives
+falls through zero, say number k; find when; call @NAME@_reset at the state there,
+with event = k; go on with the state and the mode that it leaves. Begin with mode
+all 0 and event = -1. Behind an event the gap of what has opened is zero but for
+rounding, of either sign."""
+
+_ZEROS = """\
+the gaps of the contacts, then their rates,"""
+
+_ZEROS_CLOSED = """\
+what should be zero: lhs - rhs of closures of positions and
+ * the gaps of the contacts, then the rates of all closures (lhs - rhs of those that
+ * hold velocities) and of the contacts;"""
+
+_STATUS = """\
+Every function returns 0, or 1 if the mass matrix is singular (or not
+positive definite where it must be), or 2 if a result is not finite; what it
+has written is then meaningless.
+"""
+
+_STATUS_CLOSED = """\
+Every function returns 0, or 1 if no accelerations and multipliers are
+determined (a singular configuration), or 2 if a result is not finite; what it
+has written is then meaningless.
+"""
+
+_NOT_DRIVEN = """\
+t is the time; u are inputs, of which this system has none (may be null);
+"""
+
+_DRIVEN = """\
+t is the time; u holds the inputs at that time, yours or those of the function
+@NAME@_inputs, which alone takes a null pointer for it;
+"""
+
+_RECORDED = """\
+t is the time; u holds the inputs at that time, yours or those of the function
+@NAME@_inputs, which takes the recorded ones, and these alone, from u itself;
+"""
+
+_CONVENTIONS = """\
+work holds @NAME@_WORK numbers of scratch space, unrelated to any other call.
+y and the array of results must not overlap. Nothing is allocated and no
+state is kept, so that calls from several threads need only separate arrays."""
+
+
+def _titled(name: str, title: str | None) -> str:
+    return f"{name}: {comment_text(title)}" if title else name
+
+
+def _described(of: Coordinate | Parameter, name: str) -> str:
+    """Name, unit and description, as far as there are any."""
+    text = comment_text(name)
+    if of.unit:
+        text += f" [{comment_text(of.unit)}]"
+    if of.description:
+        text += f": {comment_text(of.description)}"
+    return text
+
+
+def _structure(equations: Equations, target: CTarget) -> list[str]:
+    """The structure of the parameters."""
+    names, real = target.names, target.real
+    lines = [f"typedef struct {target.prefix}_params {{"]
+    for parameter, field in zip(equations.parameters, names.fields, strict=True):
+        default = "must be given"
+        if parameter.value is not None:
+            default = f"default {parameter.value!r}"
+        described = _described(parameter, parameter.name)
+        lines.append(f"    {real.name} {field}; /* {described}; {default} */")
+    if not equations.parameters:
+        lines.append(f"    {real.name} {names.empty_field}; /* there are no parameters */")
+    return [*lines, f"}} {target.prefix}_params;"]

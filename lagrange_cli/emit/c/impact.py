@@ -1,0 +1,101 @@
+"""``events`` and ``reset`` of C with one-sided constraints: what opens, closes and bounces.
+
+At an event the closed contacts take an impact where one of them approaches, by
+Newton's law with impulses that only push (Moreau, *Unilateral contact and dry
+friction in finite freedom dynamics*, 1988; Glocker and Pfeiffer, *Nonlinear
+Dynamics* 7 (1995) 471): w = u⁺ + e·min(u⁻, 0) ≥ 0, Λ ≥ 0, w·Λ = 0 for the rates u.
+Those that do not leave then are in contact where they have to push, λ ≥ 0,
+φ̈ ≥ 0, λ·φ̈ = 0. Both are the optimality conditions of a projection in the
+metric of the kinetic energy, which the dual method of Goldfarb and Idnani finds
+(*Math. Programming* 27 (1983) 1): it copes with contacts that depend on others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from lagrange_cli.emit.c.body import work_size
+from lagrange_cli.emit.c.complementarity import push_replacements, push_templates
+from lagrange_cli.emit.c.names import CNames
+from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.emit.constants import IMPACT_TOLERANCES, RATE_TOLERANCE
+from lagrange_cli.emit.template_files import c_template
+from lagrange_cli.program.program import Program, results_of
+
+__all__ = ["reset_text", "reset_workspace"]
+
+
+def reset_text(programs: Mapping[str, Program], target: CTarget) -> str:
+    """``events`` and ``reset`` with what they need, empty where there are no contacts."""
+    if "gaps" not in programs:
+        return ""
+    names, real = target.names, target.real
+    own = programs["gaps"].parameters - 2 * _contacts(programs)
+    given = _arguments(names, own) | {
+        "@PASSED@": names.passed,
+        "@ARGUMENTS@": target.arguments("out"),
+        "@U@": str(_contacts(programs)),
+        "@M@": str(_multipliers(programs) - _contacts(programs)),
+        "@N@": str(programs["gaps"].coordinates),
+        "@START@": str(_inner(programs)),
+        "@RESULTS@": str(_results(programs)),
+        **push_replacements(_contacts(programs), real),
+        "@MIN@": f"fmin{real.suffix}",
+        "@MAX@": f"fmax{real.suffix}",
+        "@TOLERANCE@": real.value(max(RATE_TOLERANCE, 64 * float(real.epsilon))),
+        "@LOOSER@": real.value(IMPACT_TOLERANCES),
+        "@ULPS@": real.value(128 * float(real.epsilon)),
+    }
+    templates = ("events", "closing", *push_templates(_contacts(programs)), "impact", "reset")
+    return "\n".join(target.fill(target.fill(c_template(name), given)) for name in templates)
+
+
+def _arguments(names: CNames, own: int) -> dict[str, str]:
+    """Where functions find flags and targets: behind the parameters, or in their own array."""
+    inside = names.contact_from is None
+    constant = "" if inside else ", const @REAL@ *contact"
+    changing = "" if inside else ", @REAL@ *contact"
+    state = f"@REAL@ t, {{}}@REAL@ *y, const @REAL@ *u, {{}}{names.prefix}_params *p"
+    changed = "" if inside else "const "
+    return {
+        "@OF@": "" if inside else "contact_",
+        "@STATIC@": "" if inside else "static ",
+        "@INT@": "long" if inside else "int",
+        "@FLIGHT@": "" if inside else "flight_",
+        "@FREE@": "t, y, u, p",
+        "@STATE@": state.format("const ", "const ") + constant,
+        "@MUTABLE@": state.format("const ", changed) + changing,
+        "@MUTABLE_STATE@": state.format("", changed) + changing,
+        "@CONTACT@": f"    const @REAL@ *const contact = p->p + {own};\n" if inside else "",
+        "@CHANGING@": f"    @REAL@ *const contact = p->p + {own};\n" if inside else "",
+    }
+
+
+def reset_workspace(programs: Mapping[str, Program]) -> int:
+    """Numbers of workspace for ``events`` and ``reset``, 0 where there are no contacts."""
+    if "gaps" not in programs:
+        return 0
+    n, u = programs["gaps"].coordinates, _contacts(programs)
+    events = max(2 * u, _multipliers(programs))
+    known = 2 * u + u * (n + 3) + 7 * u + u * u + _results(programs)
+    return _inner(programs) + max(events, known + u * u + 3 * u)
+
+
+def _inner(programs: Mapping[str, Program]) -> int:
+    """What the functions that are called need of it."""
+    called = ("gaps", "gap_terms", "impulse", "contact_multipliers", "rhs", "flight_rhs")
+    return max(work_size(programs[name]) for name in called if name in programs)
+
+
+def _contacts(programs: Mapping[str, Program]) -> int:
+    """Their number: each has a gap, and its magnitude."""
+    return results_of(programs["gaps"]) // 2
+
+
+def _multipliers(programs: Mapping[str, Program]) -> int:
+    return sum(len(block.closures) for block in programs["contact_multipliers"].blocks)
+
+
+def _results(programs: Mapping[str, Program]) -> int:
+    """The most numbers that a called function gives, besides terms."""
+    return max(2 * programs["gaps"].coordinates, _multipliers(programs))

@@ -1,0 +1,170 @@
+"""C99: a header and a source file with the C interface of the documentation.
+
+The code allocates nothing, keeps no state, calls only ``<math.h>``, and
+compiles without warnings as C99 and as C++.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from lagrange_cli.cache import digest
+from lagrange_cli.emit.c.body import body_text, result_name
+from lagrange_cli.emit.c.contacts import contact_target, interface_text, mode_workspace
+from lagrange_cli.emit.c.header import header_text
+from lagrange_cli.emit.c.loops import kernel_helpers
+from lagrange_cli.emit.c.main import main_text
+from lagrange_cli.emit.c.names import real_type
+from lagrange_cli.emit.c.projection import project_text, residual_text
+from lagrange_cli.emit.c.solvers import helper_text, solver_text
+from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.emit.naming import C_HEADERS, file_stem
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.program.constraint_programs import INTERNAL, constraint_programs, contact_programs
+from lagrange_cli.program.printing import functions_in
+from lagrange_cli.program.program import Program, asked_for, build_program, operands_of
+from lagrange_cli.program.solvers.blocks import Block
+from lagrange_cli.program.systems.contact_systems import flagged
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = ["blocks_of", "emit", "function_text", "functions_used"]
+
+_MATH = "#include <math.h>\n"
+
+#: Function of the interface → outputs that it writes, one after the other.
+_OUTPUTS: dict[str, tuple[str, ...]] = {
+    "rhs": ("acceleration",),
+    "mass_matrix": ("mass_matrix",),
+    "forcing": ("forcing",),
+    "energy": ("kinetic", "potential", "energy"),
+    "positions": ("positions",),
+}
+
+
+def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
+    """``NAME.h`` and ``NAME.c``.
+
+    Parameters
+    ----------
+    options
+        ``real``: ``float``, ``double`` or ``long-double``; ``main``: whether
+        the source ends with a ``main`` that integrates and prints CSV.
+
+    Raises
+    ------
+    InternalError
+        An expression holds something without counterpart in C.
+    InputError
+        A constant is outside the range of the number type; ``main`` is asked for where
+        nothing can move.
+    """
+    if options["main"] and not equations.coordinates:
+        raise _nothing_to_integrate(equations)
+    target = CTarget.of(equations, real_type(str(options["real"])))
+    programs = _programs(equations)
+    stem = file_stem(equations.name, C_HEADERS)
+    source = _source(equations, target, programs, stem)
+    if options["main"]:
+        source += main_text(equations, target)
+    work = mode_workspace(programs, len(equations.contacts))
+    header = header_text(equations, target, work)
+    stamp = f"0x{digest(header, source)[:8]}UL"
+    size, macro = f"#define {target.prefix}_WORK ", f"#define {target.prefix}_EMISSION {stamp}\n"
+    return {
+        f"{stem}.h": header.replace(size, macro + size, 1),
+        f"{stem}.c": source.replace(_MATH, _same_emission(target.prefix, stem, stamp) + _MATH, 1),
+    }
+
+
+def _same_emission(prefix: str, stem: str, stamp: str) -> str:
+    """A source file with the header of another emission would be wrong in silence: fields and the
+    size of the workspace would be others. Two files cannot be replaced in one step."""
+    return (
+        f"#if {prefix}_EMISSION != {stamp}\n"
+        f'#error "{stem}.c and {stem}.h are not of one emission: emit both once more"\n'
+        "#endif\n\n"
+    )
+
+
+def _programs(equations: Equations) -> dict[str, Program]:
+    """The programs of all functions. With contacts those of the constraints read flags, and
+    the right-hand side without any is one of two."""
+    functions = _OUTPUTS | {name: (name,) for name in asked_for(equations)}
+    programs = {name: build_program(equations, outputs) for name, outputs in functions.items()}
+    if not equations.contacts:
+        return programs | constraint_programs(equations)
+    flight = {"flight_rhs": programs.pop("rhs")}
+    return flight | programs | contact_programs(flagged(equations))
+
+
+def _nothing_to_integrate(equations: Equations) -> InputError:
+    return InputError(
+        Problem(
+            f"nothing can move: '{equations.name}' has no degrees of freedom",
+            hint="leave out --main, which would integrate the motion",
+            rule="nothing-moves",
+        )
+    )
+
+
+def _source(
+    equations: Equations, target: CTarget, programs: Mapping[str, Program], stem: str
+) -> str:
+    used = set().union(*(functions_used(program) for program in programs.values()))
+    parts = [
+        f"/* {target.prefix}: see {stem}.h, which documents every function. */\n",
+        f'#include "{stem}.h"\n\n{_MATH}',
+        helper_text(used, target),
+        solver_text(blocks_of(programs), target),
+        kernel_helpers(programs, target),
+        _defaults(equations, target),
+    ]
+    contacts = len(equations.contacts)
+    inner = contact_target(target, contacts)
+    for function, program in programs.items():
+        flags = program.parameters > len(target.names.fields)
+        parts.append(function_text(function, program, inner if flags else target))
+    parts += [residual_text(programs, target), project_text(programs, target)]
+    if contacts:
+        parts.append(interface_text(programs, target, contacts))
+    return "\n".join(part for part in parts if part)
+
+
+def blocks_of(programs: Mapping[str, Program]) -> list[Block]:
+    """The systems that right-hand sides solve, with contacts and without."""
+    sides = [programs[name] for name in ("rhs", "flight_rhs", "contact_rhs") if name in programs]
+    return [block for program in sides for block in program.blocks]
+
+
+def functions_used(program: Program) -> set[str]:
+    """The functions that a program calls."""
+    return set().union(*(functions_in(operand) for operand, _ in operands_of(program)))
+
+
+def _defaults(equations: Equations, target: CTarget) -> str:
+    names, real = target.names, target.real
+    lines = [f"void {names.prefix}_defaults({names.prefix}_params *p)", "{"]
+    for parameter, field in zip(equations.parameters, names.fields, strict=True):
+        value = "NAN" if parameter.value is None else real.value(parameter.value)
+        lines.append(f"    p->{field} = {value};")
+    if not equations.parameters:
+        lines.append(f"    p->{names.empty_field} = {real.value(0.0)};")
+    return "\n".join([*lines, "}", ""])
+
+
+def function_text(function: str, program: Program, target: CTarget) -> str:
+    """The definition of one function of the interface: a right-hand side where it has blocks."""
+    result = result_name(program)
+    static = "static " if function in INTERNAL or target.names.contact_from is not None else ""
+    return "\n".join(
+        [
+            f"{static}int {target.prefix}_{function}({target.arguments(result)})",
+            "{",
+            *body_text(program, target),
+            "}",
+            "",
+        ]
+    )

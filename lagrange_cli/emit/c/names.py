@@ -1,0 +1,106 @@
+"""Names, number types and argument lists of emitted C."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from math import isfinite
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.naming import C_RESERVED, unique_identifiers
+from lagrange_cli.program.graph.literals import decimal_literal, double_literal, out_of_range
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = ["CNames", "Real", "c_string", "real_type"]
+
+
+@dataclass(frozen=True)
+class Real:
+    """A floating-point type of C: its name, the suffixes of its functions and
+    constants, half the distance from 1 to the next number, largest decimal
+    exponent, and how it is read and printed."""
+
+    name: str
+    suffix: str
+    constant_suffix: str
+    epsilon: Fraction
+    largest_exponent: int
+    parse: str
+    print_format: str
+
+    def literal(self, value: Fraction) -> str:
+        """A constant that reads as the number nearest to ``value``."""
+        if not value:
+            return f"0.0{self.constant_suffix}"
+        if self.name == "double":
+            return double_literal(value)
+        limit = Fraction(10) ** self.largest_exponent
+        if not 1 / limit <= abs(value) <= limit:
+            raise out_of_range(value)
+        return decimal_literal(value) + self.constant_suffix
+
+    def value(self, number: float) -> str:
+        """A constant for a double."""
+        if not isfinite(number):
+            return "NAN"
+        return self.literal(Fraction(repr(number)))
+
+
+_REALS = {
+    "float": Real("float", "f", "f", Fraction(1, 2**24), 37, "(float)strtod", "%.9g"),
+    "double": Real("double", "", "", Fraction(1, 2**53), 307, "strtod", "%.17g"),
+    "long-double": Real("long double", "l", "L", Fraction(1, 2**64), 4931, "strtold", "%.21Lg"),
+}
+
+
+def real_type(option: str) -> Real:
+    """The type that the option ``real`` names."""
+    return _REALS[option]
+
+
+@dataclass(frozen=True)
+class CNames:
+    """Identifiers of one system: the prefix of all its symbols, the fields of
+    its parameters, and dummy name → text for every input of a program.
+
+    ``parameter_array``: the array that holds the parameters, if one does.
+    ``further``: what functions take besides, behind the parameters. ``contact_from``: the
+    parameters from this number on come in an array ``contact`` of their own.
+    """
+
+    prefix: str
+    fields: tuple[str, ...]
+    inputs: Mapping[str, str]
+    empty_field: str = "none"
+    parameter_array: str | None = None
+    further: str = ""
+    contact_from: int | None = None
+
+    @classmethod
+    def of(cls, equations: Equations) -> CNames:
+        (prefix,) = unique_identifiers([equations.name], frozenset())
+        fields = unique_identifiers((p.name for p in equations.parameters), C_RESERVED)
+        coordinates = unique_identifiers((c.name for c in equations.coordinates), frozenset())
+        inputs = {f"p{i}": f"p->{field}" for i, field in enumerate(fields)}
+        inputs |= {f"u{i}": f"u[{i}]" for i in range(len(equations.inputs))}
+        for kind in "qv":
+            inputs |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
+        return cls(prefix, tuple(fields), inputs)
+
+    @property
+    def passed(self) -> str:
+        """What functions pass on to others, before ``work``."""
+        return "t, y, u, p" if self.contact_from is None else "t, y, u, p, contact"
+
+
+def c_string(text: str) -> str:
+    """A string literal of C; whatever is not plain ASCII becomes octal escapes."""
+    return '"' + "".join(_character(byte) for byte in text.encode("utf-8")) + '"'
+
+
+def _character(byte: int) -> str:
+    plain = 32 <= byte < 127 and chr(byte) not in '"\\?%@'
+    return chr(byte) if plain else f"\\{byte:03o}"

@@ -1,0 +1,83 @@
+"""``NAME_project`` of emitted C: a state led back to the closures that it has left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from lagrange_cli.emit.c.body import work_size
+from lagrange_cli.emit.c.impact import reset_workspace
+from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.emit.constants import NEWTON_STEPS, RESIDUAL_AT_REST, RESIDUAL_ROUNDING
+from lagrange_cli.emit.template_files import c_template
+from lagrange_cli.program.constraint_programs import INTERNAL
+from lagrange_cli.program.program import Program
+
+__all__ = ["project_text", "residual_text", "workspace"]
+
+
+def residual_text(programs: Mapping[str, Program], target: CTarget) -> str:
+    """The helpers of all projections, empty where there is none."""
+    used = any(name.endswith("velocity_change") for name in programs)
+    more = {"@NEXT@": "nextafter" + target.real.suffix}
+    text = target.fill(c_template("residual"), more) if used else ""
+    positions = any(name.endswith("position_change") for name in programs)
+    return "\n".join([text, target.fill(c_template("coupled_residual"))]) if positions else text
+
+
+def project_text(programs: Mapping[str, Program], target: CTarget, of: str = "") -> str:
+    """The definition of ``NAME_project``, empty where there are no closures.
+
+    Parameters
+    ----------
+    of
+        ``contact_`` for that of closures and of what is in contact.
+    """
+    if f"{of}velocity_change" not in programs:
+        return ""
+    positions = f"{of}position_change" in programs
+    names, real = target.names, target.real
+    return target.fill(
+        c_template("project"),
+        {
+            "@LED@": c_template("project_positions") if positions else "    int i, status;\n",
+            "@OF@": of,
+            "@STATIC@": "" if names.contact_from is None else "static ",
+            "@ARGUMENTS@": target.state_arguments(),
+            "@PASSED@": names.passed,
+            "@START@": str(_inner(programs, of)),
+            "@N@": str(programs[f"{of}velocity_change"].coordinates),
+            "@POSITIONS@": str(_closures(programs, f"{of}position_change")),
+            "@CLOSURES@": str(_closures(programs, f"{of}velocity_change")),
+            "@ROUNDS@": str(NEWTON_STEPS),
+            "@NEAR@": real.value(RESIDUAL_AT_REST),
+            "@FAR@": real.value(RESIDUAL_ROUNDING),
+            "@TWO@": real.value(2.0),
+        },
+    )
+
+
+def workspace(programs: Mapping[str, Program]) -> int:
+    """Numbers of workspace with which every function has enough."""
+    each = max(map(work_size, programs.values()))
+    projections = (_workspace(programs, of) for of in ("", "contact_"))
+    return max(each, *projections, reset_workspace(programs))
+
+
+def _workspace(programs: Mapping[str, Program], of: str) -> int:
+    if f"{of}velocity_change" not in programs:
+        return 0
+    closures = _closures(programs, f"{of}velocity_change")
+    results = max(programs[f"{of}velocity_change"].coordinates, 3 * closures)
+    return _inner(programs, of) + results
+
+
+def _inner(programs: Mapping[str, Program], of: str) -> int:
+    """What the functions that ``project`` calls need of it."""
+    called = INTERNAL.intersection(name for name in programs if name.startswith(of))
+    return max(work_size(programs[name]) for name in called)
+
+
+def _closures(programs: Mapping[str, Program], function: str) -> int:
+    if function not in programs:
+        return 0
+    return sum(len(block.closures) for block in programs[function].blocks)

@@ -1,0 +1,197 @@
+"""Wording that the terminal, LaTeX and other reports share."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations
+from lagrange_cli.mechanics.equations import tagged
+from lagrange_cli.notation.symbols import multiplier_name
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import (
+        Account,
+        CartesianName,
+        Certificate,
+        Conserved,
+        ConstraintLine,
+        Equations,
+        ShownEquation,
+    )
+
+__all__ = [
+    "certificate_line",
+    "choice_line",
+    "contacts_lines",
+    "counting",
+    "energy_is_sum",
+    "explicit_line",
+    "implied_line",
+    "is_generalized_potential",
+    "multiplier_label",
+    "multipliers_line",
+    "quantity_labels",
+    "remark_on",
+    "telling_definitions",
+    "unknown_multipliers",
+    "was_divided",
+]
+
+#: Names of quantities, and what they become where the scene uses the letter.
+_LABELS = {"T": "T_kin", "V": "V_pot", "U": "U_pot", "L": "Lagrangian", "D": "D_diss", "E": "E_tot"}
+_LABELS |= {"h": "h_Jac"}
+
+
+def quantity_labels(equations: Equations) -> dict[str, str]:
+    """``T, V, U, L, D, E, h`` → the names they go by beside the scene's own names."""
+    taken = _names(equations)
+    return {short: long if short in taken else short for short, long in _LABELS.items()}
+
+
+def multiplier_label(equations: Equations, constraint: str) -> str:
+    """The multiplier of a constraint, told from the scene's own ``lambda_NAME`` by underscores."""
+    taken = _names(equations)
+    while f"lambda_{constraint}" in taken:
+        constraint = tagged(constraint, "_")
+    return multiplier_name(constraint)
+
+
+def _names(equations: Equations) -> set[str]:
+    names = {p.name for p in equations.parameters}
+    names |= {c.name for c in equations.coordinates}
+    names |= {c.name for c in equations.cartesian_names}
+    names |= {name for name, _ in (*equations.abbreviations, *equations.outputs)}
+    return names | {given.name for given in equations.inputs}
+
+
+def counting(equations: Equations) -> tuple[tuple[str, int], ...]:
+    """What is counted: 3N, E where there is one, K, DOF, nonholonomic and unilateral
+    constraints."""
+    account = equations.account
+    extra = (("E", account.extra),) if account.extra else ()
+    return (
+        ("3N", account.cartesian),
+        *extra,
+        ("K", account.constraints),
+        ("DOF", account.dof),
+        *((("nonholonomic", account.nonholonomic),) if account.nonholonomic else ()),
+        *((("unilateral", account.unilateral),) if account.unilateral else ()),
+    )
+
+
+def multipliers_line(equations: Equations) -> str:
+    """What the multipliers mean (``""``: there are none)."""
+    if not equations.closures:
+        return ""
+    by = {
+        frozenset({"position"}): "",
+        frozenset({"velocity"}): " by the velocities",
+        frozenset({"position", "velocity"}): " (by the velocities where it holds them)",
+    }[frozenset(closure.kind for closure in equations.closures)]
+    return (
+        f"The multiplier times the gradient of the left side{by} is the force that the "
+        "constraint exerts"
+    )
+
+
+def explicit_line(equations: Equations) -> str:
+    """What the explicit form is solved for, and what is not known in it yet."""
+    solved = [value is not None for value in explicit_accelerations(equations)]
+    told = "Solved for the accelerations"
+    if not any(solved):
+        told = "Not solved for the accelerations, in the form M a = f"
+    elif not all(solved):
+        told += " where at most two are coupled, the others as M a = f"
+    unknown = unknown_multipliers(equations)
+    return f"{told}; {unknown}" if unknown else told
+
+
+def unknown_multipliers(equations: Equations) -> str:
+    """What determines the multipliers that accelerations are written in (``""``: none)."""
+    what = []
+    if equations.closures:
+        what.append("the closure equations, differentiated, determine their multipliers")
+    if equations.contacts:
+        what.append("contacts determine theirs" if what else "contacts determine the multipliers")
+    return ", ".join(what)
+
+
+def contacts_lines(equations: Equations) -> tuple[str, ...]:
+    """How contacts, their multipliers and impacts are meant (none: there are no contacts)."""
+    if not equations.contacts:
+        return ()
+    return (
+        "Where a gap is 0 its multiplier is at least 0, and times the gradient of the gap it is"
+        " the force of the contact; where a gap is open its multiplier is 0",
+        "A gap that closes at the rate u < 0 opens at the rate -e u, where e is its restitution",
+    )
+
+
+def choice_line(equations: Equations) -> str:
+    """Which formulation was taken and why, where something is to be said of it."""
+    choice = equations.choice
+    if choice is None or not choice.why:
+        return ""
+    other = "multiplier" if choice.formulation == "minimal" else "minimal"
+    counts = {"minimal": choice.minimal, "multiplier": choice.multiplier}
+    return (
+        f"{choice.formulation} ({choice.why}): {counts[choice.formulation]:,} operations predicted"
+        f" for a right-hand side beside {counts[other]:,} of {other}"
+    )
+
+
+def remark_on(line: ConstraintLine) -> str:
+    """What is special about a constraint (``""``: nothing)."""
+    remarks = []
+    part = " on a part of the configurations" if line.on_a_part else ""
+    if line.status == "satisfied":
+        remarks.append(f"satisfied by the definitions{part}")
+    elif line.status == "redundant":
+        others = ", ".join(line.implied_by)
+        remarks.append(f"redundant, implied by {others}{part}" if others else "redundant")
+    elif line.status == "unilateral":
+        remarks.append("one-sided" + (f", restitution {line.restitution}" * bool(line.restitution)))
+    if line.rheonomic:
+        remarks.append("depends on t")
+    return "; ".join(remarks)
+
+
+def implied_line(account: Account) -> str:
+    """The restrictions that no constraint states (``""``: there are none)."""
+    if not account.implied:
+        return ""
+    noun = "restriction" if account.implied == 1 else "restrictions"
+    return f"{account.implied} {noun} by definitions and position expressions"
+
+
+def telling_definitions(equations: Equations) -> list[CartesianName]:
+    """Cartesian names that are neither 0 nor a coordinate of that name."""
+    own = {c.name: c.q for c in equations.coordinates}
+    return [
+        c for c in equations.cartesian_names if c.position != 0 and own.get(c.name) != c.position
+    ]
+
+
+def is_generalized_potential(equations: Equations) -> bool:
+    """The potential depends on velocities."""
+    return not equations.potential.free_symbols.isdisjoint(c.v for c in equations.coordinates)
+
+
+def energy_is_sum(equations: Equations, quantity: Conserved) -> bool:
+    """A conserved quantity is T + V with the V that is shown."""
+    return quantity.kind == "energy" and not is_generalized_potential(equations)
+
+
+def was_divided(shown: ShownEquation) -> bool:
+    """A common factor other than a sign was divided out."""
+    return shown.divided_by not in (1, -1)
+
+
+def certificate_line(certificate: Certificate) -> str:
+    """``Certified at 8 random states to 30 digits, largest mismatch 3e-31``."""
+    noun = "state" if certificate.points == 1 else "states"
+    mismatch = f"{certificate.mismatch:.0e}" if certificate.mismatch else "0"
+    return (
+        f"Certified at {certificate.points} random {noun} to {certificate.digits} digits, "
+        f"largest mismatch {mismatch}"
+    )

@@ -1,0 +1,157 @@
+"""Constraint forces and multipliers in the order and wording that all reports share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from lagrange_cli.emit.constraint_wording import multiplier_label
+from lagrange_cli.notation.symbols import multiplier_symbol
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.reaction_values import ConstraintForces, Reaction
+
+__all__ = [
+    "FORCES_LINE",
+    "force_columns",
+    "force_notes",
+    "force_rows",
+    "forces_report",
+    "reaction_rows",
+]
+
+_AXES = ("x", "y", "z")
+
+#: What the numbers are.
+FORCES_LINE = "m a - F on particles; by constraints the multiplier times the gradient"
+
+
+def force_rows(forces: ConstraintForces) -> Iterator[tuple[str, list[tuple[str, Expr]]]]:
+    """Each body that a force acts on: ``f_x`` and so on, those that are zero left out.
+
+    ``|f|`` follows where several components have a short magnitude.
+    """
+    for body in forces.bodies:
+        rows = [
+            (f"f_{axis}", component)
+            for axis, component in zip(_AXES, body.components, strict=True)
+            if component != 0
+        ]
+        if len(rows) > 1 and body.size is not None:
+            rows.append(("|f|", _magnitude(body.size)))
+        if rows:
+            yield body.name, rows
+
+
+def _magnitude(size: Expr) -> Expr:
+    """|f| with factors that are known to be positive outside."""
+    factors = sympy.Mul.make_args(size)
+    outside = [f for f in factors if f.is_nonnegative or f.is_Rational or _is_root(f)]
+    inside = sympy.Mul(*(f for f in factors if f not in outside))
+    sizes = [f if _is_root(f) else abs(f) for f in outside]
+    return sympy.Mul(*sizes, sympy.Abs(inside, evaluate=False) if inside != 1 else 1)
+
+
+def _is_root(factor: Expr) -> bool:
+    """A square root of what is not negative."""
+    return bool(factor.is_Pow and factor.exp == sympy.Rational(1, 2))
+
+
+def reaction_rows(
+    equations: Equations, forces: ConstraintForces
+) -> Iterator[tuple[str, Expr | None, list[tuple[str, Expr]]]]:
+    """Name of each constraint, its multiplier, and λ |∇φ| on the bodies named with it.
+
+    The multiplier is None where it is an unknown of the equations of motion; λ |∇φ| is
+    left out where it is the multiplier again.
+    """
+    unknowns = {closure.multiplier for closure in equations.pushing}
+    for reaction in forces.reactions:
+        known = None if reaction.multiplier in unknowns else reaction.multiplier
+        sizes = [(names, e) for names, e in _by_size(reaction) if e != reaction.multiplier]
+        if known is not None or sizes:
+            yield reaction.name, known, sizes
+
+
+def _by_size(reaction: Reaction) -> list[tuple[str, Expr]]:
+    """The bodies on which the constraint acts equally, together."""
+    bodies: dict[Expr, list[str]] = {}
+    for name, size in reaction.sizes:
+        bodies.setdefault(size, []).append(name)
+    return [(", ".join(names), size) for size, names in bodies.items()]
+
+
+def force_notes(forces: ConstraintForces) -> list[str]:
+    """What is to be known beside the formulas."""
+    notes = []
+    if forces.form == "accelerations":
+        notes.append("the accelerations are those of the equations of motion")
+    if forces.form == "multipliers":
+        notes.append("multipliers and accelerations are those of the equations of motion")
+    if forces.included:
+        clause = "is written in coordinates and acts"
+        if len(forces.included) > 1:
+            clause = "are written in coordinates and act"
+        notes.append(f"they pass on {', '.join(forces.included)}, which {clause} on no particle")
+    if forces.open:
+        notes.append(
+            f"multipliers that are not determined, or have no short form: {', '.join(forces.open)}"
+        )
+    return notes
+
+
+def force_columns(equations: Equations) -> list[tuple[str, Expr]]:
+    """Columns of a table of forces: their components, and multipliers that are no unknowns."""
+    forces = equations.constraint_forces
+    if forces is None:
+        return []
+    columns = [
+        (f"force_{axis}({body.name})", component)
+        for body in forces.bodies
+        for axis, component in zip(_AXES, body.components, strict=True)
+    ]
+    unknowns = {closure.multiplier for closure in equations.pushing}
+    known = [r for r in forces.reactions if r.multiplier not in unknowns]
+    return columns + [(_multiplier(equations, r.name), r.multiplier) for r in known]
+
+
+def _multiplier(equations: Equations, constraint: str) -> str:
+    """What the multiplier of a constraint is called in data: ``lambda_rod``, as in equations."""
+    return multiplier_symbol(multiplier_label(equations, constraint))
+
+
+def forces_report(
+    equations: Equations, forces: ConstraintForces, say: Callable[[Expr], str]
+) -> dict[str, Any]:
+    """The forces as values that JSON holds; ``say`` prints an expression."""
+    return {
+        "constraint_forces": [
+            {
+                "particle": body.name,
+                "components": [say(component) for component in body.components],
+                "magnitude": None if body.size is None else say(_magnitude(body.size)),
+            }
+            for body in forces.bodies
+        ],
+        "constraint_multipliers": [
+            {
+                "name": _multiplier(equations, reaction.name),
+                "constraint": reaction.text,
+                "multiplier": say(reaction.multiplier),
+                "forces": [
+                    {"particle": name, "along_gradient": say(size)} for name, size in reaction.sizes
+                ],
+            }
+            for reaction in forces.reactions
+        ],
+        "undetermined_multipliers": [_multiplier(equations, name) for name in forces.open],
+        "forces_in_terms_of": forces.form,
+        "forces_pass_on": list(forces.included),
+    }

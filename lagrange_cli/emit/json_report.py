@@ -1,0 +1,184 @@
+"""The derivation as JSON values: what ``lagrange derive --format json`` writes.
+
+Expressions are in the scene language, so that they can be read back;
+``lambda_NAME`` is the multiplier of the constraint of that name.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.emit.force_wording import forces_report
+from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations, right_sides
+from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.notation.build import Vocabulary, display, display_row, vocabulary
+from lagrange_cli.notation.ordering import sum_of
+from lagrange_cli.notation.scene_language import ScenePrinter
+from lagrange_cli.notation.tree import Node, Term, as_terms
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Equations, Input
+
+__all__ = ["derivation_report", "in_scene_language"]
+
+#: Matrices of more rows are given by their entries.
+LARGEST_DENSE = 64
+
+
+def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str, Any]:
+    """Return the derivation as values that JSON can hold.
+
+    Parameters
+    ----------
+    equations
+        What a derivation yields.
+    form
+        ``lagrange``: each residual is the shown form of Lagrange's equation.
+        ``explicit``: it is ``ddot(q) - (acceleration)``, or the row of
+        M q̈ − f where more than two accelerations are coupled.
+
+    Raises
+    ------
+    InternalError
+        An expression has no exact form in the scene language.
+    """
+    say = _Speaker(vocabulary(equations))
+    forces = equations.constraint_forces
+    account, unused = equations.account, equations.facts.unused_parameters
+    return {
+        "name": equations.name,
+        "cartesian": account.cartesian,
+        "extra": account.extra,
+        "constraints": account.constraints,
+        "dof": account.dof,
+        "nonholonomic": account.nonholonomic,
+        "unilateral": account.unilateral,
+        "coordinates": [c.name for c in equations.coordinates],
+        "formulation": equations.formulation,
+        "predicted": _predicted(equations),
+        "singular": [
+            {"coordinate": name, "where": f"{say(place.where)} = 0"}
+            for place in equations.singular
+            for name in place.coordinates
+        ],
+        "kinetic": say(equations.kinetic),
+        "potential": say(equations.potential),
+        "lagrangian": say(equations.lagrangian),
+        "equations": _residuals(equations, form, say),
+        "mass_matrix": _matrix(equations.mass_matrix, say),
+        "forcing": [say(f) for f in equations.forcing],
+        "cyclic": list(equations.cyclic),
+        "conserved": [
+            {"name": c.name, "expression": say(c.expression)} for c in equations.conserved
+        ],
+        "multipliers": [c.multiplier.name for c in equations.pushing],
+        "closure": [
+            {"name": c.name, "kind": c.kind, "expression": say(c.expression)}
+            for c in equations.closures
+        ],
+        "contacts": _contacts(equations, say),
+        "inputs": [_input(given, say) for given in equations.inputs],
+        "outputs": [{"name": name, "expression": say(e)} for name, e in equations.outputs],
+        "facts": asdict(equations.facts) | {"unused_parameters": list(unused)},
+        **({} if forces is None else forces_report(equations, forces, say)),
+        "certificate": asdict(equations.certificate),
+        "warnings": [warning.values() for warning in equations.warnings],
+    }
+
+
+def in_scene_language(equations: Equations, expression: Expr) -> str:
+    """An expression over the symbols of equations as the scene language writes it."""
+    return _Speaker(vocabulary(equations))(expression)
+
+
+class _Speaker:
+    """Prints expressions and trees in the scene language."""
+
+    def __init__(self, words: Vocabulary) -> None:
+        self.words = words
+        self._printer = ScenePrinter()
+
+    def __call__(self, expression: Expr) -> str:
+        return self.tree(display(expression, self.words))
+
+    def tree(self, node: Node) -> str:
+        return self._printer.inline(node)
+
+
+def _contacts(equations: Equations, say: _Speaker) -> list[dict[str, Any]]:
+    names = [c.name for c in equations.coordinates]
+    return [
+        {
+            "name": contact.name,
+            "gap": say(contact.closure.expression),
+            "gradient": [
+                {"coordinate": names[j], "entry": say(entry)}
+                for j, entry in entries(contact.closure.gradient).items()
+            ],
+            "multiplier": contact.closure.multiplier.name,
+            "restitution": say(contact.restitution),
+        }
+        for contact in equations.contacts
+    ]
+
+
+def _residuals(equations: Equations, form: str, say: _Speaker) -> list[dict[str, str]]:
+    if form == "explicit":
+        rows = _explicit_rows(equations, say)
+    else:
+        rows = [display_row(shown, say.words) for shown in equations.shown]
+    return [
+        {"coordinate": c.name, "residual": say.tree(row)}
+        for c, row in zip(equations.coordinates, rows, strict=True)
+    ]
+
+
+def _explicit_rows(equations: Equations, say: _Speaker) -> list[Node]:
+    rows, right = [], right_sides(equations)
+    for i, value in enumerate(explicit_accelerations(equations)):
+        if value is not None:
+            rows.append(_difference([(1, i)], value, equations, say))
+        else:
+            held = [(m, j) for j, m in entries(equations.mass_matrix[i]).items()]
+            rows.append(_difference(held, right[i], equations, say))
+    return rows
+
+
+def _difference(
+    entries: Sequence[tuple[Expr | int, int]], value: Expr, equations: Equations, say: _Speaker
+) -> Node:
+    """``Σ entry·a − value``, the accelerations first."""
+    left = [display(entry * equations.coordinates[j].a, say.words) for entry, j in entries]
+    terms = [term for node in left for term in as_terms(node)]
+    terms += [Term(not t.negative, t.node) for t in as_terms(display(value, say.words))]
+    return sum_of(terms, ordered=True)
+
+
+def _matrix(rows: Sequence[Sequence[Expr]], say: _Speaker) -> list[list[str]] | dict[str, Any]:
+    """All entries, or (row, column, entry) of those that are not 0, counted from 0."""
+    if len(rows) <= LARGEST_DENSE:
+        return [[say(entry) for entry in row] for row in rows]
+    held = [[i, j, say(entry)] for i, row in enumerate(rows) for j, entry in entries(row).items()]
+    return {"shape": [len(rows), len(rows)], "entries": held}
+
+
+def _predicted(equations: Equations) -> dict[str, int] | None:
+    """Operations of a right-hand side in each formulation, where there are two."""
+    choice = equations.choice
+    if choice is None:
+        return None
+    return {"minimal": choice.minimal, "multiplier": choice.multiplier}
+
+
+def _input(given: Input, say: _Speaker) -> dict[str, Any]:
+    """An input: its expression, or the file and column of its values."""
+    of = given.recording
+    if of is None:
+        return {"name": given.name, "expression": say(given.expression)}
+    where = {"file": of.file, "column": of.column, "interpolation": of.interpolation}
+    return {"name": given.name, "expression": None, **where}

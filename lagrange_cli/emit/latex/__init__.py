@@ -1,0 +1,5 @@
+"""Equations as LaTeX: a document, a snippet, single equations.
+
+Equations go in; LaTeX that needs amsmath, and for documents booktabs and longtable, comes out.
+Read :mod:`.equations` first.
+"""

@@ -1,0 +1,65 @@
+"""LaTeX: a complete document, a snippet of equations, single equations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.latex.document import document
+from lagrange_cli.emit.latex.typesetter import Typesetter
+from lagrange_cli.notation.latex_escape import latex_text
+from lagrange_cli.notation.layout import joined
+
+if TYPE_CHECKING:
+    from lagrange_cli.emit.base import OptionValue
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = ["emit", "equation_latex", "equations_latex"]
+
+
+def emit(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    """Return ``NAME.tex``.
+
+    Parameters
+    ----------
+    equations
+        What a derivation yields.
+    options
+        ``style``: ``document`` for a complete document that pdfLaTeX compiles
+        with amsmath, booktabs and longtable; ``snippet`` for the equations of
+        motion alone (amsmath). ``form``: ``lagrange`` or ``explicit``.
+
+    Raises
+    ------
+    InternalError
+        An expression has no exact form in print.
+    """
+    form = str(options["form"])
+    write = document if options["style"] == "document" else snippet
+    return {f"{equations.name}.tex": write(equations, form)}
+
+
+def snippet(equations: Equations, form: str = "lagrange") -> str:
+    """The equations of motion in an ``align`` environment, for pasting (amsmath)."""
+    setter = Typesetter.of(equations)
+    title = equations.title or equations.name
+    lines = [
+        f"% {latex_text(title)}: equations of motion (needs amsmath)",
+        *setter.align([*setter.motion(form), *setter.closures(), *setter.contacts()]),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def equation_latex(equations: Equations, index: int) -> str:
+    """One shown equation of motion on a line, without math delimiters."""
+    setter = Typesetter.of(equations)
+    return joined(setter.row(index))
+
+
+def equations_latex(equations: Equations) -> str:
+    """All equations of motion, then those of closures and contacts, in an ``aligned``
+    environment, without math delimiters."""
+    setter = Typesetter.of(equations)
+    rows = [f"& {joined(setter.row(i))}" for i in range(len(equations.shown))]
+    rows += [f"& {joined(row.pieces)}" for row in (*setter.closures(), *setter.contacts())]
+    return "\n".join([r"\begin{aligned}", " \\\\\n".join(rows), r"\end{aligned}"])

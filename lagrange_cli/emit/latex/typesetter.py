@@ -1,0 +1,182 @@
+"""Formulas of equations in LaTeX: rows of ``align`` environments, broken into lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.constraint_wording import (
+    is_generalized_potential,
+    quantity_labels,
+)
+from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations, right_sides
+from lagrange_cli.notation.build import Vocabulary, display, display_row, vocabulary
+from lagrange_cli.notation.latex import LatexPrinter
+from lagrange_cli.notation.latex_escape import latex_text
+from lagrange_cli.notation.layout import Piece, fill, joined, prefixed, suffixed
+from lagrange_cli.notation.one_line import solid
+from lagrange_cli.notation.symbols import latex_name
+from lagrange_cli.notation.tree import Node
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Coordinate, Equations
+
+__all__ = ["Row", "Typesetter"]
+
+#: Columns of half an em that a line of the document holds beside its label and number.
+LINE = 70
+
+
+@dataclass(frozen=True)
+class Row:
+    """A numbered formula: what stands before the alignment, and the pieces after it."""
+
+    label: str
+    pieces: Sequence[Piece]
+
+
+@dataclass(frozen=True)
+class Typesetter:
+    """Formulas of some equations in LaTeX."""
+
+    equations: Equations
+    words: Vocabulary
+    printer: LatexPrinter
+
+    @classmethod
+    def of(cls, equations: Equations) -> Typesetter:
+        return cls(equations, vocabulary(equations), LatexPrinter())
+
+    # -- parts --------------------------------------------------------------------
+
+    def coordinate(self, coordinate: Coordinate, order: int = 0) -> str:
+        return latex_name(coordinate.name, order, coordinate.latex)
+
+    def inline(self, expression: Expr) -> str:
+        return joined(self.pieces(expression))
+
+    def pieces(self, expression: Expr) -> list[Piece]:
+        return self.tree(display(expression, self.words))
+
+    def tree(self, node: Node) -> list[Piece]:
+        return self.printer.pieces(node)
+
+    def row(self, index: int) -> list[Piece]:
+        """Equation of motion ``index``: its left side and ``= 0``."""
+        left = self.tree(display_row(self.equations.shown[index], self.words))
+        return suffixed(left, " = 0", 3)
+
+    def definition(self, label: str, expression: Expr) -> Row:
+        """``label = expression``, aligned at the equality sign."""
+        return Row(label, prefixed(self.pieces(expression), "= ", 3))
+
+    # -- groups of formulas ---------------------------------------------------------
+
+    def energies(self) -> list[Row]:
+        """T, V, the dissipation where there is one, and L."""
+        labels = quantity_labels(self.equations)
+        kinetic, lagrangian = latex_name(labels["T"]), latex_name(labels["L"])
+        potential = latex_name(labels["U" if is_generalized_potential(self.equations) else "V"])
+        rows = [
+            self.definition(kinetic, self.equations.kinetic),
+            self.definition(potential, self.equations.potential),
+            self._lagrangian(lagrangian, f"{kinetic} - {potential}"),
+        ]
+        if self.equations.dissipation != 0:
+            rows.append(self.definition(latex_name(labels["D"]), self.equations.dissipation))
+        return rows
+
+    def _lagrangian(self, label: str, difference: str) -> Row:
+        """L written out where it is short, else as the difference alone."""
+        head = Piece(f"= {difference}", 8)
+        whole = self.pieces(self.equations.lagrangian)
+        if sum(p.width for p in whole) > 3 * LINE:
+            return Row(label, [head])
+        body = prefixed(whole, "= ", 3)
+        first = Piece(body[0].text, body[0].width, " ", "", 0)
+        return Row(label, [head, first, *body[1:]])
+
+    def motion(self, form: str) -> list[Row]:
+        """Lagrange's equations, or accelerations with M and f where they stay coupled."""
+        coordinates = self.equations.coordinates
+        if form != "explicit":
+            return [
+                Row(rf"{self.coordinate(c)}\colon\quad", self.row(i))
+                for i, c in enumerate(coordinates)
+            ]
+        solved = explicit_accelerations(self.equations)
+        right = right_sides(self.equations)
+        rows = [
+            self.definition(self.coordinate(c, 2), value)
+            for c, value in zip(coordinates, solved, strict=True)
+            if value is not None
+        ]
+        coupled = [i for i, value in enumerate(solved) if value is None]
+        return rows + self._coupled(coupled, right)
+
+    def closures(self) -> list[Row]:
+        """The closure equations, each with its name."""
+        return [
+            Row(
+                rf"\text{{{latex_text(c.name)}}}\colon\quad",
+                suffixed(self.pieces(c.expression), " = 0", 3),
+            )
+            for c in self.equations.closures
+        ]
+
+    def contacts(self) -> list[Row]:
+        """Complementarity of each contact: 0 ≤ λ ⊥ φ ≥ 0."""
+        rows = []
+        for contact in self.equations.contacts:
+            push = rf"0 \le {self.inline(contact.closure.multiplier)} \perp "
+            gap = suffixed(self.pieces(contact.closure.expression), r" \ge 0", 4)
+            label = rf"\text{{{latex_text(contact.name)}}}\colon\quad"
+            rows.append(Row(label, prefixed(gap, push, 12)))
+        return rows
+
+    def _coupled(self, indices: list[int], forcing: Sequence[Expr]) -> list[Row]:
+        """``Σ M a = f`` for coordinates that are coupled by more than two."""
+        rows = []
+        for i in indices:
+            terms: list[Piece] = []
+            for j in indices:
+                entry = self.equations.mass_matrix[i][j]
+                if entry != 0:
+                    product = self.tree(
+                        display(entry * self.equations.coordinates[j].a, self.words)
+                    )
+                    terms += product if not terms else _added(product)
+            right = self.pieces(forcing[i])
+            equal = Piece(right[0].text, right[0].width + 3, " = ", "= ", 0)
+            rows.append(Row("", [*(terms or solid("0")), equal, *right[1:]]))
+        return rows
+
+    # -- layout ---------------------------------------------------------------------
+
+    def align(self, rows: Iterable[Row], *, numbered: bool = True) -> list[str]:
+        """Lines of an ``align`` environment; one number for each formula, or none."""
+        shown = [_lines(row, numbered) for row in rows]
+        if not shown:
+            return []
+        name = "align" if numbered else "align*"
+        return [rf"\begin{{{name}}}", " \\\\\n".join(shown), rf"\end{{{name}}}"]
+
+
+def _added(pieces: list[Piece]) -> list[Piece]:
+    head = pieces[0]
+    text = head.text
+    sign, text = ("-", text[1:]) if text.startswith("-") else ("+", text)
+    return [Piece(text, head.width + 3, f" {sign} ", f"{sign} ", 0), *pieces[1:]]
+
+
+def _lines(row: Row, numbered: bool) -> str:
+    """A formula broken into lines of an ``align``, the number at the last one."""
+    first, *others = fill(row.pieces, LINE, LINE - 4, step=2)
+    label = f"{row.label} " if row.label else ""
+    lines = [f"  {label}& {first.text}"]
+    lines += [rf"  &\hspace{{{1.5 + 0.8 * line.level:g}em}} {{}} {line.text}" for line in others]
+    end = " \\nonumber \\\\\n" if numbered else " \\\\\n"
+    return end.join(lines)

@@ -1,0 +1,118 @@
+"""Emitted Python with contacts: functions that take a mode, and the script that follows it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.constants import BOUNCES, EVENTS
+from lagrange_cli.emit.initial_state import TOLERANCE
+from lagrange_cli.emit.naming import comment_text
+from lagrange_cli.emit.python.impact import reset_source
+from lagrange_cli.emit.python.projection import project_source
+from lagrange_cli.emit.template_files import filled, python_template
+from lagrange_cli.program.program import Program
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = ["CONTACT_NOTES", "contact_constants", "contact_script", "interface_source"]
+
+#: What the module says of them.
+CONTACT_NOTES = [
+    "",
+    "A contact, one of CONTACTS, pushes while it is closed. mode says which are: a sequence of",
+    "as many 0 (open) and 1 (closed), FLIGHT if absent. Integrate with a fixed mode until one of",
+    "the numbers that events gives falls through zero, say number k; find when; call reset with",
+    "event=k there; go on with the state and the mode that it returns. Begin with reset alone.",
+    "As a script the module does so.",
+]
+
+
+_DOCS = {
+    "multipliers": "Multipliers, in the order of MULTIPLIERS, zero for what is open; NaN if none.",
+    "constraints": "What is zero, in the order of RESIDUALS; so is all of what is open.",
+    "events": "What falls through zero at events: multipliers of what is closed, else gaps.",
+}
+
+
+#: Lines of the script, and what they are with contacts.
+_CHANGES = (
+    (
+        "    times = np.linspace(",
+        """\
+    y, mode, wrong = begin(y, run["until"], p)
+    if wrong:
+        return wrong
+    largest = np.zeros((2, len(mode)))
+    times = np.linspace(""",
+    ),
+    (
+        'y = integrate(y, t, following, run["steps"], p)',
+        'y, mode = integrate(y, t, following, run["steps"], p, mode, largest)',
+    ),
+)
+
+
+def contact_constants(equations: Equations) -> list[str]:
+    """Names of the contacts, and the mode with all of them open."""
+    contacts = equations.contacts
+    if not contacts:
+        return []
+    texts = [f"# {comment_text(f'{c.name}: {c.closure.text}')}" for c in contacts]
+    names = tuple(contact.name for contact in contacts)
+    return [*texts, f"CONTACTS = {names!a}", f"FLIGHT = {(0,) * len(contacts)!r}"]
+
+
+def interface_source(programs: Mapping[str, Program], parameter: str) -> list[str]:
+    """Projection, events and impacts, and the functions of the interface around them.
+
+    Parameters
+    ----------
+    parameter
+        Parameters of the functions of the interface, with their defaults.
+    """
+    if "gaps" not in programs:
+        return []
+    given = ", ".join(argument.split("=")[0] for argument in parameter.split(", "))
+    functions = [
+        python_template("mode_function").replace("@FUNCTION@", name).replace("@DOC@", doc)
+        for name, doc in _DOCS.items()
+    ]
+    flags, rhs, project, reset = (
+        python_template(f"mode_{name}") for name in ("flags", "rhs", "project", "reset")
+    )
+    texts = [flags, rhs, *functions, project, reset]
+    return [
+        project_source(programs, "p, contact", "contact_"),
+        *reset_source(programs, f"{given}, contact"),
+        *(text.replace("@P@", parameter).replace("@GIVEN@", given) for text in texts),
+    ]
+
+
+def contact_script(script: str, held: str, rounding: float) -> str:
+    """The script with steps that follow contacts.
+
+    Parameters
+    ----------
+    script
+        The script without contacts.
+    held
+        Lines that hold recorded inputs to a step from ``t`` on, empty without any.
+    rounding
+        Half the distance from 1 to the next number.
+    """
+    main = script.partition("    return y\n\n\n")[2]
+    for line, changed in _CHANGES:
+        main = main.replace(line, changed)
+    text = f"{python_template('script_contacts')}\n\n{main}"
+    replacements = {
+        "@HELD@": held,
+        "@U@": ", held" if held else "",
+        "@TOLERANCE@": repr(TOLERANCE),
+        "@NOISE@": repr(1024 * rounding),
+        "@ULP@": repr(2 * rounding),
+        "@EVENTS@": str(EVENTS),
+        "@BOUNCES@": str(BOUNCES),
+    }
+    return filled(text, replacements)

@@ -1,0 +1,328 @@
+"""Functions in Python that evaluate programs, for emitted modules and for simulation.
+
+Scalars run through the ``math`` module, which is several times faster than
+NumPy on single numbers; only results are arrays. Functions never raise for
+numeric trouble (a singular mass matrix, a domain error, overflow): they
+return NaN.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from itertools import islice
+from textwrap import fill
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.python.impact import reset_source
+from lagrange_cli.emit.python.loops import parts_source, tables_source
+from lagrange_cli.emit.python.projection import HELPERS, helper_source, project_source
+from lagrange_cli.emit.python.statements import WIDTH, assigned, joined, solution, symmetric
+from lagrange_cli.program.constraint_programs import INTERNAL
+from lagrange_cli.program.graph.literals import double_literal
+from lagrange_cli.program.printing import Dialect, expression
+from lagrange_cli.program.program import (
+    FUNCTIONS,
+    Kind,
+    Program,
+    Variable,
+    build_program,
+    following,
+    input_names,
+)
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = [
+    "function_source",
+    "module_source",
+    "prelude",
+    "program_of",
+    "right_hand_side_source",
+]
+
+#: Names of the standard library that functions may use.
+_MATH = (
+    "acos",
+    "acosh",
+    "asin",
+    "asinh",
+    "atan",
+    "atan2",
+    "atanh",
+    "cos",
+    "cosh",
+    "exp",
+    "inf",
+    "log",
+    "nan",
+    "pow",
+    "sin",
+    "sinh",
+    "sqrt",
+    "tan",
+    "tanh",
+)
+
+#: Functions that the standard library has not, by the names of their templates.
+_HELPERS = ("sign", "min", "max", *HELPERS, "solve_sparse")
+
+#: Every function of a program as the module calls it.
+PYTHON_FUNCTIONS = {
+    **{name: name for name in FUNCTIONS},
+    "sign": "_sign",
+    "min": "_min",
+    "max": "_max",
+}
+
+_TAB = " " * 4
+
+_DOCS = {
+    "rhs": "State derivative [v, a] at time t; all NaN where it does not exist.",
+    "disturbed": "State derivative with every operation times a factor of p.",
+    "mass_matrix": "Mass matrix M(q, t), n by n, of M a = f.",
+    "forcing": "Forcing f(q, v, t) of M a = f.",
+    "energy": "Energy function: the sum of v dL/dv, less L (T + V in most systems).",
+    "positions": "Cartesian names, in the order of CARTESIAN.",
+    "velocities": "Time derivatives of the Cartesian names, in the order of CARTESIAN.",
+    "inputs": "Inputs as the scene has them at time t, in the order of INPUTS.",
+    "outputs": "What the scene asks for besides, in the order of OUTPUTS.",
+    "multipliers": "Multipliers, in the order of MULTIPLIERS; all NaN where they do not exist.",
+    "constraints": "What is zero: lhs - rhs of closures of positions, then rates of all closures.",
+    "position_error": "Closures of positions, then the magnitudes behind them.",
+    "position_reach": "Squares of the gradients of closures of positions, over the masses.",
+    "position_change": "The change of q that makes the linearized closures vanish.",
+    "shifted_change": "The same of positions in place of v, along the gradients at q.",
+    "velocity_error": "Rates of the closures, then the magnitudes behind them.",
+    "velocity_change": "The change of v that makes the rates of the closures vanish.",
+    "gaps": "The gaps of all one-sided constraints, then the magnitudes behind them.",
+    "gap_terms": "Gradients of the gaps, by rows; their rates; biases; restitutions.",
+    "surfaces": "What is positive on this side of each switching surface.",
+    "landmarks": "What sharp functions are the exponentials of.",
+    "continuous": "What jumps at switching surfaces only where an impulse acts.",
+    "surface_values": "What vanishes on switching surfaces, then the magnitudes behind it.",
+    "surface_rates": "First and second rates of what vanishes on surfaces, then the magnitudes.",
+    "impulse": "The change of v that changes the rates of what is in contact by the targets.",
+}
+
+FUNCTIONS_OF_STATE = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
+
+
+def right_hand_side_source(equations: Equations, names: Sequence[str] = FUNCTIONS_OF_STATE) -> str:
+    """Source of a module with the named evaluators (all of them), made of dummy names alone.
+
+    The module defines ``rhs(t, y, p)``, ``mass_matrix``, ``forcing``,
+    ``energy``, ``positions`` and ``velocities`` of the same arguments: ``t`` a
+    float, ``y`` an array [q, v] of shape (2n,), ``p`` a sequence of floats, one
+    for each parameter in the order of the Equations. ``rhs`` returns an array of
+    shape (2n,), the others (n, n), (n,), a float, and arrays in the order of
+    ``cartesian_names``. No text of the scene is in it: it is safe to run.
+    """
+    return module_source({name: program_of(equations, name) for name in names})
+
+
+def program_of(equations: Equations, name: str) -> Program:
+    """The program of an evaluator."""
+    return build_program(equations, ["acceleration" if name == "rhs" else name])
+
+
+def module_source(programs: Mapping[str, Program]) -> str:
+    """Source of a module with a function ``f(t, y, p)`` for each program, over dummy names.
+
+    Where programs have inputs they are ``f(t, y, p, u)``, with a function ``u(t, y, p)``
+    that gives their values. With those of
+    :func:`lagrange_cli.program.constraint_programs.constraint_programs` there is
+    ``project(t, y, p)`` too, which returns a state. With those of ``contact_programs`` beside
+    it there are ``contact_project``, ``events`` of the arguments of programs, and ``reset`` with
+    ``event`` and ``bounce`` behind them.
+    """
+    arguments = "p, u" if any(program.driven for program in programs.values()) else "p"
+    functions = [
+        function_source(
+            program, name, {}, "p" if name in INTERNAL else arguments, _given(programs, program)
+        )
+        for name, program in programs.items()
+    ]
+    functions += [project_source(programs, "p", of) for of in ("", "contact_")]
+    body = "\n\n".join(filter(None, [*functions, *reset_source(programs, arguments)]))
+    imports, helpers = prelude(body)
+    tables = tables_source(programs.values())
+    head = "\n".join([*imports, "import numpy as np\n"])
+    return "\n\n".join(filter(None, [head, tables, *helpers, body]))
+
+
+def _given(programs: Mapping[str, Program], program: Program) -> list[tuple[str, int]]:
+    """Parameters of a program. Others may have more: flags, weights, factors of rounding."""
+    count = program.parameters
+    alike = {"gaps", "surfaces"}.isdisjoint(programs)
+    return [("p" if alike else f"p[:{count}]", count)]
+
+
+def prelude(body: str) -> tuple[list[str], list[str]]:
+    """Import lines and definitions that the functions in ``body`` need, and no others."""
+    helpers = [helper_source(name) for name in _HELPERS if f"_{name}(" in body]
+    words = set(re.findall(r"(?<![\w.])\w+", "\n".join([body, *helpers])))
+    names = [name for name in _MATH if name in words]
+    if not names:
+        return [], helpers
+    line = f"from math import {', '.join(names)}"
+    if len(line) > WIDTH:
+        text = f"{', '.join(names)},"
+        listed = fill(text, WIDTH, initial_indent=_TAB, subsequent_indent=_TAB)
+        line = f"from math import (\n{listed}\n)"
+    return [line], helpers
+
+
+def function_source(
+    program: Program,
+    name: str,
+    names: Mapping[str, str],
+    parameter: str,
+    given: Sequence[tuple[str, int]] = (),
+) -> str:
+    """The definition of one evaluator.
+
+    Parameters
+    ----------
+    program
+        With blocks to solve it is that of a right-hand side, of ``multipliers``
+        or of a change.
+    name
+        Of the function; those that others alone call get an underscore.
+    names
+        Dummy name → local name of the inputs.
+    parameter
+        The text of the last argument (``p``, or ``p=DEFAULTS``).
+    given
+        Where the parameters are, if not in ``p``: texts of sequences, and how many in each.
+    """
+    found = {
+        name: f"a{number}[{k}]"
+        for number, block in enumerate(program.blocks)
+        for k, name in enumerate(block.multipliers)
+    }
+    dialect = Dialect(double_literal, PYTHON_FUNCTIONS, {**names, **found})
+    if program.parts:
+        apart = dict(given).get("p") if parameter.endswith("contact") else None
+        body = _of_parts(program, apart)
+        return _defined(name, parameter, body, _failure(program))
+    given = given or (("p", program.parameters),)
+    body = _load_inputs(program, dialect, given, velocities=program.kind is Kind.RIGHT_HAND_SIDE)
+    late = dict(following(program, found))
+    body.extend(assigned([a for a in program.assignments if a[0] not in late], dialect))
+    failure = _failure(program)
+    if program.kind in (Kind.MULTIPLIERS, Kind.CHANGE):
+        body.extend(_unknowns(program, dialect, failure))
+    else:
+        body.extend(_RESULTS[program.kind](program, dialect))
+    return _defined(name, parameter, body, failure)
+
+
+def _failure(program: Program) -> str:
+    """What a function returns where it has no result."""
+    return "nan" if program.kind is Kind.ENERGY else f"np.full({_shape(program)}, nan)"
+
+
+def _of_parts(program: Program, apart: int | None) -> list[str]:
+    """The lines of the function of a large system."""
+    lines = parts_source(program, apart)
+    if program.blocks:
+        return [*lines, f"return out if np.isfinite(out).all() else {_failure(program)}"]
+    n = program.coordinates
+    form = {Kind.ENERGY: "float(out[0])", Kind.MATRIX: f"out.reshape({n}, {n})"}
+    return [*lines, f"return {form.get(program.kind, 'out')}"]
+
+
+def _defined(name: str, parameter: str, body: Sequence[str], failure: str) -> str:
+    """The definition of a function with a body."""
+    label = f"_{name}" if name in INTERNAL or parameter.endswith("contact") else name
+    doc = _DOCS[name.removeprefix("sided_").removeprefix("contact_").removeprefix("flight_")]
+    lines = [f"def {label}(t, y, {parameter}):", f'    """{doc}"""', "    try:"]
+    lines.extend(f"        {line}" for line in body)
+    lines.append("    except (ArithmeticError, ValueError, np.linalg.LinAlgError):")
+    lines.append(f"        return {failure}")
+    return "\n".join(lines) + "\n"
+
+
+def _shape(program: Program) -> str:
+    n = program.coordinates
+    if program.kind is Kind.MATRIX:
+        return f"({n}, {n})"
+    if program.kind is Kind.MULTIPLIERS:
+        return str(sum(len(block.closures) for block in program.blocks))
+    if program.kind is Kind.CHANGE:
+        return str(n)
+    if program.parts:
+        return str(program.results)
+    if program.blocks:
+        return str(2 * n)
+    return str(sum(len(operands) for _, operands in program.outputs))
+
+
+def _load_inputs(
+    program: Program, dialect: Dialect, given: Sequence[tuple[str, int]], *, velocities: bool
+) -> list[str]:
+    """Unpack parameters, inputs and state, whole or not at all."""
+    used = input_names(program)
+    used |= {f"v{i}" for i in range(program.coordinates)} if velocities else set()
+    lines = []
+    parameters = iter([f"p{i}" for i in range(program.parameters)])
+    state = [f"{kind}{i}" for kind in "qv" for i in range(program.coordinates)]
+    for text, number in given:
+        held = list(islice(parameters, number))
+        if used.intersection(held):
+            lines.append(_unpack(held, text, dialect))
+    driven = [f"u{i}" for i in range(program.driven)]
+    if used.intersection(driven):
+        lines.append(_unpack(driven, "map(float, u(t, y, p))", dialect))
+    if used.intersection(state):
+        lines.append(_unpack(state, "np.asarray(y, dtype=float).tolist()", dialect))
+    return lines
+
+
+def _unpack(targets: Sequence[str], source: str, dialect: Dialect) -> str:
+    names = [dialect.names.get(name, name) for name in targets]
+    return f"{', '.join(names)}{',' if len(names) == 1 else ''} = {source}"
+
+
+def _vector_result(program: Program, dialect: Dialect) -> list[str]:
+    operands = [operand for _, of in program.outputs for operand in of]
+    return [f"return np.array([{joined(operands, dialect)}], dtype=float)"]
+
+
+def _scalar_result(program: Program, dialect: Dialect) -> list[str]:
+    ((_, (operand,)),) = program.outputs
+    return [f"return float({expression(operand, dialect)})"]
+
+
+def _matrix_result(program: Program, dialect: Dialect) -> list[str]:
+    ((_, operands),) = program.outputs
+    lines, matrix = symmetric("m", operands, program.coordinates, dialect)
+    return [*lines, f"return {matrix}"]
+
+
+def _accelerations(program: Program, dialect: Dialect) -> list[str]:
+    """Check pivots, solve the blocks that need a loop, and return [v, a]."""
+    lines, results, _ = solution(program, dialect, f"np.full({2 * program.coordinates}, nan)")
+    velocities = [Variable(f"v{i}") for i in range(program.coordinates)]
+    found = ", ".join(results[i] for i in range(program.coordinates))
+    return [*lines, f"return np.array([{joined(velocities, dialect)}, {found}], dtype=float)"]
+
+
+def _unknowns(program: Program, dialect: Dialect, failure: str) -> list[str]:
+    """Solve, and return the multipliers, or what was found of all coordinates."""
+    closures = program.kind is Kind.MULTIPLIERS
+    lines, results, multipliers = solution(program, dialect, failure, coordinates=not closures)
+    found = [results.get(i, "0.0") for i in range(program.coordinates)]
+    if closures:
+        found = [multipliers[k] for k in sorted(multipliers)]
+    return [*lines, f"return np.array([{', '.join(found)}], dtype=float)"]
+
+
+_RESULTS = {
+    Kind.VALUES: _vector_result,
+    Kind.ENERGY: _scalar_result,
+    Kind.MATRIX: _matrix_result,
+    Kind.RIGHT_HAND_SIDE: _accelerations,
+}

@@ -1,0 +1,166 @@
+"""Bodies of emitted Python functions of large systems: arrays in place of loops."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from textwrap import wrap
+
+from lagrange_cli.program.graph.literals import double_literal
+from lagrange_cli.program.graph.operands import Operand, Variable, rebuilt
+from lagrange_cli.program.index_tables import node_tables, relative, table_name, tables_of
+from lagrange_cli.program.printing import Dialect, expression
+from lagrange_cli.program.program import FUNCTIONS, Program
+from lagrange_cli.program.solvers.sparse_factorization import Band
+from lagrange_cli.program.systems.loops import Column, Elimination, Kernel, Part, Total, Zeros
+
+__all__ = ["parts_source", "tables_source"]
+
+#: Longer lines are broken.
+WIDTH = 92
+
+_TAB = " " * 4
+
+#: Functions of NumPy that are called otherwise than those of a program.
+_OTHERWISE = {
+    **{f"{arc}": f"arc{arc[1:]}" for arc in ("asin", "acos", "atan", "asinh", "acosh", "atanh")},
+    "atan2": "arctan2",
+    "pow": "power",
+    "min": "minimum",
+    "max": "maximum",
+}
+
+_DIALECT = Dialect(
+    double_literal, {name: f"np.{_OTHERWISE.get(name, name)}" for name in FUNCTIONS}, {}
+)
+
+
+def tables_source(programs: Iterable[Program]) -> str:
+    """Definitions of the tables of indices that the functions of programs look into."""
+    tables = dict.fromkeys(table for program in programs for table in tables_of(program))
+    lines = []
+    for table in tables:
+        lines += [f"{_name(table)} = np.array(", *_wrapped(f"[{', '.join(map(str, table))}]", 1)]
+        lines.append(")")
+    return "\n".join([*lines, ""]) if lines else ""
+
+
+def parts_source(program: Program, apart: int | None = None) -> list[str]:
+    """The lines of a function that gives an array of the results.
+
+    Parameters
+    ----------
+    apart
+        Where flags and targets of contacts begin, if they stand in ``contact`` and not in ``p``.
+    """
+    writer = _Writer(program, apart)
+    arrays = {column.array for column in _columns(program)}
+    lines = ["y = np.asarray(y, dtype=float)"] if arrays & {"q", "v"} else []
+    indexed = {writer.array(c) for c in _columns(program) if c.array in "ps" and not c.is_fixed}
+    lines += [f"{array} = np.asarray({array}, dtype=float)" for array in sorted(indexed)]
+    if "u" in arrays:
+        lines.append("u = np.asarray(u(t, y, p), dtype=float)")
+    if program.work:
+        lines.append(f"w = np.empty({program.work})")
+    lines += [f"out = np.empty({program.results})", 'with np.errstate(all="ignore"):']
+    body = [line for part in program.parts for line in writer.lines(part)]
+    return [*lines, *(_TAB + line for line in body or ["pass"])]
+
+
+def _columns(program: Program) -> list[Column]:
+    kernels = [part for part in program.parts if isinstance(part, Kernel)]
+    results = [column for kernel in kernels for column, _ in kernel.results]
+    return [column for kernel in kernels for column in kernel.inputs] + results
+
+
+class _Writer:
+    """Writes parts of a program."""
+
+    def __init__(self, program: Program, apart: int | None) -> None:
+        self.before = {"v": program.coordinates, "s": -(apart or 0)}
+        self.arrays = {"q": "y", "v": "y", "s": "p" if apart is None else "contact"}
+
+    def lines(self, part: Part) -> list[str]:
+        if isinstance(part, Kernel):
+            return self._kernel(part)
+        if isinstance(part, Zeros):
+            return [f"{part.array}[{part.start}:{part.start + part.count}] = 0.0"]
+        if isinstance(part, Total):
+            end = part.start + part.count
+            return [f"w[{part.start}] = w[{part.start}:{end}].sum()"]
+        return _elimination(part)
+
+    def _kernel(self, kernel: Kernel) -> list[str]:
+        lines = [
+            f"l{k} = {self._place(column, kernel.members)}"
+            for k, column in enumerate(kernel.inputs)
+        ]
+        lines += [f"{_local(name)} = {_text(o)}" for name, o in kernel.assignments]
+        lines += [f"{self._place(c, kernel.members)} = {_text(o)}" for c, o in kernel.results]
+        return [piece for line in lines for piece in _wrapped(line, 0)]
+
+    def _place(self, column: Column, members: int) -> str:
+        """Where a name of a kernel stands: a number, or an array with one for each member."""
+        if column.array == "t":
+            return "t"
+        start = column.indices[0] + self.before.get(column.array, 0)
+        return f"{self.array(column)}[{_indices(column, start, members)}]"
+
+    def array(self, column: Column) -> str:
+        """The name of the array that a column is of."""
+        return self.arrays.get(column.array, column.array)
+
+
+def _indices(column: Column, start: int, members: int) -> str:
+    """One index, a slice, or a look into a table."""
+    step = column.step
+    if members == 1 or step == 0:
+        return str(start)
+    if step is None:
+        name = _name(relative(column))
+        return f"{name} + {start}" if start else name
+    if step < 0:
+        return f"np.arange({start}, {start + step * members}, {step})"
+    end = start + step * (members - 1) + 1
+    return f"{start}:{end}" if step == 1 else f"{start}:{end}:{step}"
+
+
+def _elimination(part: Elimination) -> list[str]:
+    of, m = part.factors, len(part.factors.order)
+    matrix = f"w[{part.matrix}:{part.matrix + of.numbers}]"
+    vector = f"w[{part.vector}:{part.vector + m}]"
+    if isinstance(of, Band):
+        return [f"{vector} = _solve_banded({matrix}.reshape({m}, -1), {vector})"]
+    node, rows, sources, spots = map(_name, node_tables(of))
+    tables = f"{node}.reshape(-1, 6), {rows}, {sources}.reshape(-1, 4), {spots}"
+    return _wrapped(f"_solve_sparse({m}, {tables}, {matrix}, {vector})", 0)
+
+
+def _name(table: tuple[int, ...]) -> str:
+    return table_name("_", table)[1:]
+
+
+def _local(name: str) -> str:
+    return name.replace("w", "s")
+
+
+def _text(operand: Operand) -> str:
+    return expression(rebuilt(operand, lambda v: Variable(_local(v.name))), _DIALECT)
+
+
+def _wrapped(text: str, depth: int) -> list[str]:
+    """Lines of a statement: a long one in parentheses."""
+    indent = _TAB * depth
+    if len(text) <= WIDTH:
+        return [indent + text]
+    target, equals, value = text.partition(" = ")
+    if equals:
+        lines = wrap(value, WIDTH, break_long_words=False, break_on_hyphens=False)
+        return [f"{target} = (", *(_TAB + line for line in lines), ")"]
+    return wrap(
+        text,
+        WIDTH,
+        initial_indent=indent,
+        subsequent_indent=indent + _TAB,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )

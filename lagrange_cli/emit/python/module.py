@@ -1,0 +1,298 @@
+"""Python: one module that needs NumPy alone and runs as a script.
+
+Scene names appear as mangled identifiers, scene text only in comments and
+string literals that ``ascii`` wrote.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.initial_state import TOLERANCE, rates_note, residual_labels, steps_per_row
+from lagrange_cli.emit.naming import (
+    PYTHON_MODULES,
+    PYTHON_RESERVED,
+    comment_text,
+    file_stem,
+    unique_identifiers,
+)
+from lagrange_cli.emit.python.contacts import (
+    CONTACT_NOTES,
+    contact_constants,
+    contact_script,
+    interface_source,
+)
+from lagrange_cli.emit.python.functions import function_source, prelude, program_of
+from lagrange_cli.emit.python.loops import tables_source
+from lagrange_cli.emit.python.projection import project_source
+from lagrange_cli.emit.python.recorded import python_recorded
+from lagrange_cli.emit.python.statements import ROUNDING
+from lagrange_cli.emit.template_files import python_template
+from lagrange_cli.program.constraint_programs import INTERNAL, constraint_programs, contact_programs
+from lagrange_cli.program.program import Program, asked_for
+from lagrange_cli.program.systems.contact_systems import flagged
+from lagrange_cli.version import __version__
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Coordinate, Equations, Parameter
+
+__all__ = ["emit"]
+
+_FUNCTIONS = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
+
+
+#: Lines of the script: where a step begins, after which a state is led back to the closures,
+#: and where the run begins.
+_SLOPE = "        k1 = rhs(s, y, p)\n"
+_STEP = "        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)\n"
+_START = "    p, y = Parameters(*parameters.values()), np.array(list(initial.values()))\n"
+_CHECKED = """\
+    y, wrong = start(y, run["until"], p)
+    if wrong:
+        return wrong
+"""
+_MAIN = "def main(arguments):\n"
+
+
+_SINGULAR = "{t}: the mass matrix is singular or a result not finite"
+_SINGULAR_CLOSED = "{t}: a singular configuration or a result not finite"
+
+#: What stands where a step begins, with recordings: no step sees two pieces of them.
+_HELD = """\
+        of = partial(recorded, at=s + h / 2)
+        held = partial(inputs, u=of)
+"""
+
+#: The end of that sentence.
+_NOT_FINITE = "or a result not finite"
+
+#: The end of another one where there are inputs.
+_DRIVEN = [
+    "domain error, overflow). After p it takes u, a function of (t, y, p) that returns the",
+    "values of INPUTS; without it they are those of the scene. With SciPy:",
+]
+
+#: Rows that the script prints, and steps from one to the next.
+ROWS = 500
+STEPS_PER_ROW = 20
+
+
+def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
+    """``NAME.py``.
+
+    Raises
+    ------
+    InternalError
+        An expression holds something without counterpart in Python.
+    InputError
+        A constant is outside the range of a double.
+    """
+    fields = unique_identifiers((p.name for p in equations.parameters), PYTHON_RESERVED)
+    tables = python_recorded(equations)
+    programs, functions = _functions(equations, fields, bool(tables))
+    parameters = _parameters(equations, fields)
+    script = _script(equations)
+    imports, helpers = prelude("\n".join([parameters, *functions, *tables, script]))
+    table = ["from bisect import bisect_right", "from functools import partial"]
+    standard = ["import sys", *(table if tables else []), *imports]
+    parts = [
+        _docstring(equations),
+        "\n".join([*standard, "from typing import NamedTuple", "", "import numpy as np\n"]),
+        *helpers,
+        *filter(None, [tables_source(programs.values())]),
+        _constants(equations),
+        parameters,
+        *tables,
+        *functions,
+        script,
+    ]
+    return {f"{file_stem(equations.name, PYTHON_MODULES)}.py": "\n\n".join(parts)}
+
+
+def _functions(
+    equations: Equations, fields: Sequence[str], recorded: bool
+) -> tuple[dict[str, Program], list[str]]:
+    """Programs of the functions, and the definitions of all functions."""
+    names = _names(equations, fields)
+    passed = "p, u" if equations.inputs else "p"
+    arguments = "p=DEFAULTS" + (", u=inputs" if equations.inputs else "")
+    interface = [*_FUNCTIONS, *asked_for(equations)]
+    # What stands as a default is defined first.
+    programs = {
+        name: program_of(equations, name) for name in sorted(interface, key="inputs".__ne__)
+    }
+    held = contact_programs(flagged(equations))
+    if held:
+        programs["flight_rhs"] = programs.pop("rhs")
+    else:
+        programs |= constraint_programs(equations)
+    own = {
+        **dict.fromkeys(INTERNAL, "p"),
+        "inputs": "p=DEFAULTS" + (", u=recorded" if recorded else ""),
+        "flight_rhs": passed,
+    }
+    given = (("p", len(fields)), ("contact", 2 * len(equations.contacts)))
+    return programs, [
+        *(
+            function_source(program, name, names, own.get(name, arguments))
+            for name, program in programs.items()
+        ),
+        *(
+            function_source(program, name, names, f"{own.get(name, passed)}, contact", given)
+            for name, program in held.items()
+        ),
+        *filter(None, [project_source(programs, "p=DEFAULTS")]),
+        *interface_source(held, arguments),
+    ]
+
+
+def _names(equations: Equations, fields: Sequence[str]) -> dict[str, str]:
+    """Dummy name → local name of all inputs of the programs."""
+    coordinates = unique_identifiers((c.name for c in equations.coordinates), frozenset())
+    driven = unique_identifiers((given.name for given in equations.inputs), frozenset())
+    names = {f"p{i}": f"p_{field}" for i, field in enumerate(fields)}
+    for kind in "qv":
+        names |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
+    return names | {f"u{i}": f"u_{name}" for i, name in enumerate(driven)}
+
+
+def _script(equations: Equations) -> str:
+    """What runs the module; states are led back to the closures where there are any."""
+    text = python_template("script")
+    recorded = any(given.recording is not None for given in equations.inputs)
+    if recorded:
+        text = text.replace(_NOT_FINITE, f"{_NOT_FINITE}, or a recording ends")
+        text = text.replace(_SLOPE, f"{_HELD}{_SLOPE}")
+        text = re.sub(r"(k[1-4] = rhs\(.*), p\)", r"\1, p, held)", text)
+    if equations.closures:
+        text = text.replace(_STEP, f"{_STEP}        y = project(s + h, y, p)\n")
+        text = text.replace(_START, f"{_START}{_CHECKED}")
+        start = python_template("start").replace("@TOLERANCE@", repr(TOLERANCE))
+        start = start.replace("@ROUNDING@", repr(64 * float(ROUNDING)))
+        text = text.replace(_MAIN, f"{start}\n\n{_MAIN}")
+        text = text.replace(_SINGULAR, _SINGULAR_CLOSED)
+    if equations.contacts:
+        held = _HELD.replace("        ", "    ").replace("=s +", "=t +") if recorded else ""
+        text = contact_script(text, held, float(ROUNDING))
+        text = text.replace(_SINGULAR, _SINGULAR_CLOSED)
+    return text
+
+
+def _docstring(equations: Equations) -> str:
+    name = comment_text(equations.name)
+    lines = [f"{name}: {comment_text(equations.title)}" if equations.title else name]
+    if equations.description:
+        lines += ["", comment_text(equations.description)]
+    singular = "configuration" if equations.multipliers else "mass matrix"
+    lines += [
+        "",
+        *_statement(equations),
+        "the order of COORDINATES, then their velocities v. Every function takes (t, y, p) with",
+        f"p a Parameters, and returns NaN where there is no result (a singular {singular}, a",
+        *(_DRIVEN if equations.inputs else ["domain error, overflow). With SciPy:"]),
+        "",
+        "    solve_ivp(rhs, (0, 10), INITIAL, args=(DEFAULTS,))",
+        *(CONTACT_NOTES if equations.contacts else []),
+        "",
+        f"Made by lagrange {__version__} from the scene with SHA-256",
+        comment_text(equations.digest),
+        "This output is yours: use it as you like, under any terms.",
+    ]
+    return '"""' + "\n".join(lines) + '\n"""'
+
+
+def _statement(equations: Equations) -> list[str]:
+    if not equations.multipliers:
+        return [
+            "Equations of motion M(q, t) a = f(q, v, t). The state y holds the coordinates q in"
+        ]
+    if equations.contacts:
+        return [
+            "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with the closures and",
+            "contacts of MULTIPLIERS beside them: l[k] is the multiplier and g[k] the gradient of",
+            "one, so that l[k]*g[k] is the generalized force that it exerts. project leads a state",
+            "back to what is closed, to be called after each step. y holds the coordinates q in",
+        ]
+    return [
+        "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with the closures of",
+        "MULTIPLIERS beside them: l[k] is the multiplier and g[k] the gradient of closure k, so",
+        "that l[k]*g[k] is the generalized force that it exerts. project leads a state back to",
+        "the closures, to be called after each step. The state y holds the coordinates q in",
+    ]
+
+
+def _constants(equations: Equations) -> str:
+    initial = equations.initial
+    defaults = equations.simulate
+    until = defaults.start + 10.0 if defaults.until is None else defaults.until
+    steps = steps_per_row(equations, ROWS, STEPS_PER_ROW)
+    state = None if initial is None else [*initial.positions, *initial.velocities]
+    return "\n".join(
+        [
+            *(f"# {line}" for line in _described_coordinates(equations.coordinates)),
+            f"COORDINATES = {_strings([c.name for c in equations.coordinates])}",
+            f"CARTESIAN = {_strings([c.name for c in equations.cartesian_names])}",
+            f"PARAMETERS = {_strings([p.name for p in equations.parameters])}",
+            *_asked_for(equations),
+            *_closures(equations),
+            "",
+            f"INITIAL = {state!r}",
+            f"START, UNTIL, ROWS, STEPS = {defaults.start!r}, {float(until)!r}, {ROWS}, {steps}",
+            "",
+        ]
+    )
+
+
+def _asked_for(equations: Equations) -> list[str]:
+    inputs = [given.name for given in equations.inputs]
+    outputs = [name for name, _ in equations.outputs]
+    sections = (("INPUTS", inputs), ("OUTPUTS", outputs))
+    return [f"{name} = {_strings(names)}" for name, names in sections if names]
+
+
+def _closures(equations: Equations) -> list[str]:
+    if not equations.multipliers:
+        return []
+    texts = [f"# {comment_text(f'{c.name}: {c.text}')}" for c in equations.closures]
+    return [
+        *texts,
+        *(f"# {line}" for line in rates_note(equations)),
+        f"MULTIPLIERS = {_strings(equations.multipliers)}",
+        f"RESIDUALS = {_strings(residual_labels(equations))}",
+        *contact_constants(equations),
+    ]
+
+
+def _described_coordinates(coordinates: Sequence[Coordinate]) -> list[str]:
+    return [_described(c) for c in coordinates if c.unit or c.description]
+
+
+def _parameters(equations: Equations, fields: Sequence[str]) -> str:
+    lines = [
+        "class Parameters(NamedTuple):",
+        '    """Parameters; NaN stands for one that must be given."""',
+    ]
+    for parameter, field in zip(equations.parameters, fields, strict=True):
+        value = "nan" if parameter.value is None else repr(float(parameter.value))
+        line = f"    {field}: float = {value}"
+        if parameter.unit or parameter.description or parameter.name != field:
+            line += f"  # {_described(parameter)}"
+        lines.append(line)
+    return "\n".join([*lines, "", "", "DEFAULTS = Parameters()", ""])
+
+
+def _described(of: Coordinate | Parameter) -> str:
+    """Name, unit and description, as far as there are any."""
+    text = comment_text(of.name)
+    if of.unit:
+        text += f" [{comment_text(of.unit)}]"
+    if of.description:
+        text += f": {comment_text(of.description)}"
+    return text
+
+
+def _strings(texts: Sequence[str]) -> str:
+    """A tuple of string literals in plain ASCII."""
+    return ascii(tuple(texts))

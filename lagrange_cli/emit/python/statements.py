@@ -1,0 +1,160 @@
+"""Lines of Python that solve the systems of a program, and what prints its statements."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from textwrap import wrap
+
+from lagrange_cli.program.graph.statement_groups import Assignment
+from lagrange_cli.program.printing import Dialect, expression
+from lagrange_cli.program.program import Number, Operand, Product, Program, Variable, following
+from lagrange_cli.program.solvers.blocks import Block
+
+__all__ = ["ROUNDING", "WIDTH", "assigned", "joined", "solution", "symmetric"]
+
+#: Longer expressions are broken into lines.
+WIDTH = 84
+
+#: A pivot below this multiple of its diagonal entry is rounding error.
+ROUNDING = Fraction(1, 2**53)
+
+
+def solution(
+    program: Program, dialect: Dialect, failed: str, *, coordinates: bool = True
+) -> tuple[list[str], dict[int, str], dict[int, str]]:
+    """Lines that solve the blocks; the texts of what is found for coordinates and closures."""
+    failure = f"            return {failed}"
+    lines = [f"if {test}:\n{failure}" for test in _pivot_tests(program, dialect)]
+    written = iter(program.output("acceleration"))
+    dense_matrix = iter(program.output("dense_matrix"))
+    dense_forcing = iter(program.output("dense_forcing"))
+    results: dict[int, str] = {}
+    multipliers: dict[int, str] = {}
+    for number, block in enumerate(program.blocks):
+        if block.unrolled:
+            results |= {i: expression(next(written), dialect) for i in block.coordinates}
+            continue
+        n, m = len(block.coordinates), len(block.closures)
+        multipliers |= {i: f"a{number}[{n + k}]" for k, i in enumerate(block.closures)}
+        if block.band is not None:
+            entries = [next(dense_matrix) for _ in range(m * (block.band + 1))]
+            drive = [next(dense_forcing) for _ in range(m)]
+            lines.append(_band(number, block, entries, drive, dialect))
+            lines.extend(assigned(following(program, block.multipliers), dialect))
+            multipliers |= {i: f"a{number}[{k}]" for k, i in enumerate(block.closures)}
+            if coordinates:
+                results |= {i: expression(next(written), dialect) for i in block.coordinates}
+            continue
+        count = n * (n + 1) // 2 + n * m + m * block.compliant
+        matrix = [next(dense_matrix) for _ in range(count)]
+        right = [next(dense_forcing) for _ in range(block.size)]
+        lines.extend(_dense_block(number, block, matrix, right, dialect, failure))
+        results |= {i: f"a{number}[{k}]" for k, i in enumerate(block.coordinates)}
+    return lines, results, multipliers
+
+
+def _band(
+    number: int,
+    block: Block,
+    entries: Sequence[Operand],
+    drive: Sequence[Operand],
+    dialect: Dialect,
+) -> str:
+    """Solve for the multipliers of a band."""
+    matrix = f"[{joined(entries, dialect)}]"
+    band = f"np.array({matrix}, dtype=float).reshape({len(block.closures)}, -1)"
+    return f"a{number} = _solve_banded({band}, [{joined(drive, dialect)}])"
+
+
+def _dense_block(
+    number: int,
+    block: Block,
+    matrix: Sequence[Operand],
+    right: Sequence[Operand],
+    dialect: Dialect,
+    failure: str,
+) -> list[str]:
+    """Solve a block with NumPy. Cholesky's factor holds the roots of the pivots."""
+    upper = _bordered(block, matrix) if block.closures else matrix
+    lines, text = symmetric(f"m{number}_", upper, block.size, dialect)
+    lines.append(f"m{number} = {text}")
+    if block.definite:
+        bound = f"{expression(Number(ROUNDING), dialect)} * m{number}.diagonal()"
+        lines.append(f"d{number} = np.linalg.cholesky(m{number}).diagonal()")
+        lines.append(f"if not (d{number} * d{number} > {bound}).all():\n{failure}")
+    vector = f"np.array([{joined(right, dialect)}], dtype=float)"
+    if block.closures:
+        lines.append(f"b{number} = {vector}")
+        solver = f"_solve_saddle(m{number}, b{number}, {len(block.coordinates)})"
+        lines.append(f'with np.errstate(all="ignore"):\n            a{number} = {solver}.tolist()')
+    else:
+        lines.append(f"a{number} = np.linalg.solve(m{number}, {vector}).tolist()")
+    return lines
+
+
+def _bordered(block: Block, matrix: Sequence[Operand]) -> list[Operand]:
+    """The upper triangle, by rows, of [[M, Gᵀ], [G, C]], from that of M, the rows of G and the
+    diagonal C (zero if not given)."""
+    n, m = len(block.coordinates), len(block.closures)
+    entries, gradients = iter(matrix[: n * (n + 1) // 2]), matrix[n * (n + 1) // 2 :]
+    upper: list[Operand] = []
+    for i in range(n):
+        upper.extend(next(entries) for _ in range(i, n))
+        upper.extend(gradients[k * n + i] for k in range(m))
+    zero = Number(Fraction(0))
+    diagonal = gradients[n * m :] or [zero] * m
+    for k, entry in enumerate(diagonal):
+        upper += [entry, *[zero] * (m - 1 - k)]
+    return upper
+
+
+def _pivot_tests(program: Program, dialect: Dialect) -> list[str]:
+    """Conditions under which the mass matrix is singular."""
+    tests = []
+    pivots = iter(zip(program.output("pivots"), program.output("scales"), strict=True))
+    for block in program.blocks:
+        for k in range(len(block.coordinates) if block.unrolled else 0):
+            pivot, scale = next(pivots)
+            text = expression(pivot, dialect)
+            if block.definite and k and not block.exact:
+                bound = expression(Product((Number(ROUNDING), scale), ()), dialect)
+                tests.append(f"not {text} > {bound}")
+            elif block.definite:
+                tests.append(f"not {text} > 0.0")
+            else:
+                tests.append(f"not abs({text}) > 0.0")
+    return tests
+
+
+def symmetric(
+    prefix: str, upper: Sequence[Operand], n: int, dialect: Dialect
+) -> tuple[list[str], str]:
+    """Lines that name compound entries, and the text of the full array."""
+    lines, texts = [], []
+    for k, operand in enumerate(upper):
+        text = expression(operand, dialect)
+        if not isinstance(operand, Variable | Number):
+            lines.append(f"{prefix}{k} = {text}")
+            text = f"{prefix}{k}"
+        texts.append(text)
+    start = [i * n - i * (i - 1) // 2 for i in range(n)]
+    rows = [[texts[start[min(i, j)] + abs(i - j)] for j in range(n)] for i in range(n)]
+    entries = ", ".join(text for row in rows for text in row)
+    return lines, f"np.array([{entries}], dtype=float).reshape({n}, {n})"
+
+
+def assigned(assignments: Iterable[Assignment], dialect: Dialect) -> list[str]:
+    return [_statement(target, expression(operand, dialect)) for target, operand in assignments]
+
+
+def _statement(target: str, text: str) -> str:
+    """An assignment, over several lines where it is long."""
+    if len(text) <= WIDTH:
+        return f"{target} = {text}"
+    lines = wrap(text, WIDTH, break_long_words=False, break_on_hyphens=False)
+    return "\n            ".join([f"{target} = (", *lines]) + "\n        )"
+
+
+def joined(operands: Sequence[Operand], dialect: Dialect) -> str:
+    return ", ".join(expression(operand, dialect) for operand in operands)

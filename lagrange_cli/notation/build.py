@@ -1,0 +1,345 @@
+"""SymPy expressions as display trees in textbook order.
+
+SymPy orders for its own purposes; here the order is a textbook's (see
+:mod:`~lagrange_cli.notation.ordering`) and the same in every format. Values are
+kept exactly; what cannot be shown exactly is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction as Rational
+from typing import TYPE_CHECKING
+
+import sympy
+
+from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.notation import ordering
+from lagrange_cli.notation.symbols import multiplier_name
+from lagrange_cli.notation.tree import (
+    Atom,
+    Fraction,
+    Level,
+    Node,
+    Number,
+    Sum,
+    Term,
+    as_terms,
+    factors_of,
+)
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations, ShownEquation
+
+__all__ = ["FUNCTION_NAMES", "Vocabulary", "display", "display_row", "display_sum", "vocabulary"]
+
+#: SymPy's functions by their names in the scene language.
+FUNCTION_NAMES: dict[type, str] = {
+    sympy.sin: "sin",
+    sympy.cos: "cos",
+    sympy.tan: "tan",
+    sympy.asin: "asin",
+    sympy.acos: "acos",
+    sympy.atan: "atan",
+    sympy.atan2: "atan2",
+    sympy.sinh: "sinh",
+    sympy.cosh: "cosh",
+    sympy.tanh: "tanh",
+    sympy.asinh: "asinh",
+    sympy.acosh: "acosh",
+    sympy.atanh: "atanh",
+    sympy.exp: "exp",
+    sympy.log: "log",
+    sympy.Abs: "abs",
+    sympy.sign: "sign",
+    sympy.Min: "min",
+    sympy.Max: "max",
+}
+
+#: Functions that the scene language writes as one over another.
+_RECIPROCALS: dict[type, type] = {
+    sympy.cot: sympy.tan,
+    sympy.sec: sympy.cos,
+    sympy.csc: sympy.sin,
+    sympy.coth: sympy.tanh,
+    sympy.sech: sympy.cosh,
+    sympy.csch: sympy.sinh,
+}
+
+_ODD = frozenset(("sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh", "sign"))
+_EVEN = frozenset(("cos", "cosh", "abs"))
+_SYMMETRIC = frozenset(("min", "max"))
+
+#: Largest denominator that is taken out of a sum in a function.
+_MOST_PARTS = 4
+
+#: Integers longer than this show as the scene wrote them (``1e30``).
+_LONG_INTEGER = 10**6
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """What the symbols of some equations are called and in which order they stand.
+
+    ``literals`` maps exact values to decimals as the scene wrote them.
+    """
+
+    atoms: Mapping[sympy.Symbol, Atom]
+    literals: Mapping[Rational, str]
+
+
+def vocabulary(equations: Equations) -> Vocabulary:
+    """Parameters, multipliers, time, inputs and coordinates, in order of declaration."""
+    atoms = {
+        p.symbol: ordering.atom(p.name, Level.PARAMETER, rank, latex=p.latex)
+        for rank, p in enumerate(equations.parameters)
+    }
+    for rank, closure in enumerate(equations.pushing, len(equations.parameters)):
+        # With the underscores that tell the symbol from other names of the scene.
+        name = multiplier_name(closure.multiplier.name.removeprefix("lambda_"))
+        atoms[closure.multiplier] = ordering.atom(name, Level.PARAMETER, rank)
+    atoms[equations.t] = ordering.atom("t", Level.TIME, 0)
+    for rank, given in enumerate(equations.inputs, 1):
+        atoms[given.symbol] = ordering.atom(given.name, Level.TIME, rank)
+    for rank, c in enumerate(equations.coordinates):
+        for order, symbol in enumerate((c.q, c.v, c.a)):
+            level = Level(Level.COORDINATE + order)
+            atoms[symbol] = ordering.atom(c.name, level, rank, order=order, latex=c.latex)
+    return Vocabulary(atoms, dict(equations.literals))
+
+
+def display(expression: sympy.Expr, words: Vocabulary) -> Node:
+    """Return the display tree of an expression.
+
+    Raises
+    ------
+    InternalError
+        The expression holds a symbol, number or function that has no place in
+        the scene language.
+    """
+    return ordering.signed(_term(expression, words))
+
+
+def display_sum(expressions: Iterable[sympy.Expr], words: Vocabulary) -> Node:
+    """The sum of expressions, kept in the order given."""
+    return ordering.sum_of([_term(e, words) for e in expressions], ordered=True)
+
+
+def display_row(shown: ShownEquation, words: Vocabulary) -> Node:
+    """The left side of an equation of motion: its terms in their order.
+
+    Each coefficient and its factor print as one product. Terms without a
+    factor (factor 1), which may be sums, are in the order of a sum; those with
+    multipliers follow them.
+    """
+    alone = [k for k, (_, factor) in enumerate(shown.terms) if factor == 1]
+    last = alone[-1] if alone else len(shown.terms)
+    products = [(k, term) for k, term in enumerate(shown.terms) if term[1] != 1]
+    before = [_product(term, words) for k, term in products if k < last]
+    rest = as_terms(ordering.sum_of([_term(shown.terms[k][0], words) for k in alone]))
+    after = [_product(term, words) for k, term in products if k > last]
+    return ordering.sum_of([*before, *rest, *after], ordered=True)
+
+
+def _term(expression: sympy.Expr, words: Vocabulary) -> Term:
+    """Sign and unsigned tree of an expression."""
+    if isinstance(expression, sympy.Add):
+        node = ordering.sum_of([_term(a, words) for a in expression.args])
+        return _outward(node)
+    return _product((expression,), words)
+
+
+def _outward(node: Node) -> Term:
+    """Take the sign out of a sum whose terms are all negative."""
+    if isinstance(node, Sum) and all(t.negative for t in node.terms):
+        return Term(True, _negated(node))
+    return Term(False, node)
+
+
+def _negated(node: Node) -> Node:
+    return ordering.sum_of([Term(not t.negative, t.node) for t in as_terms(node)])
+
+
+# -- products -----------------------------------------------------------------
+
+
+@dataclass
+class _Factors:
+    """A product while it is gathered: sign, number, factors above and below the line.
+
+    Square roots of parameters are gathered apart, since √k/√m is shown as √(k/m).
+    """
+
+    negative: bool = False
+    coefficient: Rational = Rational(1)
+    above: list[Node] = field(default_factory=list)
+    below: list[Node] = field(default_factory=list)
+    roots_above: list[Node] = field(default_factory=list)
+    roots_below: list[Node] = field(default_factory=list)
+
+    def multiply(self, term: Term, exponent: Rational = Rational(1)) -> None:
+        """Multiply by a signed node to a rational power."""
+        odd = exponent.denominator == 1 and exponent.numerator % 2 == 1
+        if exponent.denominator == 1:
+            self.negative ^= term.negative and odd
+            base = term.node
+        else:
+            base = ordering.signed(term)
+        if isinstance(base, Fraction) and exponent == 1:
+            self.above.extend(factors_of(base.numerator))
+            self.below.extend(factors_of(base.denominator))
+        elif abs(exponent) == Rational(1, 2):
+            self._multiply_root(base, inverse=exponent < 0)
+        else:
+            size = abs(exponent)
+            node = ordering.power(base, ordering.number(size.numerator, size.denominator))
+            (self.above if exponent > 0 else self.below).append(node)
+
+    def _multiply_root(self, radicand: Node, *, inverse: bool) -> None:
+        above, below = (
+            (radicand.numerator, radicand.denominator)
+            if isinstance(radicand, Fraction)
+            else (radicand, ordering.one())
+        )
+        if inverse:
+            above, below = below, above
+        if radicand.traits.level <= Level.PARAMETER:
+            self.roots_above.extend(factors_of(above))
+            self.roots_below.extend(factors_of(below))
+        elif not ordering.is_one(above):
+            self.above.append(ordering.root(ordering.fraction(above, below)))
+        else:
+            self.below.append(ordering.root(below))
+
+    def term(self, literals: Mapping[Rational, str]) -> Term:
+        """The gathered product as a signed node."""
+        self._close_roots()
+        self._place_coefficient(literals)
+        node = ordering.fraction(ordering.product(self.above), ordering.product(self.below))
+        return Term(self.negative, node)
+
+    def _close_roots(self) -> None:
+        above, below = ordering.product(self.roots_above), ordering.product(self.roots_below)
+        if not ordering.is_one(above):
+            self.above.append(ordering.root(ordering.fraction(above, below)))
+        elif not ordering.is_one(below):
+            self.below.append(ordering.root(below))
+
+    def _place_coefficient(self, literals: Mapping[Rational, str]) -> None:
+        """Show the number before the fraction, or in it where there is one."""
+        value = self.coefficient
+        if value == 0:
+            self.above, self.below = [ordering.number(0)], []
+            return
+        if _literal(value, literals) is None and _literal(1 / value, literals) is not None:
+            self.below.append(_number(1 / value, literals))
+        elif self.below and _literal(value, literals) is None:
+            self.above.append(_number(Rational(value.numerator), literals))
+            self.below.append(_number(Rational(value.denominator), literals))
+        else:
+            self.above.append(_number(value, literals))
+
+
+def _literal(value: Rational, literals: Mapping[Rational, str]) -> str | None:
+    """The decimal that the scene wrote for a value, where that reads better."""
+    if value.denominator > 4 or (value.denominator == 1 and value.numerator >= _LONG_INTEGER):
+        return literals.get(value)
+    return None
+
+
+def _number(value: Rational, literals: Mapping[Rational, str]) -> Number:
+    return ordering.number(value.numerator, value.denominator, _literal(value, literals))
+
+
+def _product(factors: Iterable[sympy.Expr], words: Vocabulary) -> Term:
+    """Sign and unsigned tree of a product of expressions."""
+    gathered = _Factors()
+    pending = list(factors)
+    while pending:
+        factor = pending.pop()
+        if isinstance(factor, (sympy.Mul, sympy.UnevaluatedExpr)):
+            pending.extend(factor.args)
+        elif isinstance(factor, sympy.Rational):
+            value = Rational(int(factor.p), int(factor.q))
+            gathered.negative ^= value < 0
+            gathered.coefficient *= abs(value)
+        elif isinstance(factor, sympy.Pow) and not isinstance(factor, sympy.exp):
+            _multiply_power(gathered, factor, words)
+        elif isinstance(factor, sympy.Add):
+            gathered.multiply(_term(factor, words))
+        else:
+            gathered.multiply(_single(factor, words))
+    return gathered.term(words.literals)
+
+
+def _multiply_power(gathered: _Factors, expression: sympy.Expr, words: Vocabulary) -> None:
+    base, exponent = expression.args
+    if isinstance(exponent, sympy.Rational):
+        gathered.multiply(_term(base, words), Rational(int(exponent.p), int(exponent.q)))
+    else:
+        node = ordering.power(display(base, words), display(exponent, words))
+        gathered.multiply(Term(False, node))
+
+
+# -- symbols, constants and functions -----------------------------------------
+
+
+def _single(expression: sympy.Expr, words: Vocabulary) -> Term:
+    """Sign and tree of what is neither a sum, a product, a power nor a rational."""
+    if isinstance(expression, sympy.Symbol):
+        if expression not in words.atoms:
+            raise _unprintable(f"symbol '{expression}'")
+        return Term(False, words.atoms[expression])
+    if expression is sympy.pi:
+        return Term(False, ordering.pi())
+    if expression is sympy.E:
+        return Term(False, ordering.call("exp", (ordering.one(),)))
+    if isinstance(expression, sympy.Heaviside) and expression.args[1:] == (sympy.S.Half,):
+        # The step that comes from a derivative of min or max: (1 + sign x)/2.
+        argument = expression.args[0]
+        return _product((sympy.S.Half, sympy.Add(1, sympy.sign(argument), evaluate=False)), words)
+    if type(expression) in _RECIPROCALS:
+        base = _RECIPROCALS[type(expression)](*expression.args, evaluate=False)
+        return _product((sympy.Pow(base, -1, evaluate=False),), words)
+    name = FUNCTION_NAMES.get(type(expression))
+    if name is None:
+        raise _unprintable(f"'{type(expression).__name__}'")
+    if name in _ODD or name in _EVEN:
+        (argument,) = expression.args
+        parts = _parts(argument)
+        node = display(
+            sympy.Add(*(parts * a for a in argument.args)) if parts > 1 else argument, words
+        )
+        return _called(name, [node], parts)
+    return _called(name, [display(a, words) for a in expression.args])
+
+
+def _parts(argument: sympy.Expr) -> int:
+    """n of a sum of n-th parts: ``α/2 + β/2`` shows as ``½ (α + β)``."""
+    if not isinstance(argument, sympy.Add):
+        return 1
+    found = {int(a.as_coeff_Mul(rational=True)[0].q) for a in argument.args}
+    return found.pop() if len(found) == 1 and max(found) <= _MOST_PARTS else 1
+
+
+def _called(name: str, arguments: list[Node], parts: int = 1) -> Term:
+    """A function, with the sign of its argument taken out where it is odd or even.
+
+    ``parts``: the argument is to be divided by this number.
+    """
+    if name in _SYMMETRIC:
+        arguments.sort(key=lambda node: (node.traits.level, node.traits.degree, node.traits.text))
+    negative = False
+    if (name in _ODD or name in _EVEN) and ordering.pivot_is_negative(arguments[0]):
+        arguments = [_negated(arguments[0])]
+        negative = name in _ODD
+    if parts > 1:
+        arguments = [ordering.product([ordering.number(1, parts), arguments[0]])]
+    return Term(negative, ordering.call(name, tuple(arguments)))
+
+
+def _unprintable(what: str) -> InternalError:
+    return InternalError(
+        Problem(f"no exact way to print {what} of a derived expression", rule="unprintable")
+    )

@@ -1,0 +1,222 @@
+"""Expressions as LaTeX mathematics: ``\\frac{1}{2} M (\\dot{r}^{2} + r^{2} \\dot{\\theta}^{2})``.
+
+Widths are in columns of half an em, near enough to break lines by.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, joined, prefixed, suffixed, width
+from lagrange_cli.notation.one_line import LinearPrinter, group, listed
+from lagrange_cli.notation.symbols import latex_name, split_name
+from lagrange_cli.notation.tree import (
+    Atom,
+    Call,
+    Fraction,
+    Level,
+    Node,
+    Number,
+    Pi,
+    Power,
+    Product,
+    Root,
+    Sum,
+    factors_of,
+)
+
+__all__ = ["LatexPrinter", "latex_number"]
+
+#: How each function of the scene language is written; ``exp`` and ``abs`` have
+#: forms of their own.
+CALLS = {
+    "sin": r"\sin",
+    "cos": r"\cos",
+    "tan": r"\tan",
+    "asin": r"\arcsin",
+    "acos": r"\arccos",
+    "atan": r"\arctan",
+    "atan2": r"\operatorname{atan2}",
+    "sinh": r"\sinh",
+    "cosh": r"\cosh",
+    "tanh": r"\tanh",
+    "asinh": r"\operatorname{arsinh}",
+    "acosh": r"\operatorname{arcosh}",
+    "atanh": r"\operatorname{artanh}",
+    "exp": r"\exp",
+    "log": r"\ln",
+    "abs": r"\operatorname{abs}",
+    "sign": r"\operatorname{sgn}",
+    "min": r"\min",
+    "max": r"\max",
+}
+
+_NAMED_POWERS = frozenset(("sin", "cos", "tan", "sinh", "cosh", "tanh"))
+
+_WIDE = frozenset("mwABCDEFGHKLMNOPQRTUVWXYZ")
+
+#: How names of several letters begin.
+_WORDS = (r"\mathrm{", r"\dot{\mathrm{", r"\ddot{\mathrm{", r"\text{")
+
+#: Wider ones are not put over or under a line, under a root, or in an exponent.
+_WIDEST_PART = 44
+_WIDEST_EXPONENT = 14
+
+
+class LatexPrinter(LinearPrinter):
+    """Fractions, roots and upright functions; parentheses as tall as they need be."""
+
+    times = " "
+    times_width = 0.4
+    sign_width = 2.5
+    lead = r"{}\cdot "
+
+    def number(self, node: Number) -> str:
+        if node.literal is not None:
+            return latex_number(node.literal)
+        if node.denominator == 1:
+            return str(node.numerator)
+        return rf"\frac{{{node.numerator}}}{{{node.denominator}}}"
+
+    def digits(self, node: Number) -> list[Piece]:
+        text = self.number(node)
+        over = max(len(str(node.numerator)), len(str(node.denominator))) + 0.6
+        return [Piece(text, over if text.startswith(r"\frac") else len(text))]
+
+    def symbol(self, name: str, order: int = 0) -> str:
+        return latex_name(name, order)
+
+    def atom(self, node: Atom) -> list[Piece]:
+        text = latex_name(node.name, node.order, node.latex)
+        return [Piece(text, _symbol_width(node))]
+
+    def pi(self) -> str:
+        return r"\pi"
+
+    def separator(self, before: Node, after: str) -> str:
+        if after[0].isdigit() or after.startswith(r"\frac{"):
+            return r" \cdot "
+        if after.startswith(_WORDS) or _is_word(before):
+            return r" \, "
+        bare = isinstance(before, Call) and before.function in _NAMED_POWERS
+        return r" \, " if bare and not after.startswith(("(", "\\b", "\\l", "\\B")) else self.times
+
+    def group(self, pieces: list[Piece]) -> list[Piece]:
+        """Parentheses that fit: taller ones around fractions and other parentheses.
+
+        A group with fractions that may need breaking cannot use \\left and
+        \\right, which must stand on one line.
+        """
+        text = joined(pieces)
+        if r"\frac" in text or r"\sqrt" in text:
+            if width(pieces) <= _WIDEST_PART:
+                return [Piece(rf"\left( {text} \right)", width(pieces) + 3)]
+            return group(pieces, r"\Bigl( ", r" \Bigr)")
+        if r"\bigl(" in text or r"\Bigl(" in text:
+            return group(pieces, r"\Bigl( ", r" \Bigr)")
+        return group(pieces, r"\bigl( ", r" \bigr)") if "(" in text else group(pieces)
+
+    def fraction(self, node: Node) -> list[Piece]:
+        """A fraction, with what moves and what is long standing beside it."""
+        assert isinstance(node, Fraction)
+        below = self.pieces(node.denominator)
+        if width(below) > _WIDEST_PART:
+            inverse = suffixed(self.group(below), "^{-1}", 2)
+            return [*self.factors(factors_of(node.numerator)), *self._beside(inverse)]
+        inside, beside = self._split(node.numerator)
+        above = self.pieces(inside[0]) if len(inside) == 1 else self.factors(inside)
+        quotient = Piece(
+            rf"\frac{{{joined(above) or '1'}}}{{{joined(below)}}}",
+            max(width(above), width(below)) + 1,
+        )
+        return [quotient, *(self._beside(self.factors(beside)) if beside else [])]
+
+    def _beside(self, pieces: list[Piece]) -> list[Piece]:
+        """Further factors after a fraction."""
+        head = replace(pieces[0], separator=" ", lead=self.lead, depth=FACTOR_DEPTH)
+        return [head, *pieces[1:]]
+
+    def _split(self, numerator: Node) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
+        """Factors over the line and factors beside the fraction."""
+        factors = factors_of(numerator)
+        moving = tuple(f for f in factors if f.traits.level >= Level.VELOCITY)
+        still = tuple(f for f in factors if f.traits.level < Level.VELOCITY)
+        if not moving or all(isinstance(f, Number) for f in still):
+            moving, still = (), factors
+        if width(self.factors(still)) <= _WIDEST_PART:
+            return still, moving
+        sums = tuple(f for f in still if isinstance(f, Sum))
+        return tuple(f for f in still if not isinstance(f, Sum)), sums + moving
+
+    def call(self, node: Call, power: str, *, closed: bool) -> list[Piece]:
+        arguments = [self.pieces(a) for a in node.arguments]
+        if node.function == "exp" and not power:
+            inner = joined(arguments[0])
+            if width(arguments[0]) <= _WIDEST_EXPONENT and r"\frac" not in inner:
+                return [Piece(rf"\mathrm{{e}}^{{{inner}}}", 1 + 0.7 * width(arguments[0]))]
+        if node.function == "abs" and width(arguments[0]) <= _WIDEST_PART:
+            return [Piece(rf"\left| {joined(arguments[0])} \right|", width(arguments[0]) + 1)]
+        name = CALLS[node.function] + power
+        size = len(node.function) + 0.5 + (1 if power else 0)
+        if node.function in _NAMED_POWERS and not closed and _is_bare(node.arguments[0]):
+            return prefixed(arguments[0], name + " ", size)
+        return prefixed(self.group(listed(arguments)), name, size)
+
+    def takes_power(self, node: Call, exponent: Node) -> bool:
+        return (
+            node.function in _NAMED_POWERS
+            and isinstance(exponent, Number)
+            and exponent.denominator == 1
+        )
+
+    def enclosed_call(self, node: Call) -> list[Piece]:
+        body = self.call(node, "", closed=False)
+        return body if body[0].text.startswith(r"\left|") else self.group(body)
+
+    def root(self, node: Root) -> list[Piece]:
+        body = self.pieces(node.radicand)
+        if width(body) > _WIDEST_PART:
+            return suffixed(self.group(body), "^{1/2}", 2)
+        return [Piece(rf"\sqrt{{{joined(body)}}}", width(body) + 2)]
+
+    def exponent(self, node: Node) -> str:
+        if isinstance(node, Number) and node.literal is None and node.denominator != 1:
+            return f"^{{{node.numerator}/{node.denominator}}}"
+        return f"^{{{joined(self.pieces(node))}}}"
+
+    def exponent_width(self, exponent: str) -> float:
+        return 0.8 * len(re.sub(r"\\[A-Za-z]+|[{}^\s]", "", exponent))
+
+
+def latex_number(literal: str) -> str:
+    """A decimal as the scene wrote it: ``9.81``, ``1e-31`` as a power of ten."""
+    mantissa, _, exponent = literal.lower().partition("e")
+    if not exponent:
+        return mantissa
+    power = f"10^{{{int(exponent)}}}"
+    return power if mantissa in ("1", "1.0", "1.") else rf"{mantissa} \times {power}"
+
+
+def _symbol_width(node: Atom) -> float:
+    if node.latex is not None:
+        return 1.2 * len(re.sub(r"\\[A-Za-z]+|[{}_^\s]", "x", node.latex))
+    parts = split_name(node.name)
+    letter = 1.8 if parts.base in _WIDE else 1.2
+    base = letter if parts.is_letter else len(parts.base)
+    return base + 0.8 * sum(map(len, parts.subscripts))
+
+
+def _is_word(node: Node) -> bool:
+    base = node.base if isinstance(node, Power) else node
+    return isinstance(base, Atom) and base.latex is None and not split_name(base.name).is_letter
+
+
+def _is_bare(node: Node) -> bool:
+    """An argument that needs no parentheses: a letter, or a number times one."""
+    if isinstance(node, Product) and len(node.factors) == 2:
+        number, letter = node.factors
+        return isinstance(number, Number) and number.denominator == 1 and _is_bare(letter)
+    if isinstance(node, Pi):
+        return True
+    return isinstance(node, Atom) and (node.latex is not None or split_name(node.name).is_letter)

@@ -1,0 +1,231 @@
+"""Printing a display tree on one line of characters: what text formats share."""
+
+from __future__ import annotations
+
+import unicodedata
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import replace
+
+from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, deeper, joined, prefixed, suffixed
+from lagrange_cli.notation.tree import (
+    Atom,
+    Call,
+    Fraction,
+    Node,
+    Number,
+    Pi,
+    Power,
+    Product,
+    Root,
+    Sum,
+    factors_of,
+)
+
+__all__ = ["LinearPrinter", "columns", "group", "listed", "solid"]
+
+
+def columns(text: str) -> int:
+    """The number of terminal columns of a text without wide characters."""
+    return sum(1 for c in text if not unicodedata.combining(c))
+
+
+def solid(text: str) -> list[Piece]:
+    return [Piece(text, columns(text))]
+
+
+def group(pieces: list[Piece], opening: str = "(", closing: str = ")") -> list[Piece]:
+    """The pieces within parentheses."""
+    return suffixed(prefixed(deeper(pieces), opening, 1), closing, 1)
+
+
+def listed(arguments: list[list[Piece]]) -> list[Piece]:
+    """Arguments with commas between them, to be broken only after all else."""
+    pieces = [
+        piece
+        for index, argument in enumerate(arguments)
+        for piece in (suffixed(argument, ", ", 2) if index + 1 < len(arguments) else argument)
+    ]
+    return deeper(pieces, 3)
+
+
+class LinearPrinter(ABC):
+    """Walks a tree; formats say how their parts look.
+
+    ``times`` and ``over`` stand between factors and at a division; ``lead``
+    begins a line that continues a product. ``times_width`` and ``sign_width``
+    are those of what stands between factors and terms; ``at_least`` is the sign of gaps.
+    """
+
+    times = "*"
+    times_width = 1.0
+    sign_width = 3.0
+    lead = "*"
+    over = "/"
+    at_least = "\N{GREATER-THAN OR EQUAL TO}"
+
+    def __init__(self) -> None:
+        self._rows: dict[type, Callable[[Node], list[Piece]]] = {
+            Sum: self.sum,
+            Product: self.product,
+            Fraction: self.fraction,
+            Power: self.power,
+        }
+
+    def inline(self, node: Node) -> str:
+        return joined(self.pieces(node))
+
+    def pieces(self, node: Node) -> list[Piece]:
+        row = self._rows.get(type(node))
+        return row(node) if row else self.factor(node, closed=False)
+
+    # -- what formats define --------------------------------------------------
+
+    @abstractmethod
+    def number(self, node: Number) -> str:
+        """A number, as a factor."""
+
+    @abstractmethod
+    def symbol(self, name: str, order: int = 0) -> str:
+        """A name with its dots."""
+
+    @abstractmethod
+    def pi(self) -> str:
+        """The number π."""
+
+    @abstractmethod
+    def call(self, node: Call, power: str, *, closed: bool) -> list[Piece]:
+        """A function, to a power (``""``: none) where :meth:`takes_power`.
+
+        ``closed`` asks for parentheses around the argument.
+        """
+
+    @abstractmethod
+    def takes_power(self, node: Call, exponent: Node) -> bool:
+        """Whether the exponent stands at the function's name (``sin²θ``)."""
+
+    @abstractmethod
+    def root(self, node: Root) -> list[Piece]:
+        """A square root."""
+
+    @abstractmethod
+    def exponent(self, node: Node) -> str:
+        """An exponent, with its sign of exponentiation."""
+
+    def group(self, pieces: list[Piece]) -> list[Piece]:
+        """The pieces within parentheses."""
+        return group(pieces)
+
+    # -- structure --------------------------------------------------------------
+
+    def sum(self, node: Node) -> list[Piece]:
+        assert isinstance(node, Sum)
+        result: list[Piece] = []
+        for term in node.terms:
+            body = self.pieces(term.node)
+            if not result:
+                result.extend(prefixed(body, "-", 1) if term.negative else body)
+                continue
+            sign = "-" if term.negative else "+"
+            head = replace(
+                body[0],
+                separator=f" {sign} ",
+                lead=f"{sign} ",
+                width=body[0].width + self.sign_width,
+                depth=0,
+            )
+            result.extend((head, *body[1:]))
+        return result
+
+    def product(self, node: Node) -> list[Piece]:
+        return self.factors(factors_of(node))
+
+    def factors(self, factors: tuple[Node, ...]) -> list[Piece]:
+        result: list[Piece] = []
+        for index, factor in enumerate(factors):
+            following = factors[index + 1] if index + 1 < len(factors) else None
+            body = self.factor(factor, closed=_opens(following))
+            if result:
+                separator = self.separator(factors[index - 1], body[0].text)
+                body[0] = replace(
+                    body[0],
+                    separator=separator,
+                    lead=self.lead,
+                    width=body[0].width + self.times_width,
+                    depth=FACTOR_DEPTH,
+                )
+            result.extend(body)
+        return result
+
+    def separator(self, before: Node, after: str) -> str:
+        """What stands between a factor and the text of the next."""
+        return self.times
+
+    def factor(self, node: Node, *, closed: bool) -> list[Piece]:
+        """A part of a product, in parentheses where it needs them."""
+        if isinstance(node, (Sum, Fraction, Product)):
+            return self.group(self.pieces(node))
+        if isinstance(node, Power):
+            return self.power(node, closed=closed)
+        if isinstance(node, Call):
+            return self.call(node, "", closed=closed)
+        if isinstance(node, Root):
+            return self.root(node)
+        if isinstance(node, Number):
+            return self.digits(node)
+        return solid(self.pi()) if isinstance(node, Pi) else self.atom(node)
+
+    def digits(self, node: Number) -> list[Piece]:
+        return solid(self.number(node))
+
+    def atom(self, node: Atom) -> list[Piece]:
+        return solid(self.symbol(node.name, node.order))
+
+    def fraction(self, node: Node) -> list[Piece]:
+        assert isinstance(node, Fraction)
+        above = node.numerator
+        numerator = self.group(self.pieces(above)) if isinstance(above, Sum) else self.pieces(above)
+        below = node.denominator
+        compound = isinstance(below, (Sum, Product))
+        denominator = (
+            self.group(self.pieces(below)) if compound else self.factor(below, closed=False)
+        )
+        return [*numerator, *self.divided(denominator)]
+
+    def divided(self, denominator: list[Piece]) -> list[Piece]:
+        head = replace(
+            denominator[0],
+            separator=self.over,
+            lead=self.over.lstrip(),
+            width=denominator[0].width + columns(self.over),
+            depth=FACTOR_DEPTH,
+        )
+        return [head, *denominator[1:]]
+
+    def power(self, node: Node, *, closed: bool = False) -> list[Piece]:
+        assert isinstance(node, Power)
+        base, exponent = node.base, self.exponent(node.exponent)
+        if isinstance(base, Call) and self.takes_power(base, node.exponent):
+            return self.call(base, exponent, closed=closed)
+        if isinstance(base, (Atom, Pi)) or (
+            isinstance(base, Number) and base.denominator == 1 and base.literal is None
+        ):
+            body = self.factor(base, closed=True)
+        elif isinstance(base, Call):
+            body = self.enclosed_call(base)
+        else:
+            body = self.group(self.pieces(base))
+        return suffixed(body, exponent, self.exponent_width(exponent))
+
+    def exponent_width(self, exponent: str) -> float:
+        return columns(exponent)
+
+    def enclosed_call(self, node: Call) -> list[Piece]:
+        """A function that a power follows."""
+        return self.group(self.call(node, "", closed=False))
+
+
+def _opens(node: Node | None) -> bool:
+    """Whether a factor begins with a parenthesis, as an argument would."""
+    base = node.base if isinstance(node, Power) else node
+    return isinstance(base, (Sum, Fraction, Product))

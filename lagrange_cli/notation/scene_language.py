@@ -1,0 +1,72 @@
+"""Expressions in the scene language, so that what is printed can be read back.
+
+Plain ASCII text uses the same form.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lagrange_cli.notation.build import display, vocabulary
+from lagrange_cli.notation.layout import Piece, joined, prefixed
+from lagrange_cli.notation.one_line import LinearPrinter, columns, group, listed
+from lagrange_cli.notation.symbols import DOT_WORDS, multiplier_symbol
+from lagrange_cli.notation.tree import Atom, Call, Node, Number, Root
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = ["ScenePrinter", "to_scene_language"]
+
+
+class ScenePrinter(LinearPrinter):
+    """``(M + m)*ddot(r) - M*r*dot(theta)^2 + m*g``."""
+
+    at_least = ">="
+
+    def number(self, node: Number) -> str:
+        if node.literal is not None:
+            return node.literal
+        if node.denominator == 1:
+            return str(node.numerator)
+        return f"{node.numerator}/{node.denominator}"
+
+    def symbol(self, name: str, order: int = 0) -> str:
+        return f"{DOT_WORDS[order]}({name})" if order else multiplier_symbol(name)
+
+    def pi(self) -> str:
+        return "pi"
+
+    def call(self, node: Call, power: str, *, closed: bool) -> list[Piece]:
+        return _applied(node.function, [self.pieces(a) for a in node.arguments])
+
+    def takes_power(self, node: Call, exponent: Node) -> bool:
+        return False
+
+    def enclosed_call(self, node: Call) -> list[Piece]:
+        return self.call(node, "", closed=True)
+
+    def root(self, node: Root) -> list[Piece]:
+        return _applied("sqrt", [self.pieces(node.radicand)])
+
+    def exponent(self, node: Node) -> str:
+        simple = isinstance(node, Atom) or (isinstance(node, Number) and node.denominator == 1)
+        inner = joined(self.pieces(node))
+        return f"^{inner}" if simple else f"^({inner})"
+
+
+def _applied(function: str, arguments: list[list[Piece]]) -> list[Piece]:
+    return prefixed(group(listed(arguments)), function, columns(function))
+
+
+def to_scene_language(expression: Expr, equations: Equations) -> str:
+    """Print an expression over the equations' symbols so that it reads back the same.
+
+    Raises
+    ------
+    InternalError
+        It holds what the scene language cannot say.
+    """
+    return ScenePrinter().inline(display(expression, vocabulary(equations)))

@@ -1,0 +1,145 @@
+"""How a user's name looks: Greek letters, subscripts, dots; in text and in LaTeX.
+
+Names are split into a base and a subscript (``theta1``, ``theta_1`` and
+``theta[1]`` are θ with 1). Every name is the user's own: ``lambda``, ``E`` or
+``beta`` mean nothing more than ``x``.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from dataclasses import dataclass
+
+from lagrange_cli.notation.latex_escape import GREEK, latex_text
+
+__all__ = [
+    "DOT_WORDS",
+    "NameParts",
+    "latex_name",
+    "latex_word",
+    "multiplier_name",
+    "multiplier_symbol",
+    "split_name",
+    "text_name",
+]
+
+_GREEK_NAMES = {letter: name for name, letter in GREEK.items()}
+
+_DOTS = {1: "\u0307", 2: "\u0308"}
+#: The scene language's functions for first and second total time derivative.
+DOT_WORDS = {1: "dot", 2: "ddot"}
+_DOT_MACROS = {1: r"\dot", 2: r"\ddot"}
+
+
+@dataclass(frozen=True, slots=True)
+class NameParts:
+    """A name's base and the parts of its subscript (``x_1_2`` has two)."""
+
+    base: str
+    subscripts: tuple[str, ...] = ()
+
+    @property
+    def is_letter(self) -> bool:
+        """The base shows as one letter, so that a dot can stand over it."""
+        return len(self.base) == 1 or self.base in GREEK
+
+
+_MULTIPLIER = re.compile(r"lambda\((.+)\)")
+
+
+def multiplier_name(constraint: str) -> str:
+    """What the multiplier of a constraint is called: ``lambda(rod)``.
+
+    No name of a scene holds parentheses, so that none can be meant by it.
+    """
+    return f"lambda({constraint})"
+
+
+def multiplier_symbol(name: str) -> str:
+    """A name as the scene language writes it: the symbol ``lambda_rod`` for ``lambda(rod)``."""
+    multiplier = _MULTIPLIER.fullmatch(name)
+    return f"lambda_{multiplier[1]}" if multiplier else name
+
+
+def split_name(name: str) -> NameParts:
+    """Split ``theta1``, ``x_bob``, ``x[1,2]``, ``lambda(rod)`` into base and subscripts."""
+    multiplier = _MULTIPLIER.fullmatch(name)
+    if multiplier:
+        inner = split_name(multiplier[1])
+        return NameParts("lambda", (inner.base, *inner.subscripts))
+    indexed = re.fullmatch(r"([^\[\]]+)\[([^\[\]]+)\]", name)
+    if indexed:
+        inner = split_name(indexed[1])
+        indices = tuple(part.strip() for part in indexed[2].split(","))
+        return NameParts(inner.base, inner.subscripts + indices)
+    head, *rest = name.split("_")
+    if not head or not all(rest):
+        return NameParts(name)
+    numbered = re.fullmatch(r"([^\W\d_]+)(\d+)", head)
+    if numbered:
+        return NameParts(numbered[1], (numbered[2], *rest))
+    lettered = re.fullmatch(r"([^\W\d_])(\d\w*)", head)
+    if lettered:
+        return NameParts(lettered[1], (lettered[2], *rest))
+    return NameParts(head, tuple(rest))
+
+
+def text_name(name: str, order: int = 0) -> str:
+    """A name in Unicode text with ``order`` dots: ``θ̇1``, ``ẍ``, ``p_θ``, ``dot(angle)``.
+
+    Words keep the scene's ``dot(...)``: a dot over one letter of a word reads
+    as an accent.
+    """
+    multiplier = _MULTIPLIER.fullmatch(name)
+    if multiplier:
+        return f"{GREEK['lambda']}_{text_name(multiplier[1])}"
+    parts = split_name(name)
+    base = GREEK.get(parts.base, parts.base)
+    head, *subscripts = name[len(parts.base) :].split("_")
+    rest = "_".join((head, *(text_name(s) if s else s for s in subscripts)))
+    if order == 0:
+        return base + rest
+    if not parts.is_letter:
+        return f"{DOT_WORDS[order]}({base}{rest})"
+    return unicodedata.normalize("NFC", base + _DOTS[order]) + rest
+
+
+def latex_word(word: str, *, upright: bool = False) -> str:
+    """A base or subscript in math mode: letter, number, Greek macro or upright word."""
+    if word in GREEK:
+        return "\\" + word
+    if word in _GREEK_NAMES:
+        return "\\" + _GREEK_NAMES[word]
+    if word.isascii() and (word.isdigit() or (len(word) == 1 and word.isalpha() and not upright)):
+        return word
+    return rf"\mathrm{{{word}}}" if word.isascii() and word.isalnum() else _in_text(word)
+
+
+def _in_text(word: str) -> str:
+    return rf"\text{{{latex_text(word)}}}"
+
+
+def latex_name(name: str, order: int = 0, override: str | None = None) -> str:
+    """A name in LaTeX math with ``order`` dots over its base: ``\\dot{\\theta}_{1}``.
+
+    ``override`` is the scene's ``latex:`` key, which its reader has checked
+    against an allowlist of math macros.
+    """
+    if override is not None:
+        return f"{_DOT_MACROS[order]}{{{override}}}" if order else f"{{{override}}}"
+    parts = split_name(name)
+    base = latex_word(parts.base)
+    if order:
+        base = f"{_DOT_MACROS[order]}{{{base}}}"
+    if not parts.subscripts:
+        return base
+    return f"{base}_{{{','.join(_latex_subscript(part) for part in parts.subscripts)}}}"
+
+
+def _latex_subscript(part: str) -> str:
+    """A subscript may have one itself: that of ``p_theta1`` is θ₁."""
+    if re.fullmatch(r"-\d+", part):
+        return part
+    inner = split_name(part)
+    return latex_name(part) if inner.is_letter and not part[0].isdigit() else latex_word(part)

@@ -1,0 +1,94 @@
+"""The functions that emitted code has more of where closure equations are kept.
+
+``multipliers`` and ``constraints`` belong to the interface. The others are what
+``project`` is made of: changes of q and of v that lead back to the closures,
+the residuals with the sums of magnitudes that tell them from rounding, and what compares
+the magnitudes of different closures. One-sided
+constraints have more (:mod:`lagrange_cli.program.systems.contact_systems`): ``gaps`` with their
+magnitudes; ``gap_terms``, which are their gradients by rows, rates, biases and
+restitutions; and ``impulse``, the change of v that changes the rates of what is in
+contact by the targets.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lagrange_cli.program.program import Program, build_program
+from lagrange_cli.program.systems.large_systems import is_wide
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = [
+    "INTERNAL",
+    "constraint_programs",
+    "contact_programs",
+    "shifting_programs",
+]
+
+#: Function → outputs that it writes, one after the other.
+_OUTPUTS: dict[str, tuple[str, ...]] = {
+    "multipliers": ("multipliers",),
+    "constraints": ("closures", "closure_rates"),
+    "position_error": ("closures", "closure_sizes"),
+    "position_reach": ("closure_gradient_squares",),
+    "position_change": ("position_change",),
+    "velocity_error": ("closure_rates", "closure_rate_sizes"),
+    "velocity_change": ("velocity_change",),
+}
+
+#: The same where there are one-sided constraints, with those in contact among the closures.
+_OF_CONTACTS: dict[str, tuple[str, ...]] = {
+    "contact_rhs": ("contact_acceleration",),
+    "contact_multipliers": ("contact_multipliers",),
+    "contact_constraints": ("contact_closures", "contact_closure_rates"),
+    "contact_position_error": ("contact_closures", "contact_closure_sizes"),
+    "contact_position_reach": ("contact_closure_gradient_squares",),
+    "contact_position_change": ("contact_position_change",),
+    "contact_velocity_error": ("contact_closure_rates", "contact_closure_rate_sizes"),
+    "contact_velocity_change": ("contact_velocity_change",),
+    "gaps": ("gaps", "gap_sizes"),
+    "gap_terms": ("gap_gradients", "gap_rates", "gap_biases", "restitutions"),
+    "impulse": ("impulse",),
+}
+
+#: Functions that only others call.
+INTERNAL = frozenset(
+    f"{contact}{what}"
+    for contact in ("", "contact_")
+    for what in (
+        "position_error",
+        "position_reach",
+        "position_change",
+        "velocity_error",
+        "velocity_change",
+    )
+) | {"flight_rhs"}
+
+
+def constraint_programs(equations: Equations) -> dict[str, Program]:
+    """Function → program; none in minimal scenes, none for positions without such closures."""
+    kinds = {closure.kind for closure in equations.closures}
+    return {
+        function: build_program(equations, outputs)
+        for function, outputs in _OUTPUTS.items()
+        if kinds and ("position" in kinds or not function.startswith("position_"))
+    }
+
+
+def shifting_programs(equations: Equations) -> dict[str, Program]:
+    """The function ``shifted_change``, for a method that leads positions back to the closures along
+    the gradients where a step began; none where that method does not apply or loops are written."""
+    applies = equations.closures and equations.facts.separable_on_closures
+    if not applies or is_wide(equations):
+        return {}
+    return {"shifted_change": build_program(equations, ("shifted_change",))}
+
+
+def contact_programs(equations: Equations) -> dict[str, Program]:
+    """Function → program, of equations that
+    :func:`~lagrange_cli.program.systems.contact_systems.flagged` gave."""
+    if not equations.contacts:
+        return {}
+    return {f: build_program(equations, outputs) for f, outputs in _OF_CONTACTS.items()}

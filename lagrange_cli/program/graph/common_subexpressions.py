@@ -1,0 +1,287 @@
+"""Shared parts of flat sums and products, pair by pair.
+
+Hash-consing finds equal expressions; parts that sums or products have in
+common (``m2*l1*l2`` in two products, ``m2 + m3`` in two sums) are found by
+repeatedly giving the pair that occurs most often a node of its own, as in
+Breuer, "Generation of optimal code for expressions via factorization",
+Comm. ACM 12 (1969) 333-340. Among equally frequent pairs the one of lower rank
+wins, so that parts made of parameters alone come together.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from fractions import Fraction
+from heapq import heapify, heappop, heappush
+from typing import Protocol, TypeAlias
+
+from lagrange_cli.program.graph.value_graph import ONE, Product, Scaled, Sum, Values
+
+__all__ = ["LONGEST_GROUP", "share_products", "share_scaled", "share_sums"]
+
+_ONE = Fraction(1)
+
+#: Longer sums and products do not take part: the pairs of one grow with its square.
+LONGEST_GROUP = 256
+
+Weight: TypeAlias = int | Fraction
+"""Coefficient of a term of a sum, or exponent of a factor of a product."""
+
+Group: TypeAlias = dict[int, Weight]
+"""A sum or a product: node → weight."""
+
+Key: TypeAlias = tuple[int, int, Weight]
+"""First node, second node, and their relation (ratio of coefficients or of exponents)."""
+
+
+class _Kind(Protocol):
+    """How pairs are found in, and taken out of, a sum or a product."""
+
+    def between(self, a: tuple[int, Weight], b: tuple[int, Weight]) -> tuple[Key, int]: ...
+    def within(self, a: tuple[int, Weight]) -> int: ...
+    def take(self, group: Group, key: Key) -> Weight: ...
+    def define(self, key: Key) -> Group: ...
+
+
+class _Sums:
+    """Pairs of terms, up to a common numeric factor."""
+
+    def between(self, a: tuple[int, Weight], b: tuple[int, Weight]) -> tuple[Key, int]:
+        (m, c), (n, d) = (a, b) if a[0] < b[0] else (b, a)
+        return (m, n, _ONE if c == d else Fraction(d) / c), 1
+
+    def within(self, a: tuple[int, Weight]) -> int:
+        return 0
+
+    def take(self, group: Group, key: Key) -> Weight:
+        coefficient = group.pop(key[0])
+        del group[key[1]]
+        return coefficient
+
+    def define(self, key: Key) -> Group:
+        return {key[0]: Fraction(1), key[1]: key[2]}
+
+
+class _Products:
+    """Pairs of factors: x·y (relation 1, also x·x) or x/y (relation −1)."""
+
+    def between(self, a: tuple[int, Weight], b: tuple[int, Weight]) -> tuple[Key, int]:
+        (m, d), (n, e) = (a, b) if a[0] < b[0] else (b, a)
+        times = min(abs(int(d)), abs(int(e)))
+        if (d > 0) == (e > 0):
+            return (m, n, 1), times
+        return ((m, n, -1) if d > 0 else (n, m, -1)), times
+
+    def within(self, a: tuple[int, Weight]) -> int:
+        return abs(int(a[1])) // 2
+
+    def take(self, group: Group, key: Key) -> Weight:
+        first, second, relation = key
+        sign = 1 if group[first] > 0 else -1
+        if first == second:
+            times = abs(int(group[first])) // 2
+            group[first] -= sign * 2 * times
+        else:
+            times = min(abs(int(group[first])), abs(int(group[second])))
+            group[first] -= sign * times
+            group[second] -= sign * relation * times
+        for number in {first, second}:
+            if not group[number]:
+                del group[number]
+        return sign * times
+
+    def define(self, key: Key) -> Group:
+        first, second, relation = key
+        return {first: 2} if first == second else {first: 1, second: relation}
+
+
+class _Extraction:
+    """The pairs of a set of groups (all sums, or all products), kept up to date."""
+
+    def __init__(self, values: Values, kind: _Kind, groups: dict[int, Group]) -> None:
+        self.values = values
+        self.kind = kind
+        self.groups = groups
+        self.occurrences: dict[Key, dict[int, int]] = {}
+        self.definitions: dict[Key, int] = {}
+        # A node in one group alone, once, has no pair that occurs twice.
+        often = Counter(n for group in groups.values() for n in group)
+        self.candidates = {n for n, count in often.items() if count > 1}
+        self.candidates.update(n for of in groups.values() for n in of if kind.within((n, of[n])))
+        for number, group in groups.items():
+            self._enter(number, self._pairs(group, list(group)))
+            self._note_definition(number, group)
+        self.heap = [(*self._priority(k), k) for k in self.occurrences if self._count(k) > 1]
+        heapify(self.heap)
+
+    def run(self) -> None:
+        """Give every pair that occurs at least twice a node, most frequent first."""
+        while self.heap:
+            priority, rank, key = heappop(self.heap)
+            count = self._count(key)
+            if count < 2:
+                continue
+            if (priority, rank) != self._priority(key):
+                heappush(self.heap, (*self._priority(key), key))
+                continue
+            self._extract(key)
+
+    def _count(self, key: Key) -> int:
+        return sum(self.occurrences[key].values())
+
+    def _priority(self, key: Key) -> tuple[int, int]:
+        rank = self.values.rank
+        return -self._count(key), max(rank[key[0]], rank[key[1]])
+
+    def _pairs(self, group: Group, of: Iterable[int]) -> Iterator[tuple[Key, int]]:
+        """The pairs of a group in which at least one of the nodes ``of`` takes part."""
+        candidates, seen = self.candidates, set[int]()
+        for number in of:
+            seen.add(number)
+            if number not in candidates:
+                continue
+            term = (number, group[number])
+            times = self.kind.within(term)
+            if times:
+                yield (number, number, 1), times
+            for other, weight in group.items():
+                if other not in seen and other in candidates:
+                    yield self.kind.between(term, (other, weight))
+
+    def _enter(self, number: int, pairs: Iterable[tuple[Key, int]]) -> None:
+        for key, times in pairs:
+            self.occurrences.setdefault(key, {})[number] = times
+
+    def _note_definition(self, number: int, group: Group) -> None:
+        """A group that is just a pair is that pair's node."""
+        if len(group) > 2:
+            return
+        for key, _ in self._pairs(group, list(group)):
+            if self.kind.define(key) == group:
+                self.definitions.setdefault(key, number)
+
+    def _extract(self, key: Key) -> None:
+        holders = self.occurrences[key]
+        target = self.definitions.get(key)
+        if target is None:
+            target = self._new_node(key)
+        for number in sorted(holders):
+            if number != target:
+                self._replace(number, key, target)
+        self.occurrences[key] = {target: 1}
+
+    def _new_node(self, key: Key) -> int:
+        values, definition = self.values, self.kind.define(key)
+        rank = max(values.rank[n] for n in definition)
+        number = len(values.nodes)
+        # The node itself is written when all groups are (see share_products).
+        values.nodes.append(values.nodes[ONE])
+        values.rank.append(rank)
+        self.groups[number] = definition
+        self.definitions[key] = number
+        self.candidates.add(number)
+        return number
+
+    def _replace(self, number: int, key: Key, target: int) -> None:
+        group = self.groups[number]
+        touched = [n for n in dict.fromkeys(key[:2]) if n in group]
+        if target in group:
+            touched.append(target)
+        self.candidates.add(target)
+        for old, _ in self._pairs(group, touched):
+            self.occurrences.get(old, {}).pop(number, None)
+        weight = self.kind.take(group, key)
+        if target in group:
+            weight += group[target]
+        if weight:
+            group[target] = weight
+        else:
+            del group[target]
+        present = [n for n in dict.fromkeys((*key[:2], target)) if n in group]
+        for new, times in list(self._pairs(group, present)):
+            self.occurrences.setdefault(new, {})[number] = times
+            if self._count(new) > 1:
+                heappush(self.heap, (*self._priority(new), new))
+        self._note_definition(number, group)
+
+
+def share_products(values: Values, reachable: Iterable[int]) -> None:
+    """Rewrite the products among ``reachable`` nodes so that what they have in
+    common is computed once. Numbers of nodes keep their meaning."""
+    products: dict[int, Group] = {}
+    for number in sorted(reachable):
+        node = values.nodes[number]
+        if isinstance(node, Product) and len(node.factors) <= LONGEST_GROUP:
+            products[number] = dict(node.factors)
+    _Extraction(values, _Products(), products).run()
+    for number, powers in products.items():
+        values.nodes[number] = Product(tuple(sorted((n, int(e)) for n, e in powers.items())))
+
+
+def share_sums(values: Values, reachable: Iterable[int]) -> None:
+    """Do for sums what :func:`share_products` does for products."""
+    sums: dict[int, Group] = {}
+    for number in sorted(reachable):
+        node = values.nodes[number]
+        if isinstance(node, Sum) and 1 < len(node.terms) <= LONGEST_GROUP:
+            sums[number] = dict(node.terms)
+    _nest(values, sums)
+    _Extraction(values, _Sums(), sums).run()
+    for number, terms in sums.items():
+        values.nodes[number] = Sum(tuple(sorted((n, Fraction(c)) for n, c in terms.items())))
+
+
+def _nest(values: Values, sums: dict[int, Group]) -> None:
+    """Write every sum that holds all terms of another one by means of the longest such.
+
+    Running sums, of masses along a chain say, so become one addition each.
+    """
+    holders: dict[int, set[int]] = {}
+    for number, group in sums.items():
+        for part in group:
+            holders.setdefault(part, set()).add(number)
+    longest_first = sorted(sums, key=lambda n: (-len(sums[n]), n))
+    inner: dict[int, tuple[int, Fraction]] = {}
+    for number in longest_first:
+        group = sums[number]
+        for other in sorted(set.intersection(*(holders[part] for part in group))):
+            ratio = _ratio(sums[other], group) if other not in inner else None
+            if ratio is not None and len(group) < len(sums[other]):
+                inner[other] = (number, ratio)
+    for other in longest_first:
+        if other in inner:
+            number, ratio = inner[other]
+            for part in sums[number]:
+                del sums[other][part]
+            # The sum may hold the other one as a term already.
+            sums[other][number] = sums[other].get(number, 0) + ratio
+
+
+def _ratio(whole: Group, part: Group) -> Fraction | None:
+    """What ``part`` is multiplied by in ``whole``, if all its terms are alike."""
+    first = next(iter(part))
+    ratio = Fraction(whole[first]) / part[first]
+    alike = all(whole[number] == ratio * weight for number, weight in part.items())
+    return ratio if alike else None
+
+
+def share_scaled(values: Values, reachable: Iterable[int], roots: list[Scaled]) -> list[Scaled]:
+    """Multiply a node by a number once where several sums or roots do; the roots."""
+    sums: dict[int, Sum] = {}
+    for number in sorted(reachable):
+        node = values.nodes[number]
+        if isinstance(node, Sum) and len(node.terms) > 1:
+            sums[number] = node
+    terms = [(n, c) for node in sums.values() for n, c in node.terms]
+    often = Counter((n, abs(c)) for n, c in (*terms, *((n, c) for c, n in roots)))
+
+    def once(number: int, coefficient: Fraction) -> tuple[int, Fraction]:
+        magnitude = abs(coefficient)
+        if number == ONE or magnitude in (0, 1) or often[number, magnitude] < 2:
+            return number, coefficient
+        return values.node((magnitude, number)), coefficient / magnitude
+
+    for number, node in sums.items():
+        values.nodes[number] = Sum(tuple(sorted(once(n, c) for n, c in node.terms)))
+    return [(c, n) for n, c in (once(number, coefficient) for coefficient, number in roots)]

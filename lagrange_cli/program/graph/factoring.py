@@ -1,0 +1,93 @@
+"""Common factors taken out of sums: a·x + a·y becomes a·(x + y).
+
+A greedy form of Horner's rule for many variables: the factor that most terms
+of a sum share is taken out, again and again. Only products that nothing else
+uses take part, since the others must be computed anyway.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import TypeAlias
+
+from lagrange_cli.program.graph.common_subexpressions import LONGEST_GROUP
+from lagrange_cli.program.graph.value_graph import ONE, Product, Scaled, Sum, Values
+
+__all__ = ["factor_sums"]
+
+Factor: TypeAlias = tuple[int, int]
+"""A node and the sign of its exponent."""
+
+
+def factor_sums(values: Values, order: Iterable[int]) -> None:
+    """Rewrite the sums among the nodes ``order``, parts before wholes.
+
+    Numbers of nodes keep their meaning.
+    """
+    order = list(order)
+    uses: Counter[int] = Counter(part for number in order for part in values.parts(number))
+    for number in order:
+        node = values.nodes[number]
+        if isinstance(node, Sum) and 1 < len(node.terms) <= LONGEST_GROUP:
+            terms = _factored(values, dict(node.terms), uses)
+            values.nodes[number] = Sum(tuple(sorted(terms.items())))
+
+
+def _factored(
+    values: Values, terms: dict[int, Fraction], uses: Counter[int]
+) -> dict[int, Fraction]:
+    """The terms of a sum after every factor that several share is taken out."""
+    while True:
+        holders: dict[Factor, list[int]] = {}
+        for number in terms:
+            for factor in _factors(values, number, uses):
+                holders.setdefault(factor, []).append(number)
+        shared = [(-len(of), values.rank[f[0]], f) for f, of in holders.items() if len(of) > 1]
+        if not shared:
+            return terms
+        _, _, factor = min(shared)
+        rest = [(terms.pop(number), _without(values, number, factor)) for number in holders[factor]]
+        coefficient, number = _times(values, factor, _sum(values, rest, uses))
+        terms[number] = terms.get(number, Fraction(0)) + coefficient
+        if not terms[number]:
+            del terms[number]
+
+
+def _factors(values: Values, number: int, uses: Counter[int]) -> list[Factor]:
+    """What can be taken out of a term: it must be used by this sum alone, unless
+    the term is itself the factor."""
+    node = values.nodes[number]
+    whole = [] if number == ONE else [(number, 1)]
+    if isinstance(node, Product) and uses[number] <= 1:
+        return [*whole, *((base, 1 if e > 0 else -1) for base, e in node.factors)]
+    return whole
+
+
+def _without(values: Values, number: int, factor: Factor) -> int:
+    """The node that remains of a term when a factor is taken out."""
+    base, sign = factor
+    if number == base and sign > 0:
+        return ONE
+    node = values.nodes[number]
+    assert isinstance(node, Product)
+    powers = [((Fraction(1), b), e - sign * (b == base)) for b, e in node.factors]
+    return values.multiply(powers)[1]
+
+
+def _sum(values: Values, terms: Iterable[Scaled], uses: Counter[int]) -> Scaled:
+    """The sum of what remains, factored in turn."""
+    scale, number = values.add(terms)
+    node = values.nodes[number]
+    if isinstance(node, Sum):
+        inner = _factored(values, dict(node.terms), uses)
+        scale2, number = values.add((c, n) for n, c in inner.items())
+        scale *= scale2
+    uses[number] += 1
+    return scale, number
+
+
+def _times(values: Values, factor: Factor, rest: Scaled) -> Scaled:
+    base, sign = factor
+    return values.multiply([((Fraction(1), base), sign), (rest, 1)])

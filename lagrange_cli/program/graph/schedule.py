@@ -1,0 +1,186 @@
+"""Values → statements: what is shared gets a name, each name after what it needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import TypeAlias
+
+from lagrange_cli.program.graph import value_graph as graph
+from lagrange_cli.program.graph.common_subexpressions import (
+    share_products,
+    share_scaled,
+    share_sums,
+)
+from lagrange_cli.program.graph.factoring import factor_sums
+from lagrange_cli.program.graph.operands import Call, Number, Operand, Product, Sum, Variable
+from lagrange_cli.program.graph.statement_groups import Assignment, by_family, ordered, rename
+from lagrange_cli.program.graph.value_graph import ONE, Scaled, Values
+
+__all__ = ["LARGEST_IN_ORDER", "Results", "order_of", "schedule"]
+
+#: An expression with more leaves than this gets a name of its own.
+LARGEST_INLINE = 12
+
+#: The terms of a sum with more terms than this get names of their own.
+LONGEST_INLINE_SUM = 20
+
+#: A program of more statements has those of one form brought together.
+LARGEST_IN_ORDER = 100
+
+#: Sums with more terms than this are added up in groups.
+LONGEST_SUM = 24
+
+Assignments: TypeAlias = tuple[Assignment, ...]
+Results: TypeAlias = tuple[tuple[str, tuple[Operand, ...]], ...]
+
+
+def schedule(values: Values, wanted: list[tuple[str, list[Scaled]]]) -> tuple[Assignments, Results]:
+    """Order the nodes that ``wanted`` needs and write them as assignments.
+
+    Returns the assignments, and the operands of each of ``wanted`` by name.
+    """
+    scaled = [value for _, of in wanted for value in of]
+    roots = [number for _, number in scaled]
+    share_products(values, order_of(values, roots))
+    factor_sums(values, order_of(values, roots))
+    share_products(values, order_of(values, roots))
+    share_sums(values, order_of(values, roots))
+    scaled = share_scaled(values, order_of(values, roots), scaled)
+    roots = [number for _, number in scaled]
+    _split_long_sums(values)
+    order = order_of(values, roots)
+    uses = _count_uses(values, order, roots)
+    writer = _Writer(values)
+    for number in order:
+        writer.write(number, uses[number])
+    operands = iter([writer.scaled(*value) for value in scaled])
+    results = tuple((name, tuple(next(operands) for _ in of)) for name, of in wanted)
+    if len(writer.assignments) + len(scaled) > LARGEST_IN_ORDER:
+        return _in_families(writer.assignments, results)
+    return tuple(writer.assignments), results
+
+
+def _in_families(assignments: list[Assignment], results: Results) -> tuple[Assignments, Results]:
+    """Assignments of one form together, and named in their new order."""
+    grouped, new = by_family(assignments)
+    return tuple(grouped), tuple(
+        (name, tuple(ordered(rename(operand, new)) for operand in operands))
+        for name, operands in results
+    )
+
+
+def order_of(values: Values, roots: Iterable[int]) -> list[int]:
+    """Every node that the roots need, parts first, in the order of first need."""
+    order: list[int] = []
+    done: set[int] = set()
+    stack = [(root, False) for root in reversed(list(roots))]
+    while stack:
+        number, parts_done = stack.pop()
+        if number in done:
+            continue
+        if parts_done:
+            done.add(number)
+            order.append(number)
+        else:
+            stack.append((number, True))
+            stack.extend((part, False) for part in reversed(values.parts(number)))
+    return order
+
+
+def _split_long_sums(values: Values) -> None:
+    """Replace sums of many terms by sums of sums: shallow trees, and less rounding."""
+    for number in range(len(values.nodes)):
+        node = values.nodes[number]
+        while isinstance(node, graph.Sum) and len(node.terms) > LONGEST_SUM:
+            groups = []
+            for start in range(0, len(node.terms), LONGEST_SUM):
+                part = node.terms[start : start + LONGEST_SUM]
+                rank = max(values.rank[n] for n, _ in part)
+                groups.append((values.intern(graph.Sum(part), rank), Fraction(1)))
+            node = values.nodes[number] = graph.Sum(tuple(groups))
+
+
+def _count_uses(values: Values, order: list[int], roots: list[int]) -> dict[int, int]:
+    uses = dict.fromkeys(order, 0)
+    for root in roots:
+        uses[root] += 1
+    for number in order:
+        node = values.nodes[number]
+        if isinstance(node, graph.Product):
+            for part, exponent in node.factors:
+                uses[part] += abs(exponent)
+        else:
+            for part in values.parts(number):
+                uses[part] += 1
+    return uses
+
+
+class _Writer:
+    """Turns nodes into operands, naming those that are used twice or large."""
+
+    def __init__(self, values: Values) -> None:
+        self.values = values
+        self.assignments: list[tuple[str, Operand]] = []
+        self.operands: dict[int, Operand] = {ONE: Number(Fraction(1))}
+        self.sizes: dict[int, int] = {ONE: 1}
+
+    def write(self, number: int, uses: int) -> None:
+        """Write a node whose parts are written."""
+        node = self.values.nodes[number]
+        if number == ONE:
+            return
+        if isinstance(node, graph.Input):
+            operand: Operand = Variable(node.name)
+            size = 1
+        else:
+            operand = self._operand(node)
+            size = sum(self.sizes[part] for part in self.values.parts(number))
+        if uses > 1 or size > LARGEST_INLINE:
+            operand, size = self._named(operand), 1
+        self.operands[number] = operand
+        self.sizes[number] = size
+
+    def _named(self, operand: Operand) -> Operand:
+        """A name for what is not one (or a number) already."""
+        if isinstance(operand, Variable | Number):
+            return operand
+        name = f"w{len(self.assignments)}"
+        self.assignments.append((name, operand))
+        return Variable(name)
+
+    def scaled(self, coefficient: Fraction, number: int) -> Operand:
+        """A coefficient times a written node."""
+        operand = self.operands[number]
+        if number == ONE:
+            return Number(coefficient)
+        if coefficient == 1:
+            return operand
+        if isinstance(operand, Sum) and coefficient == -1:
+            return Sum(tuple((-c, o) for c, o in operand.terms))
+        return Sum(((coefficient, operand),))
+
+    def _operand(self, node: graph.Sum | graph.Product | graph.Call) -> Operand:
+        operands = self.operands
+        if isinstance(node, graph.Call):
+            return Call(node.function, tuple(operands[a] for a in node.arguments))
+        if isinstance(node, graph.Product):
+            return self._product(node)
+        if len(node.terms) == 1:
+            ((number, coefficient),) = node.terms
+            return self.scaled(coefficient, number)
+        # A sum starts with a positive term where it has one.
+        terms = sorted(node.terms, key=lambda term: term[1] < 0)
+        if len(terms) > LONGEST_INLINE_SUM:
+            return Sum(tuple((c, self._named(operands[n])) for n, c in terms))
+        return Sum(tuple((c, operands[n]) for n, c in terms)) if terms else Number(Fraction(0))
+
+    def _product(self, node: graph.Product) -> Operand:
+        numerator: list[Operand] = []
+        denominator: list[Operand] = []
+        for number, exponent in node.factors:
+            side = numerator if exponent > 0 else denominator
+            side.extend([self.operands[number]] * abs(exponent))
+        if len(numerator) == 1 and not denominator:
+            return numerator[0]
+        return Product(tuple(numerator), tuple(denominator))

@@ -1,0 +1,163 @@
+"""Statements of one form brought together, so that loops can replace them.
+
+The statements of a large program that have the same form (``w*w + p``, whatever
+the numbers of the names) stand one after the other as far as what they need
+allows it, those that need earlier values first. A chain, in which each needs
+the one before, stays together too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from heapq import heappop, heappush
+from typing import TypeAlias
+
+from lagrange_cli.program.graph.operands import (
+    Call,
+    Number,
+    Operand,
+    Product,
+    Sum,
+    Variable,
+    rebuilt,
+    variables,
+)
+
+__all__ = ["Assignment", "by_family", "ordered", "rename"]
+
+Assignment: TypeAlias = tuple[str, Operand]
+
+#: To how many levels forms must agree: ``p*w`` where w is a sine is not ``p*w`` where it
+#: is a cosine.
+DEPTH = 3
+
+_Key: TypeAlias = tuple[str, tuple[int, ...]]
+"""The form of an operand, with names cut down to their kind, and the numbers of its names."""
+
+
+def by_family(
+    assignments: Sequence[Assignment],
+) -> tuple[list[Assignment], dict[str, Variable]]:
+    """The assignments in an order in which families stand together, named w0, w1, …
+
+    Each still stands after what it needs. Terms and factors are in the order of
+    :func:`ordered`. Also old name → new name.
+    """
+    return _Scheduler(assignments).run()
+
+
+def ordered(operand: Operand) -> Operand:
+    """Terms and factors ordered by form, then by the numbers of their names."""
+    return _with_key(operand)[0]
+
+
+def _with_key(operand: Operand) -> tuple[Operand, _Key]:
+    if isinstance(operand, Variable):
+        kind = operand.name.rstrip("0123456789")
+        number = operand.name[len(kind) :]
+        return operand, (kind, (int(number),) if number else ())
+    if isinstance(operand, Number):
+        return operand, (str(operand.value), ())
+    if isinstance(operand, Sum):
+        return _sum_with_key(operand)
+    if isinstance(operand, Product):
+        numerator, above = _factors_with_key(operand.numerator)
+        denominator, below = _factors_with_key(operand.denominator)
+        return Product(numerator, denominator), (f"({above[0]}/{below[0]})", above[1] + below[1])
+    arguments = [_with_key(argument) for argument in operand.arguments]
+    form, numbers = _joined([key for _, key in arguments])
+    return Call(operand.function, tuple(a for a, _ in arguments)), (
+        f"{operand.function}({form})",
+        numbers,
+    )
+
+
+def _sum_with_key(operand: Sum) -> tuple[Operand, _Key]:
+    def place(term: tuple[Fraction, tuple[Operand, _Key]]) -> tuple[bool, str, Fraction, object]:
+        coefficient, (_, (form, numbers)) = term
+        return coefficient < 0, form, coefficient, numbers
+
+    terms = sorted(((c, _with_key(part)) for c, part in operand.terms), key=place)
+    form, numbers = _joined([(f"{c}*{key[0]}", key[1]) for c, (_, key) in terms])
+    return Sum(tuple((c, part) for c, (part, _) in terms)), (f"[{form}]", numbers)
+
+
+def _factors_with_key(factors: Sequence[Operand]) -> tuple[tuple[Operand, ...], _Key]:
+    parts = sorted(map(_with_key, factors), key=lambda part: part[1])
+    return tuple(part for part, _ in parts), _joined([key for _, key in parts])
+
+
+def _joined(keys: Sequence[_Key]) -> _Key:
+    return ",".join(form for form, _ in keys), tuple(n for _, numbers in keys for n in numbers)
+
+
+class _Scheduler:
+    """Picks statements that are ready, family by family."""
+
+    def __init__(self, assignments: Sequence[Assignment]) -> None:
+        self.operands = dict(assignments)
+        self.new: dict[str, Variable] = {}
+        self.result: list[Assignment] = []
+        self.missing: dict[str, int] = {}
+        self.users: dict[str, list[str]] = {name: [] for name in self.operands}
+        self.ready: dict[int, list[tuple[tuple[int, ...], str, Operand]]] = {}
+        self.waiting: dict[int, int] = {}
+        self.family = _families(self.operands)
+        for name, operand in assignments:
+            family = self.family[name]
+            self.waiting[family] = self.waiting.get(family, 0) + 1
+            needs = {v.name for v in variables(operand)} & self.operands.keys()
+            self.missing[name] = len(needs)
+            for part in needs:
+                self.users[part].append(name)
+        for name, _ in assignments:
+            if not self.missing[name]:
+                self._release(name)
+
+    def run(self) -> tuple[list[Assignment], dict[str, Variable]]:
+        """A family as long as it lasts, then the one of which fewest wait."""
+        while self.ready:
+            family = min(self.ready, key=lambda f: (self.waiting[f], f))
+            while family in self.ready:
+                self._take(family)
+        return self.result, self.new
+
+    def _take(self, family: int) -> None:
+        heap = self.ready[family]
+        _, name, operand = heappop(heap)
+        if not heap:
+            del self.ready[family]
+        self.new[name] = Variable(f"w{len(self.result)}")
+        self.result.append((self.new[name].name, operand))
+        for user in self.users[name]:
+            self.missing[user] -= 1
+            if not self.missing[user]:
+                self._release(user)
+
+    def _release(self, name: str) -> None:
+        family = self.family[name]
+        self.waiting[family] -= 1
+        operand, (_, numbers) = _with_key(rename(self.operands[name], self.new))
+        heappush(self.ready.setdefault(family, []), (numbers, name, operand))
+
+
+def _families(operands: Mapping[str, Operand]) -> dict[str, int]:
+    """The family of every name: its form, and the forms of what it is made of."""
+    family = dict.fromkeys(operands, 0)
+    for _ in range(DEPTH):
+        numbers: dict[str, int] = {}
+        kinds = {name: Variable(f"w{number}_") for name, number in family.items()}
+
+        def kind(variable: Variable, kinds: Mapping[str, Variable] = kinds) -> Variable:
+            return kinds.get(variable.name) or Variable(variable.name.rstrip("0123456789"))
+
+        for name, operand in operands.items():
+            form = _with_key(rebuilt(operand, kind))[1][0]
+            family[name] = numbers.setdefault(form, len(numbers))
+    return family
+
+
+def rename(operand: Operand, new: Mapping[str, Variable]) -> Operand:
+    """The operand with other names for some of its variables."""
+    return rebuilt(operand, lambda variable: new.get(variable.name, variable))

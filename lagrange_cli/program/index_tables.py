@@ -1,0 +1,49 @@
+"""Tables of indices that loops and sparse factorizations of a program look into."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from hashlib import sha256
+
+from lagrange_cli.program.program import Program
+from lagrange_cli.program.solvers.sparse_factorization import Supernodes
+from lagrange_cli.program.systems.loops import Column, Elimination, Kernel
+
+__all__ = ["node_tables", "relative", "table_name", "tables_of"]
+
+
+def table_name(prefix: str, table: tuple[int, ...]) -> str:
+    """The name of a table, told by what it holds: functions that need the same one share it."""
+    return f"{prefix}_at_{sha256(repr(table).encode()).hexdigest()[:12]}"
+
+
+def tables_of(program: Program) -> Iterator[tuple[int, ...]]:
+    """The tables that a program looks into, in the order of first need."""
+    for part in program.parts:
+        if isinstance(part, Kernel):
+            columns = [*part.inputs, *(column for column, _ in part.results)]
+            yield from (relative(column) for column in columns if column.step is None)
+        elif isinstance(part, Elimination) and isinstance(part.factors, Supernodes):
+            yield from node_tables(part.factors)
+
+
+def relative(column: Column) -> tuple[int, ...]:
+    """Indices as they differ from the first, so that neighbouring columns have one table."""
+    return tuple(index - column.indices[0] for index in column.indices)
+
+
+def node_tables(of: Supernodes) -> tuple[tuple[int, ...], ...]:
+    """``node``, ``rows``, ``from`` and ``spots`` of the solver."""
+    nodes: list[int] = []
+    rows: list[int] = []
+    sources: list[int] = []
+    spots: list[int] = []
+    for node in of.nodes:
+        for update in node.updates:
+            sources += [update.source, update.first, update.last, len(spots)]
+            spots += update.rows
+        nodes += [node.first, node.columns, len(node.rows), node.start, len(rows)]
+        nodes.append(len(sources) // 4)
+        rows += node.rows
+    # An array of C has elements.
+    return tuple(nodes), tuple(rows), tuple(sources or [0] * 4), tuple(spots or [0])

@@ -1,0 +1,118 @@
+"""Operands as text of a C-like expression language.
+
+C and Python write ``a*b + c/d`` and ``f(x)`` the same way; what differs
+between them (numbers, names of functions and variables) is a :class:`Dialect`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Protocol
+
+from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.program.program import Call, Number, Operand, Product, Sum, Variable
+
+__all__ = ["Dialect", "NumberFormat", "expression", "functions_in"]
+
+_SUM, _PRODUCT, _ATOM = range(3)
+
+
+class NumberFormat(Protocol):
+    def __call__(self, value: Fraction, /) -> str: ...
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a target language writes numbers, functions and names.
+
+    ``functions`` maps every function of a program to the callee's text;
+    ``names`` renames inputs (names that it lacks stay).
+    """
+
+    number: NumberFormat
+    functions: Mapping[str, str]
+    names: Mapping[str, str]
+
+
+def expression(operand: Operand, dialect: Dialect) -> str:
+    """The text of an operand."""
+    return _format(operand, dialect)[0]
+
+
+def functions_in(operand: Operand) -> set[str]:
+    """The functions that an operand calls."""
+    if isinstance(operand, Call):
+        return {operand.function}.union(*map(functions_in, operand.arguments))
+    if isinstance(operand, Sum):
+        return set().union(*(functions_in(o) for _, o in operand.terms))
+    if isinstance(operand, Product):
+        return set().union(*map(functions_in, (*operand.numerator, *operand.denominator)))
+    return set()
+
+
+def _format(operand: Operand, dialect: Dialect) -> tuple[str, int]:
+    """Text and precedence of an operand."""
+    if isinstance(operand, Number):
+        return dialect.number(operand.value), _ATOM if operand.value >= 0 else _SUM
+    if isinstance(operand, Variable):
+        return dialect.names.get(operand.name, operand.name), _ATOM
+    if isinstance(operand, Call):
+        return _format_call(operand, dialect), _ATOM
+    if isinstance(operand, Product):
+        return _format_product(operand, dialect), _PRODUCT
+    return _format_sum(operand, dialect)
+
+
+def _at_least(precedence: int, operand: Operand, dialect: Dialect) -> str:
+    """The text of an operand, in parentheses if it binds more loosely."""
+    text, own = _format(operand, dialect)
+    return text if own >= precedence else f"({text})"
+
+
+def _format_call(call: Call, dialect: Dialect) -> str:
+    callee = dialect.functions.get(call.function)
+    if callee is None:
+        problem = f"the function {call.function} has no counterpart in emitted code"
+        raise InternalError(Problem(problem, rule="unprintable"))
+    return f"{callee}({', '.join(expression(a, dialect) for a in call.arguments)})"
+
+
+def _format_product(product: Product, dialect: Dialect) -> str:
+    first = _PRODUCT  # a*b/c reads from the left, so only the first factor may be a product
+    parts = []
+    for factor in product.numerator:
+        parts.append(_at_least(first, factor, dialect))
+        first = _ATOM
+    numerator = "*".join(parts) or dialect.number(Fraction(1))
+    if not product.denominator:
+        return numerator
+    denominator = "*".join(_at_least(_ATOM, d, dialect) for d in product.denominator)
+    return (
+        f"{numerator}/({denominator})"
+        if len(product.denominator) > 1
+        else (f"{numerator}/{denominator}")
+    )
+
+
+def _format_sum(operand: Sum, dialect: Dialect) -> tuple[str, int]:
+    text = ""
+    for coefficient, term in operand.terms:
+        sign = "-" if coefficient < 0 else "+"
+        body = _format_term(abs(coefficient), term, dialect)
+        if text:
+            text += f" {sign} {body}"
+        else:
+            text = f"-{body}" if sign == "-" else body
+    positive_product = len(operand.terms) == 1 and operand.terms[0][0] > 0
+    return text, _PRODUCT if positive_product else _SUM
+
+
+def _format_term(magnitude: Fraction, term: Operand, dialect: Dialect) -> str:
+    if isinstance(term, Number):
+        return dialect.number(magnitude * term.value)
+    if magnitude == 1:
+        return _at_least(_PRODUCT, term, dialect)
+    # The first factor of a product may join the coefficient without parentheses.
+    return f"{dialect.number(magnitude)}*{_at_least(_PRODUCT, term, dialect)}"

@@ -1,0 +1,352 @@
+"""Equations → Program: straight-line code that every target language prints.
+
+A program has inputs, assignments in an order in which each needs only what
+stands before it, and outputs by name. It names nothing after the scene: the
+inputs are ``t``, ``q0, q1, …``, ``v0, …``, ``p0, …``, ``u0, …`` (coordinates, velocities,
+parameters, what the user drives, in the order of the Equations) and the assigned
+names ``w0, w1, …``.
+Only what the requested outputs need is computed, and each value once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum, auto
+from typing import TYPE_CHECKING
+
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.program.graph.angle_sums import expand_angle_sums
+from lagrange_cli.program.graph.operands import (
+    FUNCTIONS,
+    Call,
+    Number,
+    Operand,
+    Product,
+    Sum,
+    Variable,
+    variables,
+)
+from lagrange_cli.program.graph.schedule import LARGEST_IN_ORDER, order_of, schedule
+from lagrange_cli.program.graph.statement_groups import Assignment
+from lagrange_cli.program.graph.value_graph import Scaled, Values
+from lagrange_cli.program.solvers.blocks import Block, solve_blocks
+from lagrange_cli.program.systems.constraint_systems import CLOSURE_OUTPUTS, CLOSURE_SYSTEMS
+from lagrange_cli.program.systems.contact_systems import (
+    CONTACT_OUTPUTS,
+    CONTACT_SYSTEMS,
+    among_closures,
+)
+from lagrange_cli.program.systems.large_systems import Wide, is_wide, wide
+from lagrange_cli.program.systems.loops import Elimination, Kernel, Part
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = [
+    "FUNCTIONS",
+    "OUTPUTS",
+    "Call",
+    "Kind",
+    "Number",
+    "Operand",
+    "Operations",
+    "Product",
+    "Program",
+    "Sum",
+    "Variable",
+    "asked_for",
+    "build_program",
+    "eliminations",
+    "following",
+    "input_names",
+    "operands_of",
+    "operations",
+    "results_of",
+]
+
+
+class Kind(Enum):
+    """What a program finds, which says how targets arrange its results."""
+
+    VALUES = auto()  # numbers, one after the other
+    ENERGY = auto()  # one number
+    MATRIX = auto()  # the upper triangle of the mass matrix
+    RIGHT_HAND_SIDE = auto()  # accelerations, which the velocities precede
+    MULTIPLIERS = auto()  # those of all closures
+    CHANGE = auto()  # a change of coordinates or of velocities
+
+
+#: Kinds of programs that are asked for one output alone, all others give values.
+_KINDS = {
+    "energy": Kind.ENERGY,
+    "mass_matrix": Kind.MATRIX,
+    **dict.fromkeys(("acceleration", "contact_acceleration"), Kind.RIGHT_HAND_SIDE),
+    **dict.fromkeys(("multipliers", "contact_multipliers"), Kind.MULTIPLIERS),
+    **dict.fromkeys(
+        (
+            "position_change",
+            "shifted_change",
+            "velocity_change",
+            "contact_position_change",
+            "contact_velocity_change",
+            "impulse",
+        ),
+        Kind.CHANGE,
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Program:
+    """Straight-line code for ``outputs`` (name, operands).
+
+    ``blocks`` says how accelerations, or what else solves a system, are found
+    where they are an output (see :mod:`lagrange_cli.program.solvers.blocks`). ``driven`` is the
+    number of inputs ``u0, …``. The program of a large system may have ``parts`` instead of
+    assignments and outputs (see :mod:`lagrange_cli.program.systems.large_systems`): loops, which
+    take ``work`` numbers of workspace and store so many ``results``. ``kind``: what it finds.
+    """
+
+    coordinates: int
+    parameters: int
+    assignments: tuple[tuple[str, Operand], ...]
+    outputs: tuple[tuple[str, tuple[Operand, ...]], ...]
+    blocks: tuple[Block, ...] = ()
+    driven: int = 0
+    parts: tuple[Part, ...] = ()
+    work: int = 0
+    results: int = 0
+    kind: Kind = Kind.VALUES
+
+    @property
+    def is_large(self) -> bool:
+        """Whether statements of one form stand together, to be written as loops."""
+        results = sum(len(operands) for _, operands in self.outputs)
+        return bool(self.parts) or len(self.assignments) + results > LARGEST_IN_ORDER
+
+    def output(self, name: str) -> tuple[Operand, ...]:
+        """The operands of one output."""
+        return dict(self.outputs)[name]
+
+
+def results_of(program: Program) -> int:
+    """How many numbers the outputs are."""
+    return program.results or sum(len(operands) for _, operands in program.outputs)
+
+
+def _momenta(e: Equations) -> Iterable[Expr]:
+    return (derivative(e.lagrangian, c.v) for c in e.coordinates)
+
+
+def _upper_triangle(e: Equations) -> Iterable[Expr]:
+    n = len(e.coordinates)
+    return (e.mass_matrix[i][j] for i in range(n) for j in range(i, n))
+
+
+#: What can be asked for, besides what solves a system: each a function to its expressions.
+OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
+    "mass_matrix": _upper_triangle,
+    "forcing": lambda e: e.forcing,
+    "energy": lambda e: (e.energy,),
+    "kinetic": lambda e: (e.kinetic,),
+    "potential": lambda e: (e.potential,),
+    "positions": lambda e: (c.position for c in e.cartesian_names),
+    "velocities": lambda e: (c.velocity for c in e.cartesian_names),
+    "momenta": _momenta,
+    # Those that are recorded are handed over.
+    "inputs": lambda e: (u.expression if u.recording is None else u.symbol for u in e.inputs),
+    "outputs": lambda e: (expression for _, expression in e.outputs),
+    **CLOSURE_OUTPUTS,
+    **CONTACT_OUTPUTS,
+}
+
+#: What is found by solving a system with the mass matrix.
+SYSTEMS = {**CLOSURE_SYSTEMS, **CONTACT_SYSTEMS}
+
+
+def asked_for(equations: Equations) -> list[str]:
+    """Which of ``inputs`` and ``outputs`` the scene has."""
+    sections = (("inputs", equations.inputs), ("outputs", equations.outputs))
+    return [name for name, entries in sections if entries]
+
+
+def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
+    """The program that computes the named outputs.
+
+    Parameters
+    ----------
+    outputs
+        Names from :data:`OUTPUTS`, or one of :data:`SYSTEMS` (``acceleration``),
+        which stands for the outputs ``acceleration``, ``pivots``, ``scales``,
+        ``dense_matrix`` and ``dense_forcing`` that
+        :func:`lagrange_cli.program.solvers.blocks.solve_blocks` explains.
+
+    Raises
+    ------
+    InternalError
+        An expression holds something without counterpart in emitted code.
+    """
+    if is_wide(equations):
+        of = among_closures(equations, outputs)
+        found = wide(of, lambda name: tuple(OUTPUTS[name](of.equations)))
+        if found is not None:
+            return replace(_of_parts(equations, found), kind=_kind(outputs, found.solves))
+    values = Values(_inputs(equations))
+    wanted: list[tuple[str, list[Scaled]]] = []
+    blocks: tuple[Block, ...] = ()
+    for name in outputs:
+        if name in SYSTEMS:
+            blocks, solution = solve_blocks(values, equations, SYSTEMS[name](equations))
+            wanted.extend(solution)
+        else:
+            wanted.append((name, [values.convert(e) for e in OUTPUTS[name](equations)]))
+    if not any(block.exact for block in blocks):
+        needed = [number for _, of in wanted for _, number in of]
+        expand_angle_sums(values, order_of(values, needed))
+    assignments, results = schedule(values, wanted)
+    return Program(
+        len(equations.coordinates),
+        len(equations.parameters),
+        assignments,
+        results,
+        blocks,
+        len(equations.inputs),
+        kind=_kind(outputs, bool(blocks)),
+    )
+
+
+def _kind(outputs: Sequence[str], solves: bool) -> Kind:
+    """The kind of a program with these outputs; nothing is found where nothing can move."""
+    kind = _KINDS.get(outputs[0], Kind.VALUES) if len(outputs) == 1 else Kind.VALUES
+    return Kind.VALUES if kind is Kind.RIGHT_HAND_SIDE and not solves else kind
+
+
+def _of_parts(equations: Equations, found: Wide) -> Program:
+    """A program of loops. Its block, if any, stands for the closures that it solves."""
+    n = len(equations.coordinates)
+    block = Block(tuple(range(n)), True, True, closures=found.closures)
+    return Program(
+        n,
+        len(equations.parameters),
+        (),
+        (),
+        (block,) if found.solves else (),
+        len(equations.inputs),
+        found.parts,
+        found.work,
+        found.results,
+    )
+
+
+def _inputs(equations: Equations) -> list[tuple[Expr, str, int]]:
+    """Symbol, dummy name and rank of every input."""
+    inputs = [(p.symbol, f"p{i}", 1) for i, p in enumerate(equations.parameters)]
+    inputs.append((equations.t, "t", 2))
+    inputs.extend((given.symbol, f"u{i}", 2) for i, given in enumerate(equations.inputs))
+    inputs.extend((c.q, f"q{i}", 3) for i, c in enumerate(equations.coordinates))
+    inputs.extend((c.v, f"v{i}", 4) for i, c in enumerate(equations.coordinates))
+    return inputs
+
+
+@dataclass(frozen=True)
+class Operations:
+    """Floating-point operations of a program, by kind."""
+
+    additions: int = 0
+    multiplications: int = 0
+    divisions: int = 0
+    calls: int = 0
+
+    @property
+    def total(self) -> int:
+        return self.additions + self.multiplications + self.divisions + self.calls
+
+    def times(self, number: int) -> Operations:
+        return Operations(
+            number * self.additions,
+            number * self.multiplications,
+            number * self.divisions,
+            number * self.calls,
+        )
+
+    def __add__(self, other: Operations) -> Operations:
+        return Operations(
+            self.additions + other.additions,
+            self.multiplications + other.multiplications,
+            self.divisions + other.divisions,
+            self.calls + other.calls,
+        )
+
+
+def operands_of(program: Program) -> Iterator[tuple[Operand, int]]:
+    """The operands of all statements, and how often each is evaluated."""
+    yield from ((operand, 1) for _, operand in program.assignments)
+    yield from ((operand, 1) for _, of in program.outputs for operand in of)
+    for part in program.parts:
+        if isinstance(part, Kernel):
+            fixed = part.fixed
+            for name, operand in part.assignments:
+                yield operand, 1 if name in fixed else part.members
+            yield from ((operand, part.members) for _, operand in part.results)
+
+
+def operations(program: Program) -> Operations:
+    """Count the operations of all statements (a negation is an addition)."""
+    total = Operations()
+    for operand, times in operands_of(program):
+        total += _operations_in(operand).times(times)
+    return total
+
+
+def eliminations(program: Program) -> int:
+    """The operations that solve for multipliers between the statements of a large system."""
+    return sum(p.factors.operations for p in program.parts if isinstance(p, Elimination))
+
+
+def _operations_in(whole: Operand) -> Operations:
+    total, stack = Operations(), [whole]
+    while stack:
+        operand = stack.pop()
+        if isinstance(operand, Sum):
+            total += _sum_operations(operand)
+            stack.extend(o for _, o in operand.terms)
+        elif isinstance(operand, Product):
+            total += _product_operations(operand)
+            stack.extend((*operand.numerator, *operand.denominator))
+        elif isinstance(operand, Call):
+            total = replace(total, calls=total.calls + 1)
+            stack.extend(operand.arguments)
+    return total
+
+
+def _sum_operations(operand: Sum) -> Operations:
+    scaled = sum(abs(c) != 1 and not isinstance(o, Number) for c, o in operand.terms)
+    negated = len(operand.terms) == 1 and operand.terms[0][0] == -1
+    return Operations(additions=len(operand.terms) - 1 + negated, multiplications=scaled)
+
+
+def _product_operations(operand: Product) -> Operations:
+    factors = max(0, len(operand.numerator) - 1) + max(0, len(operand.denominator) - 1)
+    return Operations(multiplications=factors, divisions=bool(operand.denominator))
+
+
+def following(program: Program, names: Iterable[str]) -> tuple[Assignment, ...]:
+    """The assignments that need one of the names, in their order."""
+    late = set(names)
+    found = []
+    for name, operand in program.assignments if late else ():
+        if any(variable.name in late for variable in variables(operand)):
+            late.add(name)
+            found.append((name, operand))
+    return tuple(found)
+
+
+def input_names(program: Program) -> frozenset[str]:
+    """The inputs that the program reads."""
+    operands = [operand for _, operand in program.assignments]
+    operands += [operand for _, of in program.outputs for operand in of]
+    names = {variable.name for operand in operands for variable in variables(operand)}
+    return frozenset(names - {name for name, _ in program.assignments})

@@ -1,0 +1,342 @@
+"""How emitted code solves M a = f: block by block, by the cheapest stable way.
+
+The zero pattern of M splits the coordinates into blocks that do not couple.
+Closure equations couple those that they hold; such a block is solved for its
+accelerations and multipliers together, M a = f + Σ λ·gradient with
+gradient·a + bias = 0, by elimination with pivoting; a large one whose mass
+matrix is diagonal for the multipliers alone, whose matrix is a band
+(:mod:`lagrange_cli.program.solvers.bandwidth`), from which the accelerations follow.
+A block of one is a division. A small block whose mass matrix is proven
+positive definite becomes straight-line code: the exact solution where that is
+known to lose no digits (:mod:`lagrange_cli.mechanics.dynamics.solve_exactly`), else
+M = L D Lᵀ. Larger blocks are eliminated by a loop in the emitted code, without
+pivoting where M is proven positive definite (as stable as Cholesky's method;
+Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., ch. 10), else
+with partial pivoting.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+import sympy
+
+from lagrange_cli.mechanics.dynamics.solve_exactly import Solution, solve_exactly
+from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.program.graph.value_graph import ONE, Input, Scaled, Values
+from lagrange_cli.program.solvers.bandwidth import bandwidth, elimination_order, is_banded
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = ["LARGEST_UNROLLED", "Block", "System", "solve_blocks"]
+
+#: Positive definite blocks up to this size are written out.
+LARGEST_UNROLLED = 4
+
+_ZERO: Scaled = (Fraction(0), ONE)
+
+#: The rank of multipliers (see :class:`lagrange_cli.program.graph.value_graph.Values`).
+_FOUND = 5
+
+_Rows: TypeAlias = list[dict[int, Scaled]]
+"""The entries of a matrix that are not zero, row by row."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """Coordinates (indices, ascending) whose accelerations are found together.
+
+    ``unrolled``: by straight-line code whose pivots are to be checked, else by
+    a loop. ``definite``: the mass matrix is proven positive definite; a loop
+    needs partial pivoting where it is not. ``exact``: no digits cancel in the
+    pivots, so that each that is positive is known to be so. ``closures``
+    (indices) are solved with them; their block is never unrolled. ``band``: the
+    multipliers alone are solved for, closures as far apart as this having
+    coordinates in common; ``start`` is where in the workspace they are found,
+    behind the band. ``compliant``: what stands on the diagonal of the closures is given
+    too (see :class:`System`).
+    """
+
+    coordinates: tuple[int, ...]
+    unrolled: bool
+    definite: bool
+    exact: bool = False
+    closures: tuple[int, ...] = ()
+    band: int | None = None
+    start: int = 0
+    compliant: bool = False
+
+    @property
+    def size(self) -> int:
+        """The number of unknowns."""
+        return len(self.coordinates) + len(self.closures)
+
+    @property
+    def multipliers(self) -> tuple[str, ...]:
+        """What those of a band are called in what follows from them."""
+        if self.band is None:
+            return ()
+        return tuple(f"d{self.start + k}" for k in range(len(self.closures)))
+
+
+@dataclass(frozen=True)
+class System:
+    """M x = ``right`` + Σ λ·gradient and gradient·x + bias = 0 for each of ``closures``.
+
+    ``closures``: (gradient, bias) each. ``whole``: blocks without closures are
+    solved too; else only those with closures are. ``multipliers``: λ alone is
+    asked for. ``compliance``: c of each closure, for gradient·x + bias + c·λ = 0; c is 0, or it
+    is 1 and gradient and bias are zero.
+    """
+
+    right: Sequence[Expr]
+    closures: Sequence[tuple[Sequence[Expr], Expr]] = ()
+    whole: bool = True
+    multipliers: bool = False
+    compliance: Sequence[Expr] = ()
+
+    def compliance_of(self, closure: int) -> Expr:
+        return self.compliance[closure] if self.compliance else sympy.S.Zero
+
+
+class _Unrolled(NamedTuple):
+    """What straight-line code for one block computes."""
+
+    exact: bool
+    accelerations: list[Scaled]
+    pivots: list[Scaled]
+    scales: list[Scaled]
+
+
+def solve_blocks(
+    values: Values, equations: Equations, system: System
+) -> tuple[tuple[Block, ...], list[tuple[str, list[Scaled]]]]:
+    """Blocks of a system with the mass matrix and the outputs that solve it.
+
+    The outputs are ``acceleration`` (of the coordinates of unrolled blocks, by
+    block), ``pivots`` and ``scales`` (as many numbers: a pivot that is not
+    above its rounding error, ε times the diagonal entry in ``scales`` or 0 in an
+    exact block, means a singular matrix), ``dense_matrix`` (the upper triangles
+    of the other blocks, by rows, each followed by the gradients of the block's
+    closures, and their compliance in a compliant block) and ``dense_forcing``
+    (right-hand sides, followed by −bias).
+    """
+    facts = equations.facts
+    matrix = _inertia(values, equations)
+    gradients = _converted(values, [gradient for gradient, _ in system.closures])
+    definite = facts.positive_definite_mass_matrix
+    names = ("acceleration", "pivots", "scales", "dense_matrix", "dense_forcing")
+    outputs: dict[str, list[Scaled]] = {name: [] for name in names}
+    blocks: list[Block] = []
+    for of, closures in _components(matrix, gradients):
+        if not (closures or system.whole):
+            continue
+        if not closures and _unrolled(len(of), definite):
+            exact, *solution = _unroll(values, equations, system.right, of)
+            blocks.append(Block(of, unrolled=True, definite=definite, exact=exact))
+            for name, found in zip(names, solution, strict=False):
+                outputs[name].extend(found)
+            continue
+        block = _banded(of, closures, matrix, gradients, blocks) if definite else None
+        if block is not None:
+            blocks.append(block)
+            _Band(values, equations, system, block, gradients).write(outputs)
+        else:
+            definitely = definite and not closures
+            compliant = bool(closures and equations.contacts)
+            blocks.append(
+                Block(of, False, definite=definitely, closures=closures, compliant=compliant)
+            )
+            outputs["dense_matrix"].extend(
+                matrix[i].get(j, _ZERO) for k, i in enumerate(of) for j in of[k:]
+            )
+            outputs["dense_matrix"].extend(gradients[k].get(j, _ZERO) for k in closures for j in of)
+            outputs["dense_matrix"].extend(
+                values.convert(system.compliance_of(k)) for k in closures if compliant
+            )
+            outputs["dense_forcing"].extend(values.convert(system.right[i]) for i in of)
+            biases = [values.convert(system.closures[k][1]) for k in closures]
+            outputs["dense_forcing"].extend((-c, number) for c, number in biases)
+    return tuple(blocks), list(outputs.items())
+
+
+def _inertia(values: Values, equations: Equations) -> _Rows:
+    """The mass matrix; where it is proven diagonal its zeros need not be visible."""
+    rows = equations.mass_matrix
+    if not equations.facts.diagonal_mass_matrix:
+        return _converted(values, rows)
+    diagonal = [values.convert(row[i]) for i, row in enumerate(rows)]
+    return [{i: value} if value[0] else {} for i, value in enumerate(diagonal)]
+
+
+def _converted(values: Values, rows: Iterable[Sequence[Expr]]) -> _Rows:
+    found = []
+    for row in rows:
+        held = {j: values.convert(e) for j, e in entries(row).items()}
+        found.append({j: value for j, value in held.items() if value[0]})
+    return found
+
+
+def _banded(
+    of: tuple[int, ...],
+    closures: tuple[int, ...],
+    matrix: _Rows,
+    gradients: _Rows,
+    before: Sequence[Block],
+) -> Block | None:
+    """The block with its closures in an order that makes a band of S, where that is worth it."""
+    if not closures or any(matrix[i].keys() != {i} for i in of):
+        return None
+    closures = tuple(closures[k] for k in elimination_order([gradients[k] for k in closures]))
+    band = bandwidth([gradients[k] for k in closures])
+    if not is_banded(len(of), len(closures), band):
+        return None
+    end = max((b.start + len(b.closures) for b in before if b.band is not None), default=0)
+    start = end + len(closures) * (band + 1)
+    return Block(of, False, False, closures=closures, band=band, start=start)
+
+
+class _Band:
+    """S λ = r and the accelerations that follow, for one block."""
+
+    def __init__(
+        self, values: Values, equations: Equations, system: System, block: Block, gradients: _Rows
+    ) -> None:
+        self.values = values
+        self.system = system
+        self.block = block
+        self.gradients = [gradients[k] for k in block.closures]
+        mass = {i: equations.mass_matrix[i][i] for i in block.coordinates}
+        # Reciprocals are nodes of their own: one division for all that has one mass.
+        inverse = {i: values.multiply([(values.convert(m), -1)]) for i, m in mass.items()}
+        self.directions = [
+            {i: values.multiply([(g, 1), (inverse[i], 1)]) for i, g in row.items()}
+            for row in self.gradients
+        ]
+        self.free = {i: values.convert(system.right[i] / m) for i, m in mass.items()}
+
+    def write(self, outputs: dict[str, list[Scaled]]) -> None:
+        """The band by rows from the diagonal on, r, and the accelerations."""
+        band = self.block.band or 0
+        for k, row in enumerate(self.gradients):
+            others = self.directions[k : k + band + 1]
+            entries = [self._dot(row, other) for other in others]
+            compliance = self.values.convert(self.system.compliance_of(self.block.closures[k]))
+            entries[0] = self.values.add([entries[0], compliance])
+            outputs["dense_matrix"].extend([*entries, *[_ZERO] * (band + 1 - len(others))])
+        for k, row in zip(self.block.closures, self.gradients, strict=True):
+            outputs["dense_forcing"].append(self._drive(row, self.system.closures[k][1]))
+        if not self.system.multipliers:
+            outputs["acceleration"].extend(self._accelerations())
+
+    def _dot(self, a: Mapping[int, Scaled], b: Mapping[int, Scaled]) -> Scaled:
+        """a·b over the coordinates that both hold."""
+        pairs = [(a[i], b[i]) for i in a if i in b]
+        return self.values.add(self.values.multiply([(x, 1), (y, 1)]) for x, y in pairs)
+
+    def _drive(self, row: Mapping[int, Scaled], bias: Expr) -> Scaled:
+        """−bias − gradient·(f/M) of one closure."""
+        work = self._dot(row, {i: self.free[i] for i in row if self.free[i][0]})
+        coefficient, number = self.values.add([work, self.values.convert(bias)])
+        return -coefficient, number
+
+    def _accelerations(self) -> Iterator[Scaled]:
+        """(f + Σ λ·gradient)/M of each coordinate."""
+        values = self.values
+        found = {i: [free] for i, free in self.free.items()}
+        for name, row in zip(self.block.multipliers, self.directions, strict=True):
+            multiplier = Fraction(1), values.intern(Input(name), _FOUND)
+            for i, direction in row.items():
+                found[i].append(values.multiply([(direction, 1), (multiplier, 1)]))
+        return map(values.add, found.values())
+
+
+def _unrolled(size: int, definite: bool) -> bool:
+    return size == 1 or (definite and size <= LARGEST_UNROLLED)
+
+
+def _components(matrix: _Rows, gradients: _Rows) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+    """The connected components of the graph whose edges are nonzero entries:
+    coordinates and closures of each."""
+    n = len(matrix)
+    closures_at: list[list[int]] = [[] for _ in range(n)]
+    for k, gradient in enumerate(gradients):
+        for j in gradient:
+            closures_at[j].append(k)
+    left = set(range(n))
+    components = []
+    for start in range(n):
+        if start not in left:
+            continue
+        left.discard(start)
+        members, closures, stack = [start], set[int](), [start]
+        while stack:
+            i = stack.pop()
+            found = {*matrix[i], *(j for k in closures_at[i] for j in gradients[k])} & left
+            closures.update(closures_at[i])
+            left -= found
+            members.extend(found)
+            stack.extend(found)
+        components.append((tuple(sorted(members)), tuple(sorted(closures))))
+    return components
+
+
+def _unroll(
+    values: Values, equations: Equations, right: Sequence[Expr], of: tuple[int, ...]
+) -> _Unrolled:
+    """A block in straight-line code: exact where that is known to be stable and short."""
+    mass = [[equations.mass_matrix[i][j] for j in of] for i in of]
+    forcing = [right[i] for i in of]
+    if len(of) > 1:
+        solution = solve_exactly(mass, forcing, [c.q for c in equations.coordinates])
+        if solution is not None:
+            return _substitute(values, solution)
+    matrix = [[values.convert(m) for m in row] for row in mass]
+    return _ldl_solve(values, matrix, [values.convert(f) for f in forcing])
+
+
+def _substitute(values: Values, solution: Solution) -> _Unrolled:
+    """The exact solution, step by step."""
+    found: dict[int, Scaled] = {}
+    for step in solution.steps:
+        rest = values.convert(step.numerator)
+        for other, coupling in step.coupling:
+            rest = _less(values, rest, values.convert(coupling), found[other])
+        found[step.coordinate] = _divide(values, rest, values.convert(step.denominator))
+    pivots = [values.convert(pivot) for pivot in solution.pivots]
+    return _Unrolled(True, [found[i] for i in sorted(found)], pivots, [_ZERO] * len(pivots))
+
+
+def _ldl_solve(values: Values, matrix: list[list[Scaled]], right: list[Scaled]) -> _Unrolled:
+    """Straight-line solution by M = L D Lᵀ. Entries that are zero cost nothing."""
+    n = len(matrix)
+    rows = [list(row) for row in matrix]
+    y = list(right)
+    for j in range(n):
+        for i in range(j + 1, n):
+            ratio = _divide(values, rows[j][i], rows[j][j])
+            for k in range(i, n):
+                rows[i][k] = _less(values, rows[i][k], ratio, rows[j][k])
+            y[i] = _less(values, y[i], ratio, y[j])
+    for i in reversed(range(n)):
+        for k in range(i + 1, n):
+            y[i] = _less(values, y[i], rows[i][k], y[k])
+        y[i] = _divide(values, y[i], rows[i][i])
+    diagonal = [matrix[i][i] for i in range(n)]
+    return _Unrolled(False, y, [rows[i][i] for i in range(n)], diagonal)
+
+
+def _divide(values: Values, a: Scaled, b: Scaled) -> Scaled:
+    return values.multiply([(a, 1), (b, -1)])
+
+
+def _less(values: Values, a: Scaled, b: Scaled, c: Scaled) -> Scaled:
+    """a − b·c."""
+    coefficient, number = values.multiply([(b, 1), (c, 1)])
+    return values.add([a, (-coefficient, number)])

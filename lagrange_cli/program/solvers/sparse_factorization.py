@@ -1,0 +1,263 @@
+"""How the multipliers of a large system are eliminated: an order, and where the factors stand.
+
+Where M is diagonal, accelerations leave M a = f + Σ λ·gradient one by one, and the multipliers
+solve S λ = r with S = Φ M⁻¹ Φᵀ: symmetric, positive definite, and zero between closures that have
+no coordinate in common. S = L D Lᵀ, found without pivoting (as stable as Cholesky's method; Higham,
+*Accuracy and Stability of Numerical Algorithms*, 2nd ed., ch. 10). What L fills is known
+beforehand: in the order of the scene or in that of Cuthill and McKee reversed a band
+(:mod:`lagrange_cli.program.solvers.bandwidth`); in that of least degree (George and Liu, *SIAM
+Review* 31 (1989) 1) far less for nets, by supernodes: columns of L with one pattern, which are
+dense rectangles (Ng and Peyton, *SIAM J. Sci. Comput.* 14 (1993) 1034).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from heapq import heapify, heappop, heappush
+
+from lagrange_cli.program.solvers.bandwidth import (
+    bandwidth,
+    couplings,
+    elimination_order,
+    operations_of_band,
+)
+
+__all__ = ["Band", "Factors", "Supernode", "Supernodes", "Update", "factors"]
+
+#: Bands as narrow as this are taken without looking for another order.
+NARROW = 4
+
+#: How many operations of a band take as long as one of supernodes.
+SPEED_OF_BAND = 2
+
+#: Part of the numbers of a supernode that may be zeros for the sake of its rectangle.
+ZEROS = 0.25
+
+#: Supernodes of fewer columns take any zeros.
+FEWEST_COLUMNS = 3
+
+
+@dataclass(frozen=True)
+class Band:
+    """L D Lᵀ of a band: rows from the diagonal on to ``width`` columns right of it.
+
+    ``order``: the closures, first to last.
+    """
+
+    order: tuple[int, ...]
+    width: int
+
+    @property
+    def numbers(self) -> int:
+        """Numbers of the matrix."""
+        return len(self.order) * (self.width + 1)
+
+    @property
+    def room(self) -> int:
+        """Numbers of workspace, x and what stands behind it."""
+        return 2 * len(self.order)
+
+    @property
+    def operations(self) -> int:
+        return operations_of_band(len(self.order), self.width)
+
+    def place(self, row: int, column: int) -> int:
+        """Where an entry of the lower triangle stands, by positions in the order."""
+        return column * (self.width + 1) + row - column
+
+
+@dataclass(frozen=True)
+class Update:
+    """What a supernode does to a later one: its rows from ``first`` to before ``last`` are
+    columns of that one, where its rows from ``first`` on stand at ``rows``."""
+
+    source: int
+    first: int
+    last: int
+    rows: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Supernode:
+    """Neighbouring columns of L from ``first`` on with nonzeros in the same ``rows``.
+
+    ``rows`` (positions, ascending) begin with the columns themselves. The numbers stand
+    column by column from ``start`` on, as many a column as there are rows.
+    """
+
+    first: int
+    columns: int
+    rows: tuple[int, ...]
+    start: int
+    updates: tuple[Update, ...]
+
+
+@dataclass(frozen=True)
+class Supernodes:
+    """L D Lᵀ by dense rectangles.
+
+    ``order``: the closures, first to last.
+    """
+
+    order: tuple[int, ...]
+    nodes: tuple[Supernode, ...]
+
+    @property
+    def numbers(self) -> int:
+        """Numbers of the matrix."""
+        return sum(node.columns * len(node.rows) for node in self.nodes)
+
+    @property
+    def room(self) -> int:
+        """Numbers of workspace: x, reciprocals of the pivots, and a column."""
+        return 2 * len(self.order) + max(len(node.rows) for node in self.nodes)
+
+    @property
+    def operations(self) -> int:
+        """Operations that solve for the multipliers."""
+        return sum(_operations_of_node(self.nodes, node) for node in self.nodes)
+
+    @cached_property
+    def _places(self) -> dict[tuple[int, int], int]:
+        return {
+            (row, node.first + k): node.start + k * len(node.rows) + i
+            for node in self.nodes
+            for k in range(node.columns)
+            for i, row in enumerate(node.rows[k:], k)
+        }
+
+    def place(self, row: int, column: int) -> int:
+        """Where an entry of the lower triangle stands, by positions in the order."""
+        return self._places[row, column]
+
+
+Factors = Band | Supernodes
+
+
+def factors(held: Sequence[Iterable[int]]) -> Factors:
+    """The cheaper of the two ways, for closures by the coordinates of each."""
+    held = [tuple(of) for of in held]
+    order = elimination_order(held)
+    band = Band(order, bandwidth([held[k] for k in order]))
+    if band.width <= NARROW:
+        return band
+    nodes = supernodes(couplings(held))
+    return nodes if SPEED_OF_BAND * nodes.operations < band.operations else band
+
+
+def supernodes(touching: Sequence[Iterable[int]]) -> Supernodes:
+    """Supernodes in an order of least degree, for the neighbours of each closure."""
+    order, filled = _least_degree(touching)
+    order, filled = _children_first(order, filled)
+    spans = _merged(filled)
+    nodes: list[Supernode] = []
+    start = 0
+    for first, last, below in spans:
+        rows = (*range(first, last), *below)
+        nodes.append(Supernode(first, last - first, rows, start, ()))
+        start += (last - first) * len(rows)
+    return Supernodes(tuple(order), tuple(_updated(nodes)))
+
+
+def _least_degree(touching: Sequence[Iterable[int]]) -> tuple[list[int], list[list[int]]]:
+    """Eliminate that of least degree first; the order, and which others each touched then,
+    by positions in the order."""
+    left = [set(of) for of in touching]
+    heap = [(len(of), k) for k, of in enumerate(left)]
+    heapify(heap)
+    order: list[int] = []
+    filled: list[set[int]] = []
+    done: set[int] = set()
+    while heap:
+        degree, k = heappop(heap)
+        if k in done or degree != len(left[k]):
+            continue
+        done.add(k)
+        order.append(k)
+        filled.append(left[k])
+        for j in left[k]:
+            left[j] |= left[k]
+            left[j] -= {j, k}
+            heappush(heap, (len(left[j]), j))
+    place = {k: position for position, k in enumerate(order)}
+    return order, [sorted(place[j] for j in of) for of in filled]
+
+
+def _children_first(order: list[int], filled: list[list[int]]) -> tuple[list[int], list[list[int]]]:
+    """The same elimination in an order in which columns of one pattern are neighbours: that
+    of the tree in which the parent of a column is the first that it touches."""
+    children: list[list[int]] = [[] for _ in order]
+    roots: list[int] = []
+    for k, rows in enumerate(filled):
+        (children[rows[0]] if rows else roots).append(k)
+    found: list[int] = []
+    stack = roots[::-1]
+    while stack:
+        k = stack.pop()
+        found.append(k)
+        stack.extend(children[k])
+    found.reverse()
+    place = {k: position for position, k in enumerate(found)}
+    return [order[k] for k in found], [sorted(place[j] for j in filled[k]) for k in found]
+
+
+def _merged(filled: Sequence[Sequence[int]]) -> list[tuple[int, int, Sequence[int]]]:
+    """First column, the one after the last, and the rows below of each supernode."""
+    spans: list[tuple[int, int, Sequence[int]]] = []
+    zeros = 0
+    for k, rows in enumerate(filled):
+        if spans:
+            first, last, below = spans[-1]
+            columns = last - first
+            if below and below[0] == k:
+                more = zeros + columns * (len(rows) + 1 - len(below))
+                size = (columns + 1) * (columns + 1 + len(rows))
+                if more <= ZEROS * size or columns < FEWEST_COLUMNS:
+                    spans[-1] = first, k + 1, rows
+                    zeros = more
+                    continue
+        spans.append((k, k + 1, rows))
+        zeros = 0
+    return spans
+
+
+def _updated(nodes: Sequence[Supernode]) -> list[Supernode]:
+    """The supernodes, each with what earlier ones do to it."""
+    owner = {
+        column: number
+        for number, node in enumerate(nodes)
+        for column in range(node.first, node.first + node.columns)
+    }
+    updates: list[list[Update]] = [[] for _ in nodes]
+    for source, node in enumerate(nodes):
+        first = node.columns
+        while first < len(node.rows):
+            target = owner[node.rows[first]]
+            of = nodes[target]
+            last = first
+            while last < len(node.rows) and owner[node.rows[last]] == target:
+                last += 1
+            at = {row: i for i, row in enumerate(of.rows)}
+            rows = tuple(at[row] for row in node.rows[first:])
+            updates[target].append(Update(source, first, last, rows))
+            first = last
+    return [
+        Supernode(node.first, node.columns, node.rows, node.start, tuple(of))
+        for node, of in zip(nodes, updates, strict=True)
+    ]
+
+
+def _operations_of_node(nodes: Sequence[Supernode], node: Supernode) -> int:
+    """Operations that a supernode takes: updates, elimination, and substitution."""
+    total, height = 0, len(node.rows)
+    for update in node.updates:
+        source = nodes[update.source]
+        for k in range(update.first, update.last):
+            total += (len(source.rows) - k) * (2 * source.columns + 1) + source.columns
+    for k in range(node.columns):
+        # Reciprocal of the pivot; columns right of it; ratios; forward and backward.
+        later = sum(2 * (height - j) + 1 for j in range(k + 1, node.columns))
+        total += 2 + later + 5 * (height - k - 1) + 1
+    return total

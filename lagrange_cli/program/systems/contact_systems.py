@@ -1,0 +1,199 @@
+"""One-sided constraints as systems to solve and expressions to evaluate.
+
+Each contact k has a flag s among the parameters: 1 where it is closed and may
+push, 0 where it is open. One system serves all cases: its row is
+s·gradient·a + s·bias + (1 − s)·λ = 0, beside M a = f + Σ s·λ·gradient, so that
+λ = 0 where it is open. The flags of all contacts stand behind the parameters of
+the scene; behind them stand the changes of rates that an impulse is to bring
+about. ``gaps``, their rates and accelerations tell which flags are to change
+(:mod:`lagrange_cli.emit.c.impact`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import sympy
+
+from lagrange_cli.mechanics.equations import Parameter
+from lagrange_cli.mechanics.sparse import SparseRow, entries
+from lagrange_cli.program.solvers.blocks import System
+from lagrange_cli.program.systems.constraint_systems import (
+    gradient_square,
+    rate_of,
+    rate_size,
+    residual_size,
+)
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Closure, Equations
+
+__all__ = [
+    "CONTACT_OUTPUTS",
+    "CONTACT_SYSTEMS",
+    "Among",
+    "among_closures",
+    "flagged",
+]
+
+
+def flagged(equations: Equations) -> Equations:
+    """The equations with U flags and then U targets as further parameters, for U contacts.
+
+    A flag is 1.0 in contact and 0.0 else; targets are what an impulse changes the
+    rates of flagged contacts by.
+    """
+    contacts = equations.contacts
+    names = [f"{kind}({c.name})" for kind in ("flag", "target") for c in contacts]
+    further = (Parameter(name, sympy.Symbol(name, real=True)) for name in names)
+    return replace(equations, parameters=(*equations.parameters, *further))
+
+
+def _flags(e: Equations) -> list[Expr]:
+    count = len(e.contacts)
+    return [p.symbol for p in e.parameters[-2 * count : -count]]
+
+
+def _weighted(e: Equations) -> list[tuple[Closure, Expr]]:
+    """Closures with weight 1, then contacts with their flags."""
+    contacts = zip((contact.closure for contact in e.contacts), _flags(e), strict=True)
+    return [*((closure, sympy.S.One) for closure in e.closures), *contacts]
+
+
+def _positions(e: Equations) -> list[tuple[Closure, Expr]]:
+    return [(closure, weight) for closure, weight in _weighted(e) if closure.kind == "position"]
+
+
+def _system(
+    of: Sequence[tuple[Closure, Expr]],
+    right: Sequence[Expr],
+    bias: Iterable[Expr],
+    *,
+    whole: bool = False,
+    multipliers: bool = False,
+) -> System:
+    """The system of weighted closures: rows with weight 0 leave their multipliers zero."""
+    rows = [_times(weight, closure.gradient) for closure, weight in of]
+    biases = [weight * b for (_, weight), b in zip(of, bias, strict=True)]
+    return System(
+        right,
+        list(zip(rows, biases, strict=True)),
+        whole=whole,
+        multipliers=multipliers,
+        compliance=[1 - weight for _, weight in of],
+    )
+
+
+def _times(weight: Expr, row: Sequence[Expr]) -> Sequence[Expr]:
+    if weight == 1:
+        return row
+    return SparseRow(len(row), {j: weight * entry for j, entry in entries(row).items()})
+
+
+def _rest(e: Equations) -> list[Expr]:
+    return [sympy.S.Zero] * len(e.coordinates)
+
+
+def _acceleration(e: Equations) -> System:
+    return _system(_weighted(e), e.forcing, (c.bias for c, _ in _weighted(e)), whole=True)
+
+
+def _multipliers(e: Equations) -> System:
+    return _system(_weighted(e), e.forcing, (c.bias for c, _ in _weighted(e)), multipliers=True)
+
+
+def _position_change(e: Equations) -> System:
+    return _system(_positions(e), _rest(e), (c.expression for c, _ in _positions(e)))
+
+
+def _velocity_change(e: Equations) -> System:
+    return _system(_weighted(e), _rest(e), (rate_of(c, e) for c, _ in _weighted(e)))
+
+
+def _impulse(e: Equations) -> System:
+    changes = [*(sympy.S.Zero for _ in e.closures), *_targets(e)]
+    return _system(_weighted(e), _rest(e), changes)
+
+
+def _targets(e: Equations) -> list[Expr]:
+    """What is zero of an impulse beside gradient·x: of contacts that are open, too."""
+    return [-p.symbol for p in e.parameters[-len(e.contacts) :]]
+
+
+@dataclass(frozen=True)
+class Among:
+    """Outputs of equations in which contacts stand among the closures, weighted by their flags.
+
+    ``compliance``: what is on the diagonal of each closure (see :class:`.solvers.blocks.System`);
+    ``flags``: how many of the last parameters are flags and targets.
+    """
+
+    equations: Equations
+    outputs: tuple[str, ...]
+    compliance: tuple[Expr, ...] = ()
+    flags: int = 0
+
+
+def among_closures(e: Equations, outputs: Sequence[str]) -> Among:
+    """Outputs as those of closures, with the equations that they are then of."""
+    contacts = [contact.closure for contact in e.contacts]
+    if outputs[0] == "gaps":
+        names = (name.replace("gap", "closure", 1) for name in outputs)
+        return Among(replace(e, closures=tuple(contacts)), tuple(names))
+    if outputs[0] == "impulse":
+        changes = [*(sympy.S.Zero for _ in e.closures), *_targets(e)]
+    elif outputs[0].startswith("contact_"):
+        changes = [closure.bias for closure, _ in _weighted(e)]
+    else:
+        return Among(e, tuple(outputs))
+    weighted = [
+        replace(
+            closure,
+            # Term by term, since magnitudes of terms are added up.
+            expression=sympy.Add(*(weight * x for x in sympy.Add.make_args(closure.expression))),
+            gradient=_times(weight, closure.gradient),
+            rate=weight * closure.rate,
+            bias=weight * change,
+        )
+        for (closure, weight), change in zip(_weighted(e), changes, strict=True)
+    ]
+    names = (name.removeprefix("contact_") for name in outputs)
+    compliance = tuple(1 - weight for _, weight in _weighted(e))
+    flags = 2 * len(contacts)
+    return Among(replace(e, closures=tuple(weighted)), tuple(names), compliance, flags)
+
+
+#: What is found by solving a system with the mass matrix, of flagged equations.
+CONTACT_SYSTEMS: dict[str, Callable[[Equations], System]] = {
+    "contact_acceleration": _acceleration,
+    "contact_multipliers": _multipliers,
+    "contact_position_change": _position_change,
+    "contact_velocity_change": _velocity_change,
+    "impulse": _impulse,
+}
+
+
+def _gradients(e: Equations) -> Iterable[Expr]:
+    return (entry for contact in e.contacts for entry in contact.closure.gradient)
+
+
+#: What can be asked for of flagged equations: each a function to its expressions.
+CONTACT_OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
+    "contact_closures": lambda e: [s * c.expression for c, s in _positions(e)],
+    "contact_closure_sizes": lambda e: [s * residual_size(c, e) for c, s in _positions(e)],
+    "contact_closure_gradient_squares": lambda e: [
+        gradient_square(_times(s, c.gradient), e) for c, s in _positions(e)
+    ],
+    "contact_closure_rates": lambda e: [s * rate_of(c, e) for c, s in _weighted(e)],
+    "contact_closure_rate_sizes": lambda e: [s * rate_size(c, e) for c, s in _weighted(e)],
+    "gaps": lambda e: [contact.closure.expression for contact in e.contacts],
+    "gap_sizes": lambda e: [residual_size(contact.closure, e) for contact in e.contacts],
+    "gap_gradients": _gradients,
+    "gap_rates": lambda e: [contact.closure.rate for contact in e.contacts],
+    "gap_biases": lambda e: [contact.closure.bias for contact in e.contacts],
+    "restitutions": lambda e: [contact.restitution for contact in e.contacts],
+}

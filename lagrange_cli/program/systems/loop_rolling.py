@@ -1,0 +1,238 @@
+"""Straight-line statements → nested loops.
+
+Values live in numbered cells of a few arrays. Consecutive statements of one
+form whose cells advance by constant steps become a loop; consecutive loops
+whose bounds and cells advance by constant steps become a loop of loops, and so
+on (a special case of Ketterlin and Clauss, "Prediction and trace compression
+of data access addresses through nested loop recognition", CGO 2008). The
+statements are executed in their order, so that no value changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from lagrange_cli.program.graph.operands import Call, Operand, Variable, rebuilt, variables
+
+__all__ = ["Affine", "Cell", "Loop", "Place", "Repeated", "Statement", "roll"]
+
+#: Fewer repetitions than this stay written out.
+FEWEST = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A place in an array."""
+
+    array: str
+    index: int
+
+
+@dataclass(frozen=True, slots=True)
+class Statement:
+    """``target = operand``."""
+
+    target: Cell
+    operand: Operand
+
+
+@dataclass(frozen=True, slots=True)
+class Affine:
+    """base + Σ step · counter, over the counters of the enclosing loops, outermost first."""
+
+    base: int
+    steps: tuple[int, ...]
+
+    def at(self, counters: Sequence[int]) -> int:
+        # The bound of a loop depends on the counters outside of it alone.
+        return self.base + sum(s * c for s, c in zip(self.steps, counters, strict=False))
+
+
+Place: TypeAlias = tuple[str, Affine]
+"""An array and an index into it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Repeated:
+    """A statement within loops.
+
+    ``places``: those of the target and of each variable of ``operand`` from left
+    to right (None: a scalar).
+    """
+
+    places: tuple[Place | None, ...]
+    operand: Operand
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """Nested loops around statements.
+
+    ``counts``: repetitions of each loop, outermost first.
+    """
+
+    counts: tuple[Affine, ...]
+    body: tuple[Repeated, ...]
+
+    def cells(self) -> Iterator[Cell]:
+        """All cells that are read or written."""
+        for counters in self._counters(()):
+            for statement in self.body:
+                for place in statement.places:
+                    if place is not None:
+                        yield Cell(place[0], place[1].at(counters))
+
+    def _counters(self, outer: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
+        if len(outer) == len(self.counts):
+            yield outer
+        else:
+            for i in range(self.counts[len(outer)].at(outer)):
+                yield from self._counters((*outer, i))
+
+
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """Statements found to be loops: the first one, and how numbers advance.
+
+    ``numbers``: counts of the loops, outermost first, then indices of the cells;
+    ``steps``: for each loop, innermost first, what a repetition adds to the
+    numbers that lie within it.
+    """
+
+    form: int
+    steps: tuple[tuple[int, ...], ...]
+    numbers: tuple[int, ...]
+    first: Statement
+
+
+def roll(
+    statements: Sequence[Statement],
+    locate: Callable[[str], Cell | None],
+    independent: bool = False,
+) -> list[Statement | Loop]:
+    """The statements, with loops where a form repeats.
+
+    Parameters
+    ----------
+    locate
+        The cell of a variable by its name; None if it is in no array.
+    independent
+        Whether the statements may be executed in any order.
+    """
+    forms: dict[tuple[str, Operand], int] = {}
+    runs = [_single(statement, locate, forms) for statement in statements]
+    runs = _settled(runs, independent)
+    if independent:
+        # What is left of a matrix by rows may be columns.
+        loops = [run for run in runs if run.steps]
+        rest = [run for run in runs if not run.steps]
+        runs = _settled(loops + sorted(rest, key=lambda run: run.numbers[::-1]), independent)
+    return _paired([_finished(run, locate) for run in runs])
+
+
+def _single(
+    statement: Statement,
+    locate: Callable[[str], Cell | None],
+    forms: dict[tuple[str, Operand], int],
+) -> _Run:
+    numbers = [statement.target.index]
+
+    def array_of(variable: Variable) -> Variable:
+        cell = locate(variable.name)
+        if cell is None:
+            return variable
+        numbers.append(cell.index)
+        return Variable(f"{cell.array}[]")
+
+    form = (statement.target.array, rebuilt(statement.operand, array_of))
+    return _Run(forms.setdefault(form, len(forms)), (), tuple(numbers), statement)
+
+
+def _settled(runs: list[_Run], independent: bool) -> list[_Run]:
+    """Folded as often as anything changes."""
+    while True:
+        folded = _folded(_gathered(runs) if independent else runs)
+        if len(folded) == len(runs):
+            return folded
+        runs = folded
+
+
+def _gathered(runs: Sequence[_Run]) -> list[_Run]:
+    """Runs that could be one together, in the order of their first."""
+    groups: dict[object, list[_Run]] = {}
+    for run in runs:
+        groups.setdefault((run.form, run.steps), []).append(run)
+    return [run for group in groups.values() for run in group]
+
+
+def _folded(runs: Sequence[_Run]) -> list[_Run]:
+    """Every longest series of runs that advance alike as one run."""
+    result = []
+    start = 0
+    while start < len(runs):
+        end = _end_of_series(runs, start)
+        run = runs[start]
+        if end - start >= FEWEST:
+            step = _step(run, runs[start + 1])
+            run = _Run(run.form, (*run.steps, step), (end - start, *run.numbers), run.first)
+            start = end
+        else:
+            start += 1
+        result.append(run)
+    return result
+
+
+def _end_of_series(runs: Sequence[_Run], start: int) -> int:
+    first, end = runs[start], start + 1
+    step: tuple[int, ...] | None = None
+    while end < len(runs) and (runs[end].form, runs[end].steps) == (first.form, first.steps):
+        found = _step(runs[end - 1], runs[end])
+        if step is not None and found != step:
+            break
+        step = found
+        end += 1
+    return end
+
+
+def _step(run: _Run, following: _Run) -> tuple[int, ...]:
+    return tuple(b - a for a, b in zip(run.numbers, following.numbers, strict=True))
+
+
+def _finished(run: _Run, locate: Callable[[str], Cell | None]) -> Statement | Loop:
+    depth = len(run.steps)
+    if not depth:
+        return run.first
+    # Numbers within the k-th loop from outside are those from k + 1 on.
+    affine = [
+        Affine(base, tuple(run.steps[depth - 1 - k][n - k - 1] for k in range(min(n, depth))))
+        for n, base in enumerate(run.numbers)
+    ]
+    indices = iter(affine[depth:])
+    cells = [run.first.target, *(locate(v.name) for v in variables(run.first.operand))]
+    places = tuple(None if cell is None else (cell.array, next(indices)) for cell in cells)
+    return Loop(tuple(affine[:depth]), (Repeated(places, run.first.operand),))
+
+
+def _paired(items: Sequence[Statement | Loop]) -> list[Statement | Loop]:
+    """One loop for the sines and the cosines of the same angles, if it follows at once."""
+    result: list[Statement | Loop] = []
+    for item in items:
+        last = result[-1] if result else None
+        if isinstance(last, Loop) and isinstance(item, Loop) and _same_calls(last, item):
+            result[-1] = Loop(last.counts, last.body + item.body)
+        else:
+            result.append(item)
+    return result
+
+
+def _same_calls(first: Loop, second: Loop) -> bool:
+    """Whether two loops call functions of the same values."""
+    a, b = first.body[0], second.body[0]
+    return (
+        isinstance(a.operand, Call)
+        and isinstance(b.operand, Call)
+        and (first.counts, a.places[1:], a.operand.arguments)
+        == (second.counts, b.places[1:], b.operand.arguments)
+    )

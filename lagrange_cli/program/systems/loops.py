@@ -1,0 +1,420 @@
+"""Programs of large systems: loops, each over all the values of one form.
+
+A kernel is a small program over local names with the places that its names stand for in
+each of its members. What solves for the multipliers stands between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from itertools import accumulate, pairwise
+from typing import TYPE_CHECKING, TypeAlias
+
+from lagrange_cli.program.graph.angle_sums import expand_angle_sums
+from lagrange_cli.program.graph.operands import Operand, Variable, variables
+from lagrange_cli.program.graph.schedule import LONGEST_SUM, order_of, schedule
+from lagrange_cli.program.graph.statement_groups import rename
+from lagrange_cli.program.graph.value_graph import ONE, Input, Scaled, Values
+from lagrange_cli.program.systems.shapes import Forms, Place, joint, shared
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable
+
+    from sympy import Expr
+
+    from lagrange_cli.program.graph.statement_groups import Assignment
+    from lagrange_cli.program.solvers.sparse_factorization import Factors
+
+__all__ = [
+    "Column",
+    "Elimination",
+    "Formula",
+    "Found",
+    "Kernel",
+    "Kernels",
+    "Part",
+    "Term",
+    "Total",
+    "Zeros",
+]
+
+#: Members of one form whose indices do not advance by constant steps are divided into as many
+#: loops in which they do, looking at every one, every second, every third; else tables are made.
+MOST_EVEN, PERIODS = 6, (1, 2, 3)
+
+#: The rank of what the workspace holds (see
+#: :class:`lagrange_cli.program.graph.value_graph.Values`).
+_RANKS = {"p": 1, "s": 1, "t": 2, "u": 2, "q": 3, "v": 4, "w": 5}
+
+
+@dataclass(frozen=True)
+class Column:
+    """Where one name of a kernel stands in an array, for each member."""
+
+    array: str
+    indices: tuple[int, ...]
+
+    @property
+    def step(self) -> int | None:
+        """What each member adds to the index of the one before, None where that varies."""
+        indices = self.indices
+        step = indices[1] - indices[0] if len(indices) > 1 else 0
+        even = all(b - a == step for a, b in pairwise(indices))
+        return step if even else None
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether all members read the same number."""
+        return self.step == 0
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """Statements over names ``l0, l1, …`` of ``inputs`` and assigned ones ``w0, w1, …``, for
+    each of the members."""
+
+    members: int
+    inputs: tuple[Column, ...]
+    assignments: tuple[Assignment, ...]
+    results: tuple[tuple[Column, Operand], ...]
+
+    @property
+    def read(self) -> frozenset[str]:
+        """The names that statements read."""
+        statements = (*self.assignments, *self.results)
+        return frozenset(v.name for _, operand in statements for v in variables(operand))
+
+    @property
+    def fixed(self) -> frozenset[str]:
+        """The names that stand for the same number in all members."""
+        names = {f"l{k}" for k, column in enumerate(self.inputs) if column.is_fixed}
+        for name, operand in self.assignments:
+            if all(variable.name in names for variable in variables(operand)):
+                names.add(name)
+        return frozenset(names)
+
+
+@dataclass(frozen=True)
+class Total:
+    """The sum of ``count`` numbers of the workspace from ``start`` on, which are overwritten;
+    it stands in the first of them."""
+
+    start: int
+    count: int
+
+
+@dataclass(frozen=True)
+class Zeros:
+    """``count`` numbers of an array from ``start`` on, to be zero."""
+
+    array: str
+    start: int
+    count: int
+
+
+@dataclass(frozen=True)
+class Elimination:
+    """S x = b with the matrix at ``matrix`` in the workspace as ``factors`` has it; x replaces b
+    at ``vector``, behind which there is room for what ``factors`` asks for."""
+
+    factors: Factors
+    matrix: int
+    vector: int
+
+
+Part: TypeAlias = Kernel | Total | Zeros | Elimination
+
+
+@dataclass(frozen=True)
+class Found:
+    """A value: a number times what stands at a place (None: the number alone)."""
+
+    coefficient: Fraction
+    place: Place | None
+
+
+@dataclass(frozen=True)
+class Formula:
+    """Values made of expressions.
+
+    ``kind`` and the forms of ``expressions`` determine what ``make`` puts into a program;
+    the results go to ``targets``, or to places that are found for them.
+    """
+
+    kind: Hashable
+    expressions: tuple[Expr, ...]
+    make: Callable[[Values], list[Scaled]]
+    targets: tuple[Place, ...] = ()
+
+    def to(self, *targets: Place) -> Formula:
+        """The same with targets."""
+        return replace(self, targets=targets)
+
+
+@dataclass(frozen=True)
+class Term:
+    """Σ coefficient · Π value, with the target of the sum."""
+
+    terms: tuple[tuple[Fraction, tuple[Place, ...]], ...]
+    target: Place
+
+
+@dataclass(frozen=True)
+class _Member:
+    """One of those that have a form: the places of its inputs, the expressions that these
+    stand for, if any, and how a program is made of the first of them."""
+
+    key: Hashable
+    places: tuple[Place, ...]
+    atoms: tuple[Expr, ...]
+    make: Callable[[Values, list[Scaled]], list[Scaled]]
+    targets: tuple[Place, ...]
+
+
+@dataclass
+class Kernels:
+    """Parts of a program in their order, as they come, and the workspace they take."""
+
+    forms: Forms
+    parts: list[Part] = field(default_factory=list)
+    size: int = 0
+
+    def allocate(self, count: int) -> int:
+        """The start of so many numbers of workspace."""
+        start, self.size = self.size, self.size + count
+        return start
+
+    def evaluate(self, formulas: Sequence[Formula]) -> list[list[Found]]:
+        """The results of each formula, those without targets to be read there."""
+        groups = [formula.expressions for formula in formulas]
+        for level in self._levels(shared(groups, self.forms, LONGEST_SUM)):
+            self._share(level)
+        return self._run([self._member(formula) for formula in formulas])
+
+    def combine(self, sums: Sequence[Term]) -> None:
+        """Sums of products of values at places."""
+        self._run([_sum_member(one) for one in sums])
+
+    # -- what several formulas hold ----------------------------------------------
+
+    def _levels(self, expressions: Sequence[Expr]) -> list[list[Expr]]:
+        """Those that need no others, then those that need these alone, and so on."""
+        depth: dict[Expr, int] = {}
+        chosen = set(expressions)
+        levels: list[list[Expr]] = []
+        for expression in expressions:
+            inner = max((_depth(a, depth, chosen) for a in expression.args), default=0)
+            depth[expression] = inner + 1
+            levels += [[] for _ in range(inner + 1 - len(levels))]
+            levels[inner].append(expression)
+        return levels
+
+    def _share(self, expressions: Sequence[Expr]) -> None:
+        """Compute expressions, which are leaves from now on."""
+        long = [e for e in expressions if e.is_Add and len(e.args) > LONGEST_SUM]
+        for expression in long:
+            self._add_up(expression)
+        short = [e for e in expressions if not (e.is_Add and len(e.args) > LONGEST_SUM)]
+        formulas = [Formula("value", (e,), _Conversion(e)) for e in short]
+        for expression, (found,) in zip(
+            short, self._run([self._member(f) for f in formulas], whole=True), strict=True
+        ):
+            assert found.place is not None
+            self.forms.place(expression, found.place)
+
+    def _add_up(self, expression: Expr) -> None:
+        """A long sum: its terms side by side, then their total."""
+        start = self.allocate(len(expression.args))
+        # Not by their names, as SymPy has them: x[10] stands before x[2] there.
+        terms = sorted(expression.args, key=self.forms.shape)
+        self._run(
+            [
+                self._member(Formula("term", (e,), _Conversion(e), (Place("w", start + k),)))
+                for k, e in enumerate(terms)
+            ]
+        )
+        self.parts.append(Total(start, len(expression.args)))
+        self.forms.place(expression, Place("w", start))
+
+    # -- members of one form -------------------------------------------------------
+
+    def _member(self, formula: Formula) -> _Member:
+        key, leaves = joint(map(self.forms.shape, formula.expressions))
+        atoms, places = [], []
+        for leaf in leaves:
+            atom, place = self.forms.leaves[leaf]
+            atoms.append(atom)
+            places.append(place)
+        return _Member(
+            (formula.kind, key),
+            tuple(places),
+            tuple(atoms),
+            lambda values, _: formula.make(values),
+            formula.targets,
+        )
+
+    def _run(self, members: Sequence[_Member], whole: bool = False) -> list[list[Found]]:
+        """Kernels for members, grouped by form; ``whole``: results are values, not multiples."""
+        groups: dict[Hashable, list[int]] = {}
+        for number, member in enumerate(members):
+            key = (member.key, tuple(place.array for place in member.places))
+            groups.setdefault(key, []).append(number)
+        found: dict[int, list[Found]] = {}
+        for group in groups.values():
+            for numbers in _even(group, [_indices(members[number]) for number in group]):
+                of = self._kernel([members[number] for number in numbers], whole)
+                found.update(zip(numbers, of, strict=True))
+        return [found[number] for number in range(len(members))]
+
+    def _kernel(self, members: Sequence[_Member], whole: bool) -> list[list[Found]]:
+        first = members[0]
+        values, results = _prototype(first)
+        inputs = [
+            Column(place.array, tuple(member.places[k].number for member in members))
+            for k, place in enumerate(first.places)
+        ]
+        if first.targets:
+            columns = [
+                Column(target.array, tuple(member.targets[k].number for member in members))
+                for k, target in enumerate(first.targets)
+            ]
+            self._append(values, results, inputs, columns)
+            return [[] for _ in members]
+        if whole:
+            results = [(Fraction(1), values.node(result)) for result in results]
+        return self._stored(values, results, inputs, len(members))
+
+    def _stored(
+        self, values: Values, results: list[Scaled], inputs: list[Column], members: int
+    ) -> list[list[Found]]:
+        """A kernel whose results get places: each node once, numbers none."""
+        once = all(column.is_fixed for column in inputs)
+        rows = 1 if once else members
+        nodes = list(dict.fromkeys(node for _, node in results if node != ONE))
+        starts = {node: self.allocate(rows) for node in nodes}
+        columns = [Column("w", tuple(range(starts[n], starts[n] + rows))) for n in nodes]
+        if once:
+            inputs = [Column(column.array, column.indices[:1]) for column in inputs]
+        self._append(values, [(Fraction(1), node) for node in nodes], inputs, columns)
+        return [
+            [
+                Found(c, None if n == ONE else Place("w", starts[n] + (0 if once else k)))
+                for c, n in results
+            ]
+            for k in range(members)
+        ]
+
+    def _append(
+        self, values: Values, results: list[Scaled], inputs: list[Column], columns: list[Column]
+    ) -> None:
+        """The kernel that computes results and stores them."""
+        if not results:
+            return
+        expand_angle_sums(values, order_of(values, [node for _, node in results]))
+        assignments, ((_, operands),) = schedule(values, [("results", results)])
+        targets = tuple(zip(columns, operands, strict=True))
+        kernel = Kernel(len(columns[0].indices), tuple(inputs), assignments, targets)
+        self.parts.append(_pruned(kernel))
+
+
+@dataclass(frozen=True)
+class _Conversion:
+    """Puts one expression into a program."""
+
+    expression: Expr
+
+    def __call__(self, values: Values) -> list[Scaled]:
+        return [values.convert(self.expression)]
+
+
+def _depth(expression: Expr, depth: dict[Expr, int], chosen: set[Expr]) -> int:
+    """How many chosen expressions stand within one another in an expression."""
+    deepest, stack, seen = 0, [expression], set()
+    while stack:
+        part = stack.pop()
+        if part in seen:
+            continue
+        seen.add(part)
+        if part in chosen:
+            deepest = max(deepest, depth[part])
+        else:
+            stack.extend(part.args)
+    return deepest
+
+
+def _pruned(kernel: Kernel) -> Kernel:
+    """A kernel without the inputs that nothing reads."""
+    read = kernel.read
+    kept = [k for k in range(len(kernel.inputs)) if f"l{k}" in read]
+    new = {f"l{k}": Variable(f"l{number}") for number, k in enumerate(kept)}
+    return Kernel(
+        kernel.members,
+        tuple(kernel.inputs[k] for k in kept),
+        tuple((name, rename(operand, new)) for name, operand in kernel.assignments),
+        tuple((column, rename(operand, new)) for column, operand in kernel.results),
+    )
+
+
+def _indices(member: _Member) -> tuple[int, ...]:
+    return tuple(place.number for place in (*member.places, *member.targets))
+
+
+def _even(group: list[int], rows: list[tuple[int, ...]]) -> list[list[int]]:
+    """A group in the fewest parts in which all indices advance by constant steps; undivided
+    where these are many."""
+    best = [group]
+    fewest = MOST_EVEN + 1
+    for period in PERIODS:
+        parts = []
+        for first in range(period):
+            lengths = _runs(rows[first::period])
+            ends = list(accumulate(lengths))
+            turn = group[first::period]
+            parts += [turn[end - n : end] for n, end in zip(lengths, ends, strict=True)]
+        if len(parts) < fewest:
+            best, fewest = parts, len(parts)
+    return best
+
+
+def _runs(rows: list[tuple[int, ...]]) -> list[int]:
+    """Lengths of the longest series of rows that advance by constant steps."""
+    lengths: list[int] = []
+    step: tuple[int, ...] | None = None
+    for k, row in enumerate(rows):
+        found = None if k == 0 else tuple(b - a for a, b in zip(rows[k - 1], row, strict=True))
+        if lengths and (lengths[-1] == 1 or found == step):
+            lengths[-1] += 1
+            step = found
+        else:
+            lengths.append(1)
+            step = None
+    return lengths
+
+
+def _prototype(member: _Member) -> tuple[Values, list[Scaled]]:
+    """The program of a member over local names: its graph and its results."""
+    names = [(f"l{k}", _RANKS[place.array]) for k, place in enumerate(member.places)]
+    atoms = zip(member.atoms, names, strict=False)
+    values = Values([(atom, name, rank) for atom, (name, rank) in atoms])
+    inputs = [(Fraction(1), values.intern(Input(name), rank)) for name, rank in names]
+    return values, member.make(values, inputs)
+
+
+def _sum_member(of: Term) -> _Member:
+    """A sum of products as a member of those that are alike but for the places."""
+    numbers: dict[Place, int] = {}
+    pattern = tuple(
+        (coefficient, tuple(numbers.setdefault(place, len(numbers)) for place in places))
+        for coefficient, places in of.terms
+    )
+
+    def make(values: Values, inputs: list[Scaled]) -> list[Scaled]:
+        products = [
+            values.multiply([((c, ONE), 1), *((inputs[k], 1) for k in factors)])
+            for c, factors in pattern
+        ]
+        return [values.add(products)]
+
+    return _Member((pattern, of.target.array), tuple(numbers), (), make, (of.target,))

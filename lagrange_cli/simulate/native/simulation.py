@@ -1,0 +1,111 @@
+"""C for the simulation: the emitted functions over dummy names, in one text to compile and load.
+
+The function bodies are those of :mod:`lagrange_cli.emit.c.module`; coordinates and
+parameters have numbers instead of the scene's names, so that no text of a
+scene reaches the compiler and equal systems have equal texts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from lagrange_cli.emit.c.impact import reset_text
+from lagrange_cli.emit.c.loops import kernel_helpers
+from lagrange_cli.emit.c.module import blocks_of, function_text, functions_used
+from lagrange_cli.emit.c.names import CNames, Real, real_type
+from lagrange_cli.emit.c.projection import project_text, residual_text
+from lagrange_cli.emit.c.solvers import helper_text, solver_text
+from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.emit.template_files import c_template
+from lagrange_cli.program.program import Program, results_of
+from lagrange_cli.simulate.native.simd import LANES_HEADER, lanes_text
+from lagrange_cli.simulate.native.taylor import TAYLOR_HEADER, taylor_text
+
+__all__ = ["DOUBLE", "lanes_source", "library_source", "tables_source", "taylor_source"]
+
+#: The numbers that simulations compute with first.
+DOUBLE = real_type("double")
+
+#: Functions that are evaluated at the samples of many motions.
+TABLES = ("energy", "positions", "velocities", "outputs")
+
+
+def library_source(programs: Mapping[str, Program], real: Real = DOUBLE) -> str:
+    """A text of C with a function ``system_NAME`` for each program, and ``system_table``.
+
+    With those of :func:`lagrange_cli.program.constraint_programs.constraint_programs` there
+    is ``system_project`` too, with those of ``contact_programs`` beside it
+    ``system_contact_project``, ``system_events`` and ``system_reset``;
+    :func:`lagrange_cli.emit.c.projection.workspace` is the size of ``work`` that serves all of
+    them. The programs read parameters from an array at ``p``, of numbers of the type ``real``.
+    """
+    target = _target(programs, real)
+    used = set().union(*(functions_used(program) for program in programs.values()))
+    parts = [
+        "#include <math.h>\n",
+        _parameter_type(programs, real),
+        helper_text(used, target),
+        solver_text(blocks_of(programs), target),
+        kernel_helpers(programs, target),
+        *(function_text(f, p, target) for f, p in programs.items()),
+        residual_text(programs, target),
+        *(project_text(programs, target, of) for of in ("", "contact_")),
+        reset_text(programs, target),
+        _both(programs),
+        target.fill(c_template("table")),
+    ]
+    return "\n".join(filter(None, parts))
+
+
+def _both(programs: Mapping[str, Program]) -> str:
+    """Event functions of contacts, then of surfaces, where there are both."""
+    if not {"gaps", "surfaces"} <= programs.keys():
+        return ""
+    return c_template("events_and_surfaces").replace(
+        "@CONTACTS@", str(results_of(programs["gaps"]) // 2)
+    )
+
+
+def lanes_source(programs: Mapping[str, Program]) -> str:
+    """What follows that text: right-hand sides at eight states at once, where they have that
+    form, as functions ``system_NAME_lanes``."""
+    target = _target(programs, DOUBLE)
+    sides = {f: p for f, p in programs.items() if p.blocks}
+    texts = [lanes_text(f, p, target) for f, p in sides.items()]
+    return "\n".join([f'#include "{LANES_HEADER}"\n', *texts]) if any(texts) else ""
+
+
+def taylor_source(programs: Mapping[str, Program]) -> str:
+    """Recurrences for the Taylor coefficients of right-hand sides, as functions
+    ``system_NAME_taylor``; empty where one of them has none."""
+    target = _target(programs, DOUBLE)
+    sides = [taylor_text(f, programs[f], target) for f in ("rhs", "disturbed")]
+    return "\n".join([f'#include "{TAYLOR_HEADER}"\n', *sides]) if all(sides) else ""
+
+
+def tables_source(programs: Mapping[str, Program]) -> str:
+    """What follows that text: :data:`TABLES` at eight states at once, where they have that form,
+    as functions ``system_NAME_lanes``."""
+    target = _target(programs, DOUBLE)
+    found = [lanes_text(f, programs[f], target) for f in TABLES if f in programs]
+    return "\n".join([_parameter_type(programs, DOUBLE), *found])
+
+
+def _parameter_type(programs: Mapping[str, Program], real: Real) -> str:
+    return f"typedef struct {{ {real.name} p[{max(_parameters(programs), 1)}]; }} system_params;\n"
+
+
+def _target(programs: Mapping[str, Program], real: Real) -> CTarget:
+    names = _dummy_names(programs["rhs"].coordinates, _parameters(programs), programs["rhs"].driven)
+    return CTarget(names, real)
+
+
+def _parameters(programs: Mapping[str, Program]) -> int:
+    return max(program.parameters for program in programs.values())
+
+
+def _dummy_names(coordinates: int, parameters: int, driven: int) -> CNames:
+    inputs = {f"p{i}": f"p->p[{i}]" for i in range(parameters)}
+    inputs |= {f"{kind}{i}": f"{kind}{i}" for kind in "qv" for i in range(coordinates)}
+    inputs |= {f"u{i}": f"u[{i}]" for i in range(driven)}
+    return CNames("system", (), inputs, parameter_array="p->p")

@@ -1,0 +1,70 @@
+"""C of right-hand sides that end where a motion cannot pass a singular place.
+
+A chart of polar kind (the pole of spherical angles) is stepped over unseen where a motion passes
+its singular place closer than steps resolve: the true motion turns there within no time, the
+numbers come out on the other side. A right-hand side that does not exist on the other side makes
+integrators shorten their steps until they resolve the passage, or end before it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from lagrange_cli.emit.c.names import Real
+from lagrange_cli.emit.template_files import c_template, filled
+from lagrange_cli.program.program import Program, results_of
+
+__all__ = ["GUARDED", "PLACES", "guard_source"]
+
+#: The program whose numbers vanish at singular places.
+PLACES = "places"
+
+#: Right-hand sides that have a guarded form.
+GUARDED = ("rhs", "disturbed", "sided_rhs", "sided_disturbed")
+
+
+_TEST = """\
+    if (side[{k}]*place[{k}] < 0 && (side[{k}]*side[{k}] > 1{moves})) {{
+        return 1;
+    }}"""
+
+
+def guard_source(
+    programs: Mapping[str, Program],
+    rates: Sequence[Sequence[int]],
+    real: Real,
+    lanes: str | None = None,
+) -> str:
+    """What follows the text of a library: its right-hand sides as ``system_guarded_NAME``.
+
+    Parameters
+    ----------
+    programs
+        Those of the library; empty text where :data:`PLACES` is not among them.
+    rates
+        For each place the numbers, in the state, of the rates that move nothing there.
+    lanes
+        None: right-hand sides at one state. Else the text that has those at eight states at once,
+        which is what the functions given back are for as well.
+    """
+    if PLACES not in programs:
+        return ""
+    tests = [
+        _TEST.format(k=k, moves="".join(f" || y[{i}] != 0" for i in numbers))
+        for k, numbers in enumerate(rates)
+    ]
+    values = {
+        "@REAL@": real.name,
+        "@PLACES@": str(results_of(programs[PLACES])),
+        "@TESTS@": "\n".join(tests),
+        "@NUMBERS@": str(2 * programs["rhs"].coordinates),
+    }
+    template = c_template("guarded" if lanes is None else "guarded_lanes")
+    return "\n".join(
+        filled(
+            template,
+            {"@FUNCTION@": name, "@OFFSET@": str(programs[name].parameters), **values},
+        )
+        for name in GUARDED
+        if name in programs and (lanes is None or f"system_{name}_lanes(" in lanes)
+    )

@@ -1,0 +1,211 @@
+"""A right-hand side as recurrences of Taylor coefficients of many motions at once: C."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.program.printing import Dialect, expression, functions_in
+from lagrange_cli.program.program import Program
+from lagrange_cli.simulate.native.taylor_recurrences import (
+    FIRST,
+    NOW,
+    NoSeriesError,
+    Recurrences,
+    Series,
+    Step,
+    Term,
+    rows_of,
+)
+
+__all__ = ["TAYLOR_HEADER", "taylor_text"]
+
+#: The header with the functions that are called.
+TAYLOR_HEADER = "taylor.h"
+
+#: Pivots below this multiple of their scale count as singular.
+_SMALLEST_PIVOT = "1e-14"
+
+#: Sums by their names, and how many of them a loop finds, each for two coefficients: with more,
+#: the stack of registers of x87, which wider numbers take, runs over.
+_SUM = re.compile(r"\bs(\d+)\b")
+_AT_ONCE = 2
+
+
+def taylor_text(function: str, program: Program, target: CTarget) -> str:
+    """``PREFIX_FUNCTION_taylor`` and how many rows it needs, empty where there is no such form.
+
+    It is a ``lagrange_series`` of the header; the first rows are those of the state, and
+    behind them that of the time.
+    """
+    n = program.coordinates
+    if program.is_large or not all(block.unrolled for block in program.blocks):
+        return ""
+    operands = (*program.output("pivots"), *program.output("scales"))
+    if any(functions_in(operand) for operand in operands):
+        return ""
+    found = Recurrences(target.real.literal, n, 2 * n + 1)
+    try:
+        for name, operand in program.assignments:
+            series = found.of(operand)
+            found.known[name] = _kept(found, series)
+        accelerations = [found.of(operand) for operand in program.output("acceleration")]
+        tests = _tests(program, found)
+    except NoSeriesError:
+        return ""
+    rows = [i for block in program.blocks for i in block.coordinates]
+    return _function(
+        f"{target.prefix}_{function}_taylor",
+        found,
+        dict(zip(rows, accelerations, strict=True)),
+        tests,
+    )
+
+
+def _kept(found: Recurrences, series: Series) -> Series:
+    """A series that is used more than once: a row of its own, unless it is nearly one."""
+    if len(series.terms) == 1 and not series.constant and len(series.terms[0].rows) == 1:
+        return series
+    return Series("", (Term("", (found.row(series),)),)) if series.terms else series
+
+
+def _tests(program: Program, found: Recurrences) -> list[str]:
+    """What is no number where a pivot is not what it should be."""
+    values = {
+        name: f"({found.text(series, FIRST) or '0.0'})" for name, series in found.known.items()
+    }
+    values |= {f"p{i}": f"p[{i}]" for i in range(program.parameters)}
+    for i in range(program.coordinates):
+        values |= {f"q{i}": f"c[{i}]", f"v{i}": f"c[{program.coordinates + i}]"}
+    dialect = Dialect(found.literal, {}, {**values, "t": f"c[{2 * program.coordinates}]"})
+    definite = [block.definite for block in program.blocks for _ in block.coordinates]
+    pairs = zip(definite, program.output("pivots"), program.output("scales"), strict=True)
+    lines = []
+    for is_definite, pivot, scale in pairs:
+        one, other = (f"zero + {expression(operand, dialect)}" for operand in (pivot, scale))
+        one = one if is_definite else f"lagrange_size({one})"
+        lines.append(f"lagrange_require_above({one}, {_SMALLEST_PIVOT}*lagrange_size({other}))")
+    return lines
+
+
+def _function(
+    name: str, found: Recurrences, outputs: Mapping[int, Series], tests: Sequence[str]
+) -> str:
+    return f"""\
+int {name}_rows(void)
+{{
+    return {found.rows};
+}}
+
+void {name}(int order, const lagrange_lane *p, lagrange_lane *c)
+{{
+{_indented(_body(found, outputs, tests))}
+}}
+"""
+
+
+def _indented(lines: Iterable[str]) -> str:
+    return "\n".join(f"    {line}" for line in lines)
+
+
+def _body(found: Recurrences, outputs: Mapping[int, Series], tests: Sequence[str]) -> Iterator[str]:
+    """The first coefficients, the second ones of the state, and the loop for all others."""
+    n, rows = found.coordinates, found.rows
+    yield "const lagrange_lane zero = {0.0};"
+    yield from (f"const lagrange_lane k{k} = {of};" for k, of in enumerate(found.constants))
+    for step in found.steps:
+        yield from (_declared(line) for line in step.first)
+    yield f"const lagrange_lane bad = {' + '.join(['zero', *tests])};"
+    yield "int k;"
+    for i, series in sorted(outputs.items()):
+        yield f"c[{rows + i}] = c[{n + i}];"
+        yield f"c[{rows + n + i}] = bad + ({found.text(series, FIRST) or '0.0'});"
+    yield from _loop(found, outputs)
+
+
+def _loop(found: Recurrences, outputs: Mapping[int, Series]) -> Iterator[str]:
+    """All further coefficients: number 1, then two in a turn, whose sums share what they read.
+
+    What number k adds to the sums of number k + 1 follows between the two.
+    """
+    statements, rows = _statements(found, outputs), found.rows
+    read = sorted({int(number) for line in statements for number in _SUM.findall(line)})
+    yield "for (k = 1; k < order; ++k) {"
+    if read:
+        yield f"    lagrange_lane {', '.join(f's{number} = zero' for number in read)};"
+        yield f"    lagrange_lane {', '.join(f'f{number} = zero' for number in read)};"
+    yield "    int last = k == 1;"
+    yield from (f"    {line}" for line in _sums(found, read))
+    yield "    for (;;) {"
+    yield f"        lagrange_lane *const now = c + k*{rows}, *const next = now + {rows};"
+    yield "        const double part = 1.0/(double)k, further = 1.0/(double)(k + 1);"
+    yield from (f"        {line}" for line in statements)
+    yield "        (void)part;"
+    yield "        if (last || k + 1 == order) {"
+    yield "            break;"
+    yield "        }"
+    for number in read:
+        one, other = found.sums[number]
+        ends = f"c[{rows + one}]*now[{other}] + now[{one}]*c[{rows + other}]"
+        yield f"        s{number} = f{number} + {ends};"
+    yield "        last = 1;"
+    yield "        ++k;"
+    yield "    }"
+    yield "}"
+
+
+def _statements(found: Recurrences, outputs: Mapping[int, Series]) -> list[str]:
+    """Coefficients number k, and those of the state that follow."""
+    n, live = found.coordinates, _live(found.steps, outputs.values())
+    lines = [line for step in found.steps if set(step.rows) & live for line in step.further]
+    for i, series in sorted(outputs.items()):
+        lines.append(f"next[{i}] = now[{n + i}]*further;")
+        lines.append(f"next[{n + i}] = ({found.text(series, NOW) or 'zero'})*further;")
+    return lines
+
+
+def _sums(found: Recurrences, read: Sequence[int]) -> Iterator[str]:
+    """The sums of number k, and those of number k + 1 as far as they are known: several in a
+    loop, since they do not wait for each other."""
+    if not read:
+        return
+    rows = found.rows
+    yield "if (k > 1) {"
+    yield f"    const lagrange_lane *const d = c + {rows}, *const e = c + (k - 1)*{rows};"
+    yield "    int j;"
+    groups = -(-len(read) // _AT_ONCE)
+    for group in range(groups):
+        some = read[len(read) * group // groups : len(read) * (group + 1) // groups]
+        yield "    {"
+        yield from (f"        {line}" for line in _group(found, some))
+        yield "    }"
+    yield "}"
+
+
+def _group(found: Recurrences, some: Sequence[int]) -> Iterator[str]:
+    """Some of them: ``d`` and ``e`` are coefficients 1 and k - 1; each ``eI`` serves both sums."""
+    products = [(number, *found.sums[number]) for number in some]
+    behind = sorted({other for _, _, other in products})
+    yield f"lagrange_lane {', '.join(f'e{other} = e[{other}]' for other in behind)};"
+    yield from (f"s{number} = d[{one}]*e{other};" for number, one, other in products)
+    yield "for (j = 2; j < k; ++j) {"
+    yield f"    const lagrange_lane *const a = c + j*{found.rows};"
+    yield f"    const lagrange_lane *const b = c + (k - j)*{found.rows};"
+    yield from (f"    f{number} += a[{one}]*e{other};" for number, one, other in products)
+    yield from (f"    e{other} = b[{other}];" for other in behind)
+    yield from (f"    s{number} += a[{one}]*e{other};" for number, one, other in products)
+    yield "}"
+
+
+def _declared(line: str) -> str:
+    return f"const lagrange_lane {line}" if line.startswith("i") else line
+
+
+def _live(steps: list[Step], outputs: Iterable[Series]) -> set[int]:
+    """Rows whose further coefficients the outputs need."""
+    live = {row for series in outputs for row in rows_of(series)}
+    for step in reversed(steps):
+        if set(step.rows) & live:
+            live |= set(step.needs)
+    return live

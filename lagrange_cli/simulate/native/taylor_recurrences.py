@@ -1,0 +1,301 @@
+"""The values of a program as power series in time: recurrences for their coefficients.
+
+Sums and constant factors act on coefficients one by one. For products, quotients and functions
+there are recurrences, for which their operands are kept as rows of coefficients; what stands in
+a sum needs no row of its own. Statements are text of C: ``c[i]`` is the first coefficient of row
+i, ``now[i]`` the one that is being found, number ``k``, and ``part`` is 1/k. A sum of products of
+coefficients j and k - j, without the ends, has a name: all of them can be found first, side by
+side, since they need no coefficient number k.
+
+References
+----------
+Moore, *Interval Analysis*, 1966, chapter 11; Jorba, Zou, *Experiment. Math.* 14 (2005) 99.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from lagrange_cli.program.program import Call, Number, Operand, Product, Sum, Variable
+
+__all__ = ["FIRST", "NOW", "NoSeriesError", "Recurrences", "Series", "Step", "Term", "rows_of"]
+
+#: Functions of constants and of the first coefficient.
+_EACH = {name: f"lagrange_each_{name}" for name in ("sin", "cos", "sqrt", "exp")}
+
+#: What makes a constant one of each motion.
+_OF_LANES = re.compile(r"\b(?:p\[|k\d|zero\b)")
+
+#: Arrays of the first coefficients of all rows, and of those that are being found.
+FIRST, NOW = "c", "now"
+
+
+class NoSeriesError(Exception):
+    """Something has no recurrence here."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """``scale`` (text; "" is 1) times a row, or times the product of two rows."""
+
+    scale: str
+    rows: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Series:
+    """A sum of terms and of a ``constant`` (text; "" is 0)."""
+
+    constant: str
+    terms: tuple[Term, ...] = ()
+
+
+@dataclass(frozen=True)
+class Step:
+    """How the coefficients of rows are found: statements for the first one and for each further
+    one, and the rows that these need."""
+
+    rows: tuple[int, ...]
+    first: tuple[str, ...]
+    further: tuple[str, ...]
+    needs: tuple[int, ...]
+
+
+@dataclass
+class Recurrences:
+    """Rows and constants as they are found to be needed; the first rows are the state.
+
+    ``literal`` prints an exact number as a constant of the language.
+    """
+
+    literal: Callable[[Fraction], str]
+    coordinates: int
+    rows: int
+    constants: list[str] = field(default_factory=list)
+    sums: list[tuple[int, int]] = field(default_factory=list)
+    steps: list[Step] = field(default_factory=list)
+    known: dict[str, Series] = field(default_factory=dict)
+    made: dict[object, int] = field(default_factory=dict)
+
+    # Constants.
+
+    def constant(self, text: str) -> str:
+        """A name for the value of a text that holds no series."""
+        if not _OF_LANES.search(text):
+            return f"({text})"
+        if text not in self.constants:
+            self.constants.append(text)
+        return f"k{self.constants.index(text)}"
+
+    def scaled(self, series: Series, scale: str) -> Series:
+        """A series times a constant."""
+        if not scale:
+            return series
+        constant = self._times(series.constant, scale) if series.constant else ""
+        terms = (Term(self._times(term.scale, scale), term.rows) for term in series.terms)
+        return Series(constant, tuple(terms))
+
+    def _times(self, one: str, other: str) -> str:
+        return self.constant(f"{one}*{other}") if one and other else one or other
+
+    def number(self, value: Fraction) -> str:
+        """A number as a constant, "" for 1."""
+        return "" if value == 1 else f"({self.literal(value)})"
+
+    # Series of operands.
+
+    def of(self, operand: Operand) -> Series:
+        if isinstance(operand, Number):
+            return Series(self.number(operand.value) or "1.0")
+        if isinstance(operand, Variable):
+            return self._of_variable(operand.name)
+        if isinstance(operand, Sum):
+            return self._of_sum(operand)
+        if isinstance(operand, Product):
+            return self._of_product(operand)
+        return self._of_call(operand)
+
+    def _of_variable(self, name: str) -> Series:
+        if name in self.known:
+            return self.known[name]
+        number = int(name[1:] or 0)
+        if name[0] == "p":
+            return Series(f"p[{number}]")
+        if name[0] not in "qvt":
+            raise NoSeriesError(name)
+        places = {"q": number, "v": self.coordinates + number, "t": 2 * self.coordinates}
+        return Series("", (Term("", (places[name[0]],)),))
+
+    def _of_sum(self, operand: Sum) -> Series:
+        constants: list[str] = []
+        terms: dict[tuple[int, ...], str] = {}
+        for coefficient, part in operand.terms:
+            found = self.scaled(self.of(part), self.number(coefficient))
+            constants += [found.constant] if found.constant else []
+            for term in found.terms:
+                scale = term.scale or "1.0"
+                both = f"{terms[term.rows]} + {scale}" if term.rows in terms else scale
+                terms[term.rows] = both
+        total = tuple(
+            Term("" if scale == "1.0" else self._grouped(scale), rows)
+            for rows, scale in terms.items()
+        )
+        return Series(self._grouped(" + ".join(constants)) if constants else "", total)
+
+    def _grouped(self, text: str) -> str:
+        return self.constant(f"({text})") if " + " in text else text
+
+    def _of_product(self, operand: Product) -> Series:
+        scale, rows = self._factors(operand.numerator)
+        below, divisors = self._factors(operand.denominator)
+        if below:
+            scale = self.constant(f"{scale or '1.0'}/{below}")
+        if divisors:
+            return self.scaled(self._quotient(rows, divisors), scale)
+        if not rows:
+            return Series(scale or "1.0")
+        return Series("", (Term(scale, self._two(rows)),))
+
+    def _factors(self, operands: tuple[Operand, ...]) -> tuple[str, list[int]]:
+        """The constant factor of a product ("" is 1), and its rows."""
+        scale, rows = "", list[int]()
+        for operand in operands:
+            series = self.of(operand)
+            if not series.terms:
+                scale = self._times(scale, series.constant)
+                continue
+            if not series.constant and len(series.terms) == 1 and series.terms[0].scale:
+                scale = self._times(scale, series.terms[0].scale)
+                series = Series("", (Term("", series.terms[0].rows),))
+            rows.append(self.row(series))
+        return scale, rows
+
+    def _two(self, rows: list[int]) -> tuple[int, ...]:
+        """The product of rows as one or two of them."""
+        rows = sorted(rows)
+        while len(rows) > 2:
+            rows = [self.row(Series("", (Term("", (rows[0], rows[1])),))), *rows[2:]]
+        return tuple(sorted(rows))
+
+    def _quotient(self, rows: list[int], divisors: list[int]) -> Series:
+        above = Series("", (Term("", self._two(rows)),)) if rows else Series("1.0")
+        below = self.row(Series("", (Term("", self._two(divisors)),)))
+        number = self._new(("quotient", above, below))
+        if number is None:
+            return Series("", (Term("", (self.made["quotient", above, below],)),))
+        above_at_0, above_now = (self.text(above, at) for at in (FIRST, NOW))
+        first = (f"c[{number}] = ({above_at_0})/c[{below}];", f"i{number} = 1.0/c[{below}];")
+        taken = f"({self.inner(below, number)} + now[{below}]*c[{number}])"
+        further = (f"now[{number}] = ({above_now and above_now + ' '}- {taken})*i{number};",)
+        self._add(Step((number,), first, further, (below, *rows_of(above))))
+        return Series("", (Term("", (number,)),))
+
+    def _of_call(self, operand: Call) -> Series:
+        if operand.function not in _EACH:
+            raise NoSeriesError(operand.function)
+        series = self.of(operand.arguments[0])
+        if not series.terms:
+            given = series.constant or "0.0"
+            return Series(self.constant(f"{_EACH[operand.function]}(zero + {given})"))
+        argument = self.row(series)
+        make = {"sin": self._turn, "cos": self._turn, "sqrt": self._root, "exp": self._growth}
+        found = make[operand.function](argument) + (operand.function == "cos")
+        return Series("", (Term("", (found,)),))
+
+    def _turn(self, a: int) -> int:
+        """The row of the sine; that of the cosine is the next."""
+        s = self._new(("turn", a))
+        if s is None:
+            return self.made["turn", a]
+        c, rates = s + 1, s + 2
+        self.rows += 2
+        first = (f"c[{s}] = lagrange_each_sin(c[{a}]);", f"c[{c}] = lagrange_each_cos(c[{a}]);")
+        sine, cosine = self.inner(rates, c), self.inner(rates, s)
+        further = (
+            f"now[{rates}] = now[{a}]*(double)k;",
+            f"now[{s}] = ({sine} + now[{rates}]*c[{c}])*part;",
+            f"now[{c}] = ({cosine} + now[{rates}]*c[{s}])*-part;",
+        )
+        self._add(Step((s, s + 1, s + 2), first, further, (a,)))
+        return s
+
+    def _root(self, a: int) -> int:
+        s = self._new(("root", a))
+        if s is None:
+            return self.made["root", a]
+        first = (f"c[{s}] = lagrange_each_sqrt(c[{a}]);", f"i{s} = 0.5/c[{s}];")
+        further = (f"now[{s}] = (now[{a}] - {self.inner(s, s)})*i{s};",)
+        self._add(Step((s,), first, further, (a,)))
+        return s
+
+    def _growth(self, a: int) -> int:
+        """e' = a' e."""
+        e = self._new(("growth", a))
+        if e is None:
+            return self.made["growth", a]
+        rates, self.rows = e + 1, self.rows + 1
+        first = (f"c[{e}] = lagrange_each_exp(c[{a}]);",)
+        further = (
+            f"now[{rates}] = now[{a}]*(double)k;",
+            f"now[{e}] = ({self.inner(rates, e)} + now[{rates}]*c[{e}])*part;",
+        )
+        self._add(Step((e, e + 1), first, further, (a,)))
+        return e
+
+    # Rows.
+
+    def row(self, series: Series) -> int:
+        """The number of the row that holds a series."""
+        if not series.constant and len(series.terms) == 1:
+            (term,) = series.terms
+            if not term.scale and len(term.rows) == 1:
+                return term.rows[0]
+        number = self._new(series)
+        if number is None:
+            return self.made[series]
+        first, further = (f"{at}[{number}] = {self.text(series, at)};" for at in (FIRST, NOW))
+        self._add(Step((number,), (first,), (further,), rows_of(series)))
+        return number
+
+    def _new(self, key: object) -> int | None:
+        """A further row, None where there is one for the key."""
+        if key in self.made:
+            return None
+        self.made[key] = self.rows
+        self.rows += 1
+        return self.rows - 1
+
+    def _add(self, step: Step) -> None:
+        self.steps.append(step)
+
+    def text(self, series: Series, at: str) -> str:
+        """The first coefficient of a series, or the present one; which stand ``at`` an array."""
+        parts = [series.constant] if series.constant and at == FIRST else []
+        for term in series.terms:
+            value = self._coefficient(term.rows, at)
+            parts.append(f"{term.scale}*{value}" if term.scale else value)
+        return " + ".join(parts)
+
+    def _coefficient(self, rows: tuple[int, ...], at: str) -> str:
+        if len(rows) == 1:
+            return f"{at}[{rows[0]}]"
+        one, other = rows
+        if at == FIRST:
+            return f"c[{one}]*c[{other}]"
+        if one == other:
+            return f"({self.inner(one, one)} + 2.0*c[{one}]*now[{one}])"
+        return f"({self.inner(one, other)} + c[{one}]*now[{other}] + now[{one}]*c[{other}])"
+
+    def inner(self, one: int, other: int) -> str:
+        """The name of a sum of products of coefficients j and k - j, without the ends."""
+        pair = one, other
+        if pair not in self.sums:
+            self.sums.append(pair)
+        return f"s{self.sums.index(pair)}"
+
+
+def rows_of(series: Series) -> tuple[int, ...]:
+    return tuple(row for term in series.terms for row in term.rows)
