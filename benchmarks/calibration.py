@@ -40,13 +40,13 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.scene import read_file
-from lagrange_cli.simulate.charts import simulate_past_charts
-from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import SimulationOptions, resolve
-from lagrange_cli.simulate.right_hand_side import right_hand_side
+from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.simulation import simulate
-from lagrange_cli.simulate.trajectory import Trajectory
+from lagrange_cli.simulate.system.functions import right_hand_side
 
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
 

@@ -39,8 +39,8 @@ import numpy as np
 from double_pendulum import GRAVITY, Array, Release, reference, slopes
 from integration import about
 
-from lagrange_cli.simulate.ensemble import Plan, Task, run_block, run_blocks, tasks_of
-from lagrange_cli.simulate.members import Own, Recipe, differ_in_numbers
+from lagrange_cli.simulate.ensemble.members import Own, Recipe, differ_in_numbers
+from lagrange_cli.simulate.ensemble.run import Plan, Task, run_block, run_blocks, tasks_of
 from lagrange_cli.simulate.request import SimulationOptions
 
 #: Positions without names, so that the columns are those that heyoka returns.

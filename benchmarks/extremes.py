@@ -20,9 +20,9 @@ from typing import Any
 
 from lagrange_cli.cli.reports.stress import sentence, setting, summary
 from lagrange_cli.files import read_bytes
-from lagrange_cli.simulate.members import Recipe
-from lagrange_cli.simulate.stress import Stress, stress
-from lagrange_cli.simulate.stress_runs import StressRun
+from lagrange_cli.simulate.ensemble.members import Recipe
+from lagrange_cli.studies.stress.measure import Stress, stress
+from lagrange_cli.studies.stress.runs import StressRun
 
 ROOT = Path(__file__).resolve().parents[1]
 SYSTEMS = ROOT / "systems"

@@ -41,12 +41,12 @@ from double_pendulum import GRAVITY, SCENE, Array, Release, reference, reference
 from scipy.integrate import solve_ivp
 
 from lagrange_cli import loads
-from lagrange_cli.simulate.compiler import processor
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.problem import InitialValueProblem
-from lagrange_cli.simulate.right_hand_side import right_hand_side
-from lagrange_cli.simulate.run import Run
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.runs.problem import InitialValueProblem
+from lagrange_cli.simulate.runs.run import Run
+from lagrange_cli.simulate.system.functions import right_hand_side
+from lagrange_cli.simulate.toolchain.compiler import processor
 
 ERRORS = (1e-6, 1e-9, 1e-12)
 

@@ -34,7 +34,7 @@ import signal
 # A shell has what it starts in the background ignore the first, nohup the second.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
-import lagrange_cli.simulate.checkpoint as checkpoint
+import lagrange_cli.simulate.checkpoint.checkpoint as checkpoint
 checkpoint.INTERVAL = 0.05
 from lagrange_cli.cli.main import main
 main()

@@ -22,7 +22,7 @@ from calibration_report import machine
 from numpy.typing import NDArray
 
 from lagrange_cli import loads
-from lagrange_cli.simulate.trajectory import Trajectory
+from lagrange_cli.simulate.results.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 

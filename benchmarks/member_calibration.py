@@ -20,9 +20,9 @@ from calibration import ACCURACIES, SYSTEMS, system
 from references import FOLDER, Array
 
 from lagrange_cli.errors import InputError
-from lagrange_cli.simulate.family import Family, family_of
-from lagrange_cli.simulate.integrators.side_by_side import Steps
-from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.ensemble.batched_results import Family, family_of
+from lagrange_cli.simulate.integrators.native.batched_taylor import Steps
+from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import SimulationOptions
 
 SAMPLES, SEED = 101, 7

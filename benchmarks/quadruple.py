@@ -20,12 +20,12 @@ from scipy.optimize import brentq
 from lagrange_cli.cache import open_cache
 from lagrange_cli.emit.c.names import Real
 from lagrange_cli.mechanics.equations import Equations
-from lagrange_cli.simulate.compiler import find_compiler
-from lagrange_cli.simulate.driving import Drive, drive_of
-from lagrange_cli.simulate.library import Source, load
-from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.modelling import programs_of
+from lagrange_cli.simulate.model.build import programs_of
+from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.native.simulation import library_source
+from lagrange_cli.simulate.system.inputs import Drive, drive_of
+from lagrange_cli.simulate.toolchain.compiler import find_compiler
+from lagrange_cli.simulate.toolchain.shared_library import Source, load
 
 Array = NDArray[np.float64]
 

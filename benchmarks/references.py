@@ -21,7 +21,7 @@ import yaml
 from numpy.typing import NDArray
 from quadruple import TOO_MANY, EndedError, Happening, Library, Motion
 
-from lagrange_cli.simulate.model import Model
+from lagrange_cli.simulate.model.model import Model
 
 Array = NDArray[np.float64]
 

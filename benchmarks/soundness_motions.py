@@ -26,10 +26,10 @@ from scipy.integrate import solve_ivp
 from lagrange_cli import loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import RightHandSide, right_hand_side
-from lagrange_cli.simulate.trajectory import Trajectory
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.results.trajectory import Trajectory
+from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_side
 
 #: Potentials of a coordinate c with strength k, place a, width w: what is conserved with them.
 POTENTIALS = (

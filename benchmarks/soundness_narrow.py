@@ -28,8 +28,8 @@ from scipy.integrate import solve_ivp
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
 from lagrange_cli.simulate import Trajectory, simulate
-from lagrange_cli.simulate.model import Model, ModelParameter
-from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.model.model import Model, ModelParameter
 
 ACCURACIES = (1e-3, 1e-6, 1e-9)
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import projection
-from lagrange_cli.simulate.integrators.switched import SwitchedRhs
-from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.right_hand_side import right_hand_side
+from lagrange_cli.simulate.integrators.hybrid.contact_system import SwitchedRhs
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.system.functions import right_hand_side
 
 __all__ = ["variant"]
 

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.scene.model import Formulation, Scene
     from lagrange_cli.simulate import Trajectory
-    from lagrange_cli.simulate.checkpoint import Checkpoint
-    from lagrange_cli.simulate.model import Model
-    from lagrange_cli.simulate.right_hand_side import RightHandSide
-    from lagrange_cli.simulate.stream import Stream
-    from lagrange_cli.simulate.trade import Trade
+    from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
+    from lagrange_cli.simulate.model.model import Model
+    from lagrange_cli.simulate.results.streaming import Stream
+    from lagrange_cli.simulate.system.functions import RightHandSide
+    from lagrange_cli.studies.tradeoff.measure import Trade
 
 __all__ = ["Derivation", "LoadedScene", "load", "loads"]
 
@@ -168,7 +168,7 @@ class Derivation:
         **options: Any,
     ) -> Trajectory:
         """Integrate; see :func:`lagrange_cli.simulate.simulate` for the options."""
-        from lagrange_cli.simulate.charts import other_form, simulate_past_charts
+        from lagrange_cli.simulate.charts.simulation import other_form, simulate_past_charts
         from lagrange_cli.simulate.request import SimulationOptions
         from lagrange_cli.simulate.simulation import RunContext
 
@@ -182,20 +182,21 @@ class Derivation:
         return simulate_past_charts(model, asked, other, context)
 
     def tradeoff(self, **options: Any) -> Trade:
-        """Measure speed against accuracy; see :func:`lagrange_cli.simulate.trade.trade`."""
-        from lagrange_cli.simulate.trade import trade
+        """Measure speed against accuracy; see
+        :func:`lagrange_cli.studies.tradeoff.measure.trade`."""
+        from lagrange_cli.studies.tradeoff.measure import trade
 
         return trade(self.model(), **options)
 
     def model(self) -> Model:
         """What simulations run: the equations as code, without symbols."""
-        from lagrange_cli.simulate.modelling import model_of
+        from lagrange_cli.simulate.model.build import model_of
 
         return model_of(self.equations)
 
     def _with_multipliers(self) -> Model:
         from lagrange_cli.mechanics import derive
-        from lagrange_cli.simulate.modelling import model_of
+        from lagrange_cli.simulate.model.build import model_of
 
         assert self.scene is not None
         forces = self.equations.constraint_forces is not None

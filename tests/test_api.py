@@ -13,7 +13,7 @@ import lagrange_cli
 from lagrange_cli import InputError, load, loads
 from lagrange_cli.cli.main import lagrange
 from lagrange_cli.cli.session import Session
-from lagrange_cli.simulate.charts import other_form
+from lagrange_cli.simulate.charts.simulation import other_form
 
 ROOT = Path(__file__).resolve().parents[1]
 HOLE = ROOT / "systems" / "lecture" / "masses_through_hole.yaml"

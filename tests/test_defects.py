@@ -16,7 +16,7 @@ import pytest
 
 from lagrange_cli import Derivation, load, loads
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.simulate.trajectory import Trajectory
+from lagrange_cli.simulate.results.trajectory import Trajectory
 
 DEFECTS = Path(__file__).parent / "defects"
 

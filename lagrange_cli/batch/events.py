@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.errors import Mark, Problem
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.trajectory import Event
+    from lagrange_cli.simulate.results.trajectory import Event
 
 __all__ = ["Wanted", "missing_events"]
 

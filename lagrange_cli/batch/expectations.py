@@ -179,8 +179,8 @@ def _simulated(
     equations: Equations, *, until: float | None = None, accuracy: float | None = None
 ) -> Trajectory:
     """Integrate; SciPy is imported only for scenes that ask for this."""
-    from lagrange_cli.simulate.charts import simulate_past_charts
-    from lagrange_cli.simulate.modelling import model_of
+    from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+    from lagrange_cli.simulate.model.build import model_of
     from lagrange_cli.simulate.request import SimulationOptions
 
     options = SimulationOptions(until=until, accuracy=accuracy)

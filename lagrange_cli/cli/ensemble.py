@@ -21,10 +21,10 @@ from lagrange_cli.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import Formulation, Scene
-    from lagrange_cli.simulate.ensemble import Plan
-    from lagrange_cli.simulate.ensemble_file import Members
-    from lagrange_cli.simulate.members import Own, Recipe
-    from lagrange_cli.simulate.model import Model
+    from lagrange_cli.simulate.ensemble.input_file import Members
+    from lagrange_cli.simulate.ensemble.members import Own, Recipe
+    from lagrange_cli.simulate.ensemble.run import Plan
+    from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.request import SimulationOptions
 
 __all__ = ["Asked", "many", "options", "simulate_ensemble"]
@@ -136,7 +136,7 @@ class Asked:
 
     @property
     def recipe(self) -> Recipe:
-        from lagrange_cli.simulate.members import Recipe
+        from lagrange_cli.simulate.ensemble.members import Recipe
 
         return Recipe(
             self.source.file,
@@ -154,7 +154,7 @@ def _usage(message: str, hint: str = "") -> InputError:
 
 
 def _members(asked: Asked) -> Members:
-    from lagrange_cli.simulate.ensemble_file import grid, read_members
+    from lagrange_cli.simulate.ensemble.input_file import grid, read_members
 
     if asked.output is not None and not asked.output.lower().endswith(".npz"):
         raise _usage("an ensemble is written as .npz", "-o ensemble.npz")
@@ -172,9 +172,9 @@ def simulate_ensemble(session: Session, asked: Asked) -> int:
     InputError
         The scene, the members or the options are wrong.
     """
-    from lagrange_cli.simulate.ensemble import run_members, tasks_of
-    from lagrange_cli.simulate.ensemble_store import open_store
-    from lagrange_cli.simulate.members import require_known_names
+    from lagrange_cli.simulate.ensemble.members import require_known_names
+    from lagrange_cli.simulate.ensemble.run import run_members, tasks_of
+    from lagrange_cli.simulate.ensemble.store import open_store
 
     started = perf_counter()
     members = _members(asked)
@@ -209,7 +209,7 @@ def _require_common_times(scene: Scene, own: Own, members: Members) -> None:
     from dataclasses import fields
 
     from lagrange_cli.scene.language.expression import names_in
-    from lagrange_cli.simulate.members import varied
+    from lagrange_cli.simulate.ensemble.members import varied
 
     different = varied(scene, own)
     for entry in fields(scene.simulate):
@@ -229,8 +229,8 @@ def _require_common_times(scene: Scene, own: Own, members: Members) -> None:
 
 def _plan(session: Session, asked: Asked, members: Members, scene: Scene) -> tuple[Plan, Any]:
     """The plan, and the times of the samples."""
-    from lagrange_cli.simulate.ensemble import Plan
-    from lagrange_cli.simulate.members import Own
+    from lagrange_cli.simulate.ensemble.members import Own
+    from lagrange_cli.simulate.ensemble.run import Plan
     from lagrange_cli.simulate.request import resolve
 
     _require_common_times(scene, Own.of(members.values(0), scene), members)
@@ -263,7 +263,7 @@ def _first_model(
     InputError
         None of them can; that of the first, located where its values are.
     """
-    from lagrange_cli.simulate.members import Own
+    from lagrange_cli.simulate.ensemble.members import Own
 
     refusals = []
     for member in list(dict.fromkeys((0, len(members) - 1, len(members) // 2)))[:MOST_TRIED]:
@@ -300,7 +300,7 @@ def _alone(session: Session, asked: Asked, own: Own, model: Model) -> bool:
     """Whether members differ in numbers alone; what was found before is remembered."""
 
     def work() -> Answer:
-        from lagrange_cli.simulate.members import differ_in_numbers
+        from lagrange_cli.simulate.ensemble.members import differ_in_numbers
 
         return Answer(differ_in_numbers(asked.recipe, own, model))
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from lagrange_cli.api import Derivation
     from lagrange_cli.cli.session import Session
     from lagrange_cli.scene.model import Formulation
-    from lagrange_cli.simulate.model import Model
+    from lagrange_cli.simulate.model.model import Model
 
 __all__ = ["derivation_of_scene", "model_of_scene"]
 
@@ -71,6 +71,6 @@ def model_of_scene(
     given = [sorted(given.items()) for given in (parameters, initial, times)]
     asked = [*given, forces, formulation]
     value = remembered(session, "simulate", source, asked, work)
-    from lagrange_cli.simulate.model import Model
+    from lagrange_cli.simulate.model.model import Model
 
     return Model.from_json(value)

@@ -143,7 +143,7 @@ def _plottable(ctx: click.Context, option: click.Parameter, value: str | None) -
             Problem("plots need matplotlib", hint="pip install 'lagrange-cli[plot]'", rule="extra")
         )
     if value is not None:
-        from lagrange_cli.simulate.plot import require_program
+        from lagrange_cli.simulate.results.plot import require_program
 
         require_program(Path(value).suffix.lower().lstrip("."))
     return writable(ctx, option, value)

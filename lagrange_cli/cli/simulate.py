@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
     from lagrange_cli.scene.model import Formulation
     from lagrange_cli.simulate import Trajectory
-    from lagrange_cli.simulate.checkpoint import Checkpoint
-    from lagrange_cli.simulate.model import Model
+    from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
+    from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.request import SimulationOptions
 
 __all__ = ["simulate"]
@@ -204,7 +204,7 @@ def simulate(
     model = _model_within(session, wanted.budget, partial(model_in, formulation=formulation))
     derive_seconds = perf_counter() - started
     wanted = replace(wanted, budget=_left_of(wanted.budget, derive_seconds))
-    from lagrange_cli.simulate.charts import other_form
+    from lagrange_cli.simulate.charts.simulation import other_form
 
     other = other_form(model, formulation, partial(model_in, formulation="multiplier"))
     with _alone(None if kept is None else kept.path):
@@ -287,10 +287,10 @@ def _integrated(
     files
         The output with its further columns, and whether there is to be a picture.
     """
-    from lagrange_cli.simulate.charts import simulate_past_charts
+    from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+    from lagrange_cli.simulate.results.streaming import Stream
+    from lagrange_cli.simulate.results.trajectory import require_forces
     from lagrange_cli.simulate.simulation import RunContext
-    from lagrange_cli.simulate.stream import Stream
-    from lagrange_cli.simulate.trajectory import require_forces
 
     if "forces" in files[1]:
         require_forces(model.name, [*model.multipliers, *model.forces])
@@ -325,7 +325,7 @@ def _checkpoint(path: str | None, resumed: str | None) -> Checkpoint | None:
     if resumed == "":
         message = "--resume needs the file of --checkpoint"
         raise InputError(Problem(message, hint="--resume run.checkpoint", rule="resume"))
-    from lagrange_cli.simulate.checkpoint import Checkpoint
+    from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
 
     found = Checkpoint(path or resumed or "", resume=resumed is not None, lasting=True)
     check_writable(found.path)

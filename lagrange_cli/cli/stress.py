@@ -22,7 +22,7 @@ __all__ = ["stress"]
 
 
 def _axes() -> Iterable[str]:
-    from lagrange_cli.simulate.stress_points import STRESS_AXES
+    from lagrange_cli.studies.stress.points import STRESS_AXES
 
     return STRESS_AXES
 
@@ -78,8 +78,8 @@ def stress(
     session = ctx.ensure_object(Session)
     source = read_source(scene)
     guard(scene, source, parameters, {"-o": output})
-    from lagrange_cli.simulate.members import Recipe
-    from lagrange_cli.simulate.stress import stress as run
+    from lagrange_cli.simulate.ensemble.members import Recipe
+    from lagrange_cli.studies.stress.measure import stress as run
 
     times = {} if until is None else {"until": until}
     recipe = Recipe(source.file, source.data, parameters, initial, times, False, formulation)

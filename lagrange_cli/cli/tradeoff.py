@@ -87,7 +87,7 @@ def tradeoff(
         forces=False,
         formulation=formulation,
     )
-    from lagrange_cli.simulate.trade import trade
+    from lagrange_cli.studies.tradeoff.measure import trade
 
     with session.progress("measuring") as move:
         found = trade(
@@ -103,6 +103,6 @@ def tradeoff(
         write_file(output, FORMATS["json"](found))
     print_text(FORMATS["json" if as_json else "text"](found))
     if plot is not None:
-        from lagrange_cli.simulate.trade_plot import draw_trade
+        from lagrange_cli.studies.tradeoff.plot import draw_trade
 
         write_file(plot, draw_trade(found, Path(plot).suffix.lower().lstrip(".")))

@@ -14,8 +14,8 @@ from lagrange_cli.errors import InputError, Mark, Problem, nearest, placed
 from lagrange_cli.scene.model import SimulationDefaults
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
-from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.rows import Grid, Rows
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.samples.rows import Grid, Rows
 
 __all__ = ["AUTO", "Request", "SimulationOptions", "method_of", "require_fit", "resolve"]
 
@@ -105,7 +105,7 @@ class Request:
     Attributes
     ----------
     times
-        Sample times; a :class:`.rows.Grid` where memory does not hold all states.
+        Sample times; a :class:`.samples.rows.Grid` where memory does not hold all states.
     initial
         Initial state, shape (2n,).
     accuracy, rtol, atol, budget
@@ -143,8 +143,8 @@ def resolve(model: Model, options: SimulationOptions, in_memory: int | None = No
 
     A way to control the error that is given as an option (accuracy, or method
     and tolerances) replaces the scene's; both ways at once are refused. Where the states of
-    all samples are more than ``in_memory`` numbers, their times are a :class:`.rows.Grid`; by
-    default they are refused.
+    all samples are more than ``in_memory`` numbers, their times are a :class:`.samples.rows.Grid`;
+    by default they are refused.
 
     Raises
     ------

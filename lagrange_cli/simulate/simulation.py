@@ -12,30 +12,30 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, placed
-from lagrange_cli.simulate.accuracy import Measured, integrate_to_accuracy
-from lagrange_cli.simulate.along import Along, along
-from lagrange_cli.simulate.branching import without_branches
-from lagrange_cli.simulate.checkpoint import Checkpoint, Keeper, identity
-from lagrange_cli.simulate.chosen import integrate_with_method
-from lagrange_cli.simulate.columns import sampled, state_columns
-from lagrange_cli.simulate.disproof import energy_drift, undisproved
-from lagrange_cli.simulate.guard import guards
+from lagrange_cli.simulate.accuracy.controller import Measured, integrate_to_accuracy
+from lagrange_cli.simulate.accuracy.user_method import integrate_with_method
+from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint, Keeper, identity
+from lagrange_cli.simulate.checkpoint.progress import Deadline, Progress, Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS
-from lagrange_cli.simulate.integrators.compiled import COMPILED
-from lagrange_cli.simulate.integrators.taylor import Taylor
-from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.outcome import reason, status
-from lagrange_cli.simulate.problem import InitialValueProblem
+from lagrange_cli.simulate.integrators.external.heyoka_method import Taylor
+from lagrange_cli.simulate.integrators.native.methods import COMPILED
+from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import Request, SimulationOptions, resolve
-from lagrange_cli.simulate.right_hand_side import RightHandSide, right_hand_side
-from lagrange_cli.simulate.rows import Grid, Rows
-from lagrange_cli.simulate.spool import Samples
-from lagrange_cli.simulate.starting import require_a_start
-from lagrange_cli.simulate.stream import Stream, picked, spooled, streamed
-from lagrange_cli.simulate.trajectory import Event, Trajectory
-from lagrange_cli.simulate.uniqueness import require_unique_start, steep
-from lagrange_cli.simulate.unseen import unseen_forces
-from lagrange_cli.simulate.watch import Deadline, Progress, Watch
+from lagrange_cli.simulate.results.columns import sampled, state_columns
+from lagrange_cli.simulate.results.outcome import reason, status
+from lagrange_cli.simulate.results.streaming import Stream, picked, spooled, streamed
+from lagrange_cli.simulate.results.trajectory import Event, Trajectory
+from lagrange_cli.simulate.runs.problem import InitialValueProblem
+from lagrange_cli.simulate.runs.start_checks import require_a_start
+from lagrange_cli.simulate.samples.buffer import Samples
+from lagrange_cli.simulate.samples.rows import Grid, Rows
+from lagrange_cli.simulate.sharpness.unwatched import unseen_forces
+from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_side
+from lagrange_cli.simulate.system.singular_guard import guards
+from lagrange_cli.simulate.verification.branching import without_branches
+from lagrange_cli.simulate.verification.contact_history import Along, along
+from lagrange_cli.simulate.verification.disproof import energy_drift, undisproved
+from lagrange_cli.simulate.verification.uniqueness import require_unique_start, steep
 
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
@@ -227,7 +227,7 @@ def _simulated(
 
 
 def _modelled(equations: Equations) -> Model:
-    from lagrange_cli.simulate.modelling import model_of
+    from lagrange_cli.simulate.model.build import model_of
 
     return model_of(equations)
 

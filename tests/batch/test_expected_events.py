@@ -9,7 +9,7 @@ import pytest
 from lagrange_cli.batch import check_scene
 from lagrange_cli.batch.events import Wanted, missing_events
 from lagrange_cli.errors import Mark
-from lagrange_cli.simulate.trajectory import Event
+from lagrange_cli.simulate.results.trajectory import Event
 
 MARK = Mark("scene.yaml", 1, 1, "")
 

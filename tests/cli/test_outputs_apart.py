@@ -164,7 +164,7 @@ def test_an_output_that_another_process_makes(folder, words, lock):
 @pytest.mark.slow
 def test_a_checkpoint_stays_where_the_result_cannot_be_written(folder, monkeypatch):
     """The work of days must not go with a disk that is full at its end."""
-    from lagrange_cli.simulate import checkpoint
+    from lagrange_cli.simulate.checkpoint import checkpoint
 
     monkeypatch.setattr(checkpoint, "INTERVAL", 0.0)
     run = ("simulate", "scene.yaml", "--method", "RK4", "--step", "0.001", "--samples", "11")

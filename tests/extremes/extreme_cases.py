@@ -58,7 +58,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Found:
-    """What came of a case; see :class:`lagrange_cli.simulate.stress_runs.StressRun`."""
+    """What came of a case; see :class:`lagrange_cli.studies.stress.runs.StressRun`."""
 
     case: Case
     outcome: str

@@ -25,7 +25,7 @@ from lagrange_cli.scene import read_text
 from lagrange_cli.scene.language.bounds import require_bounded
 from lagrange_cli.scene.language.grammar import parse_expression
 from lagrange_cli.scene.language.tokens import ExpressionError
-from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate.model.build import model_of
 
 PLANE = """\
 name: plane

@@ -7,7 +7,7 @@ import math
 import mpmath
 import numpy as np
 
-from lagrange_cli.simulate.problem import InitialValueProblem, running_scales
+from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales
 
 G = 9.81
 

@@ -7,8 +7,8 @@ from typing import NoReturn
 
 import pytest
 
-from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.right_hand_side import RightHandSide, right_hand_side
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_side
 
 
 def compiled_or_skip(model: Model) -> RightHandSide:

@@ -11,9 +11,9 @@ from native_systems import compiled
 
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.integrators.base import ConstrainedRhs
-from lagrange_cli.simulate.integrators.c_types import DOUBLE, function_type, projection_type
-from lagrange_cli.simulate.integrators.native import NativeRhs
-from lagrange_cli.simulate.library import Source
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, function_type, projection_type
+from lagrange_cli.simulate.integrators.native.function import NativeRhs
+from lagrange_cli.simulate.toolchain.shared_library import Source
 
 #: A pendulum of parameters l, g in x, z; y = [x, z, vx, vz].
 _PENDULUM = """

@@ -7,11 +7,11 @@ from compiling import skip_without_compiler
 
 from lagrange_cli.cache import open_cache
 from lagrange_cli.simulate import kernels
-from lagrange_cli.simulate.compiler import CompileError, find_compiler
-from lagrange_cli.simulate.integrators.c_types import LANES, RHS
 from lagrange_cli.simulate.integrators.event_functions import NativeEvents
-from lagrange_cli.simulate.integrators.native import NativeRhs
-from lagrange_cli.simulate.library import Source, load
+from lagrange_cli.simulate.integrators.native.c_types import LANES, RHS
+from lagrange_cli.simulate.integrators.native.function import NativeRhs
+from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
+from lagrange_cli.simulate.toolchain.shared_library import Source, load
 
 #: Bodies of f(t, y, p) → out, by name.
 SYSTEMS = {

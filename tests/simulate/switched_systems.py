@@ -10,7 +10,7 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.event_functions import Falling
-from lagrange_cli.simulate.integrators.switched import Flags, Gaps, SwitchedRhs
+from lagrange_cli.simulate.integrators.hybrid.contact_system import Flags, Gaps, SwitchedRhs
 
 G = 9.81
 

@@ -19,9 +19,9 @@ from accuracy_systems import (
 )
 
 from lagrange_cli.errors import InputError
-from lagrange_cli.simulate.accuracy import integrate_to_accuracy
-from lagrange_cli.simulate.problem import running_scales
-from lagrange_cli.simulate.watch import Watch
+from lagrange_cli.simulate.accuracy.controller import integrate_to_accuracy
+from lagrange_cli.simulate.checkpoint.progress import Watch
+from lagrange_cli.simulate.runs.problem import running_scales
 
 
 @pytest.mark.slow

@@ -13,8 +13,8 @@ from accuracy_systems import (
     true_errors,
 )
 
-from lagrange_cli.simulate.accuracy import integrate_to_accuracy
-from lagrange_cli.simulate.watch import Deadline, Progress, Watch
+from lagrange_cli.simulate.accuracy.controller import integrate_to_accuracy
+from lagrange_cli.simulate.checkpoint.progress import Deadline, Progress, Watch
 
 
 @pytest.mark.slow

@@ -13,10 +13,10 @@ from typing import Any
 
 import pytest
 
-from lagrange_cli.simulate import kernels, unseen
-from lagrange_cli.simulate.compiler import find_compiler
-from lagrange_cli.simulate.integrators import crossing
-from lagrange_cli.simulate.integrators.c_structures import (
+from lagrange_cli.simulate import kernels
+from lagrange_cli.simulate.integrators.event_functions import PARTS, RISES
+from lagrange_cli.simulate.integrators.hybrid import crossing
+from lagrange_cli.simulate.integrators.native.c_structures import (
     LANDMARK_ROWS,
     MOST_EVENTS,
     Status,
@@ -25,8 +25,9 @@ from lagrange_cli.simulate.integrators.c_structures import (
     members_type,
     run_type,
 )
-from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED, NativeReal
-from lagrange_cli.simulate.integrators.event_functions import PARTS, RISES
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED, NativeReal
+from lagrange_cli.simulate.sharpness import unwatched as unseen
+from lagrange_cli.simulate.toolchain.compiler import find_compiler
 
 #: Lanes of motions that are stepped side by side, by the options that make so many.
 WIDTHS: dict[tuple[str, ...], int] = {(): 2}

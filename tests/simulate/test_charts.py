@@ -13,10 +13,10 @@ from lagrange_cli import loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
-from lagrange_cli.simulate.charts import simulate_past_charts
-from lagrange_cli.simulate.following import Samples, follow
-from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate.charts.continuation import Samples, follow
+from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.simulation import RunContext
 
@@ -356,7 +356,7 @@ def test_many_turns_between_two_samples(rate):
 @pytest.mark.slow
 def test_turns_that_are_too_many_are_refused(monkeypatch):
     for name in ("WATCHED", "FINEST"):
-        monkeypatch.setattr(f"lagrange_cli.simulate.charts.{name}", 20)
+        monkeypatch.setattr(f"lagrange_cli.simulate.charts.simulation.{name}", 20)
     run = ran(SPIN.replace("RATE", "80"), "multiplier", until=1.0)
     assert run.status == "accuracy_not_reached"
     assert "p cannot be followed past t = 0" in run.reason

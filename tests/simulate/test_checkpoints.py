@@ -13,15 +13,17 @@ from available import or_skip
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_file, read_text
-from lagrange_cli.simulate import checkpoint, rows, simulate
-from lagrange_cli.simulate.charts import simulate_past_charts
-from lagrange_cli.simulate.checkpoint import Checkpoint
+from lagrange_cli.simulate import simulate
+from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+from lagrange_cli.simulate.checkpoint import checkpoint
+from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
 from lagrange_cli.simulate.integrators import INTEGRATORS
-from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
-from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
+from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.request import SimulationOptions
+from lagrange_cli.simulate.results.streaming import Stream
+from lagrange_cli.simulate.samples import rows
 from lagrange_cli.simulate.simulation import RunContext
-from lagrange_cli.simulate.stream import Stream
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -9,10 +9,10 @@ import pytest
 
 from lagrange_cli import load
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.integrators.taylor import Taylor
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import interpreted, right_hand_side
-from lagrange_cli.simulate.trade import trade
+from lagrange_cli.simulate.integrators.external.heyoka_method import Taylor
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.system.functions import interpreted, right_hand_side
+from lagrange_cli.studies.tradeoff.measure import trade
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 

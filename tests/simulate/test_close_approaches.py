@@ -10,14 +10,14 @@ import pytest
 from compiling import compiled_or_skip
 
 from lagrange_cli import loads
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.noise import noise_of_step
-from lagrange_cli.simulate.pilot import pilot
-from lagrange_cli.simulate.problem import InitialValueProblem
+from lagrange_cli.simulate.accuracy.method_selection import pilot
+from lagrange_cli.simulate.accuracy.roundoff import noise_of_step
+from lagrange_cli.simulate.checkpoint.progress import Watch
+from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.request import SimulationOptions, resolve
-from lagrange_cli.simulate.right_hand_side import interpreted
+from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.simulation import problem_of, simulate
-from lagrange_cli.simulate.watch import Watch
+from lagrange_cli.simulate.system.functions import interpreted
 
 #: Distance and velocity at the aphelion of an ellipse with half axis 1, from 1 − e = 1e-6.
 APHELION = 2 - 1e-6, math.sqrt(1e-6 / (2 - 1e-6))

@@ -18,14 +18,15 @@ from native_systems import compiled
 from lagrange_cli import loads
 from lagrange_cli.cache import Cache, open_cache
 from lagrange_cli.errors import StoppedError
-from lagrange_cli.simulate import compiler, simulate
-from lagrange_cli.simulate.compiler import CompileError, find_compiler
-from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
-from lagrange_cli.simulate.integrators.taylor import Taylor
-from lagrange_cli.simulate.library import Source
-from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import interpreted, right_hand_side
+from lagrange_cli.simulate import simulate
+from lagrange_cli.simulate.integrators.external.heyoka_method import Taylor
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.system.functions import interpreted, right_hand_side
+from lagrange_cli.simulate.toolchain import compiler
+from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
+from lagrange_cli.simulate.toolchain.shared_library import Source
 
 PENDULUM = """
 name: pendulum

@@ -14,10 +14,10 @@ from scipy.special import ellipj
 
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
 from lagrange_cli.simulate.integrators.base import UNMET, ConstrainedRhs
-from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
-from lagrange_cli.simulate.integrators.compiled import COMPILED
-from lagrange_cli.simulate.problem import InitialValueProblem
-from lagrange_cli.simulate.run import Run
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
+from lagrange_cli.simulate.integrators.native.methods import COMPILED
+from lagrange_cli.simulate.runs.problem import InitialValueProblem
+from lagrange_cli.simulate.runs.run import Run
 
 PROJECTING = [method for method in BY_VALUES if method.projects and not method.needs]
 #: Those whose twin in Python is written like them.

@@ -9,7 +9,7 @@ import pytest
 
 from lagrange_cli import loads
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.trajectory import Trajectory
+from lagrange_cli.simulate.results.trajectory import Trajectory
 
 pytestmark = pytest.mark.slow
 

@@ -13,9 +13,9 @@ from lagrange_cli import loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.integrators import Integrator
-from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.trajectory import Trajectory
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.results.trajectory import Trajectory
 
 G = 9.81
 

@@ -9,16 +9,16 @@ from accuracy_systems import SYSTEMS, problem
 
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_file
-from lagrange_cli.simulate import accuracy
-from lagrange_cli.simulate.attempt import Attempt
-from lagrange_cli.simulate.charts import simulate_past_charts
-from lagrange_cli.simulate.checkpoint import Checkpoint
-from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.pilot import pilot
+from lagrange_cli.simulate.accuracy import controller as accuracy
+from lagrange_cli.simulate.accuracy.attempt import Attempt
+from lagrange_cli.simulate.accuracy.method_selection import pilot
+from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
+from lagrange_cli.simulate.checkpoint.progress import Watch
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
+from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
-from lagrange_cli.simulate.watch import Watch
 
 SHIPPED = Path(__file__).parents[2] / "systems"
 

@@ -12,10 +12,10 @@ from compiling import compiled_or_skip
 
 from lagrange_cli import loads
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import RightHandSide, interpreted
-from lagrange_cli.simulate.trajectory import Trajectory
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.results.trajectory import Trajectory
+from lagrange_cli.simulate.system.functions import RightHandSide, interpreted
 
 BODY = """
 particles: {b: {mass: 1, position: [x, 0, 0]}}

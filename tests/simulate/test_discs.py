@@ -8,9 +8,9 @@ from operator import add, mul, sub, truediv
 import numpy as np
 import pytest
 
-from lagrange_cli.simulate.discs import DISCS, Disc
-from lagrange_cli.simulate.integrators.algebra import Algebra, Traced
 from lagrange_cli.simulate.integrators.base import UnfitError
+from lagrange_cli.simulate.integrators.external.heyoka_algebra import Algebra, Traced
+from lagrange_cli.simulate.sharpness.disc_arithmetic import DISCS, Disc
 
 #: Name, the function over complex numbers, middles that suit it.
 FUNCTIONS = [

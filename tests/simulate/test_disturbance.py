@@ -7,9 +7,9 @@ import pytest
 from compiling import compiled_or_skip
 
 from lagrange_cli import loads
-from lagrange_cli.simulate.disturbance import off_by_one_ulp
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import interpreted
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.system.functions import interpreted
+from lagrange_cli.simulate.system.rounding import off_by_one_ulp
 
 SCENE = """
 name: sliding_pendulum

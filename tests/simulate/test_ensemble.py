@@ -12,9 +12,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.errors import InputError
-from lagrange_cli.simulate import ensemble
-from lagrange_cli.simulate.charts import simulate_past_charts
-from lagrange_cli.simulate.ensemble import (
+from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+from lagrange_cli.simulate.ensemble import run as ensemble
+from lagrange_cli.simulate.ensemble.input_file import MOST_MEMBERS, grid, read_members
+from lagrange_cli.simulate.ensemble.members import (
+    Numbers,
+    Own,
+    Recipe,
+    differ_in_numbers,
+    require_known_names,
+)
+from lagrange_cli.simulate.ensemble.run import (
     REFUSED,
     Plan,
     Task,
@@ -22,15 +30,7 @@ from lagrange_cli.simulate.ensemble import (
     run_members,
     tasks_of,
 )
-from lagrange_cli.simulate.ensemble_file import MOST_MEMBERS, grid, read_members
-from lagrange_cli.simulate.ensemble_store import open_store, parts_of
-from lagrange_cli.simulate.members import (
-    Numbers,
-    Own,
-    Recipe,
-    differ_in_numbers,
-    require_known_names,
-)
+from lagrange_cli.simulate.ensemble.store import open_store, parts_of
 from lagrange_cli.simulate.parallel import in_any_order
 from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate

@@ -12,9 +12,9 @@ from lagrange_cli import loads
 from lagrange_cli.cli.simulate import EXTRA as OFFERED
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import interpreted
-from lagrange_cli.simulate.trajectory import EXTRA
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.results.trajectory import EXTRA
+from lagrange_cli.simulate.system.functions import interpreted
 
 ATWOOD = """
 name: atwood

@@ -8,8 +8,8 @@ from zero_floors import SCENES
 
 from lagrange_cli import loads
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import interpreted
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.system.functions import interpreted
 
 pytestmark = pytest.mark.slow
 

@@ -12,10 +12,10 @@ from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_file, read_text
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.forces import constraint_forces
-from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import interpreted, right_hand_side
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.results.forces import constraint_forces
+from lagrange_cli.simulate.system.functions import interpreted, right_hand_side
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 

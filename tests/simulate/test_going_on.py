@@ -11,12 +11,12 @@ from constrained_systems import constrained
 from native_systems import native
 from switched_systems import ball
 
+from lagrange_cli.simulate.checkpoint.serialization import DamagedError, pack, unpack
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
 from lagrange_cli.simulate.integrators.base import ConstrainedRhs
-from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
-from lagrange_cli.simulate.integrators.compiled import COMPILED
-from lagrange_cli.simulate.integrators.pieces import Pieces, PiecewiseRhs
-from lagrange_cli.simulate.packing import DamagedError, pack, unpack
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
+from lagrange_cli.simulate.integrators.native.methods import COMPILED
+from lagrange_cli.simulate.integrators.piecewise import Pieces, PiecewiseRhs
 
 TIMES = np.linspace(0.0, 6.0, 151)
 METHODS = [method for method in BY_VALUES if method.resumes]

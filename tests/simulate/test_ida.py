@@ -16,7 +16,7 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
 from lagrange_cli.simulate.integrators.base import UNMET, ConstrainedRhs
-from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate.model.build import model_of
 
 PENDULUM = """
 name: pendulum_xz

@@ -18,10 +18,10 @@ from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.compiler import find_compiler
-from lagrange_cli.simulate.library import Source, load
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import interpreted
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.system.functions import interpreted
+from lagrange_cli.simulate.toolchain.compiler import find_compiler
+from lagrange_cli.simulate.toolchain.shared_library import Source, load
 
 #: A cart on a spring whose other end and which itself are driven.
 CART = """

@@ -10,8 +10,8 @@ import pytest
 from available import BY_VALUES
 
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, StepError
-from lagrange_cli.simulate.problem import InitialValueProblem
-from lagrange_cli.simulate.run import Run
+from lagrange_cli.simulate.runs.problem import InitialValueProblem
+from lagrange_cli.simulate.runs.run import Run
 
 METHODS = BY_VALUES
 FIXED_ORDER = [m for m in METHODS if not m.variable_order and m.order <= 8]

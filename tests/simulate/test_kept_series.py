@@ -12,7 +12,7 @@ import pytest
 from available import or_skip
 
 from lagrange_cli.cache import digest, open_cache
-from lagrange_cli.simulate.integrators.kept_series import SUFFIX, compiled_once
+from lagrange_cli.simulate.integrators.external.heyoka_cache import SUFFIX, compiled_once
 
 ROOT = Path(__file__).parents[2]
 KEY = digest("of these tests")

@@ -16,9 +16,9 @@ from native_systems import compiled
 from lagrange_cli.api import loads
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
-from lagrange_cli.simulate.integrators.c_types import LANES
-from lagrange_cli.simulate.library import Source
-from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate.integrators.native.c_types import LANES
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.toolchain.shared_library import Source
 
 #: fabs(x) up to which the functions promise a value (LAGRANGE_LARGEST_ANGLE).
 LARGEST = 823549.0

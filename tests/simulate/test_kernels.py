@@ -14,7 +14,7 @@ from native_systems import SYSTEMS, interpreted, native
 
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, StepError, start
-from lagrange_cli.simulate.integrators.compiled import COMPILED
+from lagrange_cli.simulate.integrators.native.methods import COMPILED
 
 METHODS = [INTEGRATORS[name] for name in COMPILED]
 ADAPTIVE = [method for method in METHODS if method.adaptive]

@@ -11,13 +11,13 @@ from compiling import compiled_or_skip
 
 from lagrange_cli import load, loads
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.landmark_code import landmarks
-from lagrange_cli.simulate.modelling import driven, model_of
-from lagrange_cli.simulate.pilot import pilot
+from lagrange_cli.simulate.accuracy.method_selection import pilot
+from lagrange_cli.simulate.checkpoint.progress import Watch
+from lagrange_cli.simulate.model.build import driven, model_of
+from lagrange_cli.simulate.model.peak_exponents import landmarks
 from lagrange_cli.simulate.request import SimulationOptions, resolve
-from lagrange_cli.simulate.right_hand_side import interpreted
 from lagrange_cli.simulate.simulation import problem_of
-from lagrange_cli.simulate.watch import Watch
+from lagrange_cli.simulate.system.functions import interpreted
 
 SCENE = """
 parameters: {{w: {width}, c: 0.537, A: 0.1}}

@@ -11,7 +11,7 @@ from mpmath import mp, mpf
 
 from lagrange_cli import loads
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate.model.build import model_of
 
 pytestmark = pytest.mark.slow
 

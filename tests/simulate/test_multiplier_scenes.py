@@ -15,9 +15,9 @@ from lagrange_cli import loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.integrators.base import projection
-from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import interpreted
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.system.functions import interpreted
 
 PENDULUM = """
 name: pendulum_xz

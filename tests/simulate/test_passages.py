@@ -12,9 +12,9 @@ from lagrange_cli import loads
 from lagrange_cli.cache import open_cache
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
-from lagrange_cli.simulate.guard import ALWAYS, WHILE_MOVING, guards
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import compiled, interpreted
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.system.functions import compiled, interpreted
+from lagrange_cli.simulate.system.singular_guard import ALWAYS, WHILE_MOVING, guards
 
 NEEDLE = """
 name: needle

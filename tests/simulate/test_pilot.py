@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from accuracy_systems import problem
 
-from lagrange_cli.simulate.pilot import pilot
-from lagrange_cli.simulate.tracking import FIRST_STEP
-from lagrange_cli.simulate.watch import Watch
+from lagrange_cli.simulate.accuracy.coarse_run import FIRST_STEP
+from lagrange_cli.simulate.accuracy.method_selection import pilot
+from lagrange_cli.simulate.checkpoint.progress import Watch
 
 
 def comet(near, until):

@@ -12,9 +12,9 @@ from lagrange_cli.api import loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
 from lagrange_cli.simulate.integrators.base import ConstrainedRhs, UnfitError
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import interpreted, right_hand_side
+from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.simulation import simulate
+from lagrange_cli.simulate.system.functions import interpreted, right_hand_side
 
 L, G = 2.0, 9.81
 

@@ -10,8 +10,8 @@ from lagrange_cli.batch import check_paths
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_file
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import interpreted
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.system.functions import interpreted
 
 #: A ball on a floor, accelerated by what is recorded.
 BALL = """

@@ -18,11 +18,12 @@ from lagrange_cli.cli.main import run
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_file
-from lagrange_cli.simulate import driving, simulate
+from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.integrators import INTEGRATORS
-from lagrange_cli.simulate.model import Model
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import interpreted
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.system import inputs as driving
+from lagrange_cli.simulate.system.functions import interpreted
 
 #: A damped oscillator on a table that is shaken.
 OSCILLATOR = """

@@ -19,11 +19,11 @@ from trade_systems import (
 
 from lagrange_cli.errors import AccuracyError
 from lagrange_cli.simulate import INTEGRATORS
-from lagrange_cli.simulate.front import behind, cheapest, pareto
-from lagrange_cli.simulate.integrators.switched import Switch
-from lagrange_cli.simulate.problem import InitialValueProblem, running_scales
-from lagrange_cli.simulate.reference import Motion, errors, reference
-from lagrange_cli.simulate.trade import trade
+from lagrange_cli.simulate.integrators.hybrid.contact_system import Switch
+from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales
+from lagrange_cli.studies.reference import Motion, errors, reference
+from lagrange_cli.studies.tradeoff.measure import trade
+from lagrange_cli.studies.tradeoff.pareto import behind, cheapest, pareto
 
 
 @pytest.fixture(scope="module")

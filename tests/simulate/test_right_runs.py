@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from lagrange_cli import loads
-from lagrange_cli.simulate import conservation, disproof
+from lagrange_cli.simulate.verification import disproof
+from lagrange_cli.simulate.verification import energy_drift as conservation
 
 HARMONIC = """
 name: harmonic

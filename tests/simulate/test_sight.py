@@ -9,10 +9,10 @@ import pytest
 from compiling import skip_without_compiler
 
 from lagrange_cli import loads
-from lagrange_cli.simulate.compiler import find_compiler
 from lagrange_cli.simulate.integrators.expressions import Expressions
-from lagrange_cli.simulate.problem import InitialValueProblem
-from lagrange_cli.simulate.sight import Place, Sight, longest_step
+from lagrange_cli.simulate.runs.problem import InitialValueProblem
+from lagrange_cli.simulate.sharpness.analyticity import Place, Sight, longest_step
+from lagrange_cli.simulate.toolchain.compiler import find_compiler
 
 
 class Written:

@@ -17,7 +17,7 @@ from compiling import compiled_or_skip
 from lagrange_cli import loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import INTEGRATORS, Trajectory, simulate
-from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.request import MOST_SAMPLES
 
 PENDULUM = """

@@ -11,8 +11,8 @@ from compiling import compiled_or_skip
 from lagrange_cli import loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import interpreted
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.system.functions import interpreted
 
 
 def equations(scene):
@@ -51,9 +51,9 @@ def well_conditioned(ratio):
 @pytest.mark.slow
 @pytest.mark.parametrize("ratio", ["1e-9", "1e-3", "1e3", "1e6"])
 def test_mass_ratios_are_right_or_refused(ratio):
-    from lagrange_cli.simulate.accuracy import integrate_to_accuracy
-    from lagrange_cli.simulate.problem import InitialValueProblem
-    from lagrange_cli.simulate.watch import Watch
+    from lagrange_cli.simulate.accuracy.controller import integrate_to_accuracy
+    from lagrange_cli.simulate.checkpoint.progress import Watch
+    from lagrange_cli.simulate.runs.problem import InitialValueProblem
 
     until = 1.0 if float(ratio) < 1e4 else 0.1
     found = simulate(double_pendulum(ratio), until=until, accuracy=1e-6, samples=31)
@@ -82,9 +82,9 @@ def test_lost_digits_show_in_the_estimate():
         big = 1e8
         return np.array([v, -((big + p) * (1 + 2**-52) - big)])
 
-    from lagrange_cli.simulate.accuracy import integrate_to_accuracy
-    from lagrange_cli.simulate.problem import InitialValueProblem
-    from lagrange_cli.simulate.watch import Watch
+    from lagrange_cli.simulate.accuracy.controller import integrate_to_accuracy
+    from lagrange_cli.simulate.checkpoint.progress import Watch
+    from lagrange_cli.simulate.runs.problem import InitialValueProblem
 
     of = InitialValueProblem(
         rhs, np.array([1.0, 0.0]), np.linspace(0, 10, 51), ("length",), (off, off)

@@ -19,8 +19,8 @@ from scipy.integrate import solve_ivp
 from lagrange_cli import loads
 from lagrange_cli.emit.python.projection import HELPERS
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import interpreted
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.system.functions import interpreted
 
 generated = settings(deadline=None, derandomize=True, max_examples=40)
 

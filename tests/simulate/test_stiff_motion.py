@@ -11,7 +11,7 @@ from compiling import compiled_or_skip
 from scipy.optimize import brentq
 
 from lagrange_cli.api import loads
-from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.simulation import simulate
 
 #: Van der Pol's equation, in units of its fast motion.

@@ -15,13 +15,15 @@ import pytest
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
-from lagrange_cli.simulate import rows, simulate, spool
-from lagrange_cli.simulate.charts import simulate_past_charts
-from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate import simulate
+from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.request import SimulationOptions
-from lagrange_cli.simulate.rows import Grid, Ranges, first_from
+from lagrange_cli.simulate.results.streaming import Stream
+from lagrange_cli.simulate.samples import buffer as spool
+from lagrange_cli.simulate.samples import rows
+from lagrange_cli.simulate.samples.rows import Grid, Ranges, first_from
 from lagrange_cli.simulate.simulation import RunContext
-from lagrange_cli.simulate.stream import Stream
 
 PENDULUM = """
 parameters: {m: 1, l: 1.5}
@@ -262,8 +264,8 @@ def test_a_spool_gives_back_what_it_took():
 
 
 def test_large_archives_are_read_back(monkeypatch, tmp_path):
-    monkeypatch.setattr("lagrange_cli.simulate.formats.LARGE", 64)
-    monkeypatch.setattr("lagrange_cli.simulate.formats.IN_MEMORY", 64)
+    monkeypatch.setattr("lagrange_cli.simulate.results.formats.LARGE", 64)
+    monkeypatch.setattr("lagrange_cli.simulate.results.formats.IN_MEMORY", 64)
     found = simulate(model(PENDULUM), method="RK4", step=0.1)
     path = Path(tmp_path / "t.npz")
     found.write(path)

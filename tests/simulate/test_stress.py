@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from lagrange_cli.files import read_bytes
-from lagrange_cli.simulate import stress_runs
-from lagrange_cli.simulate.members import Recipe
-from lagrange_cli.simulate.stress import stress
-from lagrange_cli.simulate.stress_points import STRESS_AXES
+from lagrange_cli.simulate.ensemble.members import Recipe
+from lagrange_cli.studies.stress import runs as stress_runs
+from lagrange_cli.studies.stress.measure import stress
+from lagrange_cli.studies.stress.points import STRESS_AXES
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 

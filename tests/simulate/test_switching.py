@@ -10,12 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from switched_systems import G, OneContact, ball, on_sphere
 
-from lagrange_cli.simulate.agreement import agreement, end_of_bounces
+from lagrange_cli.simulate.accuracy.event_agreement import agreement, end_of_bounces
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
 from lagrange_cli.simulate.integrators.event_functions import RISES, Falling
-from lagrange_cli.simulate.integrators.falling import Search
-from lagrange_cli.simulate.integrators.switched import Stuck, Switch
-from lagrange_cli.simulate.integrators.switching import ENDLESS, UNDETERMINED, Switching
+from lagrange_cli.simulate.integrators.event_location import Search
+from lagrange_cli.simulate.integrators.hybrid.contact_motion import ENDLESS, UNDETERMINED, Switching
+from lagrange_cli.simulate.integrators.hybrid.contact_system import Stuck, Switch
 
 
 def control(rtol: float = 1e-12) -> Control:

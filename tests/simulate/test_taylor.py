@@ -14,9 +14,9 @@ from lagrange_cli.api import load, loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
 from lagrange_cli.simulate.integrators.base import UnfitError
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import interpreted, right_hand_side
+from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.simulation import simulate
+from lagrange_cli.simulate.system.functions import interpreted, right_hand_side
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 
@@ -212,7 +212,9 @@ def test_what_has_no_series_is_refused(taylor):
 
 
 def test_what_would_compile_for_ages_is_refused(taylor, monkeypatch):
-    monkeypatch.setattr("lagrange_cli.simulate.integrators.algebra.MOST_OPERATIONS", 5)
+    monkeypatch.setattr(
+        "lagrange_cli.simulate.integrators.external.heyoka_algebra.MOST_OPERATIONS", 5
+    )
     other = ROD.replace("m*g*z", "m*g*z + m*x^4")
     assert "more than 5 operations" in refusal(model(other), 1e-9)
 

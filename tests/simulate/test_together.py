@@ -11,14 +11,16 @@ import pytest
 from compiling import skip_without_compiler
 
 from lagrange_cli.api import loads
-from lagrange_cli.simulate import ensemble, kernels, together
-from lagrange_cli.simulate.compiler import CompileError, find_compiler
-from lagrange_cli.simulate.ensemble import Plan, Task, run_block, run_blocks, tasks_of
-from lagrange_cli.simulate.family import family_of
-from lagrange_cli.simulate.members import Own, Recipe, differ_in_numbers
-from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate import kernels
+from lagrange_cli.simulate.ensemble import batched as together
+from lagrange_cli.simulate.ensemble import run as ensemble
+from lagrange_cli.simulate.ensemble.batched_results import family_of
+from lagrange_cli.simulate.ensemble.members import Own, Recipe, differ_in_numbers
+from lagrange_cli.simulate.ensemble.run import Plan, Task, run_block, run_blocks, tasks_of
+from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
+from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 
 HOW = {"until": 5.0, "accuracy": 1e-9, "samples": 51}
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from compiling import skip_without_compiler
 
-from lagrange_cli.simulate.compiler import CompileError, find_compiler
-from lagrange_cli.simulate.family import Known, family_of
+from lagrange_cli.simulate.ensemble.batched_results import Known, family_of
 from lagrange_cli.simulate.request import SimulationOptions
+from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 
 pytestmark = pytest.mark.slow
 

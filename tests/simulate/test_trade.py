@@ -22,12 +22,13 @@ from trade_systems import (
 
 from lagrange_cli import loads
 from lagrange_cli.errors import InputError
-from lagrange_cli.simulate import INTEGRATORS, simulate, trade_runs
-from lagrange_cli.simulate import trade as trading
-from lagrange_cli.simulate.accuracy import only_the_start
-from lagrange_cli.simulate.reference import reference
-from lagrange_cli.simulate.trade import trade
-from lagrange_cli.simulate.trade_runs import Bench, Setting, at_the_end, ladder
+from lagrange_cli.simulate import INTEGRATORS, simulate
+from lagrange_cli.simulate.accuracy.controller import only_the_start
+from lagrange_cli.studies.reference import reference
+from lagrange_cli.studies.tradeoff import measure as trading
+from lagrange_cli.studies.tradeoff import runs as trade_runs
+from lagrange_cli.studies.tradeoff.measure import trade
+from lagrange_cli.studies.tradeoff.runs import Bench, Setting, at_the_end, ladder
 
 
 @pytest.fixture(scope="module")

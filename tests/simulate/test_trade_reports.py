@@ -19,9 +19,9 @@ from lagrange_cli.cli.reports.character_plot import character_plot
 from lagrange_cli.cli.reports.tradeoff import options_of, summary, text
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.trade import trade
-from lagrange_cli.simulate.trade_plot import draw_trade
-from lagrange_cli.simulate.trade_runs import Setting
+from lagrange_cli.studies.tradeoff.measure import trade
+from lagrange_cli.studies.tradeoff.plot import draw_trade
+from lagrange_cli.studies.tradeoff.runs import Setting
 
 
 @pytest.fixture(scope="module")

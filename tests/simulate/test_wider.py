@@ -14,14 +14,15 @@ from compiling import compiled_or_skip
 
 from lagrange_cli import loads
 from lagrange_cli.cache import open_cache
-from lagrange_cli.simulate import kernels, right_hand_side
-from lagrange_cli.simulate.disturbance import rounding_factors
+from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
-from lagrange_cli.simulate.integrators.c_types import DOUBLE, EXTENDED
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.problem import InitialValueProblem
-from lagrange_cli.simulate.run import Run
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.runs.problem import InitialValueProblem
+from lagrange_cli.simulate.runs.run import Run
 from lagrange_cli.simulate.simulation import simulate
+from lagrange_cli.simulate.system import functions as right_hand_side
+from lagrange_cli.simulate.system.rounding import rounding_factors
 
 SHIPPED = Path(__file__).parents[2] / "systems/pendulums/double_pendulum.yaml"
 

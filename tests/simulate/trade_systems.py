@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from lagrange_cli import loads
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.pilot import pilot
+from lagrange_cli.simulate.accuracy.method_selection import pilot
+from lagrange_cli.simulate.checkpoint.progress import Watch
+from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.request import SimulationOptions, resolve
-from lagrange_cli.simulate.right_hand_side import right_hand_side
 from lagrange_cli.simulate.simulation import problem_of
-from lagrange_cli.simulate.trade_runs import Point, Setting
-from lagrange_cli.simulate.watch import Watch
+from lagrange_cli.simulate.system.functions import right_hand_side
+from lagrange_cli.studies.tradeoff.runs import Point, Setting
 
 OSCILLATOR = """
 name: oscillator

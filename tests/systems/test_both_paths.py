@@ -11,8 +11,8 @@ import pytest
 
 from lagrange_cli import load
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.modelling import model_of
-from lagrange_cli.simulate.right_hand_side import interpreted, right_hand_side
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.system.functions import interpreted, right_hand_side
 
 pytestmark = pytest.mark.slow
 

@@ -14,11 +14,11 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.numerics.autodiff import Tape
 from lagrange_cli.scene import read_file
-from lagrange_cli.simulate.charts import simulate_past_charts
-from lagrange_cli.simulate.modelling import model_of
+from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.request import SimulationOptions
-from lagrange_cli.simulate.right_hand_side import interpreted
 from lagrange_cli.simulate.simulation import simulate
+from lagrange_cli.simulate.system.functions import interpreted
 
 pytestmark = pytest.mark.slow
 

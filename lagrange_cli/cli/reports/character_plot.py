@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.trade_runs import Point
+    from lagrange_cli.studies.tradeoff.runs import Point
 
 __all__ = ["character_plot"]
 

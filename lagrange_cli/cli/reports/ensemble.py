@@ -12,9 +12,9 @@ from lagrange_cli.cli.reports.json_text import json_text
 from lagrange_cli.cli.reports.tables import labelled
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.ensemble import Plan
-    from lagrange_cli.simulate.ensemble_file import Members
-    from lagrange_cli.simulate.ensemble_store import Store
+    from lagrange_cli.simulate.ensemble.input_file import Members
+    from lagrange_cli.simulate.ensemble.run import Plan
+    from lagrange_cli.simulate.ensemble.store import Store
 
 __all__ = ["FORMATS", "SimulatedMembers"]
 

@@ -11,7 +11,7 @@ from lagrange_cli.cli.reports.tables import Column, labelled, table
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
-    from lagrange_cli.simulate.model import Model
+    from lagrange_cli.simulate.model.model import Model
 
 __all__ = ["FORMATS", "Simulated"]
 

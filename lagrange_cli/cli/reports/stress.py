@@ -10,9 +10,9 @@ from lagrange_cli.cli.reports.json_text import json_text
 from lagrange_cli.cli.reports.tables import Column, labelled, table
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.stress import Stress
-    from lagrange_cli.simulate.stress_points import StressPoint
-    from lagrange_cli.simulate.stress_runs import StressRun
+    from lagrange_cli.studies.stress.measure import Stress
+    from lagrange_cli.studies.stress.points import StressPoint
+    from lagrange_cli.studies.stress.runs import StressRun
 
 __all__ = ["FORMATS", "sentence", "setting", "summary", "text"]
 

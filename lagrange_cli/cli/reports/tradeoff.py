@@ -11,9 +11,9 @@ from lagrange_cli.cli.reports.json_text import json_text
 from lagrange_cli.cli.reports.tables import Column, labelled, table
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.reference import Reference
-    from lagrange_cli.simulate.trade import Behind, Recommendation, Trade
-    from lagrange_cli.simulate.trade_runs import Point, Setting
+    from lagrange_cli.studies.reference import Reference
+    from lagrange_cli.studies.tradeoff.measure import Behind, Recommendation, Trade
+    from lagrange_cli.studies.tradeoff.runs import Point, Setting
 
 __all__ = ["FORMATS", "options_of", "summary", "text"]
 

@@ -6,21 +6,21 @@ from functools import partial
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError, projection
-from lagrange_cli.simulate.integrators.compiled import COMPILED
-from lagrange_cli.simulate.integrators.crossing import Crossing
+from lagrange_cli.simulate.integrators.external.heyoka_method import Taylor
+from lagrange_cli.simulate.integrators.external.ida import IDA
+from lagrange_cli.simulate.integrators.external.sundials import CVODE, CVODEAdams
 from lagrange_cli.simulate.integrators.gauss import Gauss16
-from lagrange_cli.simulate.integrators.ida import IDA
-from lagrange_cli.simulate.integrators.implicit import BDF, LSODA, Radau
-from lagrange_cli.simulate.integrators.native import NativeRhs
-from lagrange_cli.simulate.integrators.pieces import in_pieces, pieces
+from lagrange_cli.simulate.integrators.hybrid.contact_motion import Switching
+from lagrange_cli.simulate.integrators.hybrid.contact_system import SwitchedRhs
+from lagrange_cli.simulate.integrators.hybrid.crossing import Crossing
+from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
+from lagrange_cli.simulate.integrators.native.function import NativeRhs
+from lagrange_cli.simulate.integrators.native.methods import COMPILED
+from lagrange_cli.simulate.integrators.piecewise import in_pieces, pieces
 from lagrange_cli.simulate.integrators.rattle import Rattle
-from lagrange_cli.simulate.integrators.runge_kutta import DOP853, RK4, RK45
-from lagrange_cli.simulate.integrators.sides import surfaces_of
-from lagrange_cli.simulate.integrators.sundials import CVODE, CVODEAdams
-from lagrange_cli.simulate.integrators.switched import SwitchedRhs
-from lagrange_cli.simulate.integrators.switching import Switching
+from lagrange_cli.simulate.integrators.scipy_explicit import DOP853, RK4, RK45
+from lagrange_cli.simulate.integrators.scipy_implicit import BDF, LSODA, Radau
 from lagrange_cli.simulate.integrators.symplectic import Gauss4, Gauss6, Verlet
-from lagrange_cli.simulate.integrators.taylor import Taylor
 
 __all__ = ["INTEGRATORS", "Control", "Integrator", "Rhs", "StepError", "start"]
 

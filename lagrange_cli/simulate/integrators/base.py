@@ -39,8 +39,8 @@ choices and tests derive from there. An implementer promises:
    fails is a step that cannot be made. A method whose own equations hold its states on the
    constraints, to its tolerance, may go on from the state before its projection. One that can
    do neither has ``projects`` false and is not started.
-12. **Pieces.** Where ``rhs`` has :func:`.pieces.pieces`, steps end with each of them. What
-   sees ``rhs(t, y)`` alone is begun anew in each by :func:`.pieces.in_pieces`.
+12. **Pieces.** Where ``rhs`` has :func:`.piecewise.pieces`, steps end with each of them. What
+   sees ``rhs(t, y)`` alone is begun anew in each by :func:`.piecewise.in_pieces`.
 13. **Events.** Behind :meth:`~Integrator.stop_at` the run ends where the first of some
    functions falls through zero: ``t`` and ``y`` are there, projected, ``fallen`` is the
    function's number, and no later sample is filled. Methods without interpolant cannot.
@@ -62,7 +62,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.event_functions import Event, Falling
-from lagrange_cli.simulate.integrators.falling import Search
+from lagrange_cli.simulate.integrators.event_location import Search
 
 __all__ = [
     "UNMET",

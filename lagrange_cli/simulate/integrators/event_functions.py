@@ -1,7 +1,7 @@
 """Event functions g(t, y) of a run, whose zeros the run tells or ends at.
 
-Values that :mod:`.base` passes on: what looks for the zeros is :mod:`.falling` where steps are
-made in Python, and kernels/events.c where they are made in C.
+Values that :mod:`.base` passes on: what looks for the zeros is :mod:`.event_location` where steps
+are made in Python, and kernels/events.c where they are made in C.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ class NativeEvents:
     Parameters
     ----------
     function
-        ``int g(t, y, u, p, work, out)`` of the :func:`.c_types.function_type` of the
+        ``int g(t, y, u, p, work, out)`` of the :func:`.native.c_types.function_type` of the
         run's numbers, which writes one value for each event.
     directions
         For each event: 1 where only a rising zero counts, −1 a falling one, 0 both.
     terminal
         For each event: whether the run ends there.
     parameters, work
-        As of a :class:`.native.NativeRhs`.
+        As of a :class:`.native.function.NativeRhs`.
     signs, noise
         Those that the functions have at first, 0 where that is to be seen; all are by default.
         What is made of one that rises from zero (events.h) begins above its noise.

@@ -6,7 +6,7 @@ of order 9, and its error is what steers the steps. The eight stages of an
 iteration do not depend on each other: machine code evaluates them side by side
 (Antoñana, Makazaga, Murua, *Numer. Algorithms* 76 (2017) 861), which makes it
 the fastest method here for smooth motion. The sum over steps is compensated as
-in :mod:`.runge_kutta`.
+in :mod:`.scipy_explicit`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
-from lagrange_cli.simulate.integrators.runge_kutta import two_sum
+from lagrange_cli.simulate.integrators.scipy_explicit import two_sum
 
 __all__ = ["Gauss16"]
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
-from lagrange_cli.simulate.integrators.runge_kutta import two_sum
+from lagrange_cli.simulate.integrators.scipy_explicit import two_sum
 
 __all__ = ["DIVERGES", "FixedStep", "Gauss4", "Gauss6", "Verlet"]
 

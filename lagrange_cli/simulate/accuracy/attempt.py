@@ -1,0 +1,448 @@
+"""One attempt at an accuracy: the run, and two more that measure its error."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from lagrange_cli.simulate.accuracy.coarse_run import COARSE
+from lagrange_cli.simulate.accuracy.error_estimate import Judging, Verdict
+from lagrange_cli.simulate.accuracy.event_agreement import (
+    Agreement,
+    agreement,
+    at_the_end,
+    end_of_bounces,
+)
+from lagrange_cli.simulate.accuracy.grazes import Grazes, first_graze
+from lagrange_cli.simulate.accuracy.method_selection import Pilot, suits_gauss
+from lagrange_cli.simulate.accuracy.tolerances import Steering
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
+from lagrange_cli.simulate.integrators.base import State, projection
+from lagrange_cli.simulate.integrators.hybrid.contact_system import SwitchedRhs
+from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
+from lagrange_cli.simulate.integrators.native.function import NativeRhs
+from lagrange_cli.simulate.runs.problem import InitialValueProblem, RunningScales
+from lagrange_cli.simulate.runs.run import Failure, Run
+from lagrange_cli.simulate.samples.rows import first_from, window_rows
+from lagrange_cli.simulate.system.rounding import off_by_one_ulp
+
+__all__ = ["Attempt"]
+
+#: Tolerance of the looser run beside that of the run.
+LOOSER = 10.0
+
+#: By how much the longest step shrinks from attempt to attempt: runs may differ
+#: because some of them passed over something sharp. Those that differ little did not.
+SHORTER = 3.0
+
+#: The tolerance of LSODA that makes it about as accurate, beside the run's, and the
+#: tolerance of the run below which it is not.
+OTHER_TOLERANCE, OTHER_FROM = 0.01, 1e-12
+
+#: The tolerance of a disturbed run by the run's own method. Its steps fall on other
+#: times, so that what lies between the steps of one is met by the other.
+OTHER_STEPS = 2.0
+
+#: The longest step of a disturbed run beside the run's, where the longest ones lead through.
+TAME_STEPS = 0.75
+
+#: Cost of the other method beside the run's, and evaluations to start with, beyond
+#: which it is given up: LSODA earlier, so that the whole stays within five times the run where
+#: it was in vain.
+OTHER_COST, LSODA_COST, OTHER_START = 1.75, 1.6, 300.0
+
+#: A run whose error is beyond eps by no more than this factor is the looser one of the next
+#: attempt, since its own error is smaller than the estimate; in other arithmetic it is less so.
+REUSED = {False: 7.0, True: 3.0}
+
+#: An attempt is given up where its error is beyond eps by such a factor, before that part of the
+#: samples by the second where another may follow: most errors grow as the time or its square.
+#: The last is the largest excess that a tolerance is chosen by.
+HOPELESS, MISSED, EARLY, MOST_EXCESS = 10.0, 1.2, 0.6, 100.0
+
+#: Chance may bring the looser run close to the run; this makes that rarer.
+LOOSER_WEIGHT = 2.0
+
+#: The disturbed run is one draw of chance: rounding may be this much worse.
+ROUNDING_WEIGHT = 3.0
+
+#: The same where the looser run is not disturbed: draws that count 2 and 3 are spread as one 3.6.
+ONLY_ROUNDING_WEIGHT = 4.0
+
+#: Samples between two looks at the errors, and how often these are at most.
+BLOCK, MOST_BLOCKS = 64, 2**14
+
+#: How close to the end an event may be that only some runs see, as a part of the error that
+#: its time may have.
+CLOSE = 0.01
+
+#: Runs that end within this part of the span of each other end for the same reason.
+SAME_END = 1e-3
+
+#: Right-hand sides beyond what the pilot lets expect, as a factor, that show a
+#: run to be lost in its own rounding.
+LOST = 4.0
+
+#: What is expected at least: a pilot at rest takes next to none, and disturbed runs do not rest.
+FEW_EVALUATIONS = 500
+
+
+@dataclass
+class _March:
+    """Where runs stand that advance in turn: the blocks of samples that all have passed, whose
+    turn it is, and whether its tolerance has been looked at."""
+
+    blocks: int = 0
+    turn: int = 0
+    loosened: bool = False
+    ended: bool = False
+
+
+class Attempt:
+    """The run with its looser and its disturbed companion, at one tolerance."""
+
+    def __init__(
+        self,
+        problem: InitialValueProblem,
+        eps: float,
+        found: Pilot,
+        tolerance: float,
+        number: int,
+        before: Attempt | None = None,
+        last: bool = True,
+    ) -> None:
+        self._problem, self._eps, self._found = problem, eps, found
+        self.tolerance, self._last, self._given_up = tolerance, last, 0
+        self._steering = Steering(problem, found, number)
+        method = found.method
+        # Where the longest step rules instead of the tolerance, it must differ too.
+        longer = LOOSER ** (1 / method.order)
+        looser = None if before is None else before.looser_for(self.wider)
+        self._longest = found.longest_step
+        if number > 0 and before is not None:
+            self._longest = before._longest / (SHORTER if looser is None else longer)
+        self._schedule: dict[Run, tuple[Control, float]] = {}
+        self.run = self._start(method, tolerance)
+        self._looser = looser or self._start(method, tolerance * LOOSER, longer=longer, off=1)
+        vain = before is not None and before._given_up
+        self._disturbed = self._disturb(method if vain else self._other_method())
+        expected = max(found.evaluations, FEW_EVALUATIONS)
+        self._most: float = LOST * self._growth(tolerance) * expected
+        self._march_at = _March()
+        self._judged: tuple[object, Verdict] | None = None
+        self.run_seconds = 0.0
+
+    def _growth(self, tolerance: float) -> float:
+        """How many times as many steps as the coarse run one of that tolerance takes."""
+        # The coarse run was one of DOP853 where its method was not implicit.
+        order = min(self._found.method.order, INTEGRATORS["DOP853"].order)
+        return float(max(1.0, COARSE / tolerance) ** (1 / order))
+
+    def _start(
+        self, method: type[Integrator], tolerance: float, *, longer: float = 1.0, off: int = 0
+    ) -> Run:
+        """A run at a tolerance, with longer steps allowed, or disturbed by a pattern."""
+        problem = self._problem
+        longest = longer * self._longest
+        first_step = self._found.first_step
+        if self._steering.tame:
+            first_step *= longer
+        if self.wider:  # where steps are made anew, those of the coarse run are much too long
+            first_step /= self._growth(tolerance)
+        control = self._steering.control(method, tolerance, first_step, longest)
+        disturbed = problem.disturbed or (problem.rhs, problem.rhs)
+        run = Run(
+            method,
+            problem,
+            control,
+            rhs=disturbed[off - 1] if off else None,
+            y0=off_by_one_ulp(problem.y0, off) if off else None,
+        )
+        self._schedule[run] = control, tolerance
+        return run
+
+    def _other_method(self) -> type[Integrator]:
+        """A method to compare with, the run's own where no other is as good and as fast."""
+        rhs, stiff = self._problem.rhs, self._found.stiff
+        if isinstance(rhs, NativeRhs):
+            by_gauss = self.run.method is INTEGRATORS["Gauss16"]
+            explicit = INTEGRATORS["Gauss16" if suits_gauss(rhs) and not by_gauss else "DOP853"]
+            return self.run.method if stiff else explicit
+        other = INTEGRATORS["LSODA"]
+        possible = self.tolerance >= OTHER_FROM and (other.projects or not projection(rhs))
+        possible = possible and surfaces_of(rhs) is None
+        return other if possible else self.run.method
+
+    def _disturb(self, method: type[Integrator]) -> Run:
+        factor = OTHER_STEPS if method is self.run.method else 1.0
+        if method is INTEGRATORS["LSODA"]:
+            factor = OTHER_TOLERANCE
+        longer = TAME_STEPS if self._steering.tame else 1.0
+        return self._start(method, self.tolerance * factor, longer=longer, off=2)
+
+    @property
+    def _runs(self) -> tuple[Run, Run, Run]:
+        return self.run, self._looser, self._disturbed
+
+    @property
+    def _own_runs(self) -> list[Run]:
+        """Those that are not an earlier attempt's."""
+        return [run for run in self._runs if run in self._schedule]
+
+    @property
+    def evaluations(self) -> int:
+        return self._given_up + sum(run.evaluations for run in self._own_runs)
+
+    @property
+    def _by_other_method(self) -> bool:
+        return self._disturbed.method is not self.run.method
+
+    def _allowed(self, run: Run) -> float:
+        """Evaluations that a run may take."""
+        if run is self._disturbed and self._by_other_method:
+            by_lsoda = run.method is INTEGRATORS["LSODA"]
+            cost = LSODA_COST if by_lsoda else OTHER_COST
+            return cost * self.run.evaluations + OTHER_START
+        return self._most
+
+    def _spent(self, run: Run) -> bool:
+        return run in self._schedule and run.evaluations > self._allowed(run)
+
+    @property
+    def lost(self) -> bool:
+        """Whether steps have become so small that only rounding can be the reason."""
+        return any(run.evaluations > self._most for run in self._own_runs)
+
+    @property
+    def wider(self) -> bool:
+        """Whether the arithmetic is wider than that of doubles."""
+        return self._problem.epsilon < float(np.finfo(float).eps)
+
+    def go(self, watch: Callable[[float], None]) -> None:
+        """Advance the runs side by side until the end, a failure, or a hopeless error."""
+        self._march(watch)
+        if self._by_other_method and not self.settled and self._other_is_worse():
+            self._given_up += self._disturbed.evaluations
+            self._disturb_alike()
+            self._march(watch)
+
+    def _disturb_alike(self) -> None:
+        """Begin anew with the run's own method for the disturbed run."""
+        self._disturbed = self._disturb(self.run.method)
+        self._march_at = _March()
+
+    def _march(self, watch: Callable[[float], None]) -> None:
+        samples, at = len(self._problem.times), self._march_at
+        block = max(BLOCK, samples // MOST_BLOCKS)
+        while not at.ended:
+            goal = 1 + (at.blocks + 1) * block
+            while at.turn < len(self._runs):
+                run = self._runs[at.turn]
+                if not at.loosened and run in self._schedule:
+                    self._loosen(run)
+                    at.loosened = True
+                self._advance(run, min(goal, samples), watch)
+                at.turn, at.loosened = at.turn + 1, False
+            ended = any(run.failure or self._spent(run) for run in self._runs)
+            ended = ended or self._hopeless(goal - block)
+            at.blocks, at.turn, at.ended = at.blocks + 1, 0, ended or goal >= samples
+
+    def state(self) -> State:
+        """All that the runs go on from."""
+        runs = [(run.state(), self._schedule[run][0].atol) for run in self._own_runs]
+        return {
+            "runs": runs,
+            "march": vars(self._march_at),
+            "methods": [run.method.name for run in self._runs],
+            "given_up": self._given_up,
+            "seconds": self.run_seconds,
+        }
+
+    def restore(self, state: State) -> bool:
+        """Go on where an attempt at this tolerance stood; False where its samples are lost."""
+        if self._disturbed.method.name != state["methods"][-1]:
+            self._disturb_alike()
+        self._march_at = _March(**state["march"])
+        self._given_up, self.run_seconds = state["given_up"], state["seconds"]
+        known = True
+        for run, (of, atol) in zip(self._own_runs, state["runs"], strict=True):
+            self._schedule[run][0].atol[:] = atol
+            known = run.restore(of) and known
+        return known
+
+    @property
+    def methods(self) -> set[type[Integrator]]:
+        """Those of the runs."""
+        return {run.method for run in self._runs}
+
+    def _loosen(self, run: Run) -> None:
+        """Let the absolute tolerance grow with the motion."""
+        if not run.method.implicit:
+            control, tolerance = self._schedule[run]
+            control.atol[:] = self._steering.absolute(tolerance, run.filled)
+
+    def _advance(self, run: Run, samples: int, watch: Callable[[float], None]) -> None:
+        started = time.perf_counter()
+        start, span = self._problem.start, self._problem.span
+        try:
+            while run.filled < samples and not self._spent(run):
+                rest = self._allowed(run) - run.evaluations
+                if not run.go(samples, most_evaluations=max(rest, 1.0)):
+                    break
+                watch((min(r.t for r in self._runs) - start) / span)
+        finally:
+            if run is self.run:
+                self.run_seconds += time.perf_counter() - started
+
+    def _other_is_worse(self) -> bool:
+        """Whether it is the other method's cost or its own error that stands in the way."""
+        if self.lost:
+            return False
+        if self._spent(self._disturbed):
+            return True
+        whole = self._found.scales[-1]
+        scales = RunningScales(self._problem, self.run.rows[0])
+        worse = 0.0
+        for first, last in self._windows():
+            own, looser = self.run.rows[first:last], self._looser.rows[first:last]
+            largest = scales.add(own)[-1]
+            worse = np.maximum(worse, np.abs(looser - own).max(axis=0))
+        # By the own method the disturbed run may be off by as much, and more so at the end.
+        both = (LOOSER_WEIGHT + ROUNDING_WEIGHT) / self._reached**2
+        weight = LOOSER_WEIGHT if self._last else both
+        return bool((weight * worse < self._eps * np.maximum(whole, largest)).all())
+
+    @property
+    def _common(self) -> int:
+        """The samples that all runs have reached."""
+        return min(run.filled for run in self._runs)
+
+    @property
+    def _reached(self) -> float:
+        """The same as a part of all."""
+        return self._common / len(self._problem.times)
+
+    def _windows(self) -> Iterator[tuple[int, int]]:
+        """From where to where these are looked at at a time."""
+        common, rows = self._common, self.run.rows
+        size = common if isinstance(rows, np.ndarray) else window_rows(len(self._problem.y0))
+        return ((k, min(k + size, common)) for k in range(0, common, size))
+
+    def _errors(self, first: int, last: int, events: Agreement | None) -> Array:
+        """Estimated error of some samples that all runs have reached."""
+        own, looser, disturbed = (run.rows[first:last] for run in self._runs)
+        _, looser_weight, weight = self._weights
+        errors = looser_weight * np.abs(looser - own) + weight * np.abs(disturbed - own)
+        if events is not None:
+            errors[events.exempt(self._problem.times[first:last]), len(self._problem.kinds) :] = 0
+        return np.asarray(errors)
+
+    @property
+    def _weights(self) -> tuple[float, float, float]:
+        """What the distance of each run from the first counts."""
+        weight = ROUNDING_WEIGHT if self._looser in self._schedule else ONLY_ROUNDING_WEIGHT
+        # LSODA's own error is larger than what rounding does.
+        by_lsoda = self._disturbed.method is INTEGRATORS["LSODA"]
+        return 0.0, LOOSER_WEIGHT, 1.0 if by_lsoda else weight
+
+    @property
+    def events(self) -> Agreement | None:
+        """What the runs say of the events of contacts, None where there are none."""
+        problem, rhs = self._problem, self._problem.rhs
+        if not isinstance(rhs, SwitchedRhs):
+            return None
+        switches = [run.switches for run in self._runs]
+        near = CLOSE * self._eps * problem.span
+        reached = [run.t for run in self._runs]
+        found = agreement(switches, reached, self._weights, problem.until, near)
+        grazes = Grazes(rhs, self._eps, self._found.scales[-1], problem.until)
+        dips = [run.grazes for run in self._runs]
+        found = found.but(first_graze(dips, self._weights, min(reached), grazes))
+        if not self.complete:
+            return found
+        last, n = len(problem.times) - 1, len(problem.kinds)
+        errors = self._errors(last, last + 1, None)[0, :n]
+        return found.also(*at_the_end(rhs, self.run.closed, problem.until, self.run.y, errors))
+
+    def _hopeless(self, first: int) -> bool:
+        """Whether the newest errors are (far) beyond eps on any scale to be expected."""
+        last = self._common
+        if first >= last:
+            return False
+        errors = self._errors(first, last, self.events)
+        seen = np.abs(self.run.rows[first:last]).max(axis=0)
+        scales = np.maximum(self._found.scales[-1], seen)
+        beyond = MISSED if self._reached < EARLY and not self._last else HOPELESS
+        return bool((errors > beyond * self._eps * scales).any())
+
+    def judge(self) -> Verdict:
+        """How far the estimate stays below eps."""
+        key = tuple((run, run.filled, run.t) for run in self._runs)
+        if self._judged is None or self._judged[0] != key:
+            self._judged = key, self._judge()
+        return self._judged[1]
+
+    def _judge(self) -> Verdict:
+        events, judging = self.events, Judging(self._problem, self._eps, self.run.rows[0])
+        for first, last in self._windows():
+            times, errors = self._problem.times[first:last], self._errors(first, last, events)
+            beside = np.zeros(len(times))
+            if events is not None:
+                beside = events.ratios(times, self._problem.span)
+                beside[times >= end_of_bounces(self.run.switches)] = np.inf
+            judging.add(self.run.rows[first:last], errors, beside)
+        return judging.verdict
+
+    @property
+    def complete(self) -> bool:
+        """Whether all runs reached the last sample."""
+        return self._common == len(self._problem.times)
+
+    def looser_for(self, wider: bool) -> Run | None:
+        """The run as the looser one of another attempt, None where it is too far off for that."""
+        ended = self.complete and self.failure is None
+        near = ended and self.judge().excess <= REUSED[wider != self.wider]
+        return self.run if near else None
+
+    @property
+    def failure(self) -> Failure | None:
+        """Where the motion ends, if all runs agree that it does.
+
+        Before a singularity steps may become so many that a run is given up
+        there; it agrees where it stands beside one that failed.
+        """
+        failure = next((run.failure for run in self._runs if run.failure is not None), None)
+        times = [run.t for run in self._runs]
+        ended = all(run.failure is not None or self._spent(run) for run in self._runs)
+        same = max(times) - min(times) <= SAME_END * self._problem.span
+        return failure if ended and same else None
+
+    @property
+    def settled(self) -> bool:
+        """Whether a smaller tolerance has nothing to add."""
+        reached = self.judge().samples
+        possible = first_from(self._problem.times, end_of_bounces(self.run.switches))
+        if reached == possible or self.lost:
+            return True
+        return self.failure is not None and reached == self._common
+
+    @property
+    def loose_at_first(self) -> bool:
+        """Whether a smaller scale than the motion so far had bounds the absolute tolerance."""
+        return self._steering.loose_at_first
+
+    @property
+    def reduction(self) -> float:
+        """By how much to tighten: the excess, as it would be at the end, and some margin."""
+        near = self.looser_for(self.wider) is not None
+        return LOOSER if near else max(10 * self.expected_excess, 30.0)
+
+    @property
+    def expected_excess(self) -> float:
+        """The excess, as it would be at the end."""
+        excess = self.judge().excess if np.isfinite(self.judge().excess) else MOST_EXCESS
+        return float(min(max(excess, 1.0) / self._reached**2, MOST_EXCESS))

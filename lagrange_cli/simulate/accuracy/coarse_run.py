@@ -1,0 +1,293 @@
+"""A coarse run that is followed step by step: what is seen of the motion on the way."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from dataclasses import replace
+from itertools import takewhile
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.checkpoint.progress import Watch
+from lagrange_cli.simulate.integrators import INTEGRATORS, Control
+from lagrange_cli.simulate.runs.problem import (
+    InitialValueProblem,
+    between_samples,
+    groups,
+    running_scales,
+)
+from lagrange_cli.simulate.runs.run import Run
+from lagrange_cli.simulate.sharpness.analyticity import Place, Sight, longest_step
+
+__all__ = [
+    "COARSE",
+    "COARSE_TOLERANCES",
+    "FIRST_STEP",
+    "LEAST",
+    "Tracker",
+    "few_steps",
+    "steady_time",
+]
+
+#: Relative tolerance of the coarse run, and those of further ones where it is no use.
+COARSE = 1e-5
+COARSE_TOLERANCES = (COARSE, 1e-8, 1e-11)
+
+#: A motion is close to the origin where it takes steps of less than this part of the longest so
+#: far, and too close for a coarse run within so many tolerances of the scales.
+SHORT, TOO_CLOSE = 0.05, 1e3
+
+#: Least absolute tolerance: scales may underflow, tolerances must not.
+LEAST = 1e-290
+
+#: Steps that are made one by one, until their length has settled; later a few are
+#: made before tolerances are looked at again.
+START, FEW = 12, 16
+
+#: A run is lost that would need more steps than this at the pace of its last ones, so many: where
+#: it is coarse it may fall into a singularity that the motion passes.
+MOST_STEPS, WINDOW = 1e9, 2**14
+
+#: How much longer than those of other runs its steps may be: it shows scales alone.
+LONGER = 2.0
+
+#: A motion of fewer steps than this, by what is seen of it (:mod:`.sharpness.analyticity`), is
+#: followed at the tolerance to come at once.
+FEW_STEPS = 16
+
+#: How much longer than without sight steps must become for it to be worth to look, unless they
+#: are as long as they may be but for such a part.
+WORTH, FULL = 1.5, 0.9
+
+#: The first step as a part of the span; steps grow tenfold from there.
+FIRST_STEP = 1e-8
+
+#: Part of accelerations that may change in the first step, by how much it is shortened where more
+#: does, and the least part of the time or the span that is tried.
+STEADY, SHRINK, SMALLEST_STEP = 0.5, 0.125, 1e-15
+
+
+def steady_time(problem: InitialValueProblem, most: float) -> float:
+    """A time, no longer than ``most``, in which accelerations stay about what they are at the
+    start, beside the largest of their kind."""
+    n, t, y = len(problem.kinds), problem.start, problem.y0
+    push, h = problem.rhs(t, y)[n:], most
+    while h > SMALLEST_STEP * max(problem.span, abs(t)):
+        change = np.abs(problem.rhs(t + h, _fallen(y, push, h))[n:] - push)
+        if all(
+            change[alike].max() <= STEADY * np.abs(push[alike]).max()
+            for alike in groups(problem.kinds)
+        ):
+            break
+        h *= SHRINK
+    return h
+
+
+def _fallen(y: Array, push: Array, h: float) -> Array:
+    """Where the state is after a time with accelerations as they are."""
+    n = len(push)
+    return np.concatenate([y[:n] + h * y[n:] + h * h / 2 * push, y[n:] + h * push])
+
+
+def _first_step(problem: InitialValueProblem, push: Array) -> float:
+    """A part of the span in which accelerations stay what they are at the start, if they matter.
+
+    Else what they are there, times that step, would be no scale of what follows (a comet that
+    starts at its perihelion).
+    """
+    n, t, y = len(problem.kinds), problem.start, problem.y0
+    rest, h = y[n:], FIRST_STEP * problem.span
+    while h > SMALLEST_STEP * max(problem.span, abs(t)):
+        change = np.abs(problem.rhs(t + h, _fallen(y, push, h))[n:] - push)
+        steady = change <= STEADY * np.abs(push)
+        if (steady | (h * np.abs(push) <= np.abs(rest))).all():
+            break
+        h *= SHRINK
+    return h
+
+
+def few_steps(problem: InitialValueProblem, reach: float) -> bool:
+    """Whether few steps lead through a motion of which so much is seen."""
+    return longest_step(problem, reach) * FEW_STEPS > problem.span
+
+
+class Tracker:
+    """Scales that grow with the motion, since nothing is known of it before.
+
+    ``tolerance`` is relative to them; ``first_step`` is the length that steps settle at.
+    """
+
+    def __init__(
+        self, problem: InitialValueProblem, watch: Watch, tolerance: float, reach: float = 0.0
+    ) -> None:
+        self._problem, self._watch, self._tolerance = problem, watch, tolerance
+        self._reach, self._widest = reach, 0.0
+        self._spent = [(problem.start, 0)]
+        self._longest, self._closest = 0.0, np.ones(len(problem.kinds))
+        n = len(problem.kinds)
+        rest = problem.y0[n:]
+        push = problem.rhs(problem.start, problem.y0)[n:]
+        longest = longest_step(problem, reach)
+        h = longest if reach else _first_step(problem, push)
+        first = np.concatenate([np.abs(rest) * h + np.abs(push) * (h * h), np.abs(push) * h])
+        first = np.where(np.isfinite(first), first, 0.0)
+        self._moved = np.stack([np.zeros_like(first), first])
+        self._atol = np.maximum(self._tolerance * self.seen(), LEAST)
+        control = Control(
+            # Positions count from the start: an offset of the origin is no scale.
+            rtol=np.repeat([0.0, tolerance], n),
+            atol=self._atol,
+            first_step=h,
+            max_step=longest if reach else LONGER * longest,
+            autonomous=problem.autonomous,
+        )
+        self._control = control
+        self.first_step = h
+        self._ends: list[float] = []
+        self._steps: list[float] = []
+        self.explicit = Run(INTEGRATORS["DOP853"], problem, control)
+        self.places = [Place(problem.start, self.explicit.y, self.explicit.began)]
+
+    def seen(self) -> Array:
+        """Scales of the motion so far."""
+        n = len(self._problem.kinds)
+        states = self._moved.copy()
+        states[:, n:] = np.maximum(states[:, n:], np.abs(self._problem.y0[n:]))
+        return np.asarray(running_scales(self._problem, states)[-1])
+
+    def step_at(self, t: float) -> float:
+        """The mean length of the few steps that were made around a time."""
+        if t <= self._problem.start or not self._steps:
+            return self.first_step
+        return self._steps[min(bisect_left(self._ends, t), len(self._steps) - 1)]
+
+    def implicit(self) -> Run:
+        self._ends, self._steps = [], []
+        control = Control(
+            rtol=self._control.rtol,
+            atol=self._tolerance * self.seen(),
+            first_step=self._control.first_step,
+            max_step=self._control.max_step,
+        )
+        return Run(INTEGRATORS["Radau"], self._problem, control)
+
+    def go(self, run: Run, evaluations: int | None) -> bool:
+        """Step until complete, failed or lost (True), or until a limit is reached or the motion
+        comes too close to the origin (False)."""
+        problem, first = self._problem, run.steps
+        counted, reached = run.steps, run.t
+        while evaluations is None or run.evaluations < evaluations:
+            before, done = run.t, run.steps - first
+            at_once = 1 if self._reach else min(1 + done // FEW, FEW)
+            goes_on = run.advance(len(problem.times), at_once)
+            if self._reach:
+                self._go_to(run, before)
+            if not goes_on:
+                self._end(run)
+                return True
+            cut = self._reach and self.places[-2].t > before
+            if first == 0 and done == (0 if self._reach else START - 1) and not cut:
+                self.first_step = run.t - before
+            elif done >= START:
+                self._note(run, (run.t - before) / max(run.steps - first - done, 1))
+                if self.too_close:
+                    return False
+            if run.steps - counted >= WINDOW:
+                if (run.t - reached) * MOST_STEPS < WINDOW * problem.span:
+                    return True
+                counted, reached = run.steps, run.t
+            self._watch((run.t - problem.start) / problem.span)
+            moved = np.abs(run.y - problem.y0)
+            moved[len(problem.kinds) :] = np.abs(run.y[len(problem.kinds) :])
+            self._moved[1] = np.maximum(self._moved[1], moved)
+            self._atol[:] = np.maximum(self._tolerance * self.seen(), LEAST)
+        return False
+
+    def _go_to(self, run: Run, before: float) -> None:
+        """Remember where a step has led, and where contacts ended it."""
+        self._widest = max(self._widest, run.t - before)
+        closed = self.places[-1].closed
+        newest = list(takewhile(lambda switch: switch.t > before, reversed(run.switches)))
+        for switch in reversed(newest):
+            self.places.append(Place(switch.t, switch.before, closed))
+            closed = switch.flags
+        self.places.append(Place(run.t, run.y, closed))
+        self._spent.append((run.t, run.evaluations))
+
+    def spent_until(self, t: float) -> float:
+        """Right-hand sides that the run took until a time, where it remembers where it has been."""
+        times, evaluations = zip(*self._spent, strict=True)
+        return float(np.interp(t, times, evaluations))
+
+    @property
+    def control_of_trial(self) -> Control:
+        """What steers another run at the same tolerance."""
+        return replace(self._control, first_step=self.first_step)
+
+    def see(self, sight: Sight, tolerance: float) -> float:
+        """How far is seen from where the run has been, 0 where steps at a tolerance to come would
+        be short without that."""
+        finer = max(1.0, self._tolerance / tolerance) ** (1 / INTEGRATORS["DOP853"].order)
+        limited = self._widest > FULL * longest_step(self._problem, self._reach)
+        if self._widest < finer * WORTH * self._problem.longest_step and not limited:
+            return 0.0
+        return sight.along(self.places, self._reach, self.seen())
+
+    def shown(self, reach: float) -> bool:
+        """Whether to see so far is enough for the steps that were made."""
+        possible = longest_step(self._problem, reach) if reach else 0.0
+        return reach >= self._reach or self._widest <= possible
+
+    def _note(self, run: Run, h: float) -> None:
+        """Remember the length of steps, and how far from the origin the short ones are."""
+        self._ends.append(run.t)
+        self._steps.append(h)
+        self._longest = max(self._longest, h)
+        if h < SHORT * self._longest:
+            self._see(run.y, h)
+
+    def _end(self, run: Run) -> None:
+        """The start was close to the origin as well, unless the motion runs away from there."""
+        if run.failure is None and self.first_step < SHORT * self._longest:
+            self._see(self._problem.y0, 0.0)
+
+    def _see(self, y: Array, h: float) -> None:
+        """How far from the origin a state is, or how far its step goes, beside the scales."""
+        n = len(self._problem.kinds)
+        sizes, scales = np.maximum(np.abs(y[:n]), h * np.abs(y[n:])), self.seen()[:n]
+        for alike in groups(self._problem.kinds):
+            size = sizes[alike].max() / scales[alike].max()
+            if size > 0:
+                self._closest[alike] = np.minimum(self._closest[alike], size)
+
+    @property
+    def too_close(self) -> bool:
+        """Whether bodies come closer to the origin than a coarse run can tell: it may take them
+        to the wrong side of what attracts them. The finest run is trusted."""
+        if self._tolerance == COARSE_TOLERANCES[-1]:
+            return False
+        near = self._closest < TOO_CLOSE * self._tolerance
+        return bool((near & ~self._problem.angles).any())
+
+    @property
+    def closest(self) -> Array:
+        """How close to the origin each coordinate came in short steps, others of its kind with
+        it, as a part of the scales; 1 where it did not, and for velocities; shape (2n,)."""
+        return np.concatenate([self._closest, np.ones_like(self._closest)])
+
+    def scales(self, run: Run) -> Array:
+        """The scales so far at each sample, or of the motion where no sample was reached."""
+        if run.filled < 2:
+            return self.seen()[None, :]
+        problem = replace(self._problem, between=self.between(run))
+        return running_scales(problem, run.states)[1:]
+
+    def between(self, run: Run) -> Array:
+        """How far components go between samples that do not show it, shape (2n,).
+
+        Behind the last sample of a motion that ends in a singularity they go anywhere.
+        """
+        if run.failure is not None:
+            return np.zeros_like(self._moved[1])
+        return between_samples(self._problem, run.states, self._moved[1])

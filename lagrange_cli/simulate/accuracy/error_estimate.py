@@ -1,0 +1,92 @@
+"""How far the estimated errors of a run stay below the accuracy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.runs.problem import InitialValueProblem, RunningScales, spacing
+
+__all__ = ["FLOOR_ULPS", "Judging", "Verdict", "verdict"]
+
+#: Units in the last place below which nothing is promised.
+FLOOR_ULPS = 4.0
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How many samples hold, with which estimate; ``excess`` is how far the last is off.
+
+    ``errors`` are those of each number of the state at the last sample that all runs
+    reached, over their scales there, ``last`` these scales.
+    """
+
+    samples: int
+    estimate: float
+    scales: Array
+    excess: float
+    errors: Array
+    last: Array
+
+
+class Judging:
+    """Looks at the samples of a run in parts, in order; ``start`` is the first of them."""
+
+    def __init__(self, problem: InitialValueProblem, eps: float, start: Array) -> None:
+        n = len(problem.kinds)
+        self._eps, self._n, self._seen = eps, n, 0
+        self._scales = RunningScales(problem, start)
+        self._worst, self._size = np.zeros((1, 2 * n)), np.zeros((1, n))
+        self._found: Verdict | None = None
+
+    def add(self, states: Array, errors: Array, beside: Array) -> None:
+        """Take further samples.
+
+        Parameters
+        ----------
+        states, errors
+            Of the run, and what they are estimated to be off, shapes (m, 2n).
+        beside
+            What is estimated besides, over its scale, shape (m,).
+        """
+        n = self._n
+        errors = _largest_so_far(self._worst, errors)
+        sizes = _largest_so_far(self._size, np.abs(states[:, :n]))
+        self._worst, self._size = errors[-1:].copy(), sizes[-1:]
+        errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * spacing(sizes))
+        scales = self._scales.add(states)
+        each = errors / scales
+        ratios = np.maximum(each.max(axis=1), beside)
+        if not self._seen:
+            ratios[0] = 0.0  # the start is given
+        good = np.flatnonzero(ratios < self._eps)
+        rest = float(ratios[-1] / self._eps), each[-1], scales[-1].copy()
+        if len(good):
+            at = int(good[-1])
+            held = self._seen + at + 1, float(ratios[at]), scales[at]
+        else:
+            before = self.verdict
+            held = before.samples, before.estimate, before.scales
+        self._found = Verdict(*held, *rest)
+        self._seen += len(states)
+
+    @property
+    def verdict(self) -> Verdict:
+        assert self._found is not None
+        return self._found
+
+
+def verdict(
+    problem: InitialValueProblem, eps: float, states: Array, errors: Array, beside: Array
+) -> Verdict:
+    """How far the estimate of a run stays below ``eps``, of all its samples at once."""
+    judging = Judging(problem, eps, states[0])
+    judging.add(states, errors, beside)
+    return judging.verdict
+
+
+def _largest_so_far(before: Array, values: Array) -> Array:
+    """The largest of each column up to each row, those ``before`` included."""
+    return np.asarray(np.maximum.accumulate(np.concatenate([before, values]), axis=0)[1:])

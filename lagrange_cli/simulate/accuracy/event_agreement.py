@@ -1,0 +1,167 @@
+"""What several runs of one motion say of its events: where they agree, and to what."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import takewhile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.hybrid.contact_motion import LOCATED
+from lagrange_cli.simulate.integrators.hybrid.contact_system import (
+    TOUCHING,
+    Flags,
+    Switch,
+    SwitchedRhs,
+)
+
+__all__ = ["Agreement", "Unclear", "agreement", "at_the_end", "end_of_bounces"]
+
+
+@dataclass(frozen=True)
+class Unclear:
+    """When and at which contacts a promise ends: whether runs ``differ`` in what happens, or in
+    its consequences alone."""
+
+    time: float
+    contacts: tuple[int, ...]
+    differ: bool
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Events that all runs have, with the estimated errors of their times.
+
+    ``times``, ``errors`` and ``jumps`` (whether velocities change) have one entry an
+    event; from ``broken`` on the runs differ in what happens to the contacts ``differing``.
+    """
+
+    times: Array
+    errors: Array
+    jumps: NDArray[np.bool_]
+    broken: float
+    differing: tuple[int, ...] = ()
+
+    def unclear(self, kept: float, lost: float, switches: Sequence[Switch]) -> Unclear | None:
+        """What happens to contacts where a promise ends: between two samples, of which the first
+        is kept and the other is not. ``switches`` are those of the first run."""
+        if self.differing:
+            return Unclear(self.broken, self.differing, differ=True)
+        between = [s for s in switches if kept < s.t <= lost]
+        if not between:
+            return None
+        contacts = {s.contact for s in between}
+        return Unclear(between[0].t, tuple(sorted(contacts)), differ=False)
+
+    def ratios(self, t: Array, span: float) -> Array:
+        """The largest error of an event up to each time, as a part of the span."""
+        order = np.argsort(self.times)
+        largest = np.maximum.accumulate(np.concatenate([[0.0], self.errors[order] / span]))
+        found = largest[np.searchsorted(self.times[order], t, side="right")]
+        return np.where(t < self.broken, found, np.inf)
+
+    def but(self, graze: tuple[float, int] | None) -> Agreement:
+        """With a time from which on runs cannot tell whether a contact is struck."""
+        if graze is None or graze[0] >= self.broken:
+            return self
+        return replace(self, broken=graze[0], differing=(graze[1],))
+
+    def also(self, times: Array, errors: Array) -> Agreement:
+        """With jumps behind the end of the runs."""
+        return replace(
+            self,
+            times=np.concatenate([self.times, times]),
+            errors=np.concatenate([self.errors, errors]),
+            jumps=np.concatenate([self.jumps, np.ones(len(times), dtype=bool)]),
+        )
+
+    def exempt(self, t: Array) -> NDArray[np.bool_]:
+        """Which times are as close to a jump as the error of its time."""
+        times, errors = self.times[self.jumps], self.errors[self.jumps]
+        if len(times) == 0:
+            return np.zeros(len(t), dtype=bool)
+        errors = np.maximum(errors, LOCATED * np.spacing(np.abs(times)))
+        near = np.abs(t[:, None] - times[None, :]) <= errors[None, :]
+        return np.asarray(near.any(axis=1))
+
+
+def agreement(
+    runs: Sequence[Sequence[Switch]],
+    reached: Sequence[float],
+    weights: Sequence[float],
+    end: float = np.inf,
+    near: float = 0.0,
+) -> Agreement:
+    """Compare the events of a run, the first, with those of others, contact by contact.
+
+    So events of different contacts at one time may come in any order.
+
+    Parameters
+    ----------
+    reached
+        How far each run has come.
+    weights
+        What the distances of each run's times from the first one's count.
+    end, near
+        Where the runs end: an event no further before it may lie behind it for others.
+    """
+    matched: list[tuple[float, float, bool]] = []
+    broken: dict[int, float] = {}
+    until = min(reached)
+    for contact in sorted({s.contact for run in runs for s in run}):
+        own = [[s for s in run if s.contact == contact] for run in runs]
+        together = zip(*own, strict=False)
+        alike = list(takewhile(lambda same: len({s.kind for s in same}) == 1, together))
+        at = np.array([[s.t for s in same] for same in alike]).reshape(-1, len(runs))
+        errors = np.abs(at - at[:, :1]) @ np.asarray(weights)
+        jumps = (any(s.jumps for s in same) for same in alike)
+        matched += zip(at[:, 0].tolist(), errors.tolist(), jumps, strict=True)
+        further = [run[len(alike)] for run in own if len(run) > len(alike)]
+        if not further:
+            continue
+        first = min(s.t for s in further)
+        if len(further) < len(runs) and first >= end - near:
+            matched.append((first, end - first, True))
+        elif first <= until:
+            broken[contact] = first
+    times, off, struck = zip(*matched, strict=True) if matched else ((), (), ())
+    begins = min(broken.values(), default=np.inf)
+    return Agreement(
+        np.array(times),
+        np.array(off),
+        np.array(struck, dtype=bool),
+        begins,
+        tuple(contact for contact, first in broken.items() if first == begins),
+    )
+
+
+def at_the_end(
+    rhs: SwitchedRhs, closed: Flags, t: float, y: Array, errors: Array
+) -> tuple[Array, Array]:
+    """Times of contacts that may as well close before a run ends, at t, as behind that.
+
+    Parameters
+    ----------
+    closed
+        Contacts that are closed already.
+    y, errors
+        The last state and the errors of its coordinates, shapes (2n,) and (n,).
+
+    Returns
+    -------
+    The times if what y shows goes on, and how much earlier they may be.
+    """
+    gaps, n = rhs.gaps(t, y), len(errors)
+    speeds, sizes = gaps.speeds(y[n:])
+    noise = gaps.noise(errors)
+    falls = (speeds < -TOUCHING * sizes) & (np.abs(gaps.values) <= noise) & ~np.array(closed)
+    times = t - gaps.values[falls] / speeds[falls]
+    return times, np.abs(times - t) + noise[falls] / np.abs(speeds[falls])
+
+
+def end_of_bounces(switches: Sequence[Switch]) -> float:
+    """When the first sequence of ever shorter bounces ends; infinity where none does."""
+    return min((s.t for s in switches if s.kind == "zeno"), default=np.inf)

@@ -1,0 +1,116 @@
+"""Gaps that almost close, or only just do: where runs cannot tell which, and whether it matters.
+
+A gap with a least value φ that is known to δ may have been struck at a speed of √(2 φ̈ (|φ| + δ)),
+which is much larger than the errors that leave it open: what follows a graze is uncertain by their
+square root.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.hybrid.contact_system import Dip, SwitchedRhs
+
+__all__ = ["Grazes", "first_graze"]
+
+#: Units in the last place of what a gap is the difference of, and of how far things move, to which
+#: no run knows it.
+ROUNDING = 32 * 2.0**-52
+
+#: How far below the accuracy the effect of an impact must be for it not to matter whether there
+#: is one, as what follows may let it grow.
+NEGLIGIBLE = 1e-3
+
+
+@dataclass(frozen=True)
+class Grazes:
+    """What decides over grazes: the accuracy ``eps`` of ``scales``, shape (2n,), until ``end``."""
+
+    rhs: SwitchedRhs
+    eps: float
+    scales: Array
+    end: float
+
+    def margin(self, dip: Dip, spread: float) -> float:
+        """To what a gap's least value is known, of which runs differ by ``spread``."""
+        n = len(dip.gradient)
+        moves = float(np.abs(dip.gradient) @ self.scales[:n])
+        return spread + ROUNDING * (dip.size + moves)
+
+    def most(self, dip: Dip) -> float:
+        """As much as a gap can be off where the accuracy is kept."""
+        return float(np.abs(dip.gradient) @ self.scales[: len(dip.gradient)]) * self.eps
+
+    def matters(self, dip: Dip, depth: float) -> bool:
+        """Whether it matters if a gap is struck that is passed by so much at most."""
+        if not dip.bend > 0:
+            return True
+        n, speed = len(dip.gradient), np.sqrt(2 * dip.bend * depth)
+        change = np.abs(self._impact(dip, speed))
+        allowed = NEGLIGIBLE * self.eps * self.scales
+        kept = (change <= allowed[n:]) & (change * (self.end - dip.t) <= allowed[:n])
+        return not bool(kept.all())
+
+    def _impact(self, dip: Dip, speed: float) -> Array:
+        """What an impact at a speed changes velocities by, shape (n,)."""
+        n, y = len(dip.gradient), dip.y.copy()
+        gaps = self.rhs.gaps(dip.t, y)
+        off = float(gaps.speeds(y[n:])[0][dip.contact]) + speed
+        y[n:] -= dip.gradient * off / (dip.gradient @ dip.gradient)
+        after, _ = self.rhs.reset(dip.t, y, dip.closed, dip.contact, 1.0)
+        return np.full(n, np.inf) if after is None else after[n:] - y[n:]
+
+
+def first_graze(
+    runs: Sequence[Sequence[Dip]], weights: Sequence[float], reached: float, grazes: Grazes
+) -> tuple[float, int] | None:
+    """When and at which contact runs first cannot tell whether it is struck, where that matters.
+
+    Parameters
+    ----------
+    runs
+        The dips of the run, and of those that it is compared with.
+    weights
+        What the distances of each run from the first count.
+    reached
+        How far all runs have come.
+    """
+    found = []
+    for number, own in enumerate(runs):
+        for dip in own:
+            if dip.t > reached:
+                continue
+            spread = _spread(dip, runs, weights, grazes) if number == 0 else None
+            if number and _nearest(dip, runs[0]) is None:
+                spread = grazes.most(dip)
+            if spread is None:
+                continue
+            margin = grazes.margin(dip, spread)
+            depth = abs(dip.least) + margin
+            if abs(dip.least) <= margin and grazes.matters(dip, depth):
+                before = np.sqrt(2 * depth / dip.bend) if dip.bend > 0 else 0.0
+                found.append((float(dip.t - before), dip.contact))
+    return min(found, default=None)
+
+
+def _spread(
+    dip: Dip, runs: Sequence[Sequence[Dip]], weights: Sequence[float], grazes: Grazes
+) -> float:
+    """How much runs differ in a dip of the first."""
+    spread = 0.0
+    for of, weight in zip(runs[1:], weights[1:], strict=True):
+        other = _nearest(dip, of)
+        if other is None:
+            return grazes.most(dip)
+        spread += weight * abs(other.least - dip.least)
+    return spread
+
+
+def _nearest(dip: Dip, among: Sequence[Dip]) -> Dip | None:
+    """The dip of the same contact that is nearest in time."""
+    same = (other for other in among if other.contact == dip.contact)
+    return min(same, key=lambda other: abs(other.t - dip.t), default=None)

@@ -1,0 +1,271 @@
+"""A coarse first run: how far things move, in what steps, and whether the system is stiff."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from lagrange_cli.simulate.accuracy.coarse_run import (
+    COARSE,
+    COARSE_TOLERANCES,
+    Tracker,
+    few_steps,
+    steady_time,
+)
+from lagrange_cli.simulate.accuracy.roundoff import NOISE_PART, noise_of_step
+from lagrange_cli.simulate.accuracy.stiffness import probe
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.checkpoint.checkpoint import Keeper
+from lagrange_cli.simulate.checkpoint.progress import Watch
+from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
+from lagrange_cli.simulate.integrators.base import Rhs, State
+from lagrange_cli.simulate.integrators.external.heyoka_method import Taylor
+from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
+from lagrange_cli.simulate.integrators.native.function import NativeRhs
+from lagrange_cli.simulate.integrators.piecewise import pieces
+from lagrange_cli.simulate.runs.problem import InitialValueProblem
+from lagrange_cli.simulate.runs.run import Run
+from lagrange_cli.simulate.samples.rows import Grid, thinned
+from lagrange_cli.simulate.sharpness.analyticity import Sight, longest_step
+from lagrange_cli.simulate.sharpness.peaks import watching
+
+__all__ = ["Pilot", "explicit_method", "pilot", "pilot_or_before", "suits_gauss"]
+
+#: Right-hand sides of a motion of few steps from which on another method is tried.
+WORTH_TRYING = 300
+
+#: A step beside the time in which accelerations stay about what they are.
+STEADY_STEPS = 0.1
+
+#: States at which rounding of the right-hand side is looked at.
+NOISE_SAMPLES = 16
+
+#: Numbers of the samples of the coarse run, where those that are asked for are not in memory.
+MOST = 2**20
+
+#: Right-hand sides after which the explicit run pauses to ask whether the system is stiff.
+PROBE_AFTER = 20_000
+
+#: The tolerance from which on Gauss16 takes about as few right-hand sides as DOP853, or fewer;
+#: side by side, eight cost little more than one or two.
+FINE = 2e-11
+
+
+@dataclass(frozen=True)
+class Pilot:
+    """What the coarse run found.
+
+    ``scales`` of q and q̇ so far at each sample it reached, shape (samples,
+    2n); ``method`` for the runs to come, an explicit one or, where stiff, an
+    implicit one; ``first_step`` and ``longest_step`` for them. ``noise`` is the rounding error of a
+    step so far, at samples equally far apart, shape (NOISE_SAMPLES at most,
+    2n): a tolerance below it would only chase rounding. Each of its samples stands for
+    ``stride`` of those that are asked for. ``closest`` is how close to the
+    origin each coordinate came in short steps, as a part of the scales, shape (2n,).
+    ``between`` is how far components go between samples that do not show it, shape (2n,).
+    ``sharp``: it made steps again for peaks of sharp functions, and so have the runs to come.
+    """
+
+    scales: Array
+    noise: Array
+    closest: Array
+    method: type[Integrator]
+    first_step: float
+    longest_step: float
+    evaluations: int
+    between: Array
+    stride: int = 1
+    sharp: bool = False
+
+    def scales_so_far(self, samples: int) -> Array:
+        """The scales within a number of samples."""
+        return np.asarray(self.scales[min(self._own(samples), len(self.scales)) - 1])
+
+    def _own(self, samples: int) -> int:
+        """How many of its samples are within a number of samples."""
+        return -(-samples // self.stride)
+
+    @property
+    def relative_noise(self) -> float:
+        """The typical noise beside the scales, of the component where it is largest."""
+        # The median; numpy.median would import much.
+        ascending, middle = np.sort(self.noise, axis=0), (len(self.noise) - 1) / 2
+        median = (ascending[math.floor(middle)] + ascending[math.ceil(middle)]) / 2
+        typical = median / self.scales[-1]
+        return float(np.max(typical, initial=0.0, where=np.isfinite(typical)))
+
+    def noise_so_far(self, samples: int) -> Array:
+        """The noise within a number of samples."""
+        part = min(self._own(samples) / len(self.scales), 1.0)
+        return np.asarray(self.noise[round(part * (len(self.noise) - 1))])
+
+    def finer(self, factor: float) -> Pilot:
+        """The same found with arithmetic whose rounding is that part of doubles'."""
+        return replace(self, noise=factor * self.noise)
+
+    def state(self) -> State:
+        """The same as plain values."""
+        numbers = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {**numbers, "method": self.method.name}
+
+    @classmethod
+    def restored(cls, state: State) -> Pilot:
+        """What :meth:`state` was made of."""
+        return cls(**{**state, "method": INTEGRATORS[state["method"]]})
+
+    @property
+    def stiff(self) -> bool:
+        return self.method.implicit
+
+
+def pilot_or_before(
+    problem: InitialValueProblem,
+    tolerance: float,
+    watch: Watch,
+    keeper: Keeper | None,
+    *,
+    looks: bool = False,
+) -> Pilot:
+    """What the pilot finds, or found before a run was interrupted that goes on."""
+    if keeper is not None and keeper.before is not None:
+        return Pilot.restored(keeper.before["pilot"])
+    return pilot(problem, tolerance, watch, looks=looks)
+
+
+def pilot(
+    problem: InitialValueProblem, tolerance: float, watch: Watch, *, looks: bool = False
+) -> Pilot:
+    """Run coarsely over the whole problem; ``tolerance`` is what the finer runs will use.
+
+    Where it ``looks``, steps are as long as :mod:`.sharpness.analyticity` shows that they may be.
+    """
+    many = isinstance(problem.times, Grid)
+    stride = -(-len(problem.times) * len(problem.y0) // MOST) if many else 1
+    problem, spent = replace(watching(problem), times=thinned(problem.times, stride)), 0
+    sight = Sight(problem)
+    # What has a kink is analytic in no disc around it.
+    looks = looks and surfaces_of(problem.rhs) is None
+    reach = sight.first(Tracker(problem, watch, COARSE).places[0]) if looks else 0.0
+    for coarse in COARSE_TOLERANCES:
+        tracker, run, method, more = _tracked(problem, coarse, tolerance, reach, watch)
+        spent += more
+        while not tracker.shown(seen := tracker.see(sight, tolerance)):
+            reach = seen
+            tracker, run, method, more = _tracked(problem, coarse, tolerance, reach, watch)
+            spent += more
+        reach = seen
+        if not tracker.too_close:
+            break
+    longest = longest_step(problem, reach)
+    if longest > problem.longest_step:
+        few = few_steps(problem, reach)
+        method, trial = _method_of_tame(problem, method, tolerance, tracker if few else None)
+        spent += trial
+    scales, noise = tracker.scales(run), _noise(problem, run, tracker.step_at)
+    closest, first_step = tracker.closest, tracker.first_step
+    between = tracker.between(run)
+    sharp = tracker.explicit.remade + run.remade > 0
+    return Pilot(scales, noise, closest, method, first_step, longest, spent, between, stride, sharp)
+
+
+def _method_of_tame(
+    problem: InitialValueProblem,
+    method: type[Integrator],
+    tolerance: float,
+    tracker: Tracker | None,
+) -> tuple[type[Integrator], int]:
+    """What takes the fewest right-hand sides where long steps lead through a motion, and what it
+    cost to find that; ``tracker``: the one that was at the tolerance to come, if it was.
+
+    Steps as long as the motion is tame take many iterations of Gauss16; but where constraints
+    are kept, fewer steps are fewer projections.
+    """
+    names, rhs = ("DOP853", "Gauss16"), problem.rhs
+    suits = isinstance(rhs, NativeRhs) and pieces(rhs) is None
+    if method.name not in names or not suits or tolerance > FINE:
+        return method, 0
+    if tracker is None:
+        return INTEGRATORS[names[not suits_gauss(rhs)]], 0
+    by_gauss, cost = False, 0
+    if suits_gauss(rhs) and tracker.explicit.evaluations > WORTH_TRYING:
+        by_gauss, cost = _cheaper_by_gauss(problem, tracker)
+    return INTEGRATORS[names[by_gauss]], cost
+
+
+def _cheaper_by_gauss(problem: InitialValueProblem, tracker: Tracker) -> tuple[bool, int]:
+    """Whether Gauss16 takes less than the tracker's run for about half of the way, and what it
+    cost to find that."""
+    trial = Run(INTEGRATORS["Gauss16"], problem, tracker.control_of_trial)
+    half, most = 1 + len(problem.times) // 2, tracker.explicit.evaluations
+    while trial.filled < half and trial.evaluations < most:
+        if not trial.go(half, most_evaluations=most - trial.evaluations):
+            break
+    reached = trial.failure is None and trial.filled >= half
+    return reached and trial.evaluations < tracker.spent_until(trial.t), trial.evaluations
+
+
+def _tracked(
+    problem: InitialValueProblem, coarse: float, tolerance: float, reach: float, watch: Watch
+) -> tuple[Tracker, Run, type[Integrator], int]:
+    """A coarse run with sight of so much, the method for further ones, and what both cost."""
+    finer = min(coarse, tolerance) if few_steps(problem, reach) else coarse
+    tracker = Tracker(problem, watch, finer, reach)
+    run, method, trial = _followed(problem, tracker, tolerance, watch)
+    return tracker, run, method, trial + run.evaluations
+
+
+def _followed(
+    problem: InitialValueProblem, tracker: Tracker, tolerance: float, watch: Watch
+) -> tuple[Run, type[Integrator], int]:
+    """A coarse run to the end, the method for further ones, and what it cost to find that."""
+    run, method = tracker.explicit, explicit_method(problem, tolerance)
+    if tracker.go(run, PROBE_AFTER) or tracker.too_close:
+        return run, method, 0
+    least = NOISE_PART * noise_of_step(problem, run.t, run.y, tracker.step_at(run.t))
+    probed = probe(problem, run.t, run.y, tolerance, tracker.seen(), least, watch)
+    spent = probed.evaluations
+    if probed.stiff:
+        method, spent = INTEGRATORS["Radau"], spent + run.evaluations
+        run = tracker.implicit()
+    tracker.go(run, None)
+    return run, method, spent
+
+
+def suits_gauss(rhs: Rhs) -> bool:
+    """Whether Gauss16 has what makes it fast: stages side by side, and no rows of inputs, which
+    make steps so short that DOP853 is cheaper."""
+    return isinstance(rhs, NativeRhs) and rhs.lanes_address is not None and pieces(rhs) is None
+
+
+def suits_taylor(rhs: Rhs, size: int) -> bool:
+    """Whether series that heyoka compiles stand in for a compiler of C: it is installed, and the
+    right-hand side can be written in expressions without kinks."""
+    smooth = surfaces_of(rhs) is None
+    return smooth and not isinstance(rhs, NativeRhs) and Taylor.suits(rhs, size)
+
+
+def explicit_method(problem: InitialValueProblem, tolerance: float) -> type[Integrator]:
+    """The method for motion that is not stiff."""
+    if suits_taylor(problem.rhs, len(problem.y0)):
+        return INTEGRATORS["taylor"]
+    fits = tolerance <= FINE and suits_gauss(problem.rhs)
+    return INTEGRATORS["Gauss16" if fits else "DOP853"]
+
+
+def _noise(problem: InitialValueProblem, run: Run, step_at: Callable[[float], float]) -> Array:
+    """How far rounding moves a step of mean size, or of the size there if smaller, so far."""
+    if run.steps == 0:
+        return np.zeros((1, len(problem.y0)))
+    picked = np.linspace(0, run.filled - 1, NOISE_SAMPLES).round().astype(int)
+    most = min(run.mean_step, problem.longest_step)
+    steady, each = steady_time(problem, most), []
+    for k in picked.tolist():
+        t = float(problem.times[k])
+        # At the start steps are short because motion that begins has no scale yet.
+        least = STEADY_STEPS * steady if k == 0 else 0.0
+        h = min(max(step_at(t), least), most)
+        each.append(noise_of_step(problem, t, run.states[k], h))
+    return np.maximum.accumulate(np.array(each), axis=0)

@@ -1,0 +1,54 @@
+"""What rounding does to a step: the least that its error can be told from."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs
+from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
+from lagrange_cli.simulate.runs.problem import InitialValueProblem
+from lagrange_cli.simulate.system.rounding import off_by_one_ulp
+
+__all__ = ["NOISE_PART", "noise_of_step"]
+
+#: Part of the noise of a step that its error estimate feels.
+NOISE_PART = 1 / 16
+
+#: Patterns in which the last places of a state are moved: numbers that are close to each other,
+#: and whose difference matters, may move alike in one of them.
+PATTERNS = (1, 2, 3)
+
+
+def noise_of_step(problem: InitialValueProblem, t: float, y: Array, h: float) -> Array:
+    """How far a step of length h from (t, y) moves where its right-hand side is rounded.
+
+    The largest change that the disturbed right-hand sides make, or the last places of the
+    state, each by itself: together they may cancel, as in k*(r - l) where both move alike.
+    What velocities are off by moves positions within the step.
+
+    Returns
+    -------
+    Shape (2n,), 0 where the right-hand side does not exist.
+    """
+    if problem.disturbed is None:
+        return np.zeros(len(y))
+    rhs, *disturbed = _on_one_side(problem.rhs, *problem.disturbed, t=t, y=y)
+    exact = rhs(t, y)
+    moved = [off(t, y) for off in disturbed]
+    moved += [rhs(t, off_by_one_ulp(y, pattern)) for pattern in PATTERNS]
+    noise = h * np.abs(np.array(moved) - exact).max(axis=0)
+    noise = np.where(np.isfinite(noise), noise, 0.0)
+    n = len(y) // 2
+    noise[:n] += h * noise[n:]
+    return noise
+
+
+def _on_one_side(*sides: Rhs, t: float, y: Array) -> list[Rhs]:
+    """Right-hand sides without the jumps that the last place of a state may cross."""
+    surfaces = surfaces_of(sides[0])
+    if surfaces is None:
+        return list(sides)
+    around = surfaces.around(t, y)
+    every = [surfaces_of(rhs) for rhs in sides]
+    return [of.side(around) for of in every if of is not None]

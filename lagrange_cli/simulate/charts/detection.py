@@ -1,0 +1,166 @@
+"""Places where the coordinates of a run are singular: whether it begins, passes or ends there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.model.model import Model, SingularPlace
+from lagrange_cli.simulate.results.outcome import Status
+from lagrange_cli.simulate.results.trajectory import Trajectory
+from lagrange_cli.simulate.samples.rows import Rows, windows
+from lagrange_cli.simulate.system.functions import functions_of
+
+__all__ = ["NEAR", "Meeting", "first_met", "parameters_of", "place_at_start", "place_met"]
+
+#: A factor this small beside its largest value has vanished at the start.
+VANISHED = 1e-12
+
+#: How many more steps between samples, at the last pace, count as having arrived.
+ARRIVED = 3.0
+
+#: A factor this small beside its largest value is near the place as well.
+NEAR = 1e-3
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """A place, the samples before it, and whether the run went past it."""
+
+    place: SingularPlace
+    samples: int
+    passed: bool
+
+
+def parameters_of(model: Model) -> list[float]:
+    return [0.0 if p.value is None else p.value for p in model.parameters]
+
+
+def _factors(model: Model, t: Array, states: Array) -> Array:
+    """Numbers that vanish where the coordinates are singular, shape (m, places)."""
+    given, function = parameters_of(model), functions_of(model.code.singular)["outputs"]
+    rows = [function(s, y, given) for s, y in zip(t.tolist(), states, strict=True)]
+    return np.array(rows, dtype=float).reshape(len(t), -1)
+
+
+def place_at_start(model: Model) -> SingularPlace | None:
+    """The place at which the motion begins, if it does."""
+    if model.initial is None:
+        return None
+    start = np.array([model.initial])
+    values = _factors(model, np.array([model.defaults.start]), start)[0]
+    for place, value in zip(model.singular, values, strict=True):
+        if not abs(value) > VANISHED:
+            return place
+    return None
+
+
+def place_met(model: Model, run: Trajectory) -> Meeting | None:
+    """The first place that a run passed or ended at."""
+    names = [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
+    states = np.column_stack([run.columns[name] for name in names])
+    return first_met(model, run.t, states, run.status, run.requested)
+
+
+def first_met(
+    model: Model, times: Rows, states: Rows, status: Status, accuracy: float | None
+) -> Meeting | None:
+    """The first place that samples, of shapes (m,) and (m, 2n), passed or ended at."""
+    passed, near = _barred(model, times, states)
+    found = []
+    for number, place in enumerate(model.singular):
+        if near.moves[number]:
+            closest = near.closest[number]
+            unresolved = _unresolved(model, times[closest], states[closest], number)
+            if unresolved > (accuracy or NEAR):
+                passed.setdefault(number, closest)
+                passed[number] = min(passed[number], closest)
+        if number in passed:
+            found.append(Meeting(place, passed[number] + 1, passed=True))
+        elif status not in ("ok", "stopped") and near.ends(number):
+            found.append(Meeting(place, len(states), passed=False))
+    return min(found, key=lambda met: met.samples, default=None)
+
+
+class _Near:
+    """How near the samples of a run come to each place; they are added in parts, in order."""
+
+    def __init__(self, model: Model) -> None:
+        n, places = len(model.coordinates), len(model.singular)
+        self._rates = [[n + model.coordinates.index(c) for c in p.lost] for p in model.singular]
+        self._seen = 0
+        self._least, self._largest = np.full(places, np.inf), np.zeros(places)
+        self._last = np.zeros((0, places))
+        self.closest = [0] * places
+        self.moves = [False] * places
+
+    def add(self, states: Array, values: Array) -> list[tuple[int, int]]:
+        """Take further states with their factors; give places of which a factor changes its
+        sign, with the number of the sample before."""
+        both = np.concatenate([self._last[-1:], values])
+        first = self._seen - len(self._last[-1:])
+        changes = np.argwhere(np.signbit(both[1:]) != np.signbit(both[:-1]))
+        sizes = np.abs(values)
+        for number, rates in enumerate(self._rates):
+            at = int(sizes[:, number].argmin())
+            if sizes[at, number] < self._least[number] or np.isnan(sizes[at, number]):
+                self._least[number], self.closest[number] = sizes[at, number], self._seen + at
+            self.moves[number] = self.moves[number] or bool(states[:, rates].any())
+        self._largest = np.maximum(self._largest, sizes.max(axis=0))
+        self._last = np.concatenate([self._last, values])[-2:]
+        self._seen += len(states)
+        return [(number, first + k) for k, number in changes.tolist()]
+
+    def ends(self, number: int) -> bool:
+        """Whether a factor is about to vanish at the last sample."""
+        last = abs(float(self._last[-1, number]))
+        if last <= NEAR * float(self._largest[number]):
+            return True
+        pace = abs(float(self._last[-2, number])) - last if len(self._last) > 1 else 0.0
+        return pace > 0 and last <= ARRIVED * pace
+
+
+def _barred(model: Model, times: Rows, states: Rows) -> tuple[dict[int, int], _Near]:
+    """The sample before each place was passed first, where it was."""
+    near, passed = _Near(model), dict[int, int]()
+    for t, part in windows(times, states):
+        for number, before in near.add(part, _factors(model, t, part)):
+            if number not in passed and _is_barred(model, number, times, states, before):
+                passed[number] = before
+    return passed, near
+
+
+def _unresolved(model: Model, t: float, state: Array, number: int) -> float:
+    """How much the last places of coordinates change a factor, as a part of it.
+
+    All runs that estimate the error hold coordinates there with the same few bits.
+    """
+    n = len(model.coordinates)
+    beside = [state + row for row in np.diag(np.spacing(np.abs(state)))[:n]]
+    times = np.full(n + 1, t)
+    own, *others = _factors(model, times, np.array([state, *beside]))[:, number].tolist()
+    change = sum(abs(other - own) for other in others)
+    return change / abs(own) if own else float("inf") if change else 0.0
+
+
+def _is_barred(model: Model, number: int, times: Rows, states: Rows, before: int) -> bool:
+    """Whether a motion that changed sides after a sample cannot have done so.
+
+    The momentum of a coordinate that loses its inertia as the factor's square keeps its
+    value: then the rate grows without bound, and the motion turns round. If instead the
+    rate is steady, the momentum goes to zero as the inertia does.
+    """
+    around = slice(max(before - 2, 0), min(before + 4, len(states)))
+    near, n = states[around], len(model.coordinates)
+    inertia = _factors(model, times[around], near)[:, number] ** 2
+    lost = [n + model.coordinates.index(name) for name in model.singular[number].lost]
+    rates = (rate for rate in near[:, lost].T if rate.any())
+    return any(_spread(rate * inertia) < _spread(rate) for rate in rates)
+
+
+def _spread(values: Array) -> float:
+    """How much numbers differ, beside their size."""
+    size = float(np.abs(values).mean())
+    return float(values.std()) / size if size > 0 else 0.0

@@ -1,0 +1,452 @@
+"""Simulations past places where the coordinates of a scene are singular.
+
+At such a place (the pole of spherical angles) no accelerations follow from the
+equations, and close to it a motion may be stepped over it unseen: the angles are then
+not those of the motion. A run that ends there, begins there, or changes sides there
+is made again in Cartesian coordinates with multipliers, from the start; the scene's
+coordinates are read off its positions (:mod:`.continuation`). Where there is no such form
+the result is cut off before the place.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.errors import InputError, Problem, SingularError
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.charts.continuation import Followed, Samples, Turning, follow
+from lagrange_cli.simulate.charts.detection import (
+    NEAR,
+    Meeting,
+    first_met,
+    parameters_of,
+    place_at_start,
+    place_met,
+)
+from lagrange_cli.simulate.model.model import FormerChart, Model, SingularPlace
+from lagrange_cli.simulate.request import Request, SimulationOptions
+from lagrange_cli.simulate.results.outcome import Status
+from lagrange_cli.simulate.results.trajectory import Trajectory
+from lagrange_cli.simulate.samples.rows import Rows
+from lagrange_cli.simulate.simulation import RunContext, integrate
+from lagrange_cli.simulate.system.functions import functions_of
+
+__all__ = ["other_form", "simulate_past_charts"]
+
+#: Parts of the time in which places and coordinates are watched at least, in which
+#: coordinates are followed close to such places, and the most.
+WATCHED, FOLLOWED, FINEST = 500, 4000, 2**17
+
+#: Part of the samples between which angles turn by a radian at most.
+USUALLY = 0.9
+
+#: An angle that usually turns by more from sample to sample is not known.
+UNCERTAIN = 2.0
+
+#: Part of a budget for a run of which the coordinates are followed afterwards.
+RUNNING = 0.8
+
+
+def simulate_past_charts(
+    model: Model,
+    options: SimulationOptions,
+    other: Callable[[], Model] | None = None,
+    context: RunContext | None = None,
+) -> Trajectory:
+    """Simulate a model, in other coordinates where its own are singular on the way.
+
+    Parameters
+    ----------
+    model
+        What is to be simulated.
+    options
+        What the user asks for.
+    other
+        Makes the model of the same scene with multipliers, or refuses; None where
+        the scene's coordinates are to be kept.
+    context
+        Means and listeners of the run; by default as :class:`.simulate.simulation.RunContext` has
+        them.
+
+    Raises
+    ------
+    InputError
+        As :func:`.simulate.simulation.simulate`.
+    """
+    context = context or RunContext()
+    if model.chart is not None:
+        return _with_chart(model, model.chart, options, _alone(context))
+    if not model.singular:
+        return integrate(model, context.resolved(model, options), context)
+    started = time.perf_counter()
+    looked: list[int] = []
+
+    def look(times: Rows, states: Rows, found: Trajectory) -> None:
+        looked.append(len(states))
+        _refuse_met(first_met(model, times, states, found.status, found.requested), times)
+
+    try:
+        request = context.resolved(model, options)
+        every = _grid(request).every(WATCHED)
+        first = integrate(model, request, context, every=every, look=look)
+    except InputError as refusal:
+        return _from_start(model, options, other, context, refusal)
+    if looked:
+        return first
+    met = place_met(model, first)
+    if met is None:
+        return _thinned(first, every)
+    left = _left(options.budget, time.perf_counter() - started)
+    second = None
+    if other is not None and left != 0:
+        again = replace(context, functions=None, progress=None, checkpoint=None, stream=None)
+        second = _in_other(other, met.place, replace(options, budget=left), again)
+    if second is not None and (second.status == "ok" or second.t[-1] > first.t[-1]):
+        return _with_costs(second, [first])
+    return _thinned(_cut(first, met), every)
+
+
+def _refuse_met(met: Meeting | None, times: Rows) -> None:
+    """Refuse more samples than memory holds of a motion past a singular place."""
+    if met is None:
+        return
+    raise InputError(
+        Problem(
+            f"the coordinates are singular where {met.place.where}, which is met after"
+            f" t = {times[met.samples - 1]:.9g}",
+            hint="with up to 100,000 samples the motion is followed past it",
+            rule="singular-place",
+        )
+    )
+
+
+def _alone(context: RunContext) -> RunContext:
+    """Context of a run in memory, and as a whole, whose coordinates are read off positions."""
+    if context.checkpoint is not None:
+        raise InputError(
+            Problem(
+                "a run cannot be interrupted and go on whose coordinates are read off positions",
+                hint="without --checkpoint, Ctrl-C keeps what is done",
+                rule="resume",
+            )
+        )
+    return replace(context, stream=None)
+
+
+def _left(budget: float | None, seconds: float) -> float | None:
+    """Seconds that are left of a budget, 0 where it is used up; None where there is none."""
+    return None if budget is None else max(budget - seconds, 0.0)
+
+
+def _from_start(
+    model: Model,
+    options: SimulationOptions,
+    other: Callable[[], Model] | None,
+    context: RunContext,
+    refusal: InputError,
+) -> Trajectory:
+    """The motion in other coordinates where it begins at a singular place of its own."""
+    problem = refusal.problems[0]
+    place = place_at_start(model) if isinstance(refusal, SingularError) else None
+    if place is None:
+        raise refusal
+    second = None
+    if other is not None:
+        second = _in_other(other, place, options, replace(_alone(context), functions=None))
+    if second is None:
+        said = f"the coordinates are singular where {place.where}"
+        raise type(refusal)(replace(problem, hint=f"{said}\n{problem.hint}")) from refusal
+    return second
+
+
+def _cut(run: Trajectory, met: Meeting) -> Trajectory:
+    """What is known before a place that was met."""
+    where, last = met.place.where, float(run.t[met.samples - 1])
+    said = (
+        f"the coordinates are singular where {where}, which is met after t = {last:.9g};"
+        " --formulation multiplier goes on where it has no such place"
+    )
+    if not met.passed:
+        return replace(run, reason=f"{run.reason}; {said}")
+    return _until(run, met.samples, said, "accuracy_not_reached")
+
+
+def _sliced(columns: Mapping[str, Array], kept: NDArray[np.intp]) -> dict[str, Array]:
+    return {name: values[kept] for name, values in columns.items()}
+
+
+# The same motion in other coordinates.
+
+
+def _in_other(
+    other: Callable[[], Model],
+    place: SingularPlace,
+    options: SimulationOptions,
+    context: RunContext,
+) -> Trajectory | None:
+    """The motion with multipliers; None where that form has the same coordinates."""
+    try:
+        model = other()
+    except InputError:
+        return None
+    kept = set(place.lost) & set(model.coordinates)
+    if model.chart is None or (kept and not place.ends):
+        return None
+    found = _with_chart(model, model.chart, options, context)
+    said = f"in {model.formulation} form: the coordinates are singular where {place.where}"
+    return replace(found, remarks=(said, *found.remarks))
+
+
+def _with_chart(
+    model: Model, chart: FormerChart, options: SimulationOptions, context: RunContext
+) -> Trajectory:
+    """A simulation whose results hold the coordinates that have been replaced as well."""
+    there = {*model.coordinates, *model.cartesian, *model.outputs}
+    gone = [name for name in chart.coordinates if name not in there]
+    request = context.resolved(model, options)
+    if not gone:
+        return integrate(model, request, context)
+    run, found, every = _run_and_followed(model, chart, request, context)
+    own = _own_columns(chart, gone, found, run)
+    run = _thinned(replace(run, columns=own | dict(run.columns)), every)
+    if not found.lost:
+        return run
+    return replace(run, remarks=(*run.remarks, _choice(gone, found.lost[0][0])))
+
+
+def _run_and_followed(
+    model: Model, chart: FormerChart, request: Request, context: RunContext
+) -> tuple[Trajectory, Followed, int]:
+    """A run as fine as its former coordinates need it, these, and every which sample counts."""
+    started, spent, grid = time.perf_counter(), 0.0, _grid(request)
+    every, before = grid.every(WATCHED), list[Trajectory]()
+    deadline = started + (request.budget or np.inf)
+    if request.budget is not None:
+        request = replace(request, budget=RUNNING * request.budget)
+    fine = grid.finer(every, FOLLOWED)
+    whole = integrate(model, request, context, every=fine)
+    while True:
+        run = _thinned(whole, fine // every)
+        begun = time.perf_counter()
+        found = _follow(model, chart, run, deadline)
+        spent += time.perf_counter() - begun
+        finer = grid.every(_wanted(chart, found, run, grid.intervals * every))
+        if every < finer <= fine:
+            every = fine
+            continue
+        left = _left(request.budget, time.perf_counter() - started)
+        if run.status == "stopped" or finer <= every or left == 0:
+            break
+        before.append(whole)
+        every = fine = finer
+        request, context = replace(request, budget=left), replace(context, progress=None)
+        whole = integrate(model, request, context, every=every)
+    run = _with_costs(_as_far_as(chart, found, run, deadline), before)
+    m = len(run.t)
+    known = replace(found, q=found.q[:m], v=found.v[:m], amplification=found.amplification[:m])
+    return replace(run, seconds={**run.seconds, "follow": spent}), known, every
+
+
+def _moves(chart: FormerChart, found: Followed, run: Trajectory) -> Array:
+    """How far angles turn from sample to sample, by the fastest of their rates."""
+    turning = [j for j, kind in enumerate(chart.kinds) if kind == "angle"]
+    step = float(run.t[-1] - run.t[0]) / max(len(run.t) - 1, 1)
+    moves = np.nan_to_num(np.abs(found.v[:, turning]) * step)
+    return np.asarray(moves.max(axis=1, initial=0.0))
+
+
+def _wanted(chart: FormerChart, found: Followed, run: Trajectory, intervals: int) -> int:
+    """Intervals in which coordinates can be followed, where they have been tried in some."""
+    passes = found.lost or found.unknown is not None
+    wanted = FOLLOWED if passes and run.status == "ok" else WATCHED
+    most = float(np.quantile(_moves(chart, found, run), USUALLY))
+    if len(found.v) < len(run.t) and found.unknown is None:
+        most = max(most, 2.0)
+    if most <= 1:
+        return wanted
+    doublings = math.ceil(math.log2(min(most, FINEST)))
+    return max(wanted, intervals << doublings)
+
+
+def _as_far_as(chart: FormerChart, found: Followed, run: Trajectory, deadline: float) -> Trajectory:
+    """The samples at which former coordinates have been found."""
+    moves, m = _moves(chart, found, run), len(found.q)
+    if np.quantile(moves, USUALLY) > UNCERTAIN:
+        m = max(1, int(np.argmax(moves > UNCERTAIN)))
+    if m == len(run.t):
+        return run
+    late = run.status == "stopped" or time.perf_counter() > deadline
+    last, names = f"t = {run.t[m - 1]:.9g}", ", ".join(chart.coordinates)
+    if found.unknown is not None and m == len(found.q):
+        said = (
+            f"{names} cannot be followed past t = {found.unknown:.9g}: the motion passes closer to"
+            " where they have no meaning than it is known"
+        )
+        return _until(run, m, said, "accuracy_not_reached")
+    if late:
+        return _until(run, m, f"stopped; what is kept ends at {last}", "stopped")
+    said = f"{names} cannot be followed past {last}: the motion is too fast for {FINEST} samples"
+    return _until(run, m, said, "accuracy_not_reached")
+
+
+def _with_costs(run: Trajectory, before: Sequence[Trajectory]) -> Trajectory:
+    """With the costs of runs that it replaces."""
+    return replace(
+        run,
+        all_evaluations=run.all_evaluations + sum(other.all_evaluations for other in before),
+        seconds={
+            name: value + sum(other.seconds.get(name, 0.0) for other in before)
+            for name, value in run.seconds.items()
+        },
+    )
+
+
+def _until(run: Trajectory, samples: int, reason: str, status: Status) -> Trajectory:
+    """The first samples of a run, with the reason why there are no more."""
+    cut = _sampled(run, np.arange(samples))
+    return replace(cut, status=status, reason=reason)
+
+
+def _sampled(run: Trajectory, kept: NDArray[np.intp]) -> Trajectory:
+    """Some samples of a run."""
+    t = run.t[kept]
+    return replace(
+        run,
+        t=t,
+        columns=_sliced(run.columns, kept),
+        energy=run.energy[kept],
+        multipliers=_sliced(run.multipliers, kept),
+        forces=_sliced(run.forces, kept),
+        holds_until=None if run.holds_until is None else float(t[-1]),
+        exempt=tuple(x for x in run.exempt if x in t),
+    )
+
+
+def _thinned(run: Trajectory, every: int) -> Trajectory:
+    """The samples that were asked for; scales and estimates stay those of all samples."""
+    kept = _sampled(run, np.arange(0, len(run.t), every))
+    if kept.t[-1] == run.t[-1]:
+        return kept
+    last, reached = f"t = {kept.t[-1]:.9g}", f"t = {run.t[-1]:.9g}"
+    return replace(kept, reason=run.reason.replace(reached, last))
+
+
+def _choice(names: list[str], t: float) -> str:
+    listed = ", ".join(names)
+    return (
+        f"{listed}: the motion passes t = {t:.9g} closer to where they have no meaning than it is"
+        " known; from there on they are one choice of several for the position"
+    )
+
+
+class _Grid(NamedTuple):
+    """Times between samples that are asked for, and steps of fixed size in each (0: adaptive)."""
+
+    intervals: int
+    steps: int
+
+    def finer(self, every: int, wanted: int) -> int:
+        """So many times ``every`` parts that there are as many as wanted, where steps are free."""
+        return every if self.steps else every * -(-self.every(wanted) // every)
+
+    def every(self, wanted: int) -> int:
+        """Parts of each interval that make so many in all, or as many as can be."""
+        parts = max(1, -(-min(wanted, FINEST) // self.intervals))
+        if not self.steps:
+            return parts
+        most = min(parts, self.steps)
+        possible = (k for k in range(most, self.steps + 1) if self.steps % k == 0)
+        return next(possible)
+
+
+def _grid(request: Request) -> _Grid:
+    """The times that are asked for."""
+    steps = (
+        0 if request.step is None else round((request.times[1] - request.times[0]) / request.step)
+    )
+    return _Grid(len(request.times) - 1, steps)
+
+
+def _follow(model: Model, chart: FormerChart, run: Trajectory, deadline: float) -> Followed:
+    """Former coordinates along a run."""
+    functions, given = functions_of(chart.python), parameters_of(model)
+    names = model.coordinates
+    relative = (run.estimated or 0.0) + float(np.finfo(float).eps)
+    samples = Samples(
+        run.t,
+        np.column_stack([run.columns[name] for name in names]),
+        np.column_stack([run.columns[f"dot({name})"] for name in names]),
+        relative * np.array([run.scales[name] for name in names]),
+    )
+    return follow(
+        samples,
+        None if chart.start is None else np.array(chart.start),
+        len(chart.coordinates),
+        lambda t, y: functions["positions"](t, y, given),
+        lambda t, y: functions["velocities"](t, y, given),
+        deadline,
+        _turning(chart),
+    )
+
+
+def _turning(chart: FormerChart) -> Turning | None:
+    """What decides where the motion passes a singular place closer than it is known."""
+    if chart.start is None:
+        return None
+    return Turning(
+        np.array([kind == "angle" for kind in chart.kinds]),
+        np.array([name in chart.steady for name in chart.coordinates]),
+        np.array(chart.start[len(chart.coordinates) :]),
+    )
+
+
+def _own_columns(
+    chart: FormerChart, names: list[str], found: Followed, run: Trajectory
+) -> dict[str, Array]:
+    """Columns of former coordinates, NaN where they are not known to the accuracy asked for."""
+    places, rates = {}, {}
+    eps = run.requested or NEAR
+    speeds = np.nan_to_num(np.abs(found.v)).max(axis=1)
+    for name in names:
+        j = chart.coordinates.index(name)
+        q, v, off = found.q[:, j], found.v[:, j], found.amplification[:, j]
+        size = 1.0
+        if chart.kinds[j] != "angle":
+            size = float(np.nanmax(np.abs(q), initial=0.0))
+        known = off <= eps * size
+        fastest = max(float(np.abs(v[known]).max(initial=0.0)), size)
+        steady = known & (np.where(known, off, 0.0) * speeds <= eps * fastest)
+        places[name] = np.where(known, q, np.nan)
+        rates[f"dot({name})"] = np.where(steady, v, np.nan)
+    return places | rates
+
+
+def other_form(
+    model: Model, formulation: str | None, with_multipliers: Callable[[], Model]
+) -> Callable[[], Model] | None:
+    """What makes the model of the same scene in coordinates that may take the place of its own.
+
+    Parameters
+    ----------
+    model
+        That of the formulation that was asked for.
+    formulation
+        The one asked for; None for the scene's.
+    with_multipliers
+        Makes the model in Cartesian coordinates with multipliers.
+
+    Returns
+    -------
+    Callable or None
+        ``with_multipliers`` where the formulation is the program's choice; None where the
+        coordinates are to be kept.
+    """
+    wanted = formulation or model.defaults.formulation or "auto"
+    return with_multipliers if wanted == "auto" else None

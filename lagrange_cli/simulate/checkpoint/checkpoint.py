@@ -1,0 +1,250 @@
+"""The state of a long run, written now and then, so that it can go on after an end of any kind.
+
+The file has the state without the samples, written whole or not at all; the samples are in a file
+beside it that only grows. What was written goes on only where nothing that the result depends on
+has changed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import count
+from typing import IO, Any
+
+from lagrange_cli.cache import digest, fingerprint
+from lagrange_cli.errors import InputError, Problem, StoppedError
+from lagrange_cli.files import write_file
+from lagrange_cli.simulate.checkpoint.serialization import BEGINNING, DamagedError, pack, unpack
+from lagrange_cli.simulate.integrators import INTEGRATORS
+from lagrange_cli.simulate.integrators.base import Integrator, State
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.request import Request
+from lagrange_cli.simulate.samples.buffer import named_file
+from lagrange_cli.simulate.system.functions import RightHandSide
+from lagrange_cli.version import __version__
+
+__all__ = ["Checkpoint", "Keeper", "identity", "samples_of"]
+
+#: Seconds between two states that are written.
+INTERVAL = 30.0
+
+#: What a state belongs to, in the order in which differences are told.
+_PARTS = {
+    "program": "it was made by another version of lagrange or of its libraries",
+    "code": "its equations were evaluated by other means",
+    "scene": "the scene, or the form of its equations, has changed",
+    "inputs": "what is recorded of its inputs has changed",
+}
+
+
+def samples_of(path: str, number: int) -> str:
+    """The file that has the samples of a run."""
+    return f"{path}.samples{number or ''}"
+
+
+def identity(model: Model, request: Request, functions: RightHandSide) -> dict[str, Any]:
+    """All that a result depends on, as values that JSON holds."""
+    equations = model.to_json()
+    apart = ("parameters", "initial", "defaults", "recordings")
+    given = {name: equations.pop(name) for name in apart}
+    pieces = functions.drive.pieces if functions.drive is not None else None
+    return {
+        "program": (__version__, fingerprint()),
+        "code": functions.implementation,
+        "scene": digest(json.dumps(equations, sort_keys=True)),
+        "inputs": pieces and digest(pieces.starts.tobytes(), pieces.rows.tobytes()),
+        "parameters": {p["name"]: p["value"] for p in given["parameters"]},
+        "initial": dict(zip(_names(model), given["initial"], strict=True)),
+        "options": _options(request),
+    }
+
+
+def _names(model: Model) -> list[str]:
+    return [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
+
+
+def _options(request: Request) -> dict[str, Any]:
+    times = request.times
+    return {
+        "--from": times[0],
+        "--until": times[len(times) - 1],
+        "--samples": len(times),
+        "--accuracy": request.accuracy,
+        "--method": None if request.method is None else request.method.name,
+        "--rtol": request.rtol,
+        "--atol": request.atol,
+        "--step": request.step,
+    }
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """The file that the state of a run is written to, and whether to go on from what it has.
+
+    ``lasting``: it stays when the run is complete, until its result is written and
+    :meth:`remove` is called.
+    """
+
+    path: str
+    resume: bool = False
+    lasting: bool = False
+
+    def samples(self, number: int) -> IO[bytes]:
+        """The file that has the samples of a run where they are not in memory.
+
+        Raises
+        ------
+        InputError
+            It cannot be made.
+        """
+        path = samples_of(self.path, number)
+        return named_file(path, again=self.resume and os.path.exists(path))
+
+    def remove(self) -> None:
+        """The run is complete: nothing is left to go on with."""
+        with suppress(FileNotFoundError):
+            os.unlink(self.path)
+        with suppress(FileNotFoundError):
+            for number in count():
+                os.unlink(samples_of(self.path, number))
+
+
+class Keeper:
+    """Writes the state of a run into a file, and has that of before where it goes on.
+
+    Parameters
+    ----------
+    asked
+        Where, and whether to go on; else there may be no such file.
+    known
+        The :func:`identity` of the run.
+
+    Raises
+    ------
+    InputError
+        There is a file, or none, or one that is damaged or of another run.
+    """
+
+    def __init__(self, asked: Checkpoint, known: Mapping[str, Any]) -> None:
+        self.path, self._known = asked.path, dict(known)
+        self.before: State | None = self._read() if asked.resume else None
+        if not asked.resume and os.path.exists(asked.path):
+            self._require_own()
+            raise _refused(
+                f"'{asked.path}' has the state of a run that was interrupted",
+                f"--resume '{asked.path}' goes on with it; rm '{asked.path}' lets it begin anew",
+            )
+        self._state: Callable[[], State] | None = None
+        self._last = -INTERVAL
+
+    def keep(self, state: Callable[[], State]) -> None:
+        """Take what gives the state from now on."""
+        self._state = state
+
+    def visit(self, *, now: bool = False) -> None:
+        """Write the state, whole or not at all, if the last time was long ago, or ``now``."""
+        if self._state is None or (time.monotonic() - self._last < INTERVAL and not now):
+            return
+        write_file(self.path, pack({"run": self._known, "state": self._state()}))
+        self._last = time.monotonic()
+
+    def watched(self, watch: Callable[[float], None]) -> Callable[[float], None]:
+        """Visit beside what is called after every step, and before it ends the run."""
+
+        def watch_and_visit(fraction: float) -> None:
+            try:
+                watch(fraction)
+            except StoppedError:
+                self.visit(now=True)
+                raise
+            self.visit()
+
+        return watch_and_visit
+
+    @staticmethod
+    def require(method: type[Integrator]) -> None:
+        """Refuse a method that cannot go on.
+
+        Raises
+        ------
+        InputError
+            Its state is out of reach.
+        """
+        if not method.resumes:
+            can = ", ".join(name for name, other in INTEGRATORS.items() if other.resumes)
+            raise _refused(
+                f"{method.name} cannot be interrupted and go on: its state is out of reach",
+                f"--method BDF\nmethods that can: {can}",
+            )
+
+    def damaged(self) -> InputError:
+        """The refusal of files that are not what was written."""
+        return _refused(f"'{self.path}' is damaged, or was not written by --checkpoint")
+
+    def _require_own(self) -> None:
+        """Refuse to write over what is no checkpoint, with no word of removing it."""
+        try:
+            self._contents()
+        except (OSError, DamagedError, KeyError, TypeError) as error:
+            raise _refused(
+                f"'{self.path}' is there already, and was not written by --checkpoint",
+                "give the name of a file that is not there",
+            ) from error
+
+    def _contents(self) -> tuple[State, State]:
+        """What the run was and its state; a device or pipe is not read."""
+        if os.path.exists(self.path) and not os.path.isfile(self.path):
+            raise DamagedError
+        with open(self.path, "rb") as file:
+            if file.read(len(BEGINNING)) != BEGINNING:
+                raise DamagedError
+            file.seek(0)
+            found = unpack(file.read())
+        return found["run"], found["state"]
+
+    def _read(self) -> State:
+        try:
+            was, state = self._contents()
+        except OSError as error:
+            raise _refused(
+                f"cannot read '{self.path}': {error.strerror or error}",
+                f"--checkpoint '{self.path}' begins a run that writes it",
+            ) from error
+        except (DamagedError, KeyError, TypeError) as error:
+            raise self.damaged() from error
+        difference = _difference(was, self._known)
+        if difference:
+            raise _refused(
+                f"'{self.path}' is of another run: {difference}",
+                "give the scene and the options of that run, or begin anew without --resume",
+            )
+        return dict(state)
+
+
+def _refused(message: str, hint: str = "") -> InputError:
+    return InputError(Problem(message, hint=hint, rule="resume"))
+
+
+def _difference(was: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+    """The first of what differs, in words; empty where nothing does."""
+    for name, words in _PARTS.items():
+        if was.get(name) != now[name]:
+            return words
+    for kind in ("parameters", "initial", "options"):
+        before = was.get(kind, {})
+        for name, value in now[kind].items():
+            old = before.get(name)
+            if old != value:
+                return f"{name} was {_shown(old)} and is {_shown(value)}"
+    return ""
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "not given"
+    return f"{value:.17g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,440 @@
+"""Members of an ensemble that are stepped side by side, a lane of a vector each.
+
+The promise is kept as for a single run (:mod:`.accuracy.controller`): the run is compared with a
+looser companion, with given numbers and operations off by their rounding. Where that alone does not
+show the accuracy with a wide margin, there is a second one of one order more and half the
+tolerance, disturbed in another way. All are Taylor series, whose steps follow from their own
+coefficients, so that no coarse run is needed before. A member for which this does not show the
+accuracy is left to a single run, which has more means.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import re
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.cache import Cache
+from lagrange_cli.simulate import kernels
+from lagrange_cli.simulate.accuracy.controller import Measured, obstacle
+from lagrange_cli.simulate.accuracy.error_estimate import FLOOR_ULPS, verdict
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.native.batched_taylor import (
+    Motions,
+    Samples,
+    SideBySide,
+    Steps,
+    digits_of,
+)
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED, NativeReal
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.runs.problem import InitialValueProblem, scales_from, spacing
+from lagrange_cli.simulate.system.libraries import OPTIONS
+from lagrange_cli.simulate.system.rounding import each_off_by_one_ulp, rounding_factors
+from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
+from lagrange_cli.simulate.toolchain.shared_library import Source, load
+
+__all__ = ["METHOD", "Runs", "Together", "together"]
+
+#: What the method is called in reports.
+METHOD = "Taylor"
+
+#: The tolerances that are tried in doubles, as parts of the accuracy, and the smallest of them;
+#: no second one is tried below the last.
+TOLERANCES, SMALLEST_TOLERANCE, WORTHWHILE = (1e-5, 1e-7), 1e-16, 1e-16
+
+#: The tolerance in wider arithmetic: what remains is what the last place of the start does.
+WIDER_TOLERANCE = 1e-17
+
+#: Lowest and highest order, and by how much it is above the one whose coefficients are the
+#: cheapest for a tolerance (Jorba and Zou): steps cost more than their coefficients.
+ORDERS, ABOVE = (6, 24), 2
+
+#: Steps of a run after which a member is left to a single run, which asks whether it is stiff.
+MOST_STEPS = 20_000
+
+#: Slopes that are looked at within the whole time, and where something depends on time.
+GLANCES, GLANCES_DRIVEN = 768, 3072
+
+#: What slopes may be off over a step, as a part of the accuracy, and at least.
+FORGIVEN, FORGIVEN_AT_LEAST = 1e-2, 1e-13
+
+#: The longest step of the disturbed run beside that of the run.
+SHORTER = 0.8
+
+#: The tolerance of the looser run beside that of the run.
+LOOSER = 4.0
+
+#: What the distances from companions count, where there are so many. Of one alone chance may
+#: have brought both to the same place; eight hardly come where only the run has gone.
+WEIGHTS = {1: (20.0,), 2: (2.0, 3.0), 8: (0.25,) * 8}
+
+#: Patterns of six companions more, where rounding is all that is left to make runs differ. They
+#: take as long as one: a lane each.
+MORE_PATTERNS = range(3, 9)
+
+#: The tolerance of the disturbed run beside the run's: its steps fall on other times.
+OTHER_STEPS = 0.5
+
+#: The tolerance below which a run has two companions: rounding may be what moves it.
+LEAST_OF_ONE = 1e-15
+
+Flags: TypeAlias = NDArray[np.bool_]
+Integers: TypeAlias = NDArray[np.int64]
+Indices: TypeAlias = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Runs of some members, by their ``numbers``: ``states`` (m, samples, 2n) and their
+    ``scales`` (m, 2n); where an accuracy is promised the ``estimate`` of each, and the states
+    of its ``companions``. ``steps`` and ``evaluations`` are those of the run,
+    ``all_evaluations`` those of everything; a coefficient of the slope counts as one."""
+
+    numbers: Indices
+    states: Array
+    scales: Array
+    estimate: Array
+    steps: Integers
+    evaluations: Integers
+    all_evaluations: Integers
+    companions: tuple[Array, ...] = ()
+
+    def only(self, which: Indices) -> Runs:
+        """Some of them; all of them are not copied."""
+        return self if len(which) == len(self.numbers) else self._some(which)
+
+    def decided(self, eps: float) -> Runs:
+        """Those whose estimate is below an accuracy, without companions."""
+        return replace(self, companions=()).only(np.flatnonzero(self.estimate < eps))
+
+    def undecided(self, eps: float) -> Runs:
+        """Those whose estimate is not, but is finite."""
+        return self.only(np.flatnonzero((self.estimate >= eps) & np.isfinite(self.estimate)))
+
+    def in_turn(self, count: int) -> Iterator[Runs]:
+        """So many at a time, not copied."""
+        for first in range(0, len(self.numbers), count):
+            yield self._some(slice(first, first + count))
+
+    def _some(self, which: Indices | slice) -> Runs:
+        return Runs(
+            self.numbers[which],
+            self.states[which],
+            self.scales[which],
+            self.estimate[which],
+            self.steps[which],
+            self.evaluations[which],
+            self.all_evaluations[which],
+            tuple(companion[which] for companion in self.companions),
+        )
+
+
+def together(model: Model, problem: InitialValueProblem, cache: Cache) -> Together | None:
+    """What steps members that differ from a model in numbers alone; None where its equations
+    have no such form, or there is no compiler."""
+    apart = (model.multipliers, model.contacts, model.surfaces, model.recordings)
+    if any((*apart, model.singular, model.chart)) or not model.code.taylor:
+        return None
+    system = Source({"system.c": model.code.c + model.code.lanes, **kernels.headers()}, OPTIONS)
+    try:
+        functions, series, stepper = load(
+            find_compiler(), [system, *_sources(model, DOUBLE)], cache
+        )
+    except CompileError:
+        return None
+    motions = SideBySide(series, stepper, _kinds(model))
+    return Together(model, problem, functions, motions, Samples(stepper), cache)
+
+
+def _sources(model: Model, real: NativeReal) -> list[Source]:
+    """The series of a model, and what steps them."""
+    headers = {name: text for name, text in kernels.members().items() if name.endswith(".h")}
+    stepping, options = kernels.members(), kernels.options(2 * len(model.coordinates))
+    if real is DOUBLE:
+        series = {"series.c": model.code.taylor + model.code.tables, **headers}
+        return [Source(series, options), Source(stepping, options)]
+    series, options = {"series.c": model.code.taylor, **headers}, (*options, "-DLAGRANGE_WIDE")
+    return [Source(kernels.extended(files), options) for files in (series, stepping)]
+
+
+def _kinds(model: Model) -> Integers:
+    numbers = [0 if kind == "angle" else 1 + model.kinds.index(kind) for kind in model.kinds]
+    return np.array(numbers, np.int64)
+
+
+class Scratch(threading.local):
+    """Arrays that a thread uses again and again: new memory costs more than what fills it."""
+
+    def __init__(self) -> None:
+        self._arrays: dict[str, Array] = {}
+
+    def array(self, name: str, shape: tuple[int, ...]) -> Array:
+        """The array of a name, whatever is in it."""
+        size = math.prod(shape)
+        if name not in self._arrays or self._arrays[name].size < size:
+            self._arrays[name] = np.empty(size)
+        return self._arrays[name][:size].reshape(shape)
+
+
+@dataclass(frozen=True)
+class Together:
+    """Members of one model: their times and kinds are those of ``problem``."""
+
+    model: Model
+    problem: InitialValueProblem
+    system: ctypes.CDLL
+    motions: SideBySide
+    samples: Samples
+    cache: Cache
+    _scratch: Scratch = field(default_factory=Scratch)
+
+    @cached_property
+    def _times(self) -> Array:
+        """Of the samples."""
+        return self.problem.times[:]
+
+    @cached_property
+    def wider(self) -> SideBySide | None:
+        """The same in numbers wider than doubles, None where there are none."""
+        if EXTENDED.epsilon >= DOUBLE.epsilon:
+            return None
+        try:
+            series, stepper = load(find_compiler(), _sources(self.model, EXTENDED), self.cache)
+        except CompileError:
+            return None
+        if 2.0 ** (1 - digits_of(stepper)) != EXTENDED.epsilon:
+            return None
+        return SideBySide(series, stepper, _kinds(self.model), EXTENDED)
+
+    def promised(
+        self, eps: float, starts: Array, parameters: Array, between: Callable[[], None]
+    ) -> Iterator[Runs]:
+        """Runs of those members whose error is measured to be below ``eps``; then of those for
+        which wider arithmetic shows that it is not.
+
+        Parameters
+        ----------
+        starts, parameters
+            Shapes (members, 2n) and (members, parameters).
+        between
+            Called now and then.
+        """
+        left = np.arange(len(starts))
+        for tolerance, real in _attempts(eps):
+            motions = self.motions if real is DOUBLE else self.wider
+            if len(left) == 0 or motions is None:
+                continue
+            given = starts[left], parameters[left]
+            for found in self._attempt(motions, tolerance, eps, *given, between):
+                runs = replace(found, numbers=left[found.numbers])
+                yield runs.decided(eps)
+            missing = runs.undecided(eps)
+            if real is not DOUBLE:
+                yield missing
+            left = missing.numbers
+
+    def measured(self, eps: float, runs: Runs, k: int) -> Measured:
+        """What is known of a run that misses an accuracy, number k of some."""
+        own, one, other = (of[k] for of in (runs.states, *runs.companions))
+        errors = WEIGHTS[2][0] * np.abs(one - own) + WEIGHTS[2][1] * np.abs(other - own)
+        found = verdict(self.problem, eps, own, errors, np.zeros(len(own)))
+        return Measured(
+            states=own[: found.samples].copy(),
+            scales=found.scales,
+            estimate=found.estimate,
+            failure=None,
+            stopped=False,
+            method=METHOD,
+            choice="members of an ensemble are stepped side by side",
+            steps=int(runs.steps[k]),
+            evaluations=int(runs.evaluations[k]),
+            all_evaluations=int(runs.all_evaluations[k]),
+            run_seconds=0.0,
+            estimate_seconds=0.0,
+            wider=True,
+            obstacle=obstacle([found], eps) if found.samples < len(own) else None,
+        )
+
+    def unpromised(
+        self, rtol: float, starts: Array, parameters: Array, between: Callable[[], None]
+    ) -> Runs:
+        """Runs of the members that reach the end with a local tolerance."""
+        steps, times = self._steps(rtol), self._times
+        out = self._scratch.array("run", (len(starts), len(times), starts.shape[1]))
+        run = self.motions.run("rhs", times, starts, parameters, steps, between, out)
+        evaluations, scales = run.steps * steps.order, self._scales(run.states)
+        every, nothing = np.arange(len(starts)), np.zeros(len(starts))
+        runs = Runs(every, run.states, scales, nothing, run.steps, evaluations, evaluations)
+        return runs.only(np.flatnonzero(run.filled == len(times)))
+
+    def _steps(self, tolerance: float, higher: int = 0, longer: float = 1.0) -> Steps:
+        order = round(2 - math.log(tolerance) / 2) + ABOVE
+        return Steps(
+            min(max(order, ORDERS[0]), ORDERS[1]) + higher,
+            tolerance,
+            longer * self.problem.longest_step,
+            MOST_STEPS,
+        )
+
+    def _attempt(
+        self,
+        motions: SideBySide,
+        tolerance: float,
+        eps: float,
+        starts: Array,
+        parameters: Array,
+        between: Callable[[], None],
+    ) -> Iterator[Runs]:
+        """Runs at one tolerance of those members that reach the end: first of those that one
+        companion shows to be accurate, then of the others, which have two."""
+        steps = self._steps(tolerance)
+        forgiven = max(FORGIVEN * eps, FORGIVEN_AT_LEAST)
+        # What happens between the times of expansion was looked at before.
+        glance = self._glance if motions is self.motions else 0.0
+        looked = replace(steps, glance=glance, forgiven=forgiven)
+        out = self._scratch.array("run", (len(starts), len(self._times), starts.shape[1]))
+        run = motions.run("rhs", self._times, starts, parameters, looked, between, out)
+        scales = self._scales(run.states)
+        possible = (run.filled == len(self._times)) & self._above_floor(eps, starts, scales)
+        evaluations, nothing = run.steps * steps.order, np.full(len(starts), np.inf)
+        every = np.arange(len(starts))
+        own = Runs(every, run.states, scales, nothing, run.steps, evaluations, evaluations)
+        own = own.only(np.flatnonzero(possible))
+
+        def followed(runs: Runs, patterns: Sequence[int], how: Steps) -> Runs:
+            """Those runs, with a further companion disturbed by each pattern."""
+            if len(runs.numbers) == 0:
+                return runs
+            given = [
+                (
+                    each_off_by_one_ulp(starts[runs.numbers], pattern),
+                    self._disturbed(parameters[runs.numbers], pattern, motions.real),
+                )
+                for pattern in patterns
+            ]
+            shape = (len(patterns) * len(runs.numbers), *runs.states.shape[1:])
+            found = motions.run(
+                "disturbed",
+                self._times,
+                np.concatenate([start for start, _ in given]),
+                np.concatenate([values for _, values in given]),
+                how,
+                between,
+                self._scratch.array(f"companion {patterns[0]}", shape),
+            )
+            return self._beside(runs, found, how.order)
+
+        own = followed(own, [1], self._looser(steps))
+        if tolerance >= LEAST_OF_ONE:
+            yield own.decided(eps)
+            own = own.undecided(eps)
+        disturbed = self._steps(OTHER_STEPS * tolerance, 1, SHORTER)
+        own = followed(own, [2], disturbed)
+        if motions is self.motions and tolerance <= SMALLEST_TOLERANCE:
+            yield own.decided(eps)
+            own = followed(own.undecided(eps), MORE_PATTERNS, disturbed)
+        yield own
+
+    def _beside(self, runs: Runs, found: Motions, order: int) -> Runs:
+        """Runs with further companions, some of each, and what all tell."""
+        count = len(runs.numbers)
+        more = range(0, len(found.states), count)
+        companions = (*runs.companions, *(found.states[k : k + count] for k in more))
+        spent = sum((found.steps[k : k + count] for k in more), np.zeros(count, np.int64))
+        return replace(
+            runs,
+            companions=companions,
+            estimate=self._estimate(runs.states, companions, runs.scales),
+            all_evaluations=runs.all_evaluations + spent * order,
+        )
+
+    def _looser(self, steps: Steps) -> Steps:
+        """Of the same order, so that errors are larger as tolerances are."""
+        tolerance, longer = LOOSER * steps.tolerance, LOOSER ** (1 / steps.order)
+        return replace(steps, tolerance=tolerance, longest=longer * steps.longest)
+
+    def _estimate(self, own: Array, companions: tuple[Array, ...], scales: Array) -> Array:
+        """The largest estimated error of each member over its scale, infinite where a companion
+        does not reach the end."""
+        n = own.shape[2] // 2
+        errors = self.samples.errors(own, companions, WEIGHTS[len(companions)])
+        largest = self.samples.extent(own, from_start=False)[:, :n]
+        errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * spacing(largest))
+        ratios = np.where(np.isnan(errors), np.inf, errors) / scales
+        return np.asarray(ratios.max(axis=1, initial=0.0))
+
+    def _disturbed(self, parameters: Array, pattern: int, real: NativeReal) -> Any:
+        """Parameters off by their rounding error, then the factors of a pattern."""
+        factors = rounding_factors(self.model.code.factors, pattern, real)
+        off = each_off_by_one_ulp(parameters, pattern)
+        return np.hstack([off, np.broadcast_to(factors, (len(off), len(factors)))])
+
+    @property
+    def _glance(self) -> float:
+        return self.problem.span / (GLANCES if self.problem.autonomous else GLANCES_DRIVEN)
+
+    def _above_floor(self, eps: float, starts: Array, scales: Array) -> Flags:
+        """Whether an accuracy can be held in doubles, of each member."""
+        n = len(self.problem.kinds)
+        floors = FLOOR_ULPS * spacing(starts[:, :n]) / scales[:, :n]
+        least = FLOOR_ULPS * float(np.finfo(float).epsneg)
+        return np.asarray(eps >= np.maximum(floors.max(axis=1), least))
+
+    def _scales(self, states: Array) -> Array:
+        n = len(self.problem.kinds)
+        extent = self.samples.extent(states, from_start=True)
+        return scales_from(self.problem, extent[:, :n], extent[:, n:])
+
+    # What else is known of a motion.
+
+    def table(
+        self, name: str, states: Array, parameters: Array, columns: int, moving: float = 1.0
+    ) -> Array:
+        """A function of the system at the samples of members, (columns, members, samples), until
+        the same is asked for again; velocities are taken times ``moving``."""
+        out = self._scratch.array(f"{name} {moving}", (columns, *states.shape[:2]))
+        return self._table(name, self._times, states, parameters, out, moving)
+
+    def table_at_start(self, name: str, states: Array, parameters: Array, columns: int) -> Array:
+        """A function at any states of members, at the time of the start."""
+        times = np.full(states.shape[1], self.problem.start)
+        return self._table(name, times, states, parameters, np.empty((columns, *states.shape[:2])))
+
+    def _table(
+        self,
+        name: str,
+        times: Array,
+        states: Array,
+        parameters: Array,
+        out: Array,
+        moving: float = 1.0,
+    ) -> Array:
+        both: tuple[Any, Any] = None, None
+        if len(out):
+            both = self.system[f"system_{name}"], self._at_once.get(name)
+        work = self.model.code.work
+        return self.samples.table(both, times, states, parameters, work, out, moving)
+
+    @cached_property
+    def _at_once(self) -> dict[str, Any]:
+        """Functions at eight states at once, where there are such, by name."""
+        names = re.findall(r"^int system_(\w+)_lanes\(", self.model.code.tables, re.MULTILINE)
+        return {name: self.motions.system[f"system_{name}_lanes"] for name in names}
+
+
+def _attempts(eps: float) -> Iterator[tuple[float, NativeReal]]:
+    """The local tolerances to try, and in which arithmetic."""
+    first, second = (part * eps for part in TOLERANCES)
+    yield max(first, SMALLEST_TOLERANCE), DOUBLE
+    if second >= WORTHWHILE:
+        yield second, DOUBLE
+    yield WIDER_TOLERANCE, EXTENDED

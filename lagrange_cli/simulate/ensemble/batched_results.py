@@ -1,0 +1,235 @@
+"""What members of an ensemble come to that are stepped side by side (:mod:`.batched`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.cache import open_cache
+from lagrange_cli.simulate.accuracy.controller import Measured
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.ensemble.batched import METHOD, Runs, Together, together
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.request import Request, SimulationOptions, resolve
+from lagrange_cli.simulate.runs.problem import InitialValueProblem
+from lagrange_cli.simulate.verification.disproof import energy_is_conserved
+from lagrange_cli.simulate.verification.energy_drift import contradicted, energy_drifts, suspects
+
+__all__ = ["Family", "Known", "Missed", "family_of"]
+
+Integers: TypeAlias = NDArray[np.int64]
+
+#: Numbers in all samples of members that are held at a time.
+MOST_NUMBERS = 2_000_000
+
+#: Members whose columns are found at a time, so that these are small enough to be near at hand.
+AT_A_TIME = 32
+
+#: Columns that can be asked for besides.
+_EXTRA = {"energy", "positions"}
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of some members, ``numbers``: their columns (m, samples), their scales
+    (m,) where an accuracy is promised, and by the names of ensembles figures (m,)
+    and the words of each."""
+
+    numbers: Integers
+    columns: Mapping[str, Array]
+    scales: Mapping[str, Array]
+    figures: Mapping[str, Array]
+    words: Mapping[str, str]
+
+    def only(self, which: NDArray[np.bool_]) -> Known:
+        """Some of them."""
+        if which.all():
+            return self
+        columns, scales, figures = (
+            {name: values[which] for name, values in of.items()}
+            for of in (self.columns, self.scales, self.figures)
+        )
+        return Known(self.numbers[which], columns, scales, figures, self.words)
+
+
+@dataclass(frozen=True)
+class Missed:
+    """A member that misses the accuracy asked for, and what was measured."""
+
+    number: int
+    measured: Measured
+
+
+@dataclass(frozen=True)
+class Family:
+    """Members of one ``model``; ``extra``: further columns."""
+
+    model: Model
+    request: Request
+    together: Together
+    extra: tuple[str, ...]
+
+    def run(
+        self, starts: Array, parameters: Array, between: Callable[[], None] = lambda: None
+    ) -> Iterator[Known | Missed]:
+        """Those members for which this decides what becomes of them.
+
+        Parameters
+        ----------
+        starts, parameters
+            Shapes (members, 2n) and (members, parameters).
+        between
+            Called now and then.
+        """
+        most = max(1, MOST_NUMBERS // (len(self.request.times) * starts.shape[1]))
+        for first in range(0, len(starts), most):
+            part = slice(first, first + most)
+            for all_runs in self._runs(starts[part], parameters[part], between):
+                for runs in all_runs.in_turn(AT_A_TIME):
+                    for found in self._found(runs, parameters[part][runs.numbers]):
+                        yield _moved(found, first)
+
+    def _runs(
+        self, starts: Array, parameters: Array, between: Callable[[], None]
+    ) -> Iterator[Runs]:
+        eps, rtol = self.request.accuracy, self.request.rtol
+        if eps is not None:
+            return self.together.promised(eps, starts, parameters, between)
+        assert rtol is not None
+        return iter([self.together.unpromised(rtol, starts, parameters, between)])
+
+    def _found(self, runs: Runs, parameters: Array) -> Iterator[Known | Missed]:
+        """What becomes of those that the energy does not make doubtful."""
+        eps = self.request.accuracy
+        if len(runs.numbers) == 0:
+            return
+        if eps is not None and (runs.estimate >= eps).any():
+            for k, number in enumerate(runs.numbers.tolist()):
+                yield Missed(number, self.together.measured(eps, runs, k))
+            return
+        conserved = energy_is_conserved(self.model)
+        energy = kinetic = np.empty((len(runs.states), 0))
+        if conserved or "energy" in self.extra:
+            energy, kinetic = self._energies(runs.states, parameters)
+        columns = self._columns(runs.states, parameters)
+        if "energy" in self.extra:
+            columns["energy"] = energy
+        sure = np.ones(len(runs.states), bool)
+        if conserved and eps is not None:
+            sure = ~self._doubtful(eps, runs, parameters, energy, kinetic)
+        figures = self._figures(runs, energy_drifts(energy, kinetic) if conserved else None)
+        formulation = self.model.formulation
+        words = {"status": "ok", "reason": "", "method": METHOD, "formulation": formulation}
+        scales = {} if eps is None else dict(zip(self._moving, runs.scales.T, strict=True))
+        yield Known(runs.numbers, columns, scales, figures, words).only(sure)
+
+    def _energies(self, states: Array, parameters: Array) -> tuple[Array, Array]:
+        """As :func:`.verification.disproof.energies`, of each member, (members, samples)."""
+        table = self.together.table
+        (total,) = table("energy", states, parameters, 1)
+        return total, total - table("energy", states, parameters, 1, moving=0.0)[0]
+
+    def _doubtful(
+        self, eps: float, runs: Runs, parameters: Array, energy: Array, kinetic: Array
+    ) -> NDArray[np.bool_]:
+        """Whether energies change by more than errors explain, where they change most.
+
+        As :func:`.verification.energy_drift.first_contradiction`, but that members that are in
+        doubt are asked again by themselves.
+        """
+        if not self.model.facts["autonomous"]:
+            return np.ones(len(runs.states), bool)
+        change, picked = suspects(energy, kinetic)
+        states = np.take_along_axis(runs.states, picked[..., None], axis=1)
+        first = runs.states[:, :1]
+        moved = _moved_by(states, eps * runs.scales[:, None, :])
+        start = _moved_by(first, np.spacing(np.abs(first)))
+        size = moved.shape[1] * moved.shape[2]
+        every = np.concatenate([start[:, 0], moved.reshape(len(moved), size, -1)], axis=1)
+        (values,) = self.together.table_at_start("energy", every, parameters, 1)
+        at_start, others = values[:, : start.shape[2]], values[:, start.shape[2] :]
+        return contradicted(change, at_start, others.reshape(moved.shape[:3]))
+
+    @property
+    def _moving(self) -> list[str]:
+        """The numbers of a state."""
+        return [form.format(c) for form in ("{}", "dot({})") for c in self.model.coordinates]
+
+    @property
+    def names(self) -> list[str]:
+        """Of the columns."""
+        model = self.model
+        places = [form.format(name) for form in ("{}", "dot({})") for name in model.cartesian]
+        energy = ["energy"] if "energy" in self.extra else []
+        return list(dict.fromkeys([*self._moving, *places, *model.outputs, *energy]))
+
+    def _columns(self, states: Array, parameters: Array) -> dict[str, Array]:
+        """Those of :class:`.results.trajectory.Trajectory`, each (members, samples)."""
+        model, n = self.model, len(self.model.coordinates)
+        columns = {name: states[..., i] for i, name in enumerate(model.coordinates)}
+        columns |= {f"dot({c})": states[..., n + i] for i, c in enumerate(model.coordinates)}
+        for table, form in (("positions", "{}"), ("velocities", "dot({})")):
+            values = self.together.table(table, states, parameters, len(model.cartesian))
+            for i, name in enumerate(model.cartesian):
+                columns.setdefault(form.format(name), values[i])
+        values = self.together.table("outputs", states, parameters, len(model.outputs))
+        return columns | {name: values[i] for i, name in enumerate(model.outputs)}
+
+    def _figures(self, runs: Runs, drifts: Array | None) -> dict[str, Array]:
+        nothing = np.full(len(runs.numbers), np.nan)
+        promised = self.request.accuracy is not None
+        until = np.full(len(runs.numbers), self.together.problem.until)
+        return {
+            "estimated": runs.estimate if promised else nothing,
+            "holds_until": until if promised else nothing,
+            "energy_drift": nothing if drifts is None else drifts,
+            "constraint_drift": nothing,
+            "steps": runs.steps.astype(float),
+            "rhs_evaluations": runs.evaluations.astype(float),
+            "all_evaluations": runs.all_evaluations.astype(float),
+        }
+
+
+def _moved_by(states: Array, errors: Array) -> Array:
+    """States (m, k, 2n) and behind each those with a number moved by its error, up and then down,
+    shape (m, k, 1 + 4n, 2n)."""
+    moves = errors[..., None, :] * np.eye(states.shape[2])
+    own = states[..., None, :]
+    return np.concatenate([own, own + moves, own - moves], axis=2)
+
+
+def _moved(found: Known | Missed, by: int) -> Known | Missed:
+    """With members numbered from another one on."""
+    if isinstance(found, Missed):
+        return replace(found, number=found.number + by)
+    return replace(found, numbers=found.numbers + by)
+
+
+def family_of(model: Model, options: SimulationOptions, extra: tuple[str, ...]) -> Family | None:
+    """What steps members of a model side by side; None where that cannot be.
+
+    Parameters
+    ----------
+    options
+        What is asked for of each.
+    extra
+        Further columns.
+    """
+    request = resolve(model, options)
+    chosen = request.method is None and request.atol is None
+    clash = "energy" in extra and "energy" in {*model.cartesian, *model.outputs}
+    if not chosen or clash or not set(extra) <= _EXTRA:
+        return None
+    problem = InitialValueProblem(
+        lambda t, y: np.full(len(y), np.nan),
+        request.initial,
+        request.times,
+        model.kinds,
+        autonomous=model.facts["autonomous"],
+    )
+    found = together(model, problem, open_cache())
+    return None if found is None else Family(model, request, found, extra)

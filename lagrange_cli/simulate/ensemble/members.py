@@ -1,0 +1,283 @@
+"""Scene → models of the members of an ensemble.
+
+Where members differ in numbers alone a model is made once: the scene's equations are
+derived again without any value, and where they are the same they are those of all members.
+Then a member is the model with other parameters and another start. Where they are not (a
+value chooses among the solutions of a constraint), where a start is given in other names
+than the coordinates, and for parameters of another sign, each member is derived by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.errors import InputError, Problem, nearest
+from lagrange_cli.files.rows import NUMBER
+from lagrange_cli.simulate.model.model import Model
+
+if TYPE_CHECKING:
+    from lagrange_cli.scene.model import Formulation, Scene
+    from lagrange_cli.simulate.ensemble.input_file import Members
+
+__all__ = ["Numbers", "Own", "Recipe", "differ_in_numbers", "require_known_names", "varied"]
+
+
+@dataclass(frozen=True)
+class Own:
+    """What a member has of its own: texts of expressions by name."""
+
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    initial: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, values: Mapping[str, str], scene: Scene) -> Own:
+        """Divide values between parameters of a scene (and sizes) and initial values."""
+        return cls.divided(
+            values, {p.name for p in scene.parameters} | {size.name for size in scene.sizes}
+        )
+
+    @classmethod
+    def divided(cls, values: Mapping[str, str], parameters: Collection[str]) -> Own:
+        """The same by the names of parameters and sizes."""
+        return cls(
+            {name: text for name, text in values.items() if name in parameters},
+            {name: text for name, text in values.items() if name not in parameters},
+        )
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """A scene, its text as ``data``, and what options say of all members."""
+
+    file: str
+    data: bytes
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    initial: Mapping[str, str] = field(default_factory=dict)
+    times: Mapping[str, str] = field(default_factory=dict)
+    forces: bool = False
+    formulation: Formulation | None = None
+
+    def scene(self, own: Own | None = None) -> Scene:
+        """The scene with the values of a member.
+
+        Raises
+        ------
+        InputError
+            Located: what is wrong with it.
+        """
+        from lagrange_cli.scene import read_text
+
+        own = own or Own()
+        return read_text(
+            self.data,
+            self.file,
+            parameters={**self.parameters, **own.parameters},
+            initial={**self.initial, **own.initial},
+            times=self.times,
+        )
+
+    def model(self, own: Own, formulation: Formulation | None = None) -> Model:
+        """The model of a member, derived.
+
+        Raises
+        ------
+        InputError
+            Located: what is wrong with it.
+        """
+        scene = self.scene(own)
+        wanted = scene.simulate.formulation_for(formulation or self.formulation)
+        return _derived(scene, self.forces, wanted)
+
+
+def _derived(scene: Scene, forces: bool, formulation: Formulation) -> Model:
+    from lagrange_cli.mechanics import derive
+    from lagrange_cli.simulate.model.build import model_of
+
+    return model_of(derive(scene, forces=forces, formulation=formulation))
+
+
+def numbers_of(scene: Scene) -> tuple[dict[str, float | None], dict[str, float | None]]:
+    """Parameters that have a value, and initial values by ``x`` or ``dot(x)``."""
+    from lagrange_cli.mechanics.symbols.values import Values
+
+    values = Values(scene)
+    given = {p.name: values.float(p.value) for p in scene.parameters if p.value is not None}
+    start = {
+        f"dot({entry.name})" if entry.order else entry.name: values.float(entry.value)
+        for entry in scene.initial
+    }
+    return given, start
+
+
+def varied(scene: Scene, own: Own) -> set[str]:
+    """Parameters whose value differs between members: their own, and what rests on it."""
+    found, before = set(own.parameters), set[str]()
+    while found != before:
+        before = set(found)
+        found |= {p.name for p in scene.parameters if _names(p.value) & found}
+    return found
+
+
+def _names(expression: Any) -> set[str]:
+    """Names in an expression that may be None."""
+    from lagrange_cli.scene.language.expression import names_in
+
+    return set() if expression is None else {name.name for name in names_in(expression.node)}
+
+
+def require_known_names(members: Members, scene: Scene) -> None:
+    """Refuse sizes, which change the equations, and names in values that are no parameters.
+
+    Raises
+    ------
+    InputError
+        At the first of them.
+    """
+    from lagrange_cli.scene import parse_expression
+
+    sizes = {size.name for size in scene.sizes}
+    for name, head in zip(members.names, members.heads, strict=True):
+        if name in sizes:
+            said = f"the size '{name}' cannot differ between members: it changes the equations"
+            raise InputError(Problem(said, head, f"-p {name}=...", "ensemble"))
+    known = {"pi"} | {p.name for p in scene.parameters} | sizes
+    for member, row in enumerate(members.rows):
+        for name, text in zip(members.names, row, strict=True):
+            if not NUMBER.fullmatch(text):
+                mark = members.mark(member, name)
+                used = _names(parse_expression(text, mark)) - known
+                if used:
+                    unknown = min(used)
+                    said = f"'{unknown}' is no parameter of the scene"
+                    raise InputError(Problem(said, mark, nearest(unknown, known), "unknown-name"))
+
+
+def differ_in_numbers(recipe: Recipe, own: Own, model: Model) -> bool:
+    """Whether members differ in numbers of the ``model`` alone, which is that of one of them."""
+    scene = recipe.scene(own)
+    given = [(value.name, value.order) for value in scene.initial]
+    simple = not (model.multipliers or model.contacts or model.chart)
+    if not simple or not {name for name, _ in given} <= set(model.coordinates):
+        return False
+    if model.initial is None or not {(name, 0) for name in model.coordinates} <= set(given):
+        return False
+    if Numbers(recipe, own, model).of(own) != model:
+        return False
+    try:
+        without = _derived(_without_values(scene), recipe.forces, "minimal")
+    except InputError:
+        return False
+    return _equations(without) == _equations(model)
+
+
+def _without_values(scene: Scene) -> Scene:
+    """The scene where no value can choose anything."""
+    from lagrange_cli.scene.model import SimulateDefaults
+
+    parameters = tuple(replace(p, value=None) for p in scene.parameters)
+    return replace(scene, parameters=parameters, initial=(), near=(), simulate=SimulateDefaults())
+
+
+def _equations(model: Model) -> Model:
+    """A model without its numbers."""
+    return replace(
+        model,
+        parameters=(),
+        initial=None,
+        defaults=type(model.defaults)(),
+        suggested=(),
+    )
+
+
+class Numbers:
+    """Models of members that differ from one in numbers alone.
+
+    Parameters
+    ----------
+    recipe
+        That of all of them.
+    own, model
+        Those of one member.
+    """
+
+    def __init__(self, recipe: Recipe, own: Own, model: Model) -> None:
+        self._scene, self._model = recipe.scene(own), model
+        assert model.initial is not None
+        self._values, self._start = [p.value for p in model.parameters], model.initial
+        self._parameters = {p.name: k for k, p in enumerate(model.parameters)}
+        self._place = {name: k for k, name in enumerate(model.coordinates)}
+        resting = varied(self._scene, own) - set(own.parameters)
+        given = set[str]().union(*(_names(value.value) for value in self._scene.initial))
+        self._plain = not resting and not given & set(own.parameters)
+
+    def of(self, own: Own) -> Model | None:
+        """The model of a member; None where a parameter has another sign, which may matter.
+
+        Raises
+        ------
+        InputError
+            Located: a value that is none.
+        """
+        found = self.values(own)
+        if found is None:
+            return None
+        values, start = found
+        pairs = zip(self._model.parameters, values, strict=True)
+        parameters = tuple(replace(p, value=value) for p, value in pairs)
+        return replace(self._model, parameters=parameters, initial=start)
+
+    def values(self, own: Own) -> tuple[tuple[float | None, ...], tuple[float, ...]] | None:
+        """Of that model the values of the parameters, and the start.
+
+        Raises
+        ------
+        InputError
+            Located: a value that is none.
+        """
+        texts = [*own.parameters.values(), *own.initial.values()]
+        if self._plain and all(NUMBER.fullmatch(text) for text in texts):
+            parameters = {name: float(text) for name, text in own.parameters.items()}
+            initial = {name: float(text) for name, text in own.initial.items()}
+        else:
+            parameters, initial = self._evaluated(own)
+        return self._with(parameters, initial)
+
+    def _evaluated(self, own: Own) -> tuple[dict[str, float], dict[str, float]]:
+        """All values as the scene's expressions give them."""
+        from lagrange_cli.scene.language.problems import Problems
+        from lagrange_cli.scene.reading.overrides import override_initial, override_parameters
+
+        problems = Problems()
+        scene = override_parameters(self._scene, own.parameters, problems)
+        scene = override_initial(scene, own.initial, problems)
+        problems.raise_if_any()
+        found, start = numbers_of(scene)
+        return (
+            {name: value for name, value in found.items() if value is not None},
+            {name: value for name, value in start.items() if value is not None},
+        )
+
+    def _with(
+        self, parameters: Mapping[str, float], initial: Mapping[str, float]
+    ) -> tuple[tuple[float | None, ...], tuple[float, ...]] | None:
+        values, start = list(self._values), list(self._start)
+        for name, value in parameters.items():
+            k = self._parameters[name]
+            if _sign(values[k]) != _sign(value):
+                return None
+            values[k] = value
+        for name, value in initial.items():
+            start[self._number(name)] = value
+        return tuple(values), tuple(start)
+
+    def _number(self, name: str) -> int:
+        """The number of ``q`` or ``dot(q)`` in a state."""
+        if name in self._place:
+            return self._place[name]
+        return len(self._place) + self._place[name.removeprefix("dot(").removesuffix(")")]
+
+
+def _sign(value: float | None) -> Sequence[bool]:
+    return (value is None, value is not None and value > 0, value is not None and value < 0)

@@ -1,0 +1,349 @@
+"""Many motions of one scene, that differ in parameters and initial values.
+
+Members are run in blocks, on as many cores as are asked for; each is what
+:func:`.charts.simulation.simulate_past_charts` gives for it alone, with an accuracy of its own.
+What cannot be run is listed with the reason. Blocks that are finished are kept beside the
+result (:mod:`.store`), so that an interrupted run goes on with the others.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError
+from contextlib import closing
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.errors import InputError
+from lagrange_cli.files.rows import NUMBER
+from lagrange_cli.simulate.accuracy.controller import Measured
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.charts.simulation import other_form, simulate_past_charts
+from lagrange_cli.simulate.ensemble.batched_results import Family, Missed, family_of
+from lagrange_cli.simulate.ensemble.blocks import FIGURES, WORDS, Block, Gathering, Part
+from lagrange_cli.simulate.ensemble.members import Numbers, Own, Recipe
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.parallel import Aside, in_any_order, in_threads
+from lagrange_cli.simulate.request import SimulationOptions
+from lagrange_cli.simulate.results.trajectory import Trajectory
+from lagrange_cli.simulate.simulation import RunContext, trajectory_of
+from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_sides
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.ensemble.store import Store
+
+__all__ = ["REFUSED", "Block", "Plan", "Task", "run_block", "run_blocks", "run_members", "tasks_of"]
+
+#: The status of a member that cannot be begun.
+REFUSED = "refused"
+
+#: Members of a block, where they are run one by one and where side by side, and into how many
+#: blocks fewer members are divided.
+LARGEST_BLOCK, LARGEST_SIDE_BY_SIDE, FEWEST_BLOCKS = 32, 256, 16
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What all members share; plans of one key are one plan.
+
+    Attributes
+    ----------
+    key
+        Hash of all that results depend on.
+    recipe
+        The scene, and what options say of it.
+    names
+        Parameters and initial values that differ.
+    own, model
+        What one of the members has of its own, and its model.
+    alone
+        Members differ in numbers alone.
+    samples
+        Number of samples of each.
+    options
+        What is asked for of each.
+    extra
+        Further columns.
+    columns
+        Columns are kept, not only figures.
+    """
+
+    key: str
+    recipe: Recipe = field(compare=False)
+    names: tuple[str, ...] = field(compare=False)
+    own: Own = field(compare=False)
+    model: Model = field(compare=False)
+    alone: bool = field(compare=False)
+    samples: int = field(compare=False)
+    options: SimulationOptions = field(compare=False)
+    extra: tuple[str, ...] = field(compare=False, default=())
+    columns: bool = field(compare=False, default=True)
+
+
+@dataclass(frozen=True)
+class Task:
+    """A block of members: the number of the block, and their texts for the plan's names."""
+
+    plan: Plan
+    number: int
+    rows: tuple[tuple[str, ...], ...]
+
+
+class _Runner:
+    """What a process needs to run members of a plan, made once."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self.scene = plan.recipe.scene()
+        self._numbers = Numbers(plan.recipe, plan.own, plan.model) if plan.alone else None
+        self._functions: Callable[[Model], RightHandSide] | None = None
+        sizes = {size.name for size in self.scene.sizes}
+        self._parameters = sizes | {p.name for p in self.scene.parameters}
+
+    @cached_property
+    def family(self) -> Family | None:
+        """What steps members side by side; None where each is run by itself."""
+        if not self.plan.alone:
+            return None
+        return family_of(self.plan.model, self.plan.options, self.plan.extra)
+
+    def gathering(self, task: Task) -> Gathering:
+        """Where parts of a task are put together."""
+        plan = self.plan
+        expected = () if self.family is None else self.family.names
+        columns = expected if plan.columns else None
+        return Gathering(plan.names, len(task.rows), plan.samples, columns)
+
+    def decide(self, task: Task, found: Gathering, between: Callable[[], None]) -> None:
+        """Those members for which stepping them side by side decides what becomes of them."""
+        if self.family is not None:
+            for part in self._side_by_side(self.family, task.rows, between):
+                found.take(part)
+
+    def _side_by_side(
+        self, family: Family, rows: Sequence[tuple[str, ...]], between: Callable[[], None]
+    ) -> Iterator[Part]:
+        values = {k: of for k, texts in enumerate(rows) if (of := self._values(texts)) is not None}
+        numbers = np.array(list(values), dtype=np.int64)
+        if not values:
+            return
+        parameters = np.array([[x or 0.0 for x in own] for own, _ in values.values()])
+        starts = np.array([start for _, start in values.values()], dtype=float)
+        for found in family.run(starts, parameters, between):
+            if isinstance(found, Missed):
+                number = int(numbers[found.number])
+                yield self._missed(family, number, rows[number], found.measured)
+                continue
+            known = {p.name: parameters[:, i] for i, p in enumerate(self.plan.model.parameters)}
+            given = {name: values[found.numbers] for name, values in known.items()}
+            given |= {name: column[:, 0] for name, column in found.columns.items()}
+            own = {name: given[name] for name in self.plan.names}
+            members = numbers[found.numbers].tolist()
+            yield Part(members, found.columns, own, found.scales, found.figures, found.words)
+
+    def _values(
+        self, texts: Sequence[str]
+    ) -> tuple[tuple[float | None, ...], tuple[float, ...]] | None:
+        """Parameters and start of a member that differs in numbers alone, if it does."""
+        assert self._numbers is not None
+        try:
+            return self._numbers.values(self._own(texts))
+        except InputError:
+            return None
+
+    def _own(self, texts: Sequence[str]) -> Own:
+        return Own.divided(dict(zip(self.plan.names, texts, strict=True)), self._parameters)
+
+    def _missed(
+        self, family: Family, number: int, texts: Sequence[str], measured: Measured
+    ) -> Part:
+        """A member whose accuracy was measured to be missed."""
+        assert self._numbers is not None
+        model = self._numbers.of(self._own(texts))
+        assert model is not None
+        request = replace(family.request, initial=np.array(model.initial, dtype=float))
+        found = trajectory_of(model, request, self._bound(model), measured)
+        return self._part(number, texts, model, found)
+
+    def single(self, number: int, texts: Sequence[str]) -> Part:
+        """A member by itself."""
+        own = self._own(texts)
+        try:
+            model = None if self._numbers is None else self._numbers.of(own)
+            functions = None if model is None else self._bound(model)
+            model = model or self.plan.recipe.model(own)
+            found = self._simulated(own, model, functions)
+        except InputError as refusal:
+            words = {"status": REFUSED, "reason": refusal.problems[0].message}
+            return Part([number], {}, self._given(texts, {}), {}, {}, words)
+        return self._part(number, texts, model, found)
+
+    def _part(self, number: int, texts: Sequence[str], model: Model, found: Trajectory) -> Part:
+        values = {p.name: p.value for p in model.parameters}
+        values |= {name: float(column[0]) for name, column in found.columns.items()}
+        table = found.table(self.plan.extra)
+        figures = {name: getattr(found, name) for name in FIGURES}
+        return Part(
+            [number],
+            {name: column[None] for name, column in table.items() if name != "t"},
+            self._given(texts, values),
+            {name: _one(value) for name, value in found.scales.items() if found.requested},
+            {name: _one(value) for name, value in figures.items()},
+            {name: str(getattr(found, name)) for name in WORDS},
+        )
+
+    def _given(self, texts: Sequence[str], values: Mapping[str, float | None]) -> dict[str, Array]:
+        """The numbers that the texts of a member stand for, NaN where that is not known."""
+        given = {}
+        for name, text in zip(self.plan.names, texts, strict=True):
+            value = values.get(name)
+            if value is None and NUMBER.fullmatch(text):
+                value = float(text)
+            given[name] = _one(value)
+        return given
+
+    def _bound(self, model: Model) -> RightHandSide:
+        if self._functions is None:
+            self._functions = right_hand_sides(self.plan.model)
+        return self._functions(model)
+
+    def _simulated(self, own: Own, model: Model, functions: RightHandSide | None) -> Trajectory:
+        recipe = self.plan.recipe
+        return simulate_past_charts(
+            model,
+            self.plan.options,
+            other_form(model, recipe.formulation, lambda: recipe.model(own, "multiplier")),
+            RunContext(functions),
+        )
+
+
+def _one(value: float | None) -> Array:
+    return np.array([np.nan if value is None else value], dtype=float)
+
+
+@lru_cache(maxsize=1)
+def _runner(plan: Plan) -> _Runner:
+    return _Runner(plan)
+
+
+def run_block(task: Task) -> Block | None:
+    """Run the members of a task; None where an interrupt reached it."""
+    runner = _runner(task.plan)
+    found = runner.gathering(task)
+    try:
+        runner.decide(task, found, lambda: None)
+    except KeyboardInterrupt:
+        return None
+    for single in _singles(task, found):
+        part = _run_single(single)
+        if part.words["status"] == "stopped":
+            return None
+        found.take(part)
+    return found.block(task.number)
+
+
+def _run_in_thread(both: tuple[Task, Gathering], aside: Aside) -> Block | None:
+    """The same, with members by themselves in other processes."""
+    task, found = both
+
+    def between() -> None:
+        if aside.stopped():
+            raise KeyboardInterrupt
+
+    try:
+        _runner(task.plan).decide(task, found, between)
+        for part in aside.run(_run_single, _singles(task, found)):
+            found.take(part)
+    except (KeyboardInterrupt, CancelledError):
+        return None
+    return found.block(task.number)
+
+
+def _singles(task: Task, found: Gathering) -> list[Task]:
+    """The members of a task that are in no part yet, each a task."""
+    return [Task(task.plan, number, (task.rows[number],)) for number in found.left]
+
+
+def _run_single(task: Task) -> Part:
+    """A member by itself: the only one of the task, whose number it has."""
+    (texts,) = task.rows
+    return _runner(task.plan).single(task.number, texts)
+
+
+# All of them.
+
+
+def tasks_of(plan: Plan, rows: Sequence[tuple[str, ...]]) -> list[Task]:
+    """The members in blocks, which do not depend on where they are run."""
+    many = plan.alone and bool(plan.model.code.taylor)
+    largest = LARGEST_SIDE_BY_SIDE if many else LARGEST_BLOCK
+    size = max(1, min(largest, len(rows) // FEWEST_BLOCKS))
+    return [
+        Task(plan, number, tuple(rows[first : first + size]))
+        for number, first in enumerate(range(0, len(rows), size))
+    ]
+
+
+def run_members(
+    tasks: Sequence[Task],
+    store: Store,
+    *,
+    jobs: int | None = 1,
+    budget: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> bool:
+    """Run the tasks whose blocks are not in the store; whether all of them are there now.
+
+    Parameters
+    ----------
+    jobs
+        How many blocks at a time, see :func:`.simulate.parallel.in_any_order`.
+    budget
+        Seconds after which no further block is waited for.
+    progress
+        Called with the part of the blocks that are finished.
+    """
+    started = time.perf_counter()
+    waiting = [task for task in tasks if task.number not in store.finished]
+    try:
+        for _ in _kept(waiting, store, jobs):
+            if progress is not None:
+                progress(len(store.finished) / len(tasks))
+            if budget is not None and time.perf_counter() - started > budget:
+                break
+    except KeyboardInterrupt:
+        return False
+    return len(store.finished) == len(tasks)
+
+
+def run_blocks(tasks: Sequence[Task], jobs: int | None) -> Iterator[Block | None]:
+    """The blocks of tasks as they are finished, None where an interrupt reached one.
+
+    Members that are stepped side by side are run by threads of this process, others by
+    :func:`.simulate.parallel.in_any_order`.
+    """
+    if tasks and jobs not in (None, 1) and _runner(tasks[0].plan).family is not None:
+        # Memory is taken here: what one thread takes and another leaves is not used again.
+        both = ((task, _runner(task.plan).gathering(task)) for task in tasks)
+        return in_threads(_run_in_thread, both, jobs)
+    return in_any_order(run_block, tasks, jobs)
+
+
+def _kept(tasks: Sequence[Task], store: Store, jobs: int | None) -> Iterator[int]:
+    """The number of each block, as soon as it is kept."""
+    blocks = run_blocks(tasks, jobs)
+    with closing(_iterated(blocks)) as found:
+        for block in found:
+            if block is None:
+                raise KeyboardInterrupt
+            store.keep(block)
+            yield block.number
+
+
+def _iterated(blocks: Iterator[Block | None]) -> Generator[Block | None, None, None]:
+    """The same, so that it can be closed."""
+    yield from blocks

@@ -1,0 +1,186 @@
+"""Taylor's method through the optional package heyoka.
+
+Biscani and Izzo, *Mon. Not. R. Astron. Soc.* 504 (2021) 2614; orders and steps after Jorba and
+Zou, *Exp. Math.* 14 (2005) 99. The right-hand side is differentiated as expressions
+(:mod:`.integrators.expressions`), which heyoka compiles into machine code.
+"""
+
+from __future__ import annotations
+
+import copy
+import importlib.util
+import math
+import pickle
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.cache import digest
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import (
+    Control,
+    Integrator,
+    Rhs,
+    StepError,
+    UnfitError,
+    projection,
+)
+from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing, expressions
+from lagrange_cli.simulate.integrators.external.heyoka_algebra import Algebra, Traced
+from lagrange_cli.simulate.integrators.external.heyoka_cache import compiled_once
+from lagrange_cli.simulate.toolchain.compiler import processor
+
+__all__ = ["Taylor"]
+
+#: Relative tolerances that have an order of their own; without one the order is that of the last.
+LARGEST, SMALLEST, USUAL = 1e-3, 2.0**-52, 1e-12
+
+#: Operations of a right-hand side above which loops are compiled in place of one long text.
+COMPACT = 150
+
+
+class Taylor(Integrator):
+    """Taylor's method of the order that the tolerance asks for.
+
+    Steps are as long as the last two terms of the series of each component, which are also the
+    interpolant, are below its tolerance. One step of order p counts p evaluations.
+    """
+
+    name = "taylor"
+    title = "Taylor series to the order that the tolerance asks for, by heyoka"
+    order = 20
+    variable_order = True
+    package = "heyoka", "taylor"
+    traces = True
+    kept = ("_terms", "_start", "_longest")
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        of = expressions(rhs)
+        if of is None:
+            raise UnfitError("its equations are not to be had as expressions")
+        self._projection, self._control = projection(rhs), control
+        self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
+        rtol = float(np.max(control.rtol, initial=0.0)) or USUAL
+        tolerance = min(max(rtol, SMALLEST), LARGEST)
+        self._series = _series(of, tolerance, len(self.y))
+        self._longest = min(control.first_step, control.max_step)
+
+    @classmethod
+    def suits(cls, rhs: Rhs, size: int) -> bool:
+        """Whether it can take a right-hand side of ``size`` numbers here."""
+        of = expressions(rhs)
+        if of is None or importlib.util.find_spec(cls.package[0]) is None:
+            return False
+        try:
+            _system(_traced(of, size))
+        except UnfitError:
+            return False
+        return True
+
+    def step(self, limit: float) -> None:
+        series, t, control = self._series, self.t, self._control
+        series.time, series.state[:] = t, self.y
+        with np.errstate(all="ignore"):
+            series.step(max_delta_t=limit - t, write_tc=True)
+            terms = series.tc.T.copy()
+        self.evaluations += len(terms) - 1
+        tolerance = control.atol + control.rtol * np.abs(self.y)
+        h = min(_step(terms, tolerance), self._longest, limit - t)
+        t_new = limit if h == limit - t else t + h
+        if not t_new - t >= 10 * math.ulp(t):
+            raise StepError("the step size underflowed")
+        y = _value(terms, t_new - t)
+        if not np.isfinite(y).all():
+            raise StepError("the state is no longer finite")
+        self.y, self._terms, self._start = self._projected(t_new, y), terms, t
+        self.t, self._longest = t_new, control.max_step
+
+    def interpolate(self, times: Array) -> Array:
+        return np.array([_value(self._terms, t - self._start) for t in times.tolist()])
+
+
+def _series(of: Expressions, tolerance: float, size: int) -> Any:
+    """heyoka's integrator, of which only the series are used."""
+    series = copy.copy(_compiled(_traced(of, size), tolerance))
+    numbers = (*of.parameters.tolist(), *of.inputs.tolist())
+    series.pars[:] = numbers[: len(series.pars)]
+    return series
+
+
+@dataclass(frozen=True)
+class _Text:
+    """What a right-hand side of ``size`` numbers is compiled of.
+
+    ``plain`` are its parameters and ``inputs`` inputs: a number where that makes the expressions
+    simpler, which 0 and 1 do, or None for a parameter of the compiled code.
+    """
+
+    trace: Tracing
+    plain: tuple[float | None, ...]
+    inputs: int
+    size: int
+
+
+def _traced(of: Expressions, size: int) -> _Text:
+    numbers = (*of.parameters.tolist(), *of.inputs.tolist())
+    plain = tuple(x if x in (0.0, 1.0) else None for x in numbers)
+    return _Text(of.trace, plain, len(of.inputs), size)
+
+
+@lru_cache(maxsize=64)
+def _system(text: _Text) -> tuple[list[tuple[Any, Any]], int]:
+    """The equations in heyoka's expressions, and how many operations they take."""
+    import heyoka
+
+    algebra = Algebra(heyoka)
+    state = [heyoka.expression(f"y{k}") for k in range(text.size)]
+    given = [heyoka.par[k] if x is None else x for k, x in enumerate(text.plain)]
+    parameters = [Traced(x, algebra) for x in given]
+    first = len(parameters) - text.inputs
+    slopes = text.trace(
+        algebra.functions,
+        Traced(heyoka.time, algebra),
+        [Traced(x, algebra) for x in state],
+        parameters[:first],
+        parameters[first:],
+    )
+    system = [(x, algebra.plain(slope)) for x, slope in zip(state, slopes, strict=True)]
+    return system, algebra.operations
+
+
+@lru_cache(maxsize=64)
+def _compiled(text: _Text, tolerance: float) -> Any:
+    """The integrator for any parameters, without a state."""
+    import heyoka
+
+    system, operations = _system(text)
+    compact, start = operations > COMPACT, [0.0] * text.size
+    asked = pickle.dumps((system, tolerance, compact))
+    return compiled_once(
+        heyoka.llvm_state,
+        digest("series", heyoka.__version__, processor(), asked),
+        lambda: heyoka.taylor_adaptive(system, start, tol=tolerance, compact_mode=compact),
+    )
+
+
+def _step(terms: Array, tolerance: Array) -> float:
+    """How far the last two terms of each component are below its tolerance.
+
+    Even and odd functions have no term of every other order.
+    """
+    order = len(terms) - 1
+    steps = []
+    for k in (order - 1, order):
+        size = float(np.max(np.abs(terms[k]) / np.maximum(tolerance, 1e-300)))
+        steps.append(size ** (-1 / k) if size > 0 else math.inf)
+    return min(steps)
+
+
+def _value(terms: Array, h: float) -> Array:
+    """The series at a distance, by Horner's rule."""
+    value = terms[-1]
+    for term in terms[-2:0:-1]:
+        value = term + h * value
+    return np.asarray(terms[0] + h * value)

@@ -1,0 +1,6 @@
+"""Motions in smooth pieces: contacts that open and close, kinks that are crossed.
+
+A right-hand side for each mode goes in; one run comes out, whose pieces end at located events (A.
+F. Filippov, *Differential Equations with Discontinuous Righthand Sides*, 1988). Read
+:mod:`.contact_motion`, then :mod:`.crossing`.
+"""

@@ -1,0 +1,407 @@
+"""Motion with contacts: smooth pieces, each with a right-hand side of its own, events between.
+
+A piece goes on until the event function of a contact falls through zero: the multiplier of a
+closed one, the gap of an open one. Then the state is reset and the next piece begins. Bounces
+that follow each other ever faster are ended where what is left of them is shorter than a part
+of the span (accumulation points, after Zeno; Leine and van de Wouw, *Stability and Convergence
+of Mechanical Systems with Unilateral Constraints*, 2008, section 2.6).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from itertools import pairwise, takewhile
+from typing import Any, ClassVar, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import (
+    Advance,
+    Control,
+    Integrator,
+    Rhs,
+    State,
+    projection,
+)
+from lagrange_cli.simulate.integrators.event_functions import RISES
+from lagrange_cli.simulate.integrators.hybrid.contact_system import (
+    TOUCHING,
+    Dip,
+    Flags,
+    Gaps,
+    Kind,
+    Stuck,
+    Switch,
+    SwitchedRhs,
+)
+
+__all__ = [
+    "ENDLESS",
+    "IMPOSSIBLE",
+    "LOCATED",
+    "TOO_MANY",
+    "UNDETERMINED",
+    "Switching",
+]
+
+#: Bounces are ended where all that are left take less than this part of the span.
+ACCUMULATED = 1e-10
+
+#: Errors of steps beside the tolerance where a gap opens slowly: many may add up.
+ADDED_UP = 100.0
+
+#: Bounces of a height below this part of what the gap is the difference of are ended, too.
+LOW = 1e-12
+
+#: Gaps are followed that come as close to zero as many errors of steps beside the tolerance do.
+REACH = 1e6
+
+#: A contact that is struck faster than this part of what it was struck at before is not grazed.
+SLOW = 0.1
+
+#: Shrinking intervals between bounces that make a sequence.
+SEQUENCE = 4
+
+#: Events of each contact one upon the other, and the units in the last place of time within
+#: which they are.
+CHATTER, TOGETHER = 40, 16
+
+#: Units in the last place of time within which events are found at best.
+LOCATED = 4
+
+#: Events that are followed, and kept.
+MOST_SWITCHES = 250_000
+
+#: Why a motion cannot be continued.
+ENDLESS = "contacts close and open without end"
+IMPOSSIBLE = "contacts leave no motion"
+TOO_MANY = "contacts close and open more often than can be followed"
+UNDETERMINED = "what contacts do next cannot be determined"
+
+#: The event of a reset at the start of a motion.
+START = -1
+
+
+#: Stands at a state with a method: (rhs, t, y, t_end, control).
+Begin: TypeAlias = Callable[[Rhs, float, Array, float, Control], Integrator]
+
+
+class Switching(Integrator):
+    """One method over all pieces, called like any.
+
+    ``switches`` are those passed so far; ``began`` the contacts that are closed at first;
+    ``grazes`` the gaps that came close to zero and opened again.
+    """
+
+    interpolates: ClassVar[bool] = False
+
+    def __init__(
+        self,
+        begin: Begin,
+        rhs: SwitchedRhs,
+        t0: float,
+        y0: Array,
+        t_end: float,
+        control: Control,
+    ) -> None:
+        self._begin, self._rhs, self._control = begin, rhs, control
+        self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
+        self._shortest = ACCUMULATED * (t_end - t0)
+        self._past = 0, 0
+        self._closed = rhs.free
+        self._bounces: dict[int, list[float]] = {}
+        self.stuck: Stuck | None = None
+        self._run: Integrator | None = None
+        self._runs: dict[Flags, Integrator] = {}
+        self._piece: dict[str, Any] = {}
+        self.switches: list[Switch] = []
+        self.grazes: list[Dip] = []
+        self._seen = 0
+        self._looked: tuple[Array, tuple[Gaps, Array, Array]] | None = None
+        self._fastest: dict[int, float] = {}
+        self._reset(START, "contact")
+        self.began = self._closed
+
+    def step(self, limit: float) -> None:
+        self._advance_by_a_step()
+
+    def advance(
+        self, times: Array, states: Array, *, most_steps: int, most_evaluations: float
+    ) -> Advance:
+        filled, steps, evaluations = 0, self.steps, self.evaluations
+        while self._run is not None:
+            waiting = self._run.fallen is not None
+            done = self._run.advance(
+                times[filled:],
+                states[filled:],
+                most_steps=0 if waiting else most_steps - (self.steps - steps),
+                most_evaluations=most_evaluations - (self.evaluations - evaluations),
+            )
+            filled += done.filled
+            self._read(self._run)
+            event = self._run.fallen
+            if done.failure is not None or event is None:
+                return Advance(filled, done.failure)
+            if filled == len(times) and times[-1] < self.t:
+                # Samples that are asked for later may lie before the event.
+                return Advance(filled)
+            self._switch(event)
+            if filled and times[filled - 1] == self.t:
+                states[filled - 1] = self.y
+            spent = self.evaluations - evaluations
+            if (
+                filled == len(times)
+                or self.steps - steps >= most_steps
+                or spent >= most_evaluations
+            ):
+                break
+        if self._run is None and self.stuck is None and filled < len(times):
+            # The event was at the end, as far as that can be told.
+            states[filled:] = self.y
+            filled = len(times)
+        return Advance(filled, None if self.stuck is None else self.stuck.reason)
+
+    @property
+    def closed(self) -> Flags:
+        """The contacts that are closed now."""
+        return self._closed
+
+    def _read(self, run: Integrator) -> None:
+        self.t, self.y = run.t, run.y
+        for event in run.dips[self._seen :]:
+            gaps = self._rhs.gaps(event.time, event.state)
+            self._dip(gaps, event.index, event.time, event.state, gaps.values[event.index])
+        self._seen = len(run.dips)
+        self.steps, self.evaluations = self._past[0] + run.steps, self._past[1] + run.evaluations
+
+    def _switch(self, event: int) -> None:
+        """Go on behind the event of a contact."""
+        self._past = self.steps, self.evaluations
+        if self._closed[event]:
+            self._reset(event, "release")
+        elif self._accumulates(event):
+            self.y = self._fallen(event)
+            self._reset(event, "zeno")
+        else:
+            self._graze(event)
+            self._reset(event, "contact")
+        most = CHATTER * len(self._rhs.free)
+        last = self.switches[-most:]
+        if len(last) == most and self.t - last[0].t <= self._together:
+            self._end(ENDLESS, {s.contact for s in last})
+        elif len(self.switches) >= MOST_SWITCHES:
+            self._end(TOO_MANY, {s.contact for s in last})
+
+    def _end(self, reason: str, contacts: Iterable[int]) -> None:
+        self._run, self.stuck = None, Stuck(reason, tuple(sorted(contacts)))
+
+    @property
+    def _together(self) -> float:
+        return float(TOGETHER * np.spacing(max(abs(self.t), abs(self.t_end))))
+
+    def _accumulates(self, contact: int) -> bool:
+        """Whether all bounces of a contact that are left take next to no time, or are too low to
+        be told from rounding."""
+        times = self._bounces.setdefault(contact, [])
+        times.append(self.t)
+        del times[: -SEQUENCE - 1]
+        between = [after - before for before, after in pairwise(times)]
+        ends = len(between) > 0 and self._is_last(contact, between)
+        if ends:
+            times.clear()
+        return ends
+
+    def _is_last(self, contact: int, between: Sequence[float]) -> bool:
+        """Whether nothing is left behind bounces with these intervals."""
+        n, tolerances = len(self.y) // 2, self._tolerances
+        gaps, speeds, _ = self._moving(self.y)
+        speed = float(speeds[contact])
+        height = abs(speed) * between[-1]
+        hidden = height <= gaps.noise(tolerances[:n])[contact]
+        if hidden and speed >= 0 and self.t_end - self.t > self._together:
+            # The step took the bounce for none, since its tolerance is larger.
+            return True
+        if len(between) < SEQUENCE:
+            return False
+        if hidden and abs(speed) <= np.abs(gaps.gradients[contact]) @ tolerances[n:]:
+            return True
+        if not all(after < before for before, after in pairwise(between)):
+            return False
+        ratio = between[-1] / between[-2]
+        rest = between[-1] * ratio / (1 - ratio)
+        few = rest <= max(self._shortest, self._together)
+        return bool(few or height <= LOW * gaps.sizes[contact])
+
+    def _fallen(self, contact: int) -> Array:
+        """The state with a contact closed that still rises where its bounces end."""
+        gaps = self._rhs.gaps(self.t, self.y)
+        if gaps.speeds(self.y[len(self.y) // 2 :])[0][contact] <= 0:
+            return self.y
+        closed = tuple(of or k == contact for k, of in enumerate(self._closed))
+        project = projection(self._rhs.side(closed))
+        moved = self.y if project is None else project(self.t, self.y)
+        return moved if np.isfinite(moved).all() else self.y
+
+    def _moving(self, y: Array) -> tuple[Gaps, Array, Array]:
+        """The gaps at a state here, how fast they grow, and the sizes of what that sums."""
+        if self._looked is None or self._looked[0] is not y:
+            gaps = self._rhs.gaps(self.t, y)
+            self._looked = y, (gaps, *gaps.speeds(y[len(y) // 2 :]))
+        return self._looked[1]
+
+    @property
+    def _tolerances(self) -> Array:
+        """What steps may be off in each component here."""
+        return np.asarray(self._control.atol + self._control.rtol * np.abs(self.y))
+
+    def _reset(self, event: int, kind: Kind) -> None:
+        """Find what holds behind an event, tell what changed, and begin the next piece."""
+        before, was = self.y, self._closed
+        bounce = 0.0 if kind == "zeno" else 1.0
+        late = 0.0 if event == START else self._late(event)
+        met = before - late * self._rhs.side(was)(self.t, before) if late else before
+        after, closed = self._rhs.reset(self.t, met, was, event, bounce)
+        if late and after is not None:
+            after = after + late * self._rhs.side(closed)(self.t, after)
+        if after is None:
+            self._end(*self._deadlock(event, closed))
+            return
+        self.y, self._closed = after, closed
+        changes: dict[int, Kind] = {} if event == START else {event: kind}
+        changes |= {k: "contact" for k in self._struck(before) if k not in changes}
+        for k, (old, now) in enumerate(zip(was, self._closed, strict=True)):
+            if old != now and event != START:
+                changes.setdefault(k, "contact" if now else "release")
+        self.switches += [
+            Switch(self.t, k, of, before, self.y, self._closed) for k, of in changes.items()
+        ]
+        self._stand()
+
+    def _late(self, event: int) -> float:
+        """How long ago the gap of a contact that is struck was zero, less than times can tell.
+
+        Bounces would add up what rounding of their times does.
+        """
+        gaps, speeds, sizes = self._moving(self.y)
+        if not speeds[event] < -TOUCHING * sizes[event]:
+            return 0.0
+        late = float(gaps.values[event] / speeds[event])
+        return late if abs(late) <= LOCATED * np.spacing(abs(self.t)) else 0.0
+
+    def _graze(self, event: int) -> None:
+        """Remember a contact that is struck so slightly that it might as well be missed."""
+        gaps, speeds, _ = self._moving(self.y)
+        speed = -float(speeds[event])
+        fastest = self._fastest.get(event, 0.0)
+        if not SLOW * fastest < speed or not fastest:
+            self._dip(gaps, event, self.t, self.y, speed=speed)
+        self._fastest[event] = max(speed, fastest)
+
+    def _has_just_opened(self, contact: int, t: float, depth: float, bend: float) -> bool:
+        """Whether a gap is so small only since the contact opened, at the start of the piece."""
+        opened = self._piece["signs"][contact] == RISES
+        return bool(opened and (t - self._piece["from"][0]) ** 2 * bend <= 2 * depth)
+
+    def _dip(
+        self, gaps: Gaps, contact: int, t: float, y: Array, least: float = 0.0, speed: float = 0.0
+    ) -> None:
+        """Remember a gap with its least value, or the speed at which it is struck, if it is
+        close enough to zero."""
+        slope = self._rhs.side(self._closed)(t, y)
+        gradient = gaps.gradients[contact]
+        bend = float(gradient @ slope[len(y) // 2 :] + gaps.biases[contact])
+        if speed:
+            least = -(speed**2) / (2 * bend) if bend > 0 else -np.inf
+        size = float(gaps.sizes[contact])
+        if not speed and self._has_just_opened(contact, t, abs(least) + TOUCHING * size, bend):
+            return
+        if abs(least) < self._piece["reach"][contact]:
+            dip = Dip(t, contact, float(least), bend, size, gradient, y, self._closed)
+            self.grazes.append(dip)
+
+    def _deadlock(self, event: int, leave_none: Flags) -> tuple[str, set[int]]:
+        """Why there is no motion behind an event, and the contacts that are in the way."""
+        if any(leave_none):
+            return IMPOSSIBLE, {k for k, flag in enumerate(leave_none) if flag}
+        touching = self._rhs.gaps(self.t, self.y).touching
+        met = {k for k, of in enumerate(zip(touching, self._closed, strict=True)) if any(of)}
+        return UNDETERMINED, met if event == START else met | {event}
+
+    def _struck(self, before: Array) -> list[int]:
+        """Contacts that take an impact here, though the event may be of another one."""
+        if np.array_equal(before, self.y):
+            return []
+        gaps, speed, size = self._moving(before)
+        near = TOUCHING * gaps.sizes + self._together * np.abs(speed)
+        struck = (speed < -TOUCHING * size) & (np.abs(gaps.values) <= near)
+        return [int(k) for k in np.flatnonzero(struck)]
+
+    def _stand(self) -> None:
+        """Begin a piece here, unless nothing is left."""
+        self._run = None
+        if self.t_end - self.t <= LOCATED * np.spacing(abs(self.t_end)):
+            self.t = self.t_end
+            return
+        gaps, speeds, sizes = self._moving(self.y)
+        newest = takewhile(lambda s: s.t == self.t, reversed(self.switches))
+        began = {s.contact for s in newest}
+        # What has just opened is zero but for rounding, of either sign.
+        rises = [
+            not closed and (touches or k in began)
+            for k, (closed, touches) in enumerate(zip(self._closed, gaps.touching, strict=True))
+        ]
+        # What errors of steps make of gaps; none that opens by more than rounding is in doubt.
+        errors = np.abs(gaps.gradients) @ self._tolerances[: len(self.y) // 2]
+        opening = speeds > TOUCHING * sizes
+        noise = np.where(opening, 0.0, ADDED_UP * errors + TOUCHING * gaps.sizes)
+        reach = REACH * errors * ~np.array(self._closed)
+        signs = tuple(RISES if rising else 1.0 for rising in rises)
+        self._begin_piece(signs, tuple(noise.tolist()), tuple(reach.tolist()))
+
+    def _begin_piece(
+        self, signs: tuple[float, ...], noise: tuple[float, ...], reach: tuple[float, ...]
+    ) -> Integrator:
+        """Begin a piece here, with the signs of its event functions, noise and reach."""
+        self._piece = {"from": (self.t, self.y), "signs": signs, "noise": noise, "reach": reach}
+        self._seen = 0
+        first_step = min(self._control.first_step, self.t_end - self.t)
+        run, begun = self._runs.get(self._closed), (signs, noise, reach)
+        if run is None or not run.again(self.t, self.y, first_step, begun):
+            # The tolerances stay those of the control, which may change between steps.
+            control = replace(self._control, first_step=first_step)
+            side = self._rhs.side(self._closed)
+            run = self._begin(side, self.t, self.y, self.t_end, control)
+            run.stop_at(self._rhs.falling(self._closed, *begun))
+            self._runs[self._closed] = run
+        self._run = run
+        return run
+
+    def state(self) -> State:
+        switches = [(s.t, s.contact, s.kind, s.before, s.after, s.flags) for s in self.switches]
+        own = {
+            "closed": self._closed,
+            "began": self.began,
+            "past": self._past,
+            "bounces": [(contact, tuple(times)) for contact, times in self._bounces.items()],
+            "switches": tuple(switches),
+            "grazes": tuple(tuple(vars(dip).values()) for dip in self.grazes),
+            "fastest": tuple(self._fastest.items()),
+            "stuck": None if self.stuck is None else (self.stuck.reason, self.stuck.contacts),
+            "run": None if self._run is None else self._run.state(),
+        }
+        return {**super().state(), **own, **self._piece}
+
+    def restore(self, state: State) -> None:
+        self.switches = [Switch(*fields) for fields in state["switches"]]
+        self.grazes = [Dip(*fields) for fields in state["grazes"]]
+        self._fastest = dict(state["fastest"])
+        self._bounces = {contact: list(times) for contact, times in state["bounces"]}
+        self._closed, self.began, self._past = state["closed"], state["began"], state["past"]
+        self._run, self.stuck = None, None if state["stuck"] is None else Stuck(*state["stuck"])
+        if state["run"] is not None:
+            self.t, self.y = state["from"]
+            begun = state["signs"], state["noise"], state["reach"]
+            self._begin_piece(*begun).restore(state["run"])
+        super().restore(state)

@@ -1,0 +1,156 @@
+"""What a motion with contacts is made of: gaps, events, a right-hand side for each case.
+
+:mod:`.contact_motion` follows such a motion; what it needs of a system stands here.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs, UnfitError
+from lagrange_cli.simulate.integrators.event_functions import Falling
+from lagrange_cli.simulate.integrators.expressions import Expressions
+
+__all__ = ["TOUCHING", "Dip", "Flags", "Gaps", "Kind", "Stuck", "Switch", "SwitchedRhs"]
+
+#: Which contacts are closed.
+Flags: TypeAlias = tuple[bool, ...]
+
+#: What happens to a contact: it closes, for an instant or for longer; it opens; it closes since
+#: its bounces have become too short.
+Kind: TypeAlias = Literal["contact", "release", "zeno"]
+
+#: A gap is zero below this part of what it is the difference of.
+TOUCHING = 1e-12
+
+
+@dataclass(frozen=True)
+class Switch:
+    """What happened to a contact, with the states before and after, and what is closed then."""
+
+    t: float
+    contact: int
+    kind: Kind
+    before: Array
+    after: Array
+    flags: Flags
+
+    @property
+    def jumps(self) -> bool:
+        """Whether velocities changed."""
+        return not np.array_equal(self.before, self.after)
+
+
+@dataclass(frozen=True)
+class Dip:
+    """A gap that comes close to zero and opens again, by itself or since it was struck.
+
+    ``least`` is its least value, negative where it was struck: what it would have become without.
+    ``bend`` is φ̈ there, ``size`` that of what the gap is the difference of, ``gradient`` has shape
+    (n,); ``y`` and ``closed`` are the state and what is closed there.
+    """
+
+    t: float
+    contact: int
+    least: float
+    bend: float
+    size: float
+    gradient: Array
+    y: Array
+    closed: Flags
+
+
+@dataclass(frozen=True)
+class Stuck:
+    """Why a motion cannot be continued, and the contacts that are in the way."""
+
+    reason: str
+    contacts: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Gaps:
+    """Gaps φ of all contacts, with the sizes of what they are differences of (both (U,)), their
+    gradients (U, n), how they change at rest, ∂φ/∂t (U,), and what φ̈ is beside gradient·q̈ (U,).
+    """
+
+    values: Array
+    sizes: Array
+    gradients: Array
+    rates: Array
+    biases: Array
+
+    @property
+    def touching(self) -> Flags:
+        """Which are zero but for rounding."""
+        return tuple((np.abs(self.values) <= TOUCHING * self.sizes).tolist())
+
+    def speeds(self, velocities: Array) -> tuple[Array, Array]:
+        """How fast they grow, and the sizes of what that is the sum of."""
+        products = self.gradients * velocities
+        sizes = np.abs(products).sum(axis=1) + np.abs(self.rates)
+        return products.sum(axis=1) + self.rates, sizes
+
+    def noise(self, errors: Array) -> Array:
+        """What errors of the coordinates make of them, shape (U,)."""
+        return np.abs(self.gradients) @ errors + TOUCHING * self.sizes
+
+
+class SwitchedRhs(ABC):
+    """Right-hand sides for every set of closed contacts; called like one, it is that of none."""
+
+    #: No contact closed.
+    free: Flags
+
+    @abstractmethod
+    def project(self, t: float, y: Array) -> Array:
+        """A state moved onto the constraints that hold in free flight, too."""
+
+    @abstractmethod
+    def __call__(self, t: float, y: Array) -> Array:
+        """y' with no contact closed."""
+
+    @abstractmethod
+    def side(self, closed: Flags) -> Rhs:
+        """y' with these contacts closed, with a projection onto them."""
+
+    @abstractmethod
+    def falling(
+        self,
+        closed: Flags,
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
+        reach: tuple[float, ...] = (),
+    ) -> Falling:
+        """The multiplier of each closed contact and the gap of each open one."""
+
+    def traced(self, closed: Flags) -> tuple[Expressions, Expressions]:
+        """Two functions to be run over objects: the gaps come first of what the one gives, the
+        multipliers of the contacts last of what the other does.
+
+        Raises
+        ------
+        UnfitError
+            Only their values are to be had.
+        """
+        raise UnfitError("its events are not to be had as expressions")
+
+    @abstractmethod
+    def gaps(self, t: float, y: Array) -> Gaps:
+        """How far each contact is from closing."""
+
+    @abstractmethod
+    def reset(
+        self, t: float, y: Array, closed: Flags, event: int, bounce: float
+    ) -> tuple[Array | None, Flags]:
+        """State and closed contacts after the event of a contact.
+
+        Where there is no such state it is None, and the contacts are those that together leave
+        no motion; none where that is not why. ``bounce`` multiplies the coefficients of
+        restitution.
+        """

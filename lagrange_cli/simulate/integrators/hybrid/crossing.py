@@ -1,0 +1,342 @@
+"""Motion across switching surfaces: smooth pieces, each on one side of every surface.
+
+Where ``abs``, ``sign``, ``min`` or ``max`` has a kink or a jump, a step ends: the surface is
+located on the step's interpolant, and the next piece begins with the equations of the other
+side. What happens on a surface is decided by the rates on both sides of it (A. F. Filippov,
+*Differential Equations with Discontinuous Righthand Sides*, 1988, §4): the motion passes
+through, or leaves to one side, or slides along it while both sides push it back, as dry friction
+holds a body at rest. Where more than one of these is possible, the motion is not determined.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Advance, Control, Integrator, Rhs, State
+from lagrange_cli.simulate.integrators.event_functions import RISES, Event, Falling
+from lagrange_cli.simulate.integrators.hybrid.contact_motion import LOCATED, TOGETHER, Begin
+from lagrange_cli.simulate.integrators.hybrid.sliding import Slide, only, ways_on
+from lagrange_cli.simulate.integrators.hybrid.surfaces import Sides, put, surfaces_of
+
+__all__ = [
+    "AMBIGUOUS",
+    "CROWDED",
+    "IMPULSIVE",
+    "UNSETTLED",
+    "Crossing",
+]
+
+#: Crossings of each surface one upon the other that are taken for endless.
+CHATTER = 40
+
+#: A step whose event lies in less than this part of it is made again, to this many times the time
+#: until the event (advance.c does the same).
+EARLY, BEHIND = 0.5, 1.25
+
+ONE_STEP: Any = {"most_steps": 1, "most_evaluations": math.inf}
+
+#: Crossings that are followed.
+MOST_CROSSINGS = 250_000
+
+#: Part of the energy, or of a momentum, that may change where a surface is crossed: more is an
+#: impulse.
+JUMP = 1e-9
+
+#: Why a motion cannot be continued.
+AMBIGUOUS = (
+    "the motion from there is not unique: abs, sign, min or max has a kink there that pushes"
+    " the motion away to both sides"
+)
+CROWDED = "kinks of abs, sign, min or max are crossed without end"
+UNSETTLED = "what follows at a kink of abs, sign, min or max cannot be determined"
+IMPULSIVE = (
+    "energy or momentum jumps where abs, sign, min or max does, so that an impulse acts that the"
+    " equations do not hold"
+)
+
+
+class Crossing(Integrator):
+    """One method over all pieces, called like any."""
+
+    interpolates: ClassVar[bool] = False
+
+    def __init__(
+        self, begin: Begin, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control
+    ) -> None:
+        self._begin, self._rhs, self._control = begin, rhs, control
+        surfaces = surfaces_of(rhs)
+        assert surfaces is not None
+        self._surfaces = surfaces
+        self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
+        self._beside: Falling | None = None
+        self._past = 0, 0, 0
+        self._crossings: list[float] = []
+        self._count = 0
+        self._run: Integrator | None = None
+        self._stuck: str | None = None
+        self._dips: list[Event] = []
+        self._piece: dict[str, Any] = {}
+        self._sides: Sides = (1.0,) * len(self._surfaces.positional)
+        self._settle(())
+
+    # Pieces.
+
+    def stop_at(self, falling: Falling) -> None:
+        self._beside = falling
+        if self._run is not None:
+            self._begin_piece(self._piece["signs"], self._piece["noise"])
+
+    @property
+    def dips(self) -> list[Event]:
+        return [*self._dips, *([] if self._run is None else self._run.dips)]
+
+    def step(self, limit: float) -> None:
+        self._advance_by_a_step()
+
+    def advance(
+        self, times: Array, states: Array, *, most_steps: int, most_evaluations: float
+    ) -> Advance:
+        filled, steps, evaluations = 0, self.steps, self.evaluations
+        while self._run is not None:
+            waiting = self._run.fallen is not None
+            done = self._go(
+                times[filled:],
+                states[filled:],
+                0 if waiting else most_steps - (self.steps - steps),
+                most_evaluations - (self.evaluations - evaluations),
+            )
+            run = self._run
+            filled += done.filled
+            self._read(run)
+            if done.failure is not None or run.fallen is None:
+                return Advance(filled, done.failure)
+            if filled == len(times) and times[-1] < self.t:
+                # Samples that are asked for later may lie before the surface.
+                return Advance(filled)
+            others = 0 if self._beside is None else len(self._beside.signs)
+            if run.fallen < others:
+                self.fallen = run.fallen
+                return Advance(filled)
+            self._cross(run.fallen - others)
+            spent = self.evaluations - evaluations
+            if (
+                filled == len(times)
+                or self.steps - steps >= most_steps
+                or spent >= most_evaluations
+            ):
+                break
+        if self._run is None and self._stuck is None and filled < len(times):
+            # The surface was met at the end, as far as that can be told.
+            states[filled:] = self.y
+            filled = len(times)
+        return Advance(filled, self._stuck)
+
+    def _go(self, times: Array, states: Array, most_steps: int, most_evaluations: float) -> Advance:
+        """Step on in this piece. The compiled integrators make a step again whose event is early
+        in it (kernels/advance.c); for others that is done here."""
+        run = self._run
+        assert run is not None
+        if run.repeats or most_steps == 0:
+            return run.advance(
+                times, states, most_steps=most_steps, most_evaluations=most_evaluations
+            )
+        filled, steps, evaluations = run.take(times, states, 0), run.steps, run.evaluations
+        while (
+            filled < len(times)
+            and run.fallen is None
+            and run.steps - steps < most_steps
+            and run.evaluations - evaluations < most_evaluations
+        ):
+            start, signs = (run.t, run.y), run.signs
+            done = run.advance(np.array([np.inf]), np.empty((1, len(self.y))), **ONE_STEP)
+            if done.failure is not None:
+                return Advance(filled, done.failure)
+            part = self._part_of_step(run, start[0])
+            if part < EARLY:
+                run = self._again(start, signs, BEHIND * (run.t - start[0]))
+                steps, evaluations = 0, 0
+                continue
+            end = len(times) if run.fallen is None else np.searchsorted(times, run.t, "right")
+            filled = run.take(times[:end], states, filled)
+        return Advance(filled)
+
+    def _part_of_step(self, run: Integrator, start: float) -> float:
+        """How far into its step an event is; 1 where there is none, or it cannot be earlier."""
+        if run.fallen is None or run.t - start <= TOGETHER * np.spacing(abs(run.t)):
+            return 1.0
+        return (run.t - start) / run.last_step
+
+    def _again(
+        self, start: tuple[float, Array], signs: tuple[float, ...], first_step: float
+    ) -> Integrator:
+        """Begin the piece anew where its last step began, with a shorter one."""
+        assert self._run is not None
+        self._read(self._run)
+        self._past = self.steps - 1, self.evaluations, self.remade
+        self.t, self.y = start
+        sliding = self._sliding(self._sides)
+        others = 0 if self._beside is None else len(self._beside.signs)
+        # Behind those of the surfaces stand the ends of what holds the motion on some of them.
+        kept = [k for k in range(len(self._sides)) if k not in sliding]
+        whole = list(self._piece["signs"])
+        for k, sign in zip(kept, signs[others:], strict=False):
+            whole[k] = sign
+        return self._begin_piece(tuple(whole), self._piece["noise"], first_step)
+
+    def _read(self, run: Integrator) -> None:
+        self.t, self.y = run.t, run.y
+        steps, evaluations, remade = self._past
+        self.steps, self.evaluations = steps + run.steps, evaluations + run.evaluations
+        self.remade = remade + run.remade
+
+    def _cross(self, event: int) -> None:
+        """Go on behind a surface that was met, or that no longer holds the motion."""
+        self._past = self.steps, self.evaluations, self.remade
+        self._count += 1
+        self._crossings.append(self.t)
+        most = CHATTER * len(self._sides)
+        del self._crossings[:-most]
+        crowded = len(self._crossings) == most and self.t - self._crossings[0] <= self._together
+        if crowded or self._count >= MOST_CROSSINGS:
+            self._run, self._stuck = None, CROWDED
+            return
+        sliding = self._sliding(self._sides)
+        if len(sliding) and event >= len(self._sides) - len(sliding):
+            self._let_go(event, sliding)
+        else:
+            met = [k for k in range(len(self._sides)) if k not in sliding][event]
+            self._settle((met,))
+
+    @property
+    def _together(self) -> float:
+        return float(TOGETHER * np.spacing(max(abs(self.t), abs(self.t_end))))
+
+    def _let_go(self, event: int, sliding: Sequence[int]) -> None:
+        """Leave a surface along which the motion slid, to the side that no longer pushes back."""
+        place = event - (len(self._sides) - len(sliding))
+        k, upper = sliding[place // 2], place % 2 == 0
+        self._stand(put(self._sides, {k: 1.0 if upper else -1.0}), (k,))
+
+    def _begin_piece(
+        self, signs: tuple[float, ...], noise: tuple[float, ...], first_step: float = np.inf
+    ) -> Integrator:
+        """Begin a piece here on the present sides."""
+        self._piece = {"from": (self.t, self.y), "signs": signs, "noise": noise}
+        self._piece["first_step"] = first_step
+        first_step = min(self._control.first_step, self.t_end - self.t, first_step)
+        control = replace(self._control, first_step=first_step)
+        self._dips = self.dips
+        sliding = self._sliding(self._sides)
+        side = self._slide(sliding) if sliding else self._surfaces.side(self._sides)
+        self._run = run = self._begin(side, self.t, self.y, self.t_end, control)
+        run.stop_at(self._falling(sliding, signs, noise))
+        return run
+
+    def _falling(
+        self, sliding: Sequence[int], signs: tuple[float, ...], noise: tuple[float, ...]
+    ) -> Falling:
+        whole = self._surfaces.falling(self._sides, signs, noise, self._beside)
+        if not sliding:
+            return whole
+        others = 0 if self._beside is None else len(self._beside.signs)
+        kept = [*range(others), *(others + k for k in range(len(signs)) if k not in sliding)]
+        slide = self._slide(sliding)
+
+        def values(t: float, y: Array) -> Array:
+            parts, _ = slide.parts(t, y)
+            ends = [end for part in parts for end in (1 - part, 1 + part)]
+            return np.array([*whole.values(t, y)[kept], *ends])
+
+        held = (1.0,) * 2 * len(sliding)
+        return Falling(
+            values,
+            (*(whole.signs[k] for k in kept), *held),
+            (*(whole.noise[k] for k in kept), *(0.0 for _ in held)),
+            reach=(*(whole.reach[k] for k in kept), *(0.0 for _ in held)) if whole.reach else (),
+        )
+
+    # What follows on surfaces.
+
+    def _sliding(self, sides: Sides) -> tuple[int, ...]:
+        return tuple(k for k, side in enumerate(sides) if abs(side) < 1)
+
+    def _settle(self, met: Sequence[int]) -> None:
+        """Find the sides that hold behind surfaces that are met, and begin the next piece."""
+        before = self._sides
+        self._sides, on = self._surfaces.placed(self.t, self.y, before, met)
+        if not on:
+            self._stand(self._sides, ())
+            return
+        ways = ways_on(self._surfaces, self.t, self.y, self._sides, on)
+        chosen = only(ways)
+        if chosen is None:
+            self._run = None
+            self._stuck = AMBIGUOUS if ways else UNSETTLED
+        elif self._jumps(before if met else chosen.sides, chosen.sides):
+            self._run, self._stuck = None, IMPULSIVE
+        else:
+            self._stand(chosen.sides, on)
+
+    def _jumps(self, before: Sides, after: Sides) -> bool:
+        """Whether energy or momenta are others behind the surfaces, for the same state."""
+        one, other = (self._surfaces.continuous(self.t, self.y, s) for s in (before, after))
+        return bool((np.abs(one - other) > JUMP * (np.abs(one) + np.abs(other))).any())
+
+    def _slide(self, sliding: Sequence[int]) -> Slide:
+        return Slide(self._surfaces, self._sides, sliding)
+
+    def _stand(self, sides: Sides, on: Sequence[int]) -> None:
+        """Begin a piece here on these sides, unless nothing is left of the motion."""
+        self._run, self._sides = None, sides
+        if self.t_end - self.t <= LOCATED * np.spacing(abs(self.t_end)):
+            self.t = self.t_end
+            return
+        signs = tuple(RISES if k in on else 1.0 for k in range(len(sides)))
+        noise = np.zeros(len(sides))
+        values, _ = self._surfaces.values(self.t, self.y, sides)
+        for k in on:
+            noise[k] = self._noise(k, sides, values)
+        self._begin_piece(signs, tuple(noise.tolist()))
+
+    def _noise(self, k: int, sides: Sides, values: Array) -> float:
+        """What the tolerance makes of a surface that the motion may stay on; 0 where it leaves."""
+        slope = self._surfaces.side(sides)(self.t, self.y)
+        rates = self._surfaces.rates(self.t, self.y, sides, slope)
+        if rates.leading(k, self._surfaces.positional[k]) != 0:
+            return 0.0
+        tolerances = self._control.atol + self._control.rtol * np.abs(self.y)
+        noise = 0.0
+        for i, tolerance in enumerate(tolerances):
+            moved = self.y.copy()
+            moved[i] += tolerance
+            noise += abs(self._surfaces.values(self.t, moved, sides)[0][k] - values[k])
+        return float(noise)
+
+    # Going on.
+
+    def state(self) -> State:
+        own = {
+            "past": self._past,
+            "crossings": tuple(self._crossings),
+            "count": self._count,
+            "sides": self._sides,
+            "stuck": self._stuck,
+            "run": None if self._run is None else self._run.state(),
+        }
+        return {**super().state(), **own, **self._piece}
+
+    def restore(self, state: State) -> None:
+        self._past, self._crossings = state["past"], list(state["crossings"])
+        self._count, self._sides, self._stuck = state["count"], state["sides"], state["stuck"]
+        self._run = None
+        if state["run"] is not None:
+            self.t, self.y = state["from"]
+            begun = state["signs"], state["noise"], state["first_step"]
+            self._begin_piece(*begun).restore(state["run"])
+        super().restore(state)

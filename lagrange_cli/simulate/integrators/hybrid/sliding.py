@@ -1,0 +1,152 @@
+"""What a motion may do on switching surfaces: pass, leave to a side, or slide along them.
+
+A. F. Filippov, *Differential Equations with Discontinuous Righthand Sides*, 1988, §4: the rates on
+both sides decide. Where both lead back to the surface, the motion stays on it with the part of
+both sides that keeps it there, as dry friction holds a body at rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import projection
+from lagrange_cli.simulate.integrators.hybrid.surfaces import ON_SURFACE, Sides, Surfaces, put
+
+__all__ = ["Slide", "Way", "only", "ways_on"]
+
+#: Surfaces met at one instant of which every combination of sides is looked at.
+MOST_AT_ONCE = 3
+
+#: How exactly rates must hang linearly on the part between both sides of a surface.
+LINEAR = 1e-6
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way in which the motion may go on.
+
+    Attributes
+    ----------
+    sides
+        Those that it keeps to.
+    slope
+        Of the state, shape (2n,).
+    departs
+        Whether it leaves one of the surfaces at once.
+    """
+
+    sides: Sides
+    slope: Array
+    departs: bool
+
+
+def ways_on(surfaces: Surfaces, t: float, y: Array, sides: Sides, on: Sequence[int]) -> list[Way]:
+    """The ways in which the motion may go on from surfaces on which it is.
+
+    Those of positions that it comes to with a speed are passed whatever acts. Empty where there
+    are more surfaces at once than can be looked at.
+    """
+    sides, undecided = _passed(surfaces, t, y, sides, on)
+    if len(undecided) > MOST_AT_ONCE:
+        return []
+    found = []
+    for choice in product((1.0, -1.0, 0.0), repeat=len(undecided)):
+        tried = put(sides, dict(zip(undecided, choice, strict=True)))
+        held = [k for k, side in zip(undecided, choice, strict=True) if side == 0]
+        reached = _held(surfaces, t, y, tried, held) if held else _free(surfaces, t, y, tried)
+        if reached is not None:
+            rates = surfaces.rates(t, y, *reached)
+            free = [k for k in undecided if k not in held]
+            leading = [rates.leading(k, surfaces.positional[k]) for k in free]
+            departs = len(undecided) < len(on) or any(leading)
+            if all(tried[k] * rate >= 0 for k, rate in zip(free, leading, strict=True)):
+                found.append(Way(*reached, departs))
+    return found
+
+
+def _passed(
+    surfaces: Surfaces, t: float, y: Array, sides: Sides, on: Sequence[int]
+) -> tuple[Sides, list[int]]:
+    """The sides behind surfaces of positions that are passed, and the other surfaces."""
+    across = put(sides, dict.fromkeys(on, 1.0))
+    rates = surfaces.rates(t, y, across, surfaces.side(across)(t, y))
+    clear = np.abs(rates.first) > ON_SURFACE * rates.sizes
+    passed = [k for k in on if surfaces.positional[k] and clear[k]]
+    behind = put(sides, {k: float(np.sign(rates.first[k])) for k in passed})
+    return behind, [k for k in on if k not in passed]
+
+
+def _free(surfaces: Surfaces, t: float, y: Array, sides: Sides) -> tuple[Sides, Array] | None:
+    slope = surfaces.side(sides)(t, y)
+    return (sides, slope) if np.isfinite(slope).all() else None
+
+
+def _held(
+    surfaces: Surfaces, t: float, y: Array, sides: Sides, held: Sequence[int]
+) -> tuple[Sides, Array] | None:
+    """Sides and slope along surfaces that hold the motion from both sides, if they do."""
+    parts, slope = Slide(surfaces, sides, held).parts(t, y)
+    if not np.isfinite(slope).all() or not (np.abs(parts) < 1).all():
+        return None
+    placed = put(sides, dict(zip(held, parts.tolist(), strict=True)))
+    exact = surfaces.side(placed)(t, y)
+    end = surfaces.side(put(sides, dict.fromkeys(held, 1.0)))(t, y)
+    size = (np.abs(exact) + np.abs(slope) + np.abs(end)).max()
+    linear = bool((np.abs(exact - slope) <= LINEAR * size).all())
+    return (placed, slope) if linear else None
+
+
+def only(ways: Sequence[Way]) -> Way | None:
+    """The way that the motion takes; None where there is none, or more than one.
+
+    Ways that differ in nothing but the name of a side are one.
+    """
+    if not ways:
+        return None
+    first = ways[0]
+    same = all(np.array_equal(way.slope, first.slope) for way in ways)
+    if same:
+        return next((way for way in ways if not way.departs), first)
+    return first if len(ways) == 1 else None
+
+
+class Slide:
+    """The right-hand side along surfaces that hold the motion, called like any.
+
+    Their functions stay zero: the parts between both sides solve a linear system, whose entries
+    are differences of rates.
+    """
+
+    def __init__(self, surfaces: Surfaces, sides: Sides, held: Sequence[int]) -> None:
+        self._surfaces, self._held = surfaces, list(held)
+        self._base = put(sides, dict.fromkeys(held, 0.0))
+        self._ends = [put(self._base, {k: 1.0}) for k in held]
+        self.project = projection(surfaces.side(self._base))
+
+    def __call__(self, t: float, y: Array) -> Array:
+        return self.parts(t, y)[1]
+
+    def parts(self, t: float, y: Array) -> tuple[Array, Array]:
+        """The parts between both sides, and the slope."""
+        slope, rates = self._at(t, y, self._base)
+        ends = [self._at(t, y, sides) for sides in self._ends]
+        matrix = np.array([r - rates for _, r in ends]).T
+        try:
+            parts = np.linalg.solve(matrix, -rates)
+        except np.linalg.LinAlgError:
+            return np.full(len(self._held), np.nan), np.full(len(y), np.nan)
+        changes = np.array([end - slope for end, _ in ends])
+        return parts, slope + parts @ changes
+
+    def _at(self, t: float, y: Array, sides: Sides) -> tuple[Array, Array]:
+        """The slope on some sides, and how the surfaces that hold the motion change there."""
+        slope = self._surfaces.side(sides)(t, y)
+        rates = self._surfaces.rates(t, y, self._base, slope)
+        positional = self._surfaces.positional
+        held = [rates.second[k] if positional[k] else rates.first[k] for k in self._held]
+        return slope, np.array(held)

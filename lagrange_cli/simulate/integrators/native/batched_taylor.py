@@ -1,0 +1,233 @@
+"""Many motions stepped at once by their Taylor series, in machine code.
+
+The C is :file:`kernels/members/taylor.c`; the series of a system are emitted by
+:mod:`lagrange_cli.simulate.native.taylor`. What a motion comes to does not depend on which others
+are stepped beside it.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.native.c_structures import members_type
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, NativeReal
+
+__all__ = ["Motions", "Samples", "SideBySide", "Steps", "digits_of"]
+
+_LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
+
+_ROWS = ctypes.CFUNCTYPE(ctypes.c_int)
+_WIDTH = ctypes.CFUNCTYPE(_LONG)
+_MEMORY = ctypes.CFUNCTYPE(_LONG, _POINTER)
+_ADVANCE = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, _LONG)
+_TABLE = ctypes.CFUNCTYPE(
+    *(None, _POINTER, _POINTER, _LONG, _LONG, _POINTER, _POINTER),
+    *(_LONG, ctypes.c_double, _POINTER, _LONG, _POINTER, _POINTER, _LONG),
+)
+
+_EXTENT = ctypes.CFUNCTYPE(None, _LONG, _LONG, _LONG, _POINTER, ctypes.c_double, _POINTER)
+_ERRORS = ctypes.CFUNCTYPE(None, *[_LONG] * 3, _POINTER, _LONG, *[_POINTER] * 3)
+
+#: Bytes of the largest vector of the machines of today.
+_ALIGNMENT = 64
+
+#: Steps in each lane of one call.
+_AT_ONCE = 512
+
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Steps:
+    """How steps are made: of which order, to which local ``tolerance`` beside the scales so far,
+    no longer than ``longest``, and no more than ``most`` of them. Within a step the slopes of
+    the series are compared with the right-hand side ``glance`` apart, nowhere for 0; they may be
+    off by the part ``forgiven`` of the scales over a step."""
+
+    order: int
+    tolerance: float
+    longest: float
+    most: int
+    glance: float = 0.0
+    forgiven: float = 0.0
+
+
+@dataclass(frozen=True)
+class Motions:
+    """What came of motions: states (members, samples, 2n), NaN behind those that are ``filled``,
+    and the steps of each."""
+
+    states: Array
+    filled: Integers
+    steps: Integers
+
+
+class SideBySide:
+    """The series of a system with what steps them.
+
+    Parameters
+    ----------
+    system, stepper
+        Libraries that hold ``system_NAME_taylor``, and the functions of taylor.c.
+    kinds
+        A number for the kind of each coordinate, 0 for an angle.
+    real
+        What they compute with. Callers give and receive doubles.
+    """
+
+    def __init__(
+        self,
+        system: ctypes.CDLL,
+        stepper: ctypes.CDLL,
+        kinds: Integers,
+        real: NativeReal = DOUBLE,
+    ) -> None:
+        self.system, self._stepper, self._kinds, self.real = system, stepper, kinds, real
+        self._type = members_type(_WIDTH(("lagrange_taylor_width", stepper))(), real)
+        self._advance = _ADVANCE(("lagrange_taylor_advance", stepper))
+
+    def run(
+        self,
+        name: str,
+        times: Array,
+        starts: Array,
+        parameters: Array,
+        steps: Steps,
+        between: Callable[[], None] = lambda: None,
+        out: Array | None = None,
+    ) -> Motions:
+        """Step all motions through the sample times.
+
+        Parameters
+        ----------
+        name
+            Of the right-hand side, ``rhs`` or ``disturbed``.
+        starts, parameters
+            Shapes (members, 2n) and (members, parameters).
+        between
+            Called now and then.
+        out
+            Where states are put that are doubles, of their shape.
+        """
+        members, n = starts.shape
+        states = out
+        if states is None or self.real is not DOUBLE:
+            states = np.empty((members, len(times), n), self.real.dtype)
+        filled, made = np.zeros((2, members), np.int64)
+        numbers = (np.ascontiguousarray(a, self.real.dtype) for a in (times, starts, parameters))
+        times, starts, parameters = numbers
+        run = self._type()
+        run.series = ctypes.cast(self.system[f"system_{name}_taylor"], _POINTER).value
+        run.rows = _ROWS((f"system_{name}_taylor_rows", self.system))()
+        given = (times, starts, parameters, self._kinds, states, filled, made)
+        places = ("times", "starts", "p", "kinds", "states", "filled", "steps")
+        for place, array in zip(places, given, strict=True):
+            setattr(run, place, array.ctypes.data)
+        run.n, run.members, run.samples, run.parameters = (
+            n,
+            members,
+            len(times),
+            parameters.shape[1],
+        )
+        run.order, run.tolerance, run.most_steps = steps.order, steps.tolerance, steps.most
+        run.longest, run.glance, run.forgiven = steps.longest, steps.glance, steps.forgiven
+        memory = _aligned(_MEMORY(("lagrange_taylor_memory", self._stepper))(ctypes.byref(run)))
+        run.memory = memory.ctypes.data
+        while self._advance(ctypes.byref(run), _AT_ONCE):
+            between()
+        for member in np.flatnonzero(filled < len(times)).tolist():
+            states[member, filled[member] :] = np.nan
+        return Motions(states.astype(float, copy=False), filled, made)
+
+
+class Samples:
+    """What is made of the samples of motions, in doubles: the functions of samples.c."""
+
+    def __init__(self, library: ctypes.CDLL) -> None:
+        self._table = _TABLE(("lagrange_members_table", library))
+        self._extent = _EXTENT(("lagrange_members_extent", library))
+        self._errors = _ERRORS(("lagrange_members_errors", library))
+
+    def table(
+        self,
+        functions: tuple[Any, Any],
+        times: Array,
+        states: Array,
+        parameters: Array,
+        work: int,
+        out: Array,
+        moving: float = 1.0,
+    ) -> Array:
+        """A function of the emitted interface at all samples of motions without inputs.
+
+        Parameters
+        ----------
+        functions
+            It and its form for eight states at once, which may be None.
+        work
+            Numbers of its workspace.
+        out
+            Where it is put, shape (columns, members, samples); NaN where it does not exist.
+        moving
+            A factor of the velocities.
+        """
+        members, samples, n = states.shape
+        columns = len(out)
+        if columns == 0:
+            return out
+        arrays = (np.ascontiguousarray(a, dtype=float) for a in (times, states, parameters))
+        times, states, parameters = arrays
+        space = np.empty(work + 9 * n + 9 * columns + 8)
+        self._table(
+            *(None if of is None else ctypes.cast(of, _POINTER).value for of in functions),
+            members,
+            samples,
+            times.ctypes.data,
+            states.ctypes.data,
+            n,
+            moving,
+            parameters.ctypes.data,
+            parameters.shape[1],
+            space.ctypes.data,
+            out.ctypes.data,
+            columns,
+        )
+        return out
+
+    def extent(self, states: Array, *, from_start: bool) -> Array:
+        """Largest distance of coordinates from 0 or from their start, and largest speeds, of
+        each member, (members, 2n)."""
+        states = np.ascontiguousarray(states)
+        found = np.empty((len(states), states.shape[2]))
+        self._extent(*states.shape, states.ctypes.data, float(from_start), found.ctypes.data)
+        return found
+
+    def errors(self, own: Array, companions: Sequence[Array], weights: Sequence[float]) -> Array:
+        """The largest sum of ``weight·|companion - own|`` of each number of each member over its
+        samples, (members, 2n); NaN where there are any."""
+        own, *others = (np.ascontiguousarray(a) for a in (own, *companions))
+        found = np.empty((len(own), own.shape[2]))
+        places = (_POINTER * len(others))(*(other.ctypes.data for other in others))
+        weighs = (ctypes.c_double * len(others))(*weights)
+        given = *own.shape, own.ctypes.data, len(others), places, weighs, found.ctypes.data
+        self._errors(*given)
+        return found
+
+
+def digits_of(stepper: ctypes.CDLL) -> int:
+    """Binary digits of the numbers that the compiler made of the type."""
+    return int(_WIDTH(("lagrange_taylor_digits", stepper))())
+
+
+def _aligned(size: int) -> NDArray[np.uint8]:
+    """Zeros that begin where vectors of the machine do."""
+    memory = np.zeros(size + _ALIGNMENT, np.uint8)
+    first = -memory.ctypes.data % _ALIGNMENT
+    return memory[first : first + size]

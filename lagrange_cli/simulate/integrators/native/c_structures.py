@@ -1,0 +1,104 @@
+"""Twins of the structures and constants of the C kernels, as ctypes has them.
+
+Nothing compares the two when a library is loaded: a test has the compiler judge the place and
+size of every field, and every constant that both languages know.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from enum import IntEnum
+from functools import cache
+from typing import Any
+
+from lagrange_cli.simulate.integrators.event_functions import PARTS
+from lagrange_cli.simulate.integrators.native.c_types import NativeReal
+
+__all__ = [
+    "LANDMARK_ROWS",
+    "MOST_EVENTS",
+    "Status",
+    "events_type",
+    "landmarks_type",
+    "members_type",
+    "run_type",
+]
+
+_LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
+
+#: Events of one function in a step at most (MOST of events.c).
+MOST_EVENTS = 3 * PARTS
+
+#: Rows of values of landmarks: those of one state, and those of the TIMES of a step (landmarks.c).
+LANDMARK_ROWS = 8
+
+
+class Status(IntEnum):
+    """Why a call of a kernel came back: ``LAGRANGE_OK`` and those that follow it in kernel.h."""
+
+    OK = 0
+    UNDERFLOW = 1
+    NOT_FINITE = 2
+    ENDED = 3
+    UNMET = 4
+    DIVERGES = 5
+
+
+@cache
+def run_type(real: NativeReal) -> Any:
+    """``lagrange_run`` of kernel.h."""
+    fields = (
+        *((name, _POINTER) for name in ("rhs", "lanes", "project", "u", "p", "work")),
+        *((name, _POINTER) for name in ("rtol", "atol", "memory")),
+        ("events", _POINTER),
+        ("n", _LONG),
+        *((name, real.ctype) for name in ("t_end", "max_step", "t", "t_old", "t_new", "h")),
+        *((name, _LONG) for name in ("steps", "rejections", "evaluations", "dense", "mode")),
+        *((name, real.ctype) for name in ("rate", "noise")),
+        *((name, _POINTER) for name in ("starts", "inputs")),
+        *((name, _LONG) for name in ("width", "pieces", "piece")),
+        *((name, _POINTER) for name in ("shift", "landmarks")),
+    )
+    return _structure("Run", fields)
+
+
+@cache
+def events_type() -> Any:
+    """``lagrange_events`` of events.h."""
+    fields = (
+        *((name, _POINTER) for name in ("function", "u", "p", "work", "direction", "terminal")),
+        *((name, _POINTER) for name in ("sign", "noise", "reach", "before", "values", "state")),
+        *((name, _LONG) for name in ("count", "capacity", "found", "first")),
+        *((name, _POINTER) for name in ("times", "indices", "states")),
+    )
+    return _structure("Events", fields)
+
+
+@cache
+def landmarks_type() -> Any:
+    """``lagrange_landmarks`` of kernel.h."""
+    fields = (
+        *((name, _POINTER) for name in ("function", "p", "work", "level", "active")),
+        *((name, _POINTER) for name in ("values", "state")),
+        *((name, _LONG) for name in ("count", "remade")),
+    )
+    return _structure("Landmarks", fields)
+
+
+@cache
+def members_type(width: int, real: NativeReal) -> Any:
+    """``lagrange_members`` of taylor.c, for so many lanes."""
+    fields = (
+        *((name, _POINTER) for name in ("series", "times", "starts", "p", "kinds", "states")),
+        *((name, _POINTER) for name in ("filled", "steps", "memory")),
+        *((name, _LONG) for name in ("n", "rows", "order", "members", "samples", "parameters")),
+        ("most_steps", _LONG),
+        *((name, real.ctype) for name in ("tolerance", "longest", "glance", "forgiven")),
+        ("begun", _LONG),
+        *((name, _LONG * width) for name in ("member", "next")),
+    )
+    return _structure("Members", fields)
+
+
+def _structure(name: str, fields: tuple[tuple[str, Any], ...]) -> Any:
+    return type(name, (ctypes.Structure,), {"_fields_": fields})

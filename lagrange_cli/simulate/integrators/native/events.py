@@ -1,0 +1,84 @@
+"""Zeros of event functions g(t, y) along a compiled run."""
+
+from __future__ import annotations
+
+import ctypes
+
+import numpy as np
+
+from lagrange_cli.simulate.integrators.base import Begun
+from lagrange_cli.simulate.integrators.event_functions import PARTS, Event, NativeEvents
+from lagrange_cli.simulate.integrators.native.c_structures import MOST_EVENTS, events_type
+from lagrange_cli.simulate.integrators.native.c_types import NativeReal
+
+__all__ = ["EventBuffer"]
+
+_LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
+
+#: Steps full of events for which there is room in one call.
+_STEPS = 64
+
+
+class EventBuffer:
+    """Room for what one call of a kernel finds, and the list of all that was ``found``.
+
+    ``signs`` are those that the functions had last; ``dips`` where they came close to zero.
+    """
+
+    def __init__(
+        self, events: NativeEvents, dimension: int, real: NativeReal, inputs: int | None = None
+    ) -> None:
+        count, dtype = len(events.directions), real.dtype
+        capacity = _STEPS * MOST_EVENTS * count
+        self.found: list[Event] = []
+        self.dips: list[Event] = []
+        self._count = count
+        self._times = np.empty(capacity, dtype)
+        self._indices = np.empty(capacity, dtype=np.int64)
+        self._states = np.empty((capacity, dimension), dtype)
+        arrays = {
+            "p": np.ascontiguousarray(events.parameters, dtype),
+            "work": np.empty_like(events.work, dtype),
+            "direction": np.array(events.directions, dtype=np.int64),
+            "terminal": np.array(events.terminal, dtype=np.int64),
+            "sign": np.array(events.signs or np.zeros(count), dtype),
+            "noise": np.array(events.noise or np.zeros(count), dtype),
+            "reach": np.array(events.reach or np.zeros(count), dtype),
+            "before": np.zeros(count, dtype),
+            "values": np.empty((PARTS + 4, count), dtype),
+            "state": np.empty(dimension, dtype),
+            "times": self._times,
+            "indices": self._indices,
+            "states": self._states,
+        }
+        self.signs = arrays["sign"]
+        self._noise, self._reach = arrays["noise"], arrays["reach"]
+        self._kept_alive = events, arrays
+        self._c = events_type()(count=count, capacity=capacity, u=inputs)
+        self._c.function = ctypes.cast(events.function, _POINTER)
+        for name, array in arrays.items():
+            setattr(self._c, name, array.ctypes.data)
+
+    def again(self, begun: Begun) -> None:
+        """Forget what was found, and begin with other signs, noise and reach."""
+        self.found, self.dips = [], []
+        for array, values in zip((self.signs, self._noise, self._reach), begun, strict=True):
+            array[:] = values
+
+    @property
+    def address(self) -> int:
+        return ctypes.addressof(self._c)
+
+    def read_inputs(self, address: int | None) -> None:
+        """Where the event functions find their inputs."""
+        self._c.u = address
+
+    def take(self) -> None:
+        """Move what was found into the list."""
+        for k in range(self._c.found):
+            time, index = float(self._times[k]), int(self._indices[k])
+            kept, number = (
+                (self.found, index) if index < self._count else (self.dips, index - self._count)
+            )
+            kept.append(Event(time, number, self._states[k].astype(float)))
+        self._c.found = 0

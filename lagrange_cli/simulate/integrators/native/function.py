@@ -1,0 +1,177 @@
+"""A right-hand side in machine code, as integrators take it."""
+
+from __future__ import annotations
+
+import copy
+import ctypes
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Projection, Shift
+from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, NativeReal
+from lagrange_cli.simulate.integrators.native.peaks import NativeLandmarks
+from lagrange_cli.simulate.integrators.piecewise import Pieces
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.integrators.hybrid.surfaces import Surfaces
+
+__all__ = [
+    "Driving",
+    "NativeRhs",
+]
+
+_POINTER = ctypes.c_void_p
+
+
+def _address(function: Any) -> int:
+    return int(ctypes.cast(function, _POINTER).value or 0)
+
+
+class Driving:
+    """Pieces of inputs as C functions of a type read them: ``u`` is the address of a row."""
+
+    def __init__(self, pieces: Pieces, real: NativeReal) -> None:
+        self.pieces = pieces
+        self.starts = np.ascontiguousarray(pieces.starts, dtype=real.dtype)
+        self.rows = np.ascontiguousarray(pieces.rows, dtype=real.dtype)
+
+    def address(self, piece: int) -> int:
+        """Where the numbers of a piece are."""
+        return int(self.rows.ctypes.data) + piece * self.rows.strides[0]
+
+
+class NativeRhs:
+    """A C function of the emitted interface with its parameters bound.
+
+    ``landmarks`` are the exponents of sharp functions that compiled integrators watch, and
+    ``surfaces`` those of its kinks; None at first.
+
+    It is called like any right-hand side, rhs(t, y), and gives NaN where the C
+    function returns nonzero. Compiled integrators call the functions at ``address`` and
+    ``lanes_address`` themselves.
+
+    Parameters
+    ----------
+    function
+        The C function, of the :func:`function_type` of ``real``.
+    parameters
+        Numbers of the type ``real``, laid out as the function reads them.
+    work
+        Workspace; used by one call at a time.
+    kernels
+        The library that holds a compiled integrator for this dimension, by the name of its
+        kernel, None where it is not to be had; None where only the right-hand side is compiled.
+    lanes
+        The same C function at eight states at once, of type :data:`LANES`, where there is
+        one: ``out[8*i + l]`` from ``t[l]`` and ``y[8*i + l]``. It may return nonzero at any
+        state; then the states are evaluated one by one.
+    real
+        What the C function computes with. Callers give and receive doubles.
+    projection
+        Where states obey constraints, a C function of the :func:`projection_type` of
+        ``real`` with the same parameters, that moves a state onto them.
+    driving
+        What the C function reads at ``u``, by the time, where it has inputs.
+    trace
+        The same function over objects, where its text is at hand.
+    shift
+        Where states obey constraints, a C function of the :func:`function_type` of ``real``
+        that gives the change of a :data:`.integrators.base.Shift`, of [q, q′].
+    """
+
+    def __init__(
+        self,
+        function: Any,
+        parameters: Array,
+        work: Array,
+        kernels: Callable[[str], ctypes.CDLL | None] | None = None,
+        lanes: Any = None,
+        real: NativeReal = DOUBLE,
+        projection: Any = None,
+        driving: Driving | None = None,
+        trace: Tracing | None = None,
+        shift: Any = None,
+    ) -> None:
+        self.function = function
+        self.landmarks: NativeLandmarks | None = None
+        self.surfaces: Surfaces | None = None
+        self._trace = trace
+        self.driving = driving
+        self._fixed: int | None = None
+        self.real = real
+        self.parameters = np.ascontiguousarray(parameters, dtype=real.dtype)
+        self.work = np.ascontiguousarray(work, dtype=real.dtype)
+        self.kernels = kernels
+        self._lanes = lanes  # kept alive
+        self._projection = projection
+        self.project: Projection | None = None if projection is None else self._projected
+        self._shift = shift
+        self.shift: Shift | None = None if shift is None else self._shifted
+        self.shift_address = None if shift is None else _address(shift)
+        self.address = _address(function)
+        self.projection_address = None if projection is None else _address(projection)
+        self.lanes_address = None if lanes is None else _address(lanes)
+        self.parameters_address: int = self.parameters.ctypes.data
+        # Where states are handed over, made at the first call.
+        self._state = self._slope = np.empty(0)
+        self._pointers: tuple[int, ...] = ()
+
+    def __call__(self, t: float, y: Array) -> Array:
+        if len(y) != len(self._state):
+            self._state, self._slope = np.empty((2, len(y)), self.real.dtype)
+            arrays = self._state, self._slope, self.work
+            self._pointers = tuple(array.ctypes.data for array in arrays)
+        self._state[:] = y
+        state, slope, work = self._pointers
+        if self.function(t, state, self.inputs(t), self.parameters_address, work, slope):
+            return np.full(len(y), np.nan)
+        return self._slope.astype(float)
+
+    @property
+    def pieces(self) -> Pieces | None:
+        """The pieces of its inputs; None where it has none, or is that of one piece."""
+        return self.driving.pieces if self.driving and self._fixed is None else None
+
+    def in_piece(self, piece: int) -> NativeRhs:
+        """The same with the inputs of one piece, at any time."""
+        other = copy.copy(self)
+        other._fixed = piece
+        return other
+
+    @property
+    def expressions(self) -> Expressions | None:
+        """What it is made of (:mod:`.integrators.expressions`), in its only piece or the one it is
+        that of."""
+        if self._trace is None:
+            return None
+        rows = np.empty((1, 0)) if self.driving is None else self.driving.pieces.rows
+        return Expressions(self._trace, self.parameters.astype(float), rows[self._fixed or 0])
+
+    def inputs(self, t: float) -> int | None:
+        """The address of the inputs."""
+        if self.driving is None:
+            return None
+        fixed = self._fixed
+        return self.driving.address(self.driving.pieces.at(t) if fixed is None else fixed)
+
+    def _shifted(self, t: float, q: Array, there: Array) -> Array:
+        """What leads positions back, NaN where the C function returns nonzero."""
+        both = np.concatenate([q, there]).astype(self.real.dtype)
+        found = np.empty(len(q), self.real.dtype)
+        parameters, work = self.parameters_address, self.work.ctypes.data
+        arguments = self.inputs(t), parameters, work, found.ctypes.data
+        if self._shift(t, both.ctypes.data, *arguments):
+            return np.full(len(q), np.nan)
+        return found.astype(float)
+
+    def _projected(self, t: float, y: Array) -> Array:
+        """The state moved onto the constraints, NaN where the C function returns nonzero."""
+        state = np.array(y, self.real.dtype)
+        parameters, work = self.parameters_address, self.work.ctypes.data
+        if self._projection(t, state.ctypes.data, self.inputs(t), parameters, work):
+            return np.full(len(y), np.nan)
+        return state.astype(float)

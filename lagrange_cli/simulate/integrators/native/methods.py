@@ -1,0 +1,373 @@
+"""Integrators in machine code: the C of :mod:`lagrange_cli.simulate.kernels` behind the protocol.
+
+Each class has the name and the declared properties of the method that it
+replaces where the right-hand side is a :class:`NativeRhs` with kernels. Calls
+release the GIL, and every run has memory of its own.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from functools import cache
+from typing import Any, ClassVar
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import (
+    UNMET,
+    Advance,
+    Begun,
+    Control,
+    Rhs,
+    State,
+    StepError,
+)
+from lagrange_cli.simulate.integrators.event_functions import Event, Falling, NativeEvents
+from lagrange_cli.simulate.integrators.gauss import Gauss16
+from lagrange_cli.simulate.integrators.native.c_structures import Status, run_type
+from lagrange_cli.simulate.integrators.native.c_types import NativeReal
+from lagrange_cli.simulate.integrators.native.events import EventBuffer
+from lagrange_cli.simulate.integrators.native.function import NativeRhs
+from lagrange_cli.simulate.integrators.native.peaks import LandmarkBuffer
+from lagrange_cli.simulate.integrators.rattle import Rattle, require_shift
+from lagrange_cli.simulate.integrators.scipy_explicit import DOP853, RK4
+from lagrange_cli.simulate.integrators.scipy_implicit import Radau
+from lagrange_cli.simulate.integrators.symplectic import DIVERGES, Gauss4, Gauss6, Verlet
+
+__all__ = ["COMPILED", "CompiledDOP853", "CompiledGauss16", "CompiledRK4"]
+
+_LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
+
+_ROWS = ctypes.CFUNCTYPE(_LONG)
+_START = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER)
+
+
+@cache
+def _interpolate_type(real: NativeReal) -> Any:
+    return ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, real.ctype, _POINTER)
+
+
+@cache
+def _advance_type(real: NativeReal) -> Any:
+    arguments = (_POINTER, _POINTER, _LONG, _POINTER, _POINTER, _LONG, real.ctype)
+    return ctypes.CFUNCTYPE(ctypes.c_int, *arguments)
+
+
+#: What kernel.h says of the return value of a call.
+_FAILURES: dict[int, str] = {
+    Status.UNDERFLOW: "the step size underflowed",
+    Status.NOT_FINITE: "the state is no longer finite",
+    Status.UNMET: UNMET,
+    Status.DIVERGES: DIVERGES,
+}
+_MOST_STEPS = 2**62
+
+#: Bytes of the largest vector of the machines of today.
+_ALIGNMENT = 64
+
+
+class _Compiled:
+    """The part of an integrator that calls its kernel; mixed into the method it replaces."""
+
+    kernel: ClassVar[str]
+    interpolates: ClassVar[bool]
+    repeats: ClassVar[bool] = True
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        assert isinstance(rhs, NativeRhs)
+        assert rhs.kernels is not None
+        self._library = rhs.kernels(self.kernel)
+        self._native, self._control = rhs, control
+        self._landmarks: LandmarkBuffer | None = None
+        self._events: EventBuffer | None = None
+        self._fresh = b""
+        self.ended = False
+        self.fallen: int | None = None
+        n = len(y0)
+        rows = self._rows(n)
+        memory = _aligned(n * (rows + 3) + len(rhs.work), rhs.real)
+        self._every = memory
+        self._memory = memory[: n * rows].reshape(rows, n)
+        self._tolerances = memory[n * rows : n * (rows + 2)].reshape(2, n)
+        self._scratch = memory[n * (rows + 2) : n * (rows + 3)].reshape(1, n)
+        self._memory[0] = y0
+        self._run = run = run_type(rhs.real)()
+        address, row = memory.ctypes.data, memory.itemsize * n
+        run.rhs, run.lanes, run.project = rhs.address, rhs.lanes_address, rhs.projection_address
+        run.p = rhs.parameters_address
+        run.shift = rhs.shift_address
+        self._drive(rhs, t0)
+        run.memory, run.n, run.t_end = address, n, t_end
+        run.rtol, run.atol = address + row * rows, address + row * (rows + 1)
+        run.work = address + row * (rows + 3)
+        run.t = run.t_old = run.t_new = t0
+        run.h = self._first_step(t_end - t0)
+        self.t_end = t_end
+        if rhs.landmarks is not None:
+            self._landmarks = LandmarkBuffer(rhs.landmarks, n, rhs.real)
+            run.landmarks = self._landmarks.address
+        self._advance = self._function("advance", _advance_type(rhs.real))
+        self._read()
+
+    def _drive(self, rhs: NativeRhs, t0: float) -> None:
+        """Let inputs begin with the piece that holds at the start."""
+        driving, run = rhs.driving, self._run
+        if driving is None:
+            return
+        run.starts, run.inputs = driving.starts.ctypes.data, driving.rows.ctypes.data
+        run.pieces, run.width = driving.rows.shape
+        run.piece = driving.pieces.first(t0)
+        run.u = driving.address(run.piece)
+
+    def _rows(self, n: int) -> int:
+        """Rows of memory, each of n numbers."""
+        return int(self._function("rows", _ROWS)())
+
+    def _first_step(self, span: float) -> float:
+        return min(self._control.first_step, span)
+
+    def _function(self, name: str, prototype: Any) -> Any:
+        return _kernel(self._library, f"lagrange_{self.kernel}_{name}", prototype)
+
+    def _read(self) -> None:
+        """Bring what Python shows up to date."""
+        run = self._run
+        self.t: float = run.t
+        self.y: Array = np.asarray(self._memory[0] + self._memory[1], dtype=float)
+        self.steps: int = run.steps
+        self.rejections: int = run.rejections
+        self.evaluations: int = run.evaluations
+        if self._landmarks is not None:
+            self.remade = self._landmarks.remade
+        if self._events is not None:
+            self._events.take()
+
+    def watch(self, events: NativeEvents) -> None:
+        """Look for zeros of event functions from here on; a terminal one ends the run."""
+        if not self.interpolates:
+            raise ValueError(f"steps of {self.kernel} have no interpolant to find events on")
+        self._events = EventBuffer(events, self._memory.shape[1], self._native.real, self._run.u)
+        self._events.read_inputs(self._run.u)
+        self._run.events = self._events.address
+
+    def stop_at(self, falling: Falling) -> None:
+        assert falling.native is not None
+        self.watch(falling.native)
+        self._fresh = bytes(self._run)
+
+    def state(self) -> State:
+        found = {
+            "run": np.frombuffer(bytes(self._run), np.uint8),
+            "memory": self._every.copy(),
+            "fallen": self.fallen,
+        }
+        if self._landmarks is not None:
+            found["peaks"] = self._landmarks.peaks.copy()
+        return found if self._events is None else {**found, "signs": self._events.signs.copy()}
+
+    def restore(self, state: State) -> None:
+        run = self._run
+        pointers = {name: getattr(run, name) for name, kind in run._fields_ if kind is _POINTER}
+        ctypes.memmove(ctypes.byref(run), state["run"].tobytes(), ctypes.sizeof(run))
+        for name, address in pointers.items():
+            setattr(run, name, address)
+        if self._native.driving is not None:
+            run.u = self._native.driving.address(run.piece)
+        self._every[:] = state["memory"]
+        if self._landmarks is not None:
+            self._landmarks.peaks[:] = state["peaks"]
+        if self._events is not None:
+            self._events.signs[:] = state["signs"]
+            self._events.read_inputs(run.u)
+        self._read()
+        self.fallen = state["fallen"]
+
+    @property
+    def dips(self) -> list[Event]:
+        return [] if self._events is None else self._events.dips
+
+    @property
+    def events(self) -> list[Event]:
+        """The events found so far, in order."""
+        return [] if self._events is None else self._events.found
+
+    def step(self, limit: float) -> None:
+        times = np.array([np.inf if self.interpolates else limit])
+        done = self.advance(times, self._scratch, most_steps=1, most_evaluations=np.inf)
+        if done.failure is not None:
+            raise StepError(done.failure)
+
+    def advance(
+        self, times: Array, states: Array, *, most_steps: int, most_evaluations: float
+    ) -> Advance:
+        dtype = self._memory.dtype
+        times = np.ascontiguousarray(times, dtype)
+        fits = states.flags.c_contiguous and states.dtype == dtype
+        out = states if fits else np.empty(states.shape, dtype)
+        filled, run = _LONG(), self._run
+        run.max_step = self._control.max_step
+        self._tolerances[:] = self._control.rtol, self._control.atol
+        status = self._advance(
+            ctypes.byref(run),
+            times.ctypes.data,
+            len(times),
+            out.ctypes.data,
+            ctypes.byref(filled),
+            min(most_steps, _MOST_STEPS),
+            most_evaluations,
+        )
+        if out is not states:
+            states[: filled.value] = out[: filled.value]
+        self.ended = status == Status.ENDED
+        self._read()
+        if self.ended:
+            self.fallen = self.events[-1].index
+        return Advance(filled.value, _FAILURES.get(status))
+
+
+@cache
+def _kernel(library: ctypes.CDLL, name: str, prototype: Any) -> Any:
+    return prototype((name, library))
+
+
+def _aligned(size: int, real: NativeReal) -> Any:
+    """Zeros that begin where vectors of the machine do."""
+    width = ctypes.sizeof(real.ctype)
+    numbers = np.zeros(size + _ALIGNMENT // width, real.dtype)
+    first = -numbers.ctypes.data % _ALIGNMENT // width
+    return numbers[first : first + size]
+
+
+class _Interpolating(_Compiled):
+    """A kernel with an interpolant, and a slope at the start."""
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        super().__init__(rhs, t0, y0, t_end, control)
+        self._begin = self._function("start", _START)
+        self._nowhere = bool(self._begin(ctypes.byref(self._run)))
+        self._read()
+
+    def advance(
+        self, times: Array, states: Array, *, most_steps: int, most_evaluations: float
+    ) -> Advance:
+        if self._nowhere:
+            return Advance(0, "the right-hand side does not exist at the start")
+        return super().advance(
+            times, states, most_steps=most_steps, most_evaluations=most_evaluations
+        )
+
+    def again(self, t0: float, y0: Array, first_step: float, falling: Begun) -> bool:
+        if self._events is None or self._landmarks is not None:
+            return False
+        run = self._run
+        ctypes.memmove(ctypes.byref(run), self._fresh, ctypes.sizeof(run))
+        self._every[:] = 0.0
+        self._memory[0] = y0
+        run.t = run.t_old = run.t_new = t0
+        run.h, run.evaluations = min(first_step, self.t_end - t0), 0
+        self._drive(self._native, t0)
+        self._events.again(falling)
+        self._events.read_inputs(run.u)
+        self.ended, self.fallen = False, None
+        self._nowhere = bool(self._begin(ctypes.byref(run)))
+        self._read()
+        return True
+
+    def interpolate(self, times: Array) -> Array:
+        call = self._function("interpolate", _interpolate_type(self._native.real))
+        states = np.empty((len(times), self._memory.shape[1]), self._memory.dtype)
+        for time, row in zip(np.asarray(times, dtype=float).tolist(), states, strict=True):
+            if call(ctypes.byref(self._run), time, row.ctypes.data):
+                row.fill(np.nan)
+        return np.asarray(states, dtype=float)
+
+
+class CompiledDOP853(_Interpolating, DOP853):
+    """:class:`DOP853` in C: the same coefficients, error estimate and step control.
+
+    Slopes are not evaluated within a step from rest, nor for an interpolant that is a cubic.
+    """
+
+    kernel = "dop853"
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        super().__init__(rhs, t0, y0, t_end, control)
+        self._run.mode = control.autonomous
+
+
+class CompiledGauss16(_Interpolating, Gauss16):
+    """:class:`Gauss16` in C: the eight stages of an iteration are evaluated side by side."""
+
+    kernel = "gauss"
+
+
+class CompiledRadau(_Interpolating, Radau):
+    """:class:`Radau` in C, with an interpolant of the method's own order."""
+
+    kernel = "radau"
+
+    def _rows(self, n: int) -> int:
+        # The Jacobian, and factors of a real and a complex matrix.
+        return super()._rows(n) + 4 * n
+
+
+class _FixedStep(_Compiled):
+    """A kernel that makes steps of ``control.step``."""
+
+    name: ClassVar[str]
+
+    def _first_step(self, span: float) -> float:
+        if self._control.step is None:
+            raise ValueError(f"{self.name} needs control.step")
+        return self._control.step
+
+
+class CompiledRK4(_FixedStep, RK4):
+    """:class:`RK4` in C."""
+
+    kernel = "rk4"
+
+
+class CompiledVerlet(_FixedStep, Verlet):
+    """:class:`Verlet` in C."""
+
+    kernel = "verlet"
+
+
+class CompiledRattle(_FixedStep, Rattle):
+    """:class:`Rattle` in C."""
+
+    kernel = "rattle"
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        require_shift(rhs)
+        super().__init__(rhs, t0, y0, t_end, control)
+
+
+class CompiledGauss4(_FixedStep, Gauss4):
+    """:class:`Gauss4` in C."""
+
+    kernel = "gauss4"
+
+
+class CompiledGauss6(_FixedStep, Gauss6):
+    """:class:`Gauss6` in C."""
+
+    kernel = "gauss6"
+
+
+#: The class in machine code of each method that has one.
+COMPILED = {
+    method.name: method
+    for method in (
+        CompiledDOP853,
+        CompiledGauss16,
+        CompiledRadau,
+        CompiledRK4,
+        CompiledVerlet,
+        CompiledRattle,
+        CompiledGauss4,
+        CompiledGauss6,
+    )
+}

@@ -1,0 +1,63 @@
+"""Exponents of sharp functions, watched along a compiled run (kernels/landmarks.c)."""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.native.c_structures import LANDMARK_ROWS, landmarks_type
+from lagrange_cli.simulate.integrators.native.c_types import NativeReal
+
+__all__ = ["LandmarkBuffer", "NativeLandmarks"]
+
+_POINTER = ctypes.c_void_p
+
+
+@dataclass(frozen=True)
+class NativeLandmarks:
+    """A C function that gives the exponents of ``count`` sharp functions.
+
+    Attributes
+    ----------
+    function, parameters, work
+        As of :class:`.integrators.event_functions.NativeEvents`.
+    """
+
+    function: Any
+    parameters: Array
+    work: Array
+    count: int
+
+
+class LandmarkBuffer:
+    """What a kernel reads and writes of landmarks; ``peaks`` is what it keeps between steps."""
+
+    def __init__(self, landmarks: NativeLandmarks, dimension: int, real: NativeReal) -> None:
+        count, dtype = landmarks.count, real.dtype
+        self.peaks = np.zeros((2, count), dtype)
+        arrays = {
+            "p": np.ascontiguousarray(landmarks.parameters, dtype),
+            "work": np.empty_like(landmarks.work, dtype),
+            "level": self.peaks[0],
+            "active": self.peaks[1],
+            "values": np.empty((LANDMARK_ROWS, count), dtype),
+            "state": np.empty(dimension, dtype),
+        }
+        self._kept_alive = landmarks, arrays
+        self._c = landmarks_type()(count=count)
+        self._c.function = ctypes.cast(landmarks.function, _POINTER)
+        for name, array in arrays.items():
+            setattr(self._c, name, array.ctypes.data)
+
+    @property
+    def remade(self) -> int:
+        """How many steps were made again."""
+        return int(self._c.remade)
+
+    @property
+    def address(self) -> int:
+        return ctypes.addressof(self._c)

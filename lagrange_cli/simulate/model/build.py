@@ -1,0 +1,295 @@
+"""Equations → Model: programs built, printed in both languages, symbols left behind."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any
+
+from sympy import I, Integer, Symbol, nan, oo, zoo
+
+from lagrange_cli.emit.c.projection import workspace
+from lagrange_cli.emit.force_wording import force_columns
+from lagrange_cli.emit.python.functions import module_source, program_of
+from lagrange_cli.errors import InputError, Mark, NotRealError, Problem, placed
+from lagrange_cli.files.interpolation import COEFFICIENTS
+from lagrange_cli.mechanics.equations import Input, Parameter
+from lagrange_cli.program.constraint_programs import (
+    constraint_programs,
+    contact_programs,
+    shifting_programs,
+)
+from lagrange_cli.program.program import build_program
+from lagrange_cli.program.systems.contact_systems import flagged
+from lagrange_cli.simulate.model.charts import (
+    former_chart,
+    guarded_places,
+    kinds,
+    singular_places,
+    singular_text,
+)
+from lagrange_cli.simulate.model.model import Code, Model, ModelParameter
+from lagrange_cli.simulate.model.peak_exponents import landmarks
+from lagrange_cli.simulate.model.switching_surfaces import (
+    OneSided,
+    continuous,
+    located,
+    one_sided,
+    rates,
+    values,
+)
+from lagrange_cli.simulate.model.unbounded_slopes import steep_places, steep_text
+from lagrange_cli.simulate.native.rounding_model import disturb
+from lagrange_cli.simulate.native.simulation import (
+    DOUBLE,
+    lanes_source,
+    library_source,
+    tables_source,
+    taylor_source,
+)
+from lagrange_cli.simulate.native.singular_guard import PLACES, guard_source
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.program.program import Program
+
+__all__ = ["model_of", "programs_of"]
+
+#: Evaluators of a simulation, beside the disturbed right-hand side.
+FUNCTIONS = ("rhs", "energy", "positions", "velocities")
+
+
+def model_of(equations: Equations) -> Model:
+    """The model of a system for the parameters' values and the initial state it has.
+
+    Raises
+    ------
+    InputError
+        At the scene's place: a number of the equations is beyond doubles.
+    """
+    try:
+        return _model_of(equations)
+    except InputError as refusal:
+        raise placed(refusal, Mark(equations.file, 1, 1)) from refusal
+
+
+def _model_of(equations: Equations) -> Model:
+    unused = equations.facts.unused_parameters
+    initial = equations.initial
+    facts = asdict(equations.facts)
+    del facts["unused_parameters"]
+    return Model(
+        name=equations.name,
+        coordinates=tuple(c.name for c in equations.coordinates),
+        kinds=kinds(equations.coordinates),
+        cartesian=tuple(c.name for c in equations.cartesian_names),
+        parameters=tuple(
+            ModelParameter(p.name, p.value, p.name not in unused) for p in equations.parameters
+        ),
+        initial=None if initial is None else (*initial.positions, *initial.velocities),
+        defaults=equations.simulate,
+        conserved=tuple(c.kind for c in equations.conserved),
+        facts=facts,
+        formulation=equations.formulation,
+        code=_code(equations),
+        multipliers=tuple(c.name for c in equations.closures),
+        symbols=tuple(c.multiplier.name for c in equations.pushing),
+        residuals=sum(1 + (c.kind == "position") for c in equations.closures),
+        outputs=tuple(name for name, _ in equations.outputs),
+        suggested=equations.suggested,
+        forces=tuple(name for name, _ in force_columns(equations)),
+        contacts=tuple(c.name for c in equations.contacts),
+        recordings=tuple(u.recording for u in equations.inputs if u.recording is not None),
+        singular=singular_places(equations),
+        chart=former_chart(equations),
+        massless=_massless(equations),
+        steep=steep_places(driven(equations)),
+        **_surfaces(equations),
+        landmarks=len(landmarks(driven(equations))),
+    )
+
+
+def _massless(equations: Equations) -> tuple[str, ...]:
+    """Coordinates whose inertia vanishes everywhere where a parameter is 0 that has to be."""
+    vanished = {p.symbol: Integer(0) for p in equations.parameters if p.value == 0}
+    own = (row[k] for k, row in enumerate(equations.mass_matrix)) if vanished else ()
+    return tuple(
+        c.name
+        for c, inertia in zip(equations.coordinates, own, strict=False)
+        if not vanished.keys().isdisjoint(inertia.free_symbols) and inertia.xreplace(vanished) == 0
+    )
+
+
+def driven(equations: Equations) -> Equations:
+    """The equations with the scene's functions of time in place of its inputs.
+
+    Those from files become polynomials whose coefficients are inputs.
+
+    Raises
+    ------
+    InputError
+        They make an expression that is no finite real number, as 1/u with u = 0.
+    """
+    if not equations.inputs:
+        return equations
+    given, inputs = {}, list[Input]()
+    for u in equations.inputs:
+        numbers = tuple(_numbers(u))
+        given[u.symbol] = _polynomial(numbers, equations.t) if numbers else u.expression
+        inputs += numbers
+
+    def put(expression: Expr) -> Expr:
+        found = expression.xreplace(given)
+        if found.has(zoo, nan, oo, -oo, I):
+            names = ", ".join(f"'{u.name}'" for u in equations.inputs)
+            raise NotRealError(
+                Problem(
+                    f"with the values of {names} a force or an energy is no finite real number",
+                    hint="look at what stands below fractions and under roots",
+                    rule="not-real",
+                )
+            )
+        return found
+
+    return replace(
+        equations,
+        inputs=tuple(inputs),
+        forcing=tuple(map(put, equations.forcing)),
+        energy=put(equations.energy),
+        kinetic=put(equations.kinetic),
+        potential=put(equations.potential),
+        lagrangian=put(equations.lagrangian),
+        outputs=tuple((name, put(e)) for name, e in equations.outputs),
+    )
+
+
+def _numbers(given: Input) -> Iterator[Input]:
+    """What the code takes for an input from a file: the numbers of a piece, none otherwise."""
+    if given.recording is None:
+        return
+    coefficients = COEFFICIENTS[given.recording.interpolation]
+    for k in range(coefficients + (coefficients > 1)):
+        name = f"{given.name}|{k}"
+        yield Input(name, Symbol(name, real=True), None)
+
+
+def _polynomial(numbers: Sequence[Input], t: Symbol) -> Expr:
+    """A polynomial in the time since the first number, in Horner's form; or one number alone."""
+    first, *coefficients = (u.symbol for u in numbers)
+    if not coefficients:
+        return first
+    value = coefficients[-1]
+    for coefficient in reversed(coefficients[:-1]):
+        value = coefficient + (t - first) * value
+    return value
+
+
+def programs_of(equations: Equations) -> dict[str, Program]:
+    """The functions of a simulation by name, without those that show what rounding does."""
+    return _programs(_evaluated(equations))
+
+
+def _evaluated(equations: Equations) -> Equations:
+    """The equations as they are evaluated: with functions of time in place of inputs, weights of
+    the sides of surfaces, and flags of contacts."""
+    known, sided = _sided(equations)
+    if sided is not None:
+        known = replace(known, parameters=sided.equations.parameters)
+    return flagged(known) if known.contacts else known
+
+
+def _sided(equations: Equations) -> tuple[Equations, OneSided | None]:
+    """The equations with functions of time in place of inputs, and those on one side."""
+    known = driven(equations)
+    return known, one_sided(known)
+
+
+def _surfaces(equations: Equations) -> dict[str, Any]:
+    """What a model knows of its switching surfaces."""
+    _, sided = _sided(equations)
+    if sided is None:
+        return {}
+    velocities = {c.v for c in equations.coordinates}
+    return {
+        "surfaces": tuple(s.free_symbols.isdisjoint(velocities) for s in sided.surfaces),
+        "continuous": len(sided.continuous),
+    }
+
+
+def _programs(equations: Equations) -> dict[str, Program]:
+    programs = {name: program_of(equations, name) for name in FUNCTIONS}
+    if equations.outputs:
+        programs["outputs"] = program_of(equations, "outputs")
+    return programs | constraint_programs(equations) | contact_programs(equations)
+
+
+def _sided_programs(equations: Equations) -> dict[str, Program]:
+    """Right-hand sides on one side of each surface, and what tells where it is crossed; none
+    where nothing has a kink."""
+    _, sided = _sided(equations)
+    if sided is None:
+        return {}
+    programs = {}
+    if sided.equations.contacts:
+        sided = replace(sided, equations=flagged(sided.equations))
+        programs["sided_contact_rhs"] = build_program(sided.equations, ("contact_acceleration",))
+    return programs | {
+        "sided_rhs": build_program(sided.equations, ("acceleration",)),
+        "continuous": program_of(replace(sided.equations, outputs=continuous(sided)), "outputs"),
+        "surfaces": program_of(replace(sided.equations, outputs=located(sided)), "outputs"),
+        "surface_values": program_of(replace(sided.equations, outputs=values(sided)), "outputs"),
+        "surface_rates": program_of(rates(sided).equations, "outputs"),
+    }
+
+
+def _code(equations: Equations) -> Code:
+    forces = _forces(equations)
+    sided = _sided_programs(equations)
+    equations = _evaluated(equations)
+    programs = _programs(equations) | sided
+    disturbed = {
+        name.replace("rhs", "disturbed"): disturb(programs[name])
+        for name in ("rhs", "contact_rhs", "sided_rhs", "sided_contact_rhs")
+        if name in programs
+    }
+    programs |= disturbed | shifting_programs(equations)
+    compiled = programs | _watched(equations) | ({} if forces is None else {"forces": forces})
+    guarded = guarded_places(equations)
+    places, rates = ({}, []) if guarded is None else ({PLACES: guarded[0]}, guarded[1])
+    compiled |= places
+    lanes = lanes_source(programs)
+    return Code(
+        c=library_source(compiled) + guard_source(compiled, rates, DOUBLE),
+        lanes=lanes + guard_source(compiled, rates, DOUBLE, lanes),
+        taylor="" if sided else taylor_source(programs),
+        tables=tables_source(programs),
+        python=module_source(programs | _watched(equations)),
+        work=workspace(compiled),
+        factors=max(d.parameters for d in disturbed.values()) - len(equations.parameters),
+        forces="" if forces is None else module_source({"outputs": forces}),
+        singular=singular_text(equations),
+        steep=steep_text(equations),
+    )
+
+
+def _watched(equations: Equations) -> dict[str, Program]:
+    """The program for exponents of sharp functions, where there are any."""
+    exponents = landmarks(equations)
+    if not exponents:
+        return {}
+    outputs = tuple((f"landmark({k})", e) for k, e in enumerate(exponents))
+    return {"landmarks": program_of(replace(equations, outputs=outputs), "outputs")}
+
+
+def _forces(equations: Equations) -> Program | None:
+    """The program for the columns of constraint forces, where they were asked for."""
+    columns = force_columns(equations)
+    if not columns:
+        return None
+    closures = [*equations.closures, *(contact.closure for contact in equations.contacts)]
+    unknowns = [*(c.a for c in equations.coordinates), *(c.multiplier for c in closures)]
+    known = (*equations.parameters, *(Parameter(s.name, s) for s in unknowns))
+    asked = replace(equations, parameters=known, outputs=tuple(columns))
+    return program_of(driven(asked), "outputs")

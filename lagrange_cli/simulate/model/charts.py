@@ -1,0 +1,77 @@
+"""Functions of charts for a model: where they are singular, and what has replaced them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.json_report import in_scene_language
+from lagrange_cli.emit.python.functions import module_source, program_of
+from lagrange_cli.simulate.model.model import FormerChart, SingularPlace
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Coordinate, Equations
+    from lagrange_cli.program.program import Program
+
+__all__ = ["former_chart", "guarded_places", "kinds", "singular_places", "singular_text"]
+
+
+def kinds(coordinates: Iterable[Coordinate]) -> tuple[str, ...]:
+    """``angle``, or a word that coordinates of the same dimension share."""
+    return tuple("angle" if c.is_angle else c.unit or "length" for c in coordinates)
+
+
+def singular_places(equations: Equations) -> tuple[SingularPlace, ...]:
+    """Where the coordinates are singular, in words."""
+    return tuple(
+        SingularPlace(
+            f"{in_scene_language(equations, place.where)} = 0", place.coordinates, place.infinite
+        )
+        for place in equations.singular
+    )
+
+
+def singular_text(equations: Equations) -> str:
+    """A function whose numbers vanish at these places; empty where there are none."""
+    if not equations.singular:
+        return ""
+    asked = tuple((f"place{k}", place.where) for k, place in enumerate(equations.singular))
+    return module_source({"outputs": program_of(replace(equations, outputs=asked), "outputs")})
+
+
+def guarded_places(equations: Equations) -> tuple[Program, list[list[int]]] | None:
+    """A program whose numbers vanish where coordinates lose their meaning but do not end, and for
+    each such place the numbers, in the state, of the rates that move nothing there; None where
+    there is none."""
+    places = [place for place in equations.singular if not place.infinite]
+    if not places:
+        return None
+    names = [c.name for c in equations.coordinates]
+    asked = tuple((f"place{k}", place.where) for k, place in enumerate(places))
+    rates = [[len(names) + names.index(name) for name in place.coordinates] for place in places]
+    return program_of(replace(equations, outputs=asked), "outputs"), rates
+
+
+def former_chart(equations: Equations) -> FormerChart | None:
+    """The coordinates that present ones have replaced, with the functions that lead to these."""
+    chart = equations.chart
+    if chart is None:
+        return None
+    former = replace(
+        equations,
+        coordinates=chart.coordinates,
+        cartesian_names=chart.places,
+        closures=(),
+        inputs=(),
+        outputs=(),
+    )
+    programs = {name: program_of(former, name) for name in ("positions", "velocities")}
+    start = chart.start
+    return FormerChart(
+        tuple(c.name for c in chart.coordinates),
+        kinds(chart.coordinates),
+        None if start is None else (*start.positions, *start.velocities),
+        module_source(programs),
+        chart.steady,
+    )

@@ -1,0 +1,184 @@
+"""What a simulation needs to know of the equations: numbers, names and code, no symbols.
+
+A model is made once from Equations (:mod:`.build`) and kept as JSON, so
+that the same scene is simulated again without deriving it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from lagrange_cli.errors import Mark
+from lagrange_cli.files import Recording
+from lagrange_cli.scene.model import SimulationDefaults
+
+__all__ = ["Code", "FormerChart", "Model", "ModelParameter", "SingularPlace"]
+
+
+@dataclass(frozen=True)
+class ModelParameter:
+    """A parameter: its value (None: must be given), and whether the motion depends on it."""
+
+    name: str
+    value: float | None
+    used: bool
+
+
+@dataclass(frozen=True)
+class Code:
+    """The same functions in two languages, over dummy names.
+
+    ``c``: the text of :func:`lagrange_cli.simulate.native.simulation.library_source`;
+    ``lanes``: that of its neighbour ``lanes_source``, which follows it; ``taylor``: that of
+    ``taylor_source``, which stands alone and may be empty, ``tables`` what follows that;
+    ``python``: that of :func:`lagrange_cli.emit.python.functions.module_source`.
+    ``work`` doubles of workspace; ``factors`` of rounding are read by the
+    function ``disturbed`` after the scene's parameters. ``forces``: Python text whose
+    function ``outputs`` gives them, as the function ``forces`` of C does; it reads
+    accelerations and multipliers after those. ``steep``: that of
+    :func:`.unbounded_slopes.steep_text`.
+    """
+
+    c: str
+    lanes: str
+    python: str
+    work: int
+    factors: int
+    forces: str = ""
+    singular: str = ""
+    steep: str = ""
+    taylor: str = ""
+    tables: str = ""
+
+
+@dataclass(frozen=True)
+class SingularPlace:
+    """``where``, an equation in words of the scene; the coordinates ``lost`` there.
+
+    ``ends``: they end there; else their rates move nothing.
+    """
+
+    where: str
+    lost: tuple[str, ...]
+    ends: bool
+
+
+@dataclass(frozen=True)
+class FormerChart:
+    """Coordinates that those of a model have replaced.
+
+    ``python``: text whose functions ``positions`` and ``velocities`` give the coordinates
+    of the model, in their order, for a state of these; ``start`` is such a state at the
+    beginning, None where it is not known. ``steady``: coordinates whose rates are proven to
+    keep their signs, or to stay zero.
+    """
+
+    coordinates: tuple[str, ...]
+    kinds: tuple[str, ...]
+    start: tuple[float, ...] | None
+    python: str
+    steady: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Model:
+    """A system of second order in time, M(q, t) a = f(q, v, t), ready to be integrated.
+
+    ``kinds`` has one entry a coordinate: ``angle``, or a word that coordinates
+    of the same dimension share. ``initial`` is [q, v] at the start, None where
+    the scene gives none; then ``suggested`` are coordinates with values that could be given.
+    ``conserved``: the kinds of conserved quantities;
+    ``facts``: structure facts by name. ``multipliers`` names the constraints that
+    are kept beside the coordinates, if any (``symbols`` are what the multipliers of these and
+    of ``contacts`` are called, ``lambda_rod``); then the code has the functions
+    ``multipliers``, ``constraints``, which gives ``residuals`` numbers, and
+    ``project``. ``outputs`` names what the scene asks for besides; where there is
+    something, the code has a function ``outputs``. ``forces`` names constraint forces, which
+    the code has where they were asked for. ``recordings``: inputs whose values are read
+    from files at each run; the code takes the numbers of their present pieces, as
+    :mod:`.system.inputs` has them, as ``u``. ``contacts`` names the one-sided constraints, whose
+    functions the code has (:mod:`lagrange_cli.program.systems.contact_systems`). ``singular``:
+    places that the coordinates do not cover; the Python text ``Code.singular`` has a function
+    ``outputs`` whose numbers vanish there. ``chart``: coordinates that these have replaced.
+    ``massless``: those whose inertia vanishes everywhere with the parameters that are 0.
+    ``surfaces`` has an entry for each switching surface of ``abs``, ``sign``, ``min`` and ``max``:
+    whether it hangs on positions and time alone
+    (:mod:`lagrange_cli.simulate.model.switching_surfaces`), and ``continuous`` the number of
+    quantities that jump there only if an impulse acts. ``landmarks``: the number of exponents of
+    sharp functions (:mod:`lagrange_cli.simulate.model.peak_exponents`).
+    """
+
+    name: str
+    coordinates: tuple[str, ...]
+    kinds: tuple[str, ...]
+    cartesian: tuple[str, ...]
+    parameters: tuple[ModelParameter, ...]
+    initial: tuple[float, ...] | None
+    defaults: SimulationDefaults
+    conserved: tuple[str, ...]
+    facts: Mapping[str, bool]
+    formulation: str
+    code: Code
+    multipliers: tuple[str, ...] = ()
+    symbols: tuple[str, ...] = ()
+    residuals: int = 0
+    outputs: tuple[str, ...] = ()
+    suggested: tuple[tuple[str, str], ...] = ()
+    forces: tuple[str, ...] = ()
+    recordings: tuple[Recording, ...] = ()
+    contacts: tuple[str, ...] = ()
+    singular: tuple[SingularPlace, ...] = ()
+    chart: FormerChart | None = None
+    massless: tuple[str, ...] = ()
+    steep: tuple[str, ...] = ()
+    surfaces: tuple[bool, ...] = ()
+    continuous: int = 0
+    landmarks: int = 0
+
+    def to_json(self) -> dict[str, Any]:
+        """The model as values that JSON holds; doubles keep all their digits."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> Model:
+        """The model that :meth:`to_json` gave."""
+        found = dict(value)
+        lists: tuple[str, ...] = ("coordinates", "kinds", "cartesian", "conserved")
+        lists += ("multipliers", "symbols", "outputs", "forces", "contacts", "massless", "surfaces")
+        lists += ("steep",)
+        for name in lists:
+            found[name] = tuple(found[name])
+        found["parameters"] = tuple(ModelParameter(**p) for p in found["parameters"])
+        found["suggested"] = tuple((name, value) for name, value in found["suggested"])
+        found["initial"] = None if found["initial"] is None else tuple(found["initial"])
+        found["recordings"] = tuple(_recording(**r) for r in found["recordings"])
+        found["defaults"] = _defaults(**found["defaults"])
+        found["code"] = Code(**found["code"])
+        found["singular"] = tuple(_place(**place) for place in found["singular"])
+        found["chart"] = None if found["chart"] is None else _chart(**found["chart"])
+        return cls(**found)
+
+
+def _defaults(mark: dict[str, Any] | None, **fields: Any) -> SimulationDefaults:
+    return SimulationDefaults(mark=None if mark is None else Mark(**mark), **fields)
+
+
+def _place(where: str, lost: list[str], ends: bool) -> SingularPlace:
+    return SingularPlace(where, tuple(lost), ends)
+
+
+def _chart(
+    coordinates: list[str],
+    kinds: list[str],
+    start: list[float] | None,
+    python: str,
+    steady: list[str],
+) -> FormerChart:
+    begun = None if start is None else tuple(start)
+    return FormerChart(tuple(coordinates), tuple(kinds), begun, python, tuple(steady))
+
+
+def _recording(mark: dict[str, Any], column_mark: dict[str, Any], **fields: Any) -> Recording:
+    return Recording(mark=Mark(**mark), column_mark=Mark(**column_mark), **fields)

@@ -1,0 +1,109 @@
+"""Arguments of functions whose slope is unbounded where the argument vanishes.
+
+A force as sqrt(x) is not Lipschitz at x = 0, and more than one motion may begin there. What
+:mod:`.verification.uniqueness` needs to know of such places are the arguments along a motion, and
+their rates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import sympy
+
+from lagrange_cli.emit.json_report import in_scene_language
+from lagrange_cli.emit.python.functions import module_source, program_of
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.equations import Parameter
+from lagrange_cli.mechanics.sparse import entries
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Equations
+
+__all__ = ["steep_arguments", "steep_places", "steep_text"]
+
+#: Arguments that are looked at, and operations of each.
+MOST_ARGUMENTS, LARGEST_ARGUMENT = 16, 200
+
+
+def steep_arguments(equations: Equations) -> tuple[Expr, ...]:
+    """What vanishes where a force or an inertia has an unbounded slope, in a fixed order.
+
+    Found are the bases of powers with exponents between 0 and 1 (of absolute values what stands
+    in them), and 1 − g² for asin(g) and acos(g), g − 1 for acosh(g), of which the slope is not
+    bounded either. Of more than :data:`MOST_ARGUMENTS` the first are taken.
+    """
+    moving = {s for c in equations.coordinates for s in (c.q, c.v)}
+    numbers = {p.symbol: sympy.Float(p.value) for p in equations.parameters if p.value is not None}
+    found: dict[Expr, None] = {}
+    for expression in _forces(equations):
+        for argument in _steep(expression, numbers):
+            short = argument.count_ops() <= LARGEST_ARGUMENT
+            if short and not argument.free_symbols.isdisjoint(moving):
+                found[argument] = None
+    return tuple(found)[:MOST_ARGUMENTS]
+
+
+def _forces(equations: Equations) -> Iterator[Expr]:
+    yield from equations.forcing
+    for row in equations.mass_matrix:
+        yield from entries(row).values()
+
+
+def _steep(expression: Expr, numbers: Mapping[Expr, Expr]) -> Iterator[Expr]:
+    """The arguments in one expression, in an order that does not vary."""
+    for part in sympy.preorder_traversal(expression):
+        exponent = part.exp.xreplace(numbers) if part.is_Pow else sympy.Integer(0)
+        if exponent.is_Number and 0 < exponent < 1:
+            yield part.base.args[0] if isinstance(part.base, sympy.Abs) else part.base
+        elif isinstance(part, (sympy.asin, sympy.acos)):
+            yield 1 - part.args[0] ** 2
+        elif isinstance(part, sympy.acosh):
+            yield part.args[0] - 1
+
+
+def steep_places(equations: Equations) -> tuple[str, ...]:
+    """The same as equations in words of the scene."""
+    return tuple(f"{in_scene_language(equations, g)} = 0" for g in steep_arguments(equations))
+
+
+def steep_text(equations: Equations) -> str:
+    """Python text with a function ``outputs`` for each argument its value, its first and its
+    second rate; empty where there is none. It reads the accelerations behind the parameters.
+
+    The second rate is 0 where the argument hangs on velocities.
+    """
+    arguments = steep_arguments(equations)
+    if not arguments:
+        return ""
+    velocities = {c.v for c in equations.coordinates}
+    first = [_rate(g, equations) for g in arguments]
+    second = [
+        sympy.Integer(0) if g.free_symbols & velocities else _rate(rate, equations)
+        for g, rate in zip(arguments, first, strict=True)
+    ]
+    accelerations = (Parameter(c.a.name, c.a) for c in equations.coordinates)
+    asked = replace(
+        equations,
+        parameters=(*equations.parameters, *accelerations),
+        outputs=tuple(_named([*arguments, *first, *second])),
+    )
+    return module_source({"outputs": program_of(asked, "outputs")})
+
+
+def _named(expressions: Iterable[Expr]) -> Iterator[tuple[str, Expr]]:
+    return ((f"steep{k}", e) for k, e in enumerate(expressions))
+
+
+def _rate(expression: Expr, equations: Equations) -> Expr:
+    """The total derivative with respect to time."""
+    terms = [derivative(expression, equations.t)]
+    for c in equations.coordinates:
+        terms.append(derivative(expression, c.q) * c.v)
+        if c.v in expression.free_symbols:
+            terms.append(derivative(expression, c.v) * c.a)
+    return sympy.Add(*terms)

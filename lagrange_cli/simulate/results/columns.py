@@ -1,0 +1,59 @@
+"""What a trajectory has at each of some samples: columns by their names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.results.forces import constraint_forces
+from lagrange_cli.simulate.system.functions import RightHandSide
+from lagrange_cli.simulate.verification.contact_history import Along
+from lagrange_cli.simulate.verification.disproof import energies
+
+__all__ = ["Sampled", "sampled", "state_columns"]
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """Fields of a :class:`.trajectory.Trajectory` that have one entry a sample."""
+
+    t: Array
+    columns: Mapping[str, Array]
+    energy: Array
+    multipliers: Mapping[str, Array]
+    forces: Mapping[str, Array]
+
+
+def sampled(model: Model, seen: Along, t: Array, states: Array) -> Sampled:
+    """The columns of some samples of a motion.
+
+    Parameters
+    ----------
+    t, states
+        Shapes (m,), ascending, and (m, 2n).
+    """
+    functions = seen.functions
+    names = (*model.multipliers, *model.contacts)
+    return Sampled(
+        t=t,
+        columns=state_columns(model, functions, t, states),
+        energy=energies(seen, t, states)[0],
+        multipliers=dict(zip(names, functions.multipliers(t, states).T, strict=True)),
+        forces=constraint_forces(model, functions, t, states),
+    )
+
+
+def state_columns(
+    model: Model, functions: RightHandSide, t: Array, states: Array
+) -> dict[str, Array]:
+    """Coordinates, their ``dot``, Cartesian names, their ``dot``, outputs; each name once."""
+    n = len(model.coordinates)
+    columns = {name: states[:, i].copy() for i, name in enumerate(model.coordinates)}
+    columns |= {f"dot({c})": states[:, n + i].copy() for i, c in enumerate(model.coordinates)}
+    for table, form in ((functions.positions, "{}"), (functions.velocities, "dot({})")):
+        values = table(t, states)
+        for i, name in enumerate(model.cartesian):
+            columns.setdefault(form.format(name), values[:, i].copy())
+    return columns | dict(zip(model.outputs, functions.outputs(t, states).T.copy(), strict=True))

@@ -1,0 +1,54 @@
+"""Constraint forces at the samples of a motion, from accelerations and multipliers there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.system.functions import RightHandSide, functions_of
+from lagrange_cli.simulate.system.tables import Knowing
+
+__all__ = ["constraint_forces"]
+
+
+def constraint_forces(
+    model: Model, functions: RightHandSide, t: Array, states: Array
+) -> dict[str, Array]:
+    """Column → values for each force of the model; NaN where there is no acceleration.
+
+    Parameters
+    ----------
+    t, states
+        Samples, shapes (m,) and (m, 2n).
+    """
+    if not model.forces:
+        return {}
+    known = _known(model, functions, t, states)
+    give = functions.forces or _interpreted(model, functions)
+    table = give(t, states, known)
+    return {name: table[:, k].copy() for k, name in enumerate(model.forces)}
+
+
+def _known(model: Model, functions: RightHandSide, t: Array, states: Array) -> Array:
+    """What forces are made of besides the state: parameters, accelerations, multipliers."""
+    given = [0.0 if p.value is None else p.value for p in model.parameters]
+    n = len(model.coordinates)
+    slopes = [functions.rhs(*of)[n:] for of in zip(t.tolist(), states, strict=True)]
+    rows = np.tile(given, (len(t), 1)).reshape(len(t), len(given))
+    return np.hstack([rows, np.reshape(slopes, (len(t), n)), functions.multipliers(t, states)])
+
+
+def _interpreted(model: Model, functions: RightHandSide) -> Knowing:
+    """Forces by Python."""
+    found, driven = functions_of(model.code.forces), functions.drive
+
+    def row(time: float, state: Array, known: Array) -> Array:
+        inputs = [lambda *_: driven.pieces.rows[driven.pieces.at(time)]] if driven else []
+        return np.asarray(found["outputs"](time, state, known.tolist(), *inputs))
+
+    def rows(t: Array, y: Array, known: Array) -> Array:
+        found = [row(*of) for of in zip(t.tolist(), y, known, strict=True)]
+        return np.array(found, dtype=float).reshape(len(t), len(model.forces))
+
+    return rows

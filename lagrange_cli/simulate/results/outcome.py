@@ -1,0 +1,187 @@
+"""How a simulation ended: its status, and in words why."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Literal
+
+from lagrange_cli.simulate.accuracy.controller import Disproof, Measured, Obstacle
+from lagrange_cli.simulate.accuracy.event_agreement import Unclear
+from lagrange_cli.simulate.integrators.base import projection
+from lagrange_cli.simulate.integrators.hybrid.contact_motion import (
+    ENDLESS,
+    IMPOSSIBLE,
+    TOO_MANY,
+    UNDETERMINED,
+)
+from lagrange_cli.simulate.integrators.hybrid.crossing import (
+    AMBIGUOUS,
+    CROWDED,
+    IMPULSIVE,
+    UNSETTLED,
+)
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.request import Request
+from lagrange_cli.simulate.runs.problem import InitialValueProblem
+from lagrange_cli.simulate.runs.run import Failure
+
+__all__ = ["Status", "reason", "status"]
+
+#: How much earlier, as a part of the motion so far, an end is proposed.
+BEFORE = 0.01
+
+#: Contacts that are named in one sentence.
+MOST_NAMED = 6
+
+Status = Literal["ok", "accuracy_not_reached", "stopped", "blow_up"]
+
+_DISPROOFS = {
+    "energy": "the energy is not what it was. A force acts in less than a step;"
+    " --method RK4 with a --step that resolves it goes on",
+    "gap": "{contacts} violated, a contact was missed. It closes and opens within less than a"
+    " step; --method RK45 with a small --rtol makes shorter ones",
+    "impact": "Newton's law of impact adds energy where {contacts} struck at once. It does not"
+    " with a restitution of 0",
+    "uniqueness": "the motion comes to rest where {where} and a force pushes away with an"
+    " infinite slope, so that more than one motion follows",
+}
+
+#: Why a motion with contacts cannot be continued: one is in the way, or several.
+_STUCK = {
+    IMPOSSIBLE: (
+        "the contact {} leaves no motion: what it holds back is driven on, and no push of it can"
+        " stop that",
+        "the contacts {} leave no motion: they push against each other, and what is between them"
+        " cannot give way",
+    ),
+    UNDETERMINED: (
+        "what the contact {} does next cannot be determined: no impact satisfies Newton's law"
+        " within rounding",
+        "what the contacts {} do next cannot be determined: no impact satisfies Newton's law"
+        " within rounding",
+    ),
+    ENDLESS: (
+        "the contact {} closes and opens without end",
+        "the contacts {} close and open without end",
+    ),
+    TOO_MANY: (
+        "the contact {} closes and opens more often than can be followed",
+        "the contacts {} close and open more often than can be followed",
+    ),
+}
+
+#: What a user can do where a motion ends at a kink.
+_KINKS = {
+    AMBIGUOUS: "begin beside it, or let what jumps grow within a width (tanh(x/w) for sign(x))",
+    CROWDED: "--until ends before, and tanh(x/w) for sign(x) goes on",
+    UNSETTLED: "tanh(x/w) for sign(x) makes it smooth",
+    IMPULSIVE: "let what jumps grow within a width (tanh(x/w) for sign(x))",
+}
+
+#: What a user can do about it.
+_WAYS_OUT = {
+    IMPOSSIBLE: "a stiff spring in place of {} gives way",
+    UNDETERMINED: "restitutions are from 0 to 1, and the same where contacts meet",
+    ENDLESS: "a restitution of 0 for {} keeps it closed",
+    TOO_MANY: "a restitution of 0 for {} keeps it closed",
+}
+
+
+def status(problem: InitialValueProblem, measured: Measured) -> Status:
+    """What became of what was asked."""
+    if len(measured.states) == len(problem.times):
+        return "ok"
+    if measured.stopped:
+        return "stopped"
+    if measured.disproved is not None:
+        return "accuracy_not_reached"
+    return "blow_up" if measured.failure is not None else "accuracy_not_reached"
+
+
+def reason(model: Model, problem: InitialValueProblem, measured: Measured, request: Request) -> str:
+    """Why the samples end where they do, empty where they are all there."""
+    ended = status(problem, measured)
+    last = float(problem.times[len(measured.states) - 1])
+    if ended == "ok":
+        return ""
+    if ended == "stopped":
+        return f"stopped; what is kept ends at t = {last:.9g}"
+    if measured.disproved is not None:
+        what, at = _disproof(model, measured.disproved), measured.disproved.time
+        if request.accuracy is None or measured.disproved.by == "uniqueness":
+            return f"what is kept ends at t = {last:.9g}: {what}"
+        return f"accuracy {request.accuracy:g} is disproved at t = {at:.9g}: {what}"
+    if measured.failure is not None:
+        return _failed(model, problem, measured.failure)
+    holds = f"accuracy {request.accuracy:g} holds until t = {last:.9g} of {problem.until:.9g}"
+    ends = [s for s in measured.switches if s.kind == "zeno" and s.t >= last]
+    if not ends and measured.unclear is not None:
+        return f"{holds}: {_unclear(model, measured.unclear)}"
+    if not ends:
+        return holds + _obstacle(model, measured.obstacle)
+    return (
+        f"{holds}: the bounces on '{model.contacts[ends[0].contact]}' become infinitely many"
+        f" by t = {ends[0].t:.9g}, and nothing is promised of what follows;"
+        " --method DOP853 --rtol 1e-9 goes on with the contact closed"
+    )
+
+
+def _obstacle(model: Model, found: Obstacle | None) -> str:
+    """What is in the way of the accuracy, and which one is not; nothing where that is not known."""
+    if found is None:
+        return ""
+    n = len(model.coordinates)
+    name = model.coordinates[found.component % n]
+    name = name if found.component < n else f"dot({name})"
+    power = 10.0 ** math.floor(math.log10(2 * found.error))
+    possible = math.ceil(2 * found.error / power) * power
+    return (
+        f": {name} is off by {found.error:.1e} of its scale, {found.scale:.1e}, at the end;"
+        f" --accuracy {possible:.0e} can be held"
+    )
+
+
+def _failed(model: Model, problem: InitialValueProblem, failure: Failure) -> str:
+    past = f"the motion cannot be continued past t = {failure.time:.9g}"
+    if failure.reason in _STUCK and failure.contacts:
+        says = _STUCK[failure.reason][len(failure.contacts) > 1]
+        way_out = _WAYS_OUT[failure.reason].format(_listed(model, failure.contacts[-1:]))
+        before = failure.time - BEFORE * (failure.time - problem.start)
+        ends = "" if failure.time == problem.start else f"--until {before:.6g} ends before, "
+        return f"{past}: {says.format(_listed(model, failure.contacts))}; {ends}{way_out}"
+    if failure.reason in _KINKS:
+        return f"{past}: {failure.reason}; {_KINKS[failure.reason]}"
+    kept = " a position where the constraints are singular," if projection(problem.rhs) else ""
+    cause = f" (a singularity,{kept} or the edge of where the equations exist)"
+    return f"{past}: {failure.reason}{cause}"
+
+
+def _unclear(model: Model, of: Unclear) -> str:
+    if not of.differ:
+        return (
+            f"what happens at {_listed(model, of.contacts)} at t = {of.time:.9g} makes errors grow"
+        )
+    return (
+        f"at t = {of.time:.9g} {_named(model, of.contacts)} met so slightly, or in such an order,"
+        " that the rounding of the start decides what follows"
+    )
+
+
+def _disproof(model: Model, found: Disproof) -> str:
+    return _DISPROOFS[found.by].format(contacts=_named(model, found.contacts), where=found.where)
+
+
+def _named(model: Model, contacts: Sequence[int]) -> str:
+    """Contacts as the subject of a sentence, with its verb."""
+    if len(contacts) == 1:
+        return f"the contact {_listed(model, contacts)} is"
+    return f"the contacts {_listed(model, contacts)} are"
+
+
+def _listed(model: Model, contacts: Sequence[int]) -> str:
+    """Their names; of many the first ones."""
+    names = [f"'{model.contacts[k]}'" for k in contacts]
+    if len(names) > MOST_NAMED:
+        return f"{', '.join(names[:MOST_NAMED])} and {len(names) - MOST_NAMED} more"
+    return f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else "".join(names)

@@ -1,0 +1,127 @@
+"""Runs of more samples than memory should hold: they pass through files, window by window."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from itertools import count
+
+import numpy as np
+
+from lagrange_cli.files import whole_file
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.request import Request
+from lagrange_cli.simulate.results.columns import Sampled
+from lagrange_cli.simulate.results.decimation import Outline
+from lagrange_cli.simulate.results.formats import format_of
+from lagrange_cli.simulate.results.trajectory import Trajectory
+from lagrange_cli.simulate.samples.buffer import Samples, Spool, folder_of, require_room, spool_file
+from lagrange_cli.simulate.samples.rows import Rows, windows
+
+__all__ = ["IN_MEMORY", "Stream", "picked", "spooled", "streamed"]
+
+#: Numbers of the states of a run that memory is to hold.
+IN_MEMORY = 2**19
+
+#: Runs that are compared to measure an error.
+COMPARED = 3
+
+#: Samples that a trajectory has of those that are in a file.
+FEW = 1001
+
+
+@dataclass(frozen=True)
+class Stream:
+    """What becomes of samples that are more than memory should hold.
+
+    ``output``: the file that all are written to, with the columns ``extra`` beside those of
+    the state; ``drawn``: whether there is to be a picture. More than ``in_memory`` numbers of
+    states are not kept in memory.
+    """
+
+    output: str | None = None
+    extra: tuple[str, ...] = ()
+    drawn: bool = False
+    in_memory: int = IN_MEMORY
+
+
+@contextmanager
+def spooled(
+    stream: Stream, model: Model, request: Request, checkpoint: Checkpoint | None
+) -> Iterator[Callable[[], Samples]]:
+    """What gives each run room for the states of its samples on a disk.
+
+    It is that of the result, and for a while; with a checkpoint it is beside that, and stays.
+
+    Raises
+    ------
+    InputError
+        The disk has not that much room.
+    """
+    width = 2 * len(model.coordinates)
+    columns = 0 if stream.output is None else 1 + width + 2 * len(model.cartesian)
+    folder = folder_of(stream.output if checkpoint is None else checkpoint.path)
+    if checkpoint is None or not checkpoint.resume:
+        runs = 1 if request.accuracy is None else COMPARED
+        require_room(folder, len(request.times), runs * width + columns)
+    names = count()
+    with ExitStack() as files:
+
+        def room() -> Samples:
+            file = spool_file(folder) if checkpoint is None else checkpoint.samples(next(names))
+            return Spool(files.enter_context(file), width)
+
+        yield room
+
+
+def picked(times: Rows, states: Rows) -> tuple[Array, Array]:
+    """The samples that a trajectory has: all in memory, or some of those in a file."""
+    if isinstance(states, np.ndarray):
+        return times[: len(states)], states
+    numbers = np.unique(np.linspace(0, len(states) - 1, FEW).round()).astype(int).tolist()
+    return np.array([times[k] for k in numbers]), np.array([states[k] for k in numbers])
+
+
+def streamed(
+    stream: Stream,
+    found: Trajectory,
+    times: Rows,
+    states: Rows,
+    sampled: Callable[[Array, Array], Sampled],
+) -> Trajectory:
+    """The trajectory, with all samples written to where they are asked for.
+
+    Parameters
+    ----------
+    times, states
+        Of all samples.
+    sampled
+        Gives the columns of some of them.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written, or the columns are not there.
+    """
+    if stream.output is None and not stream.drawn:
+        return found
+    outline = Outline(float(times[0]), float(times[len(times) - 1]), _curves(found))
+    with ExitStack() as files:
+        add = None
+        if stream.output is not None:
+            form, folder = format_of(stream.output), folder_of(stream.output)
+            file = files.enter_context(whole_file(stream.output))
+            add = files.enter_context(form(file, len(states), folder))
+        for part in windows(times, states):
+            columns = sampled(*part)
+            outline.add(columns)
+            if add is not None:
+                add(replace(found, **vars(columns)).table(stream.extra))
+    return replace(found, written=stream.output, outline=outline.curves())
+
+
+def _curves(found: Trajectory) -> tuple[str, ...]:
+    return (*found.coordinates, *(f"dot({name})" for name in found.coordinates))

@@ -1,0 +1,229 @@
+"""The result of a simulation: a frozen value, its summary, its files and its plot."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files import write_file
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.results.formats import Format, as_csv, as_npz, format_of
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.results.columns import Sampled
+
+__all__ = ["EXTRA", "Event", "Trajectory", "require_forces"]
+
+#: Columns that can be asked for; every component of a particle is there without asking.
+EXTRA = ("energy", "positions", "forces")
+
+
+def require_forces(name: str, forces: Collection[str]) -> None:
+    """Refuse columns of constraint forces where there are none.
+
+    Raises
+    ------
+    InputError
+        There are no ``forces``, nor multipliers.
+    """
+    if not forces:
+        raise InputError(
+            Problem(
+                f"there are no constraint forces of '{name}': nothing is constrained, or they"
+                " were not derived",
+                hint="in Python: derive(forces=True)",
+                rule="no-forces",
+            )
+        )
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened at a time: ``contact:NAME``, ``release:NAME`` or
+    ``zeno:NAME``, where bounces become too short and the contact stays closed.
+
+    ``state`` has every column then, and ``before`` where velocities jump.
+    """
+
+    t: float
+    name: str
+    state: Mapping[str, float] = field(default_factory=dict)
+    before: Mapping[str, float] | None = None
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Samples of a motion with what is known of their error.
+
+    ``t`` has shape (samples,). ``columns`` maps every coordinate, its
+    ``dot(...)``, every Cartesian name of the scene, its ``dot(...)`` and every
+    output to an array of that shape; ``energy`` is Σ q̇ ∂L/∂q̇ − L. ``status`` is ``ok``,
+    ``accuracy_not_reached``, ``stopped`` or ``blow_up``; but for ``ok``,
+    ``reason`` says in words what happened when, and the samples end there.
+
+    ``requested`` is the accuracy asked for and ``estimated`` the largest
+    estimated error over its scale (None where a method was chosen instead);
+    the promise holds until ``holds_until``. ``scales`` are those in which the
+    errors of coordinates and their ``dot(...)`` count. ``energy_drift`` is the
+    largest change of a conserved energy function over the largest kinetic
+    part of it, None where it is not conserved. ``constraint_drift`` is the
+    largest residual of the constraints that are kept beside the coordinates, as
+    :func:`.verification.constraint_drift.constraint_drift` measures it, None where there are none;
+    ``multipliers`` maps the name of each to its λ at the samples, ``symbols`` to what the
+    equations call it; ``forces`` has the columns ``force_x(PARTICLE)`` and ``lambda_NAME`` of
+    other constraints where the forces were derived.
+
+    ``remarks`` say in words what was done otherwise than the scene's coordinates suggest.
+    ``events`` are in order; velocities at the sample times ``exempt`` are as close to a jump as
+    the estimated error of its time, and outside of the promise.
+
+    ``implementation`` says what evaluated the equations and made the steps.
+    ``steps`` and ``rhs_evaluations`` are those of the run itself,
+    ``all_evaluations`` includes the estimate of its error and runs given up; ``seconds`` has
+    ``compile``, ``integrate`` and ``estimate``, and ``follow`` where coordinates were read off
+    positions. Where they are, or may become singular, a run has at least 501 samples, of which
+    those asked for are given; scales, drifts and the estimate are those of all.
+
+    Where memory was not to hold all samples, ``t`` and what goes with it has some of them, both
+    ends included; ``written`` names the file that has all, and ``outline`` the least and the
+    largest values in parts of the time, for a picture.
+    """
+
+    name: str
+    status: Literal["ok", "accuracy_not_reached", "stopped", "blow_up"]
+    reason: str
+    t: Array
+    columns: Mapping[str, Array]
+    energy: Array
+    coordinates: tuple[str, ...]
+    requested: float | None
+    estimated: float | None
+    scales: Mapping[str, float]
+    holds_until: float | None
+    energy_drift: float | None
+    method: str
+    implementation: str
+    choice: str
+    formulation: str
+    steps: int
+    rhs_evaluations: int
+    all_evaluations: int
+    seconds: Mapping[str, float]
+    constraint_drift: float | None = None
+    multipliers: Mapping[str, Array] = field(default_factory=dict)
+    symbols: Mapping[str, str] = field(default_factory=dict)
+    forces: Mapping[str, Array] = field(default_factory=dict)
+    events: tuple[Event, ...] = field(default_factory=tuple)
+    remarks: tuple[str, ...] = ()
+    exempt: tuple[float, ...] = ()
+    written: str | None = None
+    outline: Sampled | None = None
+
+    @property
+    def exit_code(self) -> int:
+        """0 where the run did what was asked, else 1."""
+        return 0 if self.status == "ok" else 1
+
+    @property
+    def state(self) -> dict[str, float]:
+        """Every name at the last sample."""
+        return {name: float(values[-1]) for name, values in self.columns.items()}
+
+    def summary(self, *, derive_seconds: float = 0.0) -> dict[str, Any]:
+        """What ``lagrange simulate --json`` writes."""
+        return {
+            "name": self.name,
+            "status": self.status,
+            "t": float(self.t[-1]),
+            "state": self.state,
+            "accuracy": {
+                "requested": self.requested,
+                "estimated": self.estimated,
+                "scales": dict(self.scales),
+                "exempt": list(self.exempt),
+            },
+            "holds_until": self.holds_until,
+            "energy_drift": self.energy_drift,
+            "constraint_drift": self.constraint_drift,
+            "method": self.method,
+            "implementation": self.implementation,
+            "formulation": self.formulation,
+            "steps": self.steps,
+            "rhs_evaluations": self.rhs_evaluations,
+            "reason": self.reason or None,
+            "remarks": list(self.remarks),
+            "events": [_reported(event) for event in self.events],
+            "seconds": {"derive": derive_seconds, **self.seconds},
+        }
+
+    def table(self, extra: Collection[str] = ()) -> dict[str, Array]:
+        """Column name → values: ``t``, the state, and of :data:`EXTRA` what is asked for.
+
+        ``energy``; ``positions``, which are part of the state; ``forces``,
+        constraint forces as ``force_x(PARTICLE)`` where they were derived, and multipliers
+        of constraints as ``lambda_NAME``, as the equations have them.
+
+        Raises
+        ------
+        InputError
+            The scene has a coordinate of its own named ``energy``, or no forces.
+        """
+        table = {"t": self.t, **self.columns}
+        if "energy" in extra:
+            if "energy" in table:
+                raise InputError(
+                    Problem("the scene has a name 'energy' of its own", rule="column-clash")
+                )
+            table["energy"] = self.energy
+        if "forces" in extra:
+            require_forces(self.name, [*self.multipliers, *self.forces])
+            table |= {self.symbols[name]: values for name, values in self.multipliers.items()}
+            table |= self.forces
+        return table
+
+    def csv(self, extra: Collection[str] = ()) -> str:
+        """The samples as CSV: a header of names, then numbers with 17 significant digits."""
+        return self._bytes(as_csv, extra).decode()
+
+    def npz(self, extra: Collection[str] = ()) -> bytes:
+        """The samples as an NPZ archive, one array a name, the same bytes every time."""
+        return self._bytes(as_npz, extra)
+
+    def _bytes(self, form: Format, extra: Collection[str]) -> bytes:
+        file = io.BytesIO()
+        with form(file, len(self.t), None) as add:
+            add(self.table(extra))
+        return file.getvalue()
+
+    def write(self, path: str | os.PathLike[str], extra: Collection[str] = ()) -> None:
+        """Write ``.csv`` or ``.npz`` by the name's ending, whole or not at all.
+
+        Raises
+        ------
+        InputError
+            The ending is another one, or the file cannot be written.
+        """
+        write_file(path, self._bytes(format_of(path), extra))
+
+    def plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw coordinates, velocities and energy over time into a picture file.
+
+        Raises
+        ------
+        InputError
+            matplotlib is not installed, or it cannot write such a file.
+        """
+        from lagrange_cli.simulate.results.plot import draw
+
+        write_file(path, draw(self, Path(path).suffix.lower().lstrip(".")))
+
+
+def _reported(event: Event) -> dict[str, Any]:
+    """An event as JSON."""
+    found = {"t": event.t, "name": event.name, "state": dict(event.state)}
+    return found if event.before is None else {**found, "before": dict(event.before)}

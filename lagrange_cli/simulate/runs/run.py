@@ -1,0 +1,195 @@
+"""One integration over the sample times, in pieces, keeping all that was good."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators import Control, Integrator, Rhs, start
+from lagrange_cli.simulate.integrators.base import State, UnfitError
+from lagrange_cli.simulate.integrators.hybrid.contact_motion import Switching
+from lagrange_cli.simulate.integrators.hybrid.contact_system import Dip, Flags, Switch
+from lagrange_cli.simulate.runs.problem import InitialValueProblem
+from lagrange_cli.simulate.samples.rows import Rows
+
+__all__ = ["Failure", "Run"]
+
+#: Seconds between two looks at the clock, roughly: what a person takes for at once.
+GLANCE = 0.02
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Where and why a run could not go on, with the contacts that are in the way."""
+
+    time: float
+    reason: str
+    contacts: tuple[int, ...] = ()
+
+
+@contextmanager
+def _fitting(method: type[Integrator]) -> Iterator[None]:
+    """Refuse a method that finds that a right-hand side is not for it.
+
+    Raises
+    ------
+    InputError
+        With the reason.
+    """
+    try:
+        yield
+    except UnfitError as error:
+        message = f"{method.name} cannot integrate this system: {error.reason}"
+        hint = "--method DOP853 --rtol 1e-9"
+        raise InputError(Problem(message, hint=hint, rule="simulate")) from error
+
+
+class Run:
+    """A method on its way through the sample times of a problem.
+
+    ``rows`` are the states at those that are reached, ``filled`` of them, and ``states`` the
+    same as an array, shape (filled, 2n); ``steps`` and ``evaluations`` count the work;
+    ``failure`` says why it cannot go on.
+    """
+
+    def __init__(
+        self,
+        method: type[Integrator],
+        problem: InitialValueProblem,
+        control: Control,
+        *,
+        rhs: Rhs | None = None,
+        y0: Array | None = None,
+    ) -> None:
+        self.method = method
+        self.failure: Failure | None = None
+        self._times = problem.times
+        first = problem.y0 if y0 is None else y0
+        self._samples = problem.samples()
+        self._samples.room(0, 1)[0] = first
+        self.filled = 1
+        self._pace = 1
+        with _fitting(method):
+            self._integrator = start(
+                method,
+                problem.rhs if rhs is None else rhs,
+                problem.start,
+                first,
+                problem.until,
+                control,
+            )
+
+    @property
+    def rows(self) -> Rows:
+        return self._samples.rows(self.filled)
+
+    @property
+    def states(self) -> Array:
+        return self.rows[:]
+
+    @property
+    def t(self) -> float:
+        return self._integrator.t
+
+    @property
+    def y(self) -> Array:
+        return self._integrator.y
+
+    @property
+    def steps(self) -> int:
+        return self._integrator.steps
+
+    @property
+    def evaluations(self) -> int:
+        return self._integrator.evaluations
+
+    @property
+    def remade(self) -> int:
+        """Steps that were made again for a sharp function; more than none is what counts."""
+        return self._integrator.remade
+
+    @property
+    def mean_step(self) -> float:
+        """The mean length of the steps so far, 0 where there are none."""
+        return (self.t - float(self._times[0])) / max(self.steps, 1)
+
+    @property
+    def switches(self) -> Sequence[Switch]:
+        """What happened to contacts so far."""
+        return self._integrator.switches if isinstance(self._integrator, Switching) else ()
+
+    @property
+    def began(self) -> Flags:
+        """The contacts that were closed at first."""
+        return self._integrator.began if isinstance(self._integrator, Switching) else ()
+
+    @property
+    def grazes(self) -> Sequence[Dip]:
+        """Where gaps came close to zero and opened again."""
+        return self._integrator.grazes if isinstance(self._integrator, Switching) else ()
+
+    @property
+    def closed(self) -> Flags:
+        """The contacts that are closed where the run stands."""
+        return self._integrator.closed if isinstance(self._integrator, Switching) else ()
+
+    @property
+    def _in_the_way(self) -> tuple[int, ...]:
+        stuck = self._integrator.stuck if isinstance(self._integrator, Switching) else None
+        return () if stuck is None else stuck.contacts
+
+    @property
+    def ended(self) -> bool:
+        """Whether the run is complete or has failed."""
+        return self.failure is not None or self.filled == len(self._times)
+
+    def state(self) -> State:
+        """All that the run goes on from; its samples are on the disk where they are in a file."""
+        failure = self.failure
+        return {
+            "filled": self.filled,
+            "failure": failure and (failure.time, failure.reason, failure.contacts),
+            "samples": self._samples.state(self.filled),
+            "integrator": self._integrator.state(),
+        }
+
+    def restore(self, state: State) -> bool:
+        """Go on where a run of the same problem stood; False where its samples are not there."""
+        self.filled = state["filled"]
+        self.failure = state["failure"] and Failure(*state["failure"])
+        self._integrator.restore(state["integrator"])
+        return self._samples.restore(state["samples"])
+
+    def go(self, samples: int, *, most_evaluations: float = math.inf) -> bool:
+        """Advance for a short while, so that the caller can look at the clock.
+
+        How far one call comes depends on the machine; what all calls together
+        give does not.
+        """
+        started = time.perf_counter()
+        goes_on = self.advance(samples, self._pace, most_evaluations)
+        taken = time.perf_counter() - started
+        self._pace = 2 * self._pace if taken < GLANCE / 2 else max(1, self._pace // 2)
+        return goes_on
+
+    def advance(self, samples: int, most_steps: int, most_evaluations: float = math.inf) -> bool:
+        """Step until ``samples`` are filled or a limit is reached; False once the run has ended."""
+        if self.ended:
+            return False
+        room = self._samples.room(self.filled, max(samples, self.filled))
+        with _fitting(self.method):
+            done = self._integrator.advance(
+                self._times[self.filled : self.filled + len(room)],
+                room,
+                most_steps=most_steps,
+                most_evaluations=most_evaluations,
+            )
+        self.filled += done.filled
+        if done.failure is not None:
+            self.failure = Failure(self.t, done.failure, self._in_the_way)
+        return not self.ended

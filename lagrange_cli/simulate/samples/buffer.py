@@ -1,0 +1,208 @@
+"""The samples of a run while it is made: in memory, or in a file of which a part is in memory."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+import zlib
+from dataclasses import dataclass
+from typing import IO, Protocol
+
+import numpy as np
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files import cannot_write
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import State
+from lagrange_cli.simulate.samples.rows import PartsOfRows, Rows, window_rows
+
+__all__ = ["InMemory", "Samples", "Spool", "folder_of", "named_file", "require_room", "spool_file"]
+
+#: Bytes of a number.
+NUMBER = 8
+
+
+class Samples(Protocol):
+    """Where a run puts its samples."""
+
+    def room(self, first: int, last: int) -> Array:
+        """Rows that are to be filled, from the number ``first`` to ``last`` at most."""
+        ...
+
+    def rows(self, count: int) -> Rows:
+        """So many that have been filled."""
+        ...
+
+    def state(self, count: int) -> State:
+        """What is to be written of so many that have been filled."""
+        ...
+
+    def restore(self, state: State) -> bool:
+        """Fill those again; False where that is not possible."""
+        ...
+
+
+class InMemory:
+    """All samples in one array, shape (count, width)."""
+
+    def __init__(self, count: int, width: int) -> None:
+        self._array = np.empty((count, width))
+
+    def room(self, first: int, last: int) -> Array:
+        return self._array[first:last]
+
+    def rows(self, count: int) -> Array:
+        return self._array[:count]
+
+    def state(self, count: int) -> State:
+        return {"states": self._array[:count]}
+
+    def restore(self, state: State) -> bool:
+        self._array[: len(state["states"])] = state["states"]
+        return True
+
+
+class Spool:
+    """Samples in a file; those of the window that is being filled are in memory.
+
+    Parameters
+    ----------
+    file
+        Open for reading and writing; rows of ``width`` doubles, as the machine has them.
+    size
+        Rows of a window.
+    """
+
+    #: The CRC-32 of the rows in the file that are no longer in memory.
+    _check = 0
+
+    def __init__(self, file: IO[bytes], width: int, size: int | None = None) -> None:
+        self._file, self._width = file, width
+        self._buffer = np.empty((size or window_rows(width), width))
+        self._base = 0
+
+    def room(self, first: int, last: int) -> Array:
+        if first - self._base == len(self._buffer):
+            self._check = self._put(len(self._buffer))
+            self._base = first
+        return self._buffer[first - self._base : last - self._base]
+
+    def rows(self, count: int) -> Rows:
+        return _Spooled(self, count)
+
+    def read(self, first: int, last: int) -> Array:
+        """Some of the rows that have been filled."""
+        kept = self._buffer[max(first - self._base, 0) : max(last - self._base, 0)]
+        if first >= self._base:
+            return kept.copy()
+        size = NUMBER * self._width
+        self._file.seek(first * size)
+        data = self._file.read((min(last, self._base) - first) * size)
+        return np.concatenate([np.frombuffer(data).reshape(-1, self._width), kept])
+
+    def state(self, count: int) -> State:
+        """See to it that the first ``count`` rows are on the disk; how to know them again."""
+        check = self._put(count - self._base)
+        os.fsync(self._file.fileno())
+        return {"count": count, "check": check}
+
+    def restore(self, state: State) -> bool:
+        """Go on behind the rows in the file; False where they are not those that were written."""
+        count, size = state["count"], len(self._buffer)
+        self._file.seek(0)
+        for self._base in range(0, count, size):
+            rows = min(size, count - self._base)
+            data = self._file.read(NUMBER * self._width * rows)
+            if len(data) < NUMBER * self._width * rows:
+                return False
+            self._buffer[:rows] = np.frombuffer(data).reshape(rows, self._width)
+            check, self._check = self._check, zlib.crc32(data, self._check)
+        self._check, found = check, self._check
+        return bool(found == state["check"])
+
+    def _put(self, rows: int) -> int:
+        """Write the first rows of the window into the file; return the CRC-32 of it up to them."""
+        data = self._buffer[:rows].tobytes()
+        try:
+            self._file.seek(NUMBER * self._width * self._base)
+            self._file.write(data)
+            self._file.flush()
+        except OSError as error:
+            raise cannot_write("the samples of a long run", error) from error
+        return zlib.crc32(data, self._check)
+
+
+@dataclass(frozen=True)
+class _Spooled(PartsOfRows):
+    """The first ``count`` rows of a spool."""
+
+    spool: Spool
+    count: int
+
+    def __len__(self) -> int:
+        return self.count
+
+    def _between(self, start: int, stop: int) -> Array:
+        return self.spool.read(start, stop)
+
+
+def spool_file(folder: str) -> IO[bytes]:
+    """A file without a name, that is gone with the process.
+
+    Raises
+    ------
+    InputError
+        It cannot be made.
+    """
+    try:
+        return tempfile.TemporaryFile(dir=folder)
+    except OSError as error:
+        raise cannot_write(f"into '{folder}'", error) from error
+
+
+def named_file(path: str, *, again: bool) -> IO[bytes]:
+    """A file that stays, empty or that of before.
+
+    Raises
+    ------
+    InputError
+        It cannot be made, or is not there.
+    """
+    try:
+        return open(path, "r+b" if again else "w+b")
+    except OSError as error:
+        raise cannot_write(f"'{path}'", error) from error
+
+
+def folder_of(beside: str | os.PathLike[str] | None) -> str:
+    """Where samples are spooled: the folder of a result, or that of temporary files."""
+    if beside is None:
+        return tempfile.gettempdir()
+    return os.path.dirname(os.path.realpath(beside))
+
+
+def require_room(folder: str, count: int, numbers: int) -> None:
+    """Refuse samples for which a disk has no room.
+
+    Parameters
+    ----------
+    numbers
+        Those of a sample, in all files.
+
+    Raises
+    ------
+    InputError
+        With what they take and what there is.
+    """
+    wanted, free = NUMBER * numbers * count, shutil.disk_usage(folder).free
+    if wanted > free:
+        raise InputError(
+            Problem(
+                f"{count:,} samples take {wanted / 1e9:.3g} GB, and '{folder}' has"
+                f" {free / 1e9:.3g} GB left",
+                hint=f"--samples {max(2, free // (NUMBER * numbers) // 2)}, or -o FILE on another"
+                " disk (TMPDIR where there is no -o)",
+                rule="limit",
+            )
+        )

@@ -1,0 +1,6 @@
+"""What sharp forces may do between the evaluations of a step.
+
+A right-hand side along a motion goes in; the longest step that passes nothing unseen comes out,
+or a remark (discs: Petković and Petković, *Complex Interval Arithmetic and Its Applications*,
+1998). Read :mod:`.analyticity` first.
+"""

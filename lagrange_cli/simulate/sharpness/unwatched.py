@@ -1,0 +1,56 @@
+"""What sharp forces may do unseen in runs that do not watch for them, as a remark.
+
+Compiled runs without contacts resolve the peaks of sharp functions (:mod:`.peaks`). In others a
+force that acts for less than a step may fall between all evaluations of all runs.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.runs.problem import InitialValueProblem
+from lagrange_cli.simulate.samples.rows import Rows, thinned
+from lagrange_cli.simulate.system.functions import RightHandSide
+
+__all__ = ["unseen_forces"]
+
+#: What the exponent of a sharp function may change by in the longest step, beside a peak that no
+#: step passes unseen (RESOLVED of kernels/landmarks.c).
+RESOLVED = 4.0
+
+#: Samples at which its rate is looked at, and the part of a step over which it is taken.
+MOST_SAMPLES, PART = 256, 1 / 64
+
+
+def unseen_forces(
+    model: Model, functions: RightHandSide, problem: InitialValueProblem, states: Rows
+) -> tuple[str, ...]:
+    """The remark, where an exponent changes so fast somewhere that a step may pass its peak."""
+    watched = functions.native and not model.contacts
+    if watched or not model.landmarks or len(states) < 2:
+        return ()
+    stride = -(-len(states) // MOST_SAMPLES)
+    times, rows = thinned(problem.times, stride), states[::stride]
+    if not _is_sharp(functions, problem, np.asarray(times[: len(rows)]), np.asarray(rows)):
+        return ()
+    where = "beside contacts" if functions.native else "without compiled code"
+    part = round(problem.span / problem.longest_step)
+    return (
+        f"exp, tanh, a quotient or a high power can act for less than a step, of up to 1/{part} of"
+        f" the time; {where} steps do not look for that: simulate its neighbourhood separately",
+    )
+
+
+def _is_sharp(
+    functions: RightHandSide, problem: InitialValueProblem, times: Array, states: Array
+) -> bool:
+    h = PART * problem.longest_step
+    pairs = zip(times.tolist(), states, strict=True)
+    slopes = np.array([functions.rhs(t, y) for t, y in pairs])
+    before = functions.exponents(times, states)
+    behind = functions.exponents(times + h, states + h * slopes)
+    with np.errstate(all="ignore"):
+        change = np.abs(behind - before) / PART
+    return bool((change[np.isfinite(change)] > RESOLVED).any())

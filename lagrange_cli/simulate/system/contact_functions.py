@@ -1,0 +1,222 @@
+"""What the code of a system with contacts offers, in machine code or interpreted.
+
+All of it reads flags of closed contacts behind the scene's parameters (see
+:mod:`lagrange_cli.program.systems.contact_systems`).
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs
+from lagrange_cli.simulate.integrators.event_functions import NativeEvents
+from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, RHS, projection_type
+from lagrange_cli.simulate.integrators.native.function import Driving, NativeRhs
+from lagrange_cli.simulate.integrators.piecewise import Pieces, with_projection
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.system.parameters import SIDES
+from lagrange_cli.simulate.system.tables import (
+    Row,
+    Table,
+    bound,
+    interpreted_row,
+    interpreted_table,
+    native_row,
+    native_table,
+)
+from lagrange_cli.simulate.system.tracing import tracing
+
+__all__ = ["ContactParts", "InterpretedParts", "NativeParts"]
+
+_POINTER = ctypes.c_void_p
+
+#: int system_reset(t, y, u, p, event, bounce, work)
+_RESET = ctypes.CFUNCTYPE(
+    ctypes.c_int,
+    ctypes.c_double,
+    *[_POINTER] * 3,
+    ctypes.c_long,
+    ctypes.c_double,
+    _POINTER,
+)
+
+
+#: What ``system_reset`` returns where there is no motion behind an event.
+DEADLOCK = 4
+
+
+class ContactParts(Protocol):
+    """Functions of a system with contacts for given ``parameters``, flags among them."""
+
+    def side(self, name: str, parameters: Array) -> Rhs:
+        """A right-hand side that projects onto the closed contacts."""
+
+    def table(self, name: str, columns: int, parameters: Array) -> Table:
+        """Another function, at many states."""
+
+    def row(self, name: str, columns: int, parameters: Array) -> Row:
+        """The same at one state."""
+
+    def traced(self, name: str, parameters: Array) -> Expressions:
+        """Another function, to be run over objects."""
+
+    def events(
+        self,
+        parameters: Array,
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
+        reach: tuple[float, ...],
+    ) -> NativeEvents | None:
+        """The event functions for compiled integrators, None where none are compiled."""
+
+    def reset(
+        self, t: float, y: Array, parameters: Array, event: int, bounce: float
+    ) -> tuple[Array | None, Array]:
+        """State and flags behind an event; where there is none (None), flags of the contacts
+        that leave no motion, if that is why."""
+
+
+class NativeParts:
+    """Those of a library of machine code; ``kernels`` those that hold integrators."""
+
+    def __init__(
+        self,
+        model: Model,
+        system: ctypes.CDLL,
+        kernels: Callable[[str], ctypes.CDLL | None],
+        pieces: Pieces | None,
+    ) -> None:
+        self._model, self._system, self._kernels = model, system, kernels
+        self._driving = None if pieces is None else Driving(pieces, DOUBLE)
+        self._work = np.empty(model.code.work)
+        self._reset = _RESET(("system_reset", system))
+        # Where states are handed over, made at the first call.
+        self._state = self._given = np.empty(0)
+        self._places: tuple[int, ...] = ()
+
+    def _function(
+        self,
+        name: str,
+        parameters: Array,
+        projection: Any = None,
+        trace: Tracing | None = None,
+    ) -> NativeRhs:
+        entry = RHS((f"system_{name}", self._system))
+        work = np.empty_like(self._work)
+        return NativeRhs(
+            entry,
+            parameters,
+            work,
+            self._kernels,
+            projection=projection,
+            driving=self._driving,
+            trace=trace,
+        )
+
+    def side(self, name: str, parameters: Array) -> Rhs:
+        project = projection_type(DOUBLE)(("system_contact_project", self._system))
+        return self._function(name, parameters, project, tracing(self._model.code.python, name))
+
+    def table(self, name: str, columns: int, parameters: Array) -> Table:
+        width = 2 * len(self._model.coordinates)
+        return native_table(self._system, self._function(name, parameters), width, columns)
+
+    def row(self, name: str, columns: int, parameters: Array) -> Row:
+        width = 2 * len(self._model.coordinates)
+        return native_row(self._function(name, parameters), width, columns)
+
+    def traced(self, name: str, parameters: Array) -> Expressions:
+        return _traced(self._model, name, parameters)
+
+    def events(
+        self,
+        parameters: Array,
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
+        reach: tuple[float, ...],
+    ) -> NativeEvents | None:
+        count = len(signs)
+        function = RHS(("system_events", self._system))
+        work = np.empty_like(self._work)
+        falling, terminal = (-1,) * count, (True,) * count
+        return NativeEvents(function, falling, terminal, parameters, work, signs, noise, reach)
+
+    def reset(
+        self, t: float, y: Array, parameters: Array, event: int, bounce: float
+    ) -> tuple[Array | None, Array]:
+        if len(self._state) != len(y):
+            self._state, self._given = np.empty(len(y)), np.empty(len(parameters))
+            arrays = self._state, self._given, self._work
+            self._places = tuple(array.ctypes.data for array in arrays)
+        self._state[:], self._given[:] = y, parameters
+        driving = self._driving
+        inputs = None if driving is None else driving.address(driving.pieces.at(t))
+        state, given, work = self._places
+        status = self._reset(t, state, inputs, given, event, bounce, work)
+        flags = self._given[_flags(self._model)].copy()
+        if status:
+            return None, flags if status == DEADLOCK else np.zeros_like(flags)
+        return self._state.copy(), flags
+
+
+class InterpretedParts:
+    """Those of a module of Python."""
+
+    def __init__(
+        self, model: Model, functions: Mapping[str, Callable[..., Any]], pieces: Pieces | None
+    ) -> None:
+        self._model, self._functions, self._pieces = model, functions, pieces
+
+    def _bound(self, name: str, parameters: Array) -> Rhs:
+        return bound(self._functions[name], parameters.tolist(), self._pieces)
+
+    def side(self, name: str, parameters: Array) -> Rhs:
+        given = parameters.tolist()
+        project = bound(self._functions["contact_project"], given, None)
+        trace = tracing(self._model.code.python, name)
+        return with_projection(bound(self._functions[name], given, self._pieces, trace), project)
+
+    def table(self, name: str, columns: int, parameters: Array) -> Table:
+        return interpreted_table(self._bound(name, parameters), columns)
+
+    def row(self, name: str, columns: int, parameters: Array) -> Row:
+        return interpreted_row(self._bound(name, parameters))
+
+    def traced(self, name: str, parameters: Array) -> Expressions:
+        return _traced(self._model, name, parameters)
+
+    def events(
+        self,
+        parameters: Array,
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
+        reach: tuple[float, ...],
+    ) -> NativeEvents | None:
+        return None
+
+    def reset(
+        self, t: float, y: Array, parameters: Array, event: int, bounce: float
+    ) -> tuple[Array | None, Array]:
+        pieces, inputs = self._pieces, []
+        if pieces is not None:
+            row = pieces.rows[pieces.at(t)].tolist()
+            inputs = [lambda *_: row]
+        given = parameters.tolist()
+        state, flags = self._functions["reset"](t, y, given, *inputs, event, bounce)
+        return None if state is None else np.array(state), np.array(flags)
+
+
+def _traced(model: Model, name: str, parameters: Array) -> Expressions:
+    return Expressions(tracing(model.code.python, name), parameters, np.empty(0))
+
+
+def _flags(model: Model) -> slice:
+    """Where the flags of closed contacts are among the parameters."""
+    first = len(model.parameters) + SIDES * len(model.surfaces)
+    return slice(first, first + len(model.contacts))

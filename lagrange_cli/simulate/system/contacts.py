@@ -1,0 +1,118 @@
+"""Systems with one-sided constraints: a right-hand side for each set of closed contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs, projection
+from lagrange_cli.simulate.integrators.event_functions import Falling
+from lagrange_cli.simulate.integrators.expressions import Expressions
+from lagrange_cli.simulate.integrators.hybrid.contact_system import Flags, Gaps, SwitchedRhs
+from lagrange_cli.simulate.integrators.hybrid.surfaces import Surfaces
+from lagrange_cli.simulate.system.contact_functions import ContactParts
+from lagrange_cli.simulate.system.switching_surfaces import with_surfaces
+from lagrange_cli.simulate.system.tables import Row, Table
+
+__all__ = ["ContactRhs"]
+
+
+class ContactRhs(SwitchedRhs):
+    """The right-hand side of a system with contacts.
+
+    Parameters
+    ----------
+    flight
+        The one with no contact closed.
+    name
+        Of the function that is it with contacts closed, as ``parts`` know it.
+    parameters
+        All that it reads; the flags of ``contacts`` contacts begin at ``first``.
+    surfaces
+        What makes the switching surfaces for these parameters, None where there are none.
+    """
+
+    def __init__(
+        self,
+        flight: Rhs,
+        parts: ContactParts,
+        name: str,
+        parameters: Array,
+        first: int,
+        contacts: int,
+        surfaces: Callable[[Array], Surfaces] | None = None,
+    ) -> None:
+        self.free = (False,) * contacts
+        self._flight, self._parts, self._name = flight, parts, name
+        self._parameters, self._flags = parameters, slice(first, first + contacts)
+        self._sides: dict[Flags, Rhs] = {self.free: flight}
+        self._gaps = parts.row("gaps", 2 * contacts, parameters)
+        self._terms: Row | None = None
+        self._known: tuple[float, bytes, Gaps] | None = None
+        self._surfaces = surfaces
+
+    def __call__(self, t: float, y: Array) -> Array:
+        return self._flight(t, y)
+
+    def project(self, t: float, y: Array) -> Array:
+        project = projection(self._flight)
+        return np.array(y) if project is None else project(t, y)
+
+    def side(self, closed: Flags) -> Rhs:
+        if closed not in self._sides:
+            side = self._parts.side(self._name, self._with(closed))
+            if self._surfaces is not None:
+                side = with_surfaces(side, self._surfaces(self._with(closed)))
+            self._sides[closed] = side
+        return self._sides[closed]
+
+    def _with(self, closed: Flags) -> Array:
+        parameters = np.array(self._parameters)
+        parameters[self._flags] = closed
+        return parameters
+
+    def falling(
+        self,
+        closed: Flags,
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
+        reach: tuple[float, ...] = (),
+    ) -> Falling:
+        parameters = self._with(closed)
+        values = self._parts.row("events", len(closed), parameters)
+        native = self._parts.events(parameters, signs, noise, reach)
+        return Falling(values, signs, noise, native, reach)
+
+    def traced(self, closed: Flags) -> tuple[Expressions, Expressions]:
+        parameters = self._with(closed)
+        return self._parts.traced("gaps", parameters), self._parts.traced(
+            "contact_multipliers", parameters
+        )
+
+    def gaps(self, t: float, y: Array) -> Gaps:
+        count, n, place = len(self.free), len(y) // 2, np.asarray(y, dtype=float).tobytes()
+        # An event asks for them several times.
+        if self._known is not None and self._known[:2] == (t, place):
+            return self._known[2]
+        if self._terms is None:
+            self._terms = self._parts.row("gap_terms", count * (n + 3), self._parameters)
+        values, sizes = self._gaps(t, y).reshape(2, count)
+        terms = self._terms(t, y)
+        gradients, (rates, biases, _) = terms[: count * n], terms[count * n :].reshape(3, count)
+        found = Gaps(values, sizes, gradients.reshape(count, n), rates, biases)
+        self._known = t, place, found
+        return found
+
+    def table(self, name: str, columns: int, closed: Flags) -> Table:
+        """Another function of the system with contacts, at many states."""
+        return self._parts.table(name, columns, self._with(closed))
+
+    def reset(
+        self, t: float, y: Array, closed: Flags, event: int, bounce: float
+    ) -> tuple[Array | None, Flags]:
+        state, flags = self._parts.reset(t, y, self._with(closed), event, bounce)
+        if state is not None and not np.isfinite(state).all():
+            return None, self.free
+        return state, tuple((flags != 0).tolist())

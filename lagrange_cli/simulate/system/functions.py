@@ -1,0 +1,376 @@
+"""Model → RightHandSide: functions of t and y alone, in machine code or interpreted."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.cache import Cache, open_cache
+from lagrange_cli.errors import StoppedError
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs, Shift
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
+from lagrange_cli.simulate.integrators.native.peaks import NativeLandmarks
+from lagrange_cli.simulate.integrators.piecewise import with_projection
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.system.contact_functions import (
+    ContactParts,
+    InterpretedParts,
+    NativeParts,
+)
+from lagrange_cli.simulate.system.contacts import ContactRhs
+from lagrange_cli.simulate.system.inputs import Drive, drive_of
+from lagrange_cli.simulate.system.libraries import Libraries, pieces_of
+from lagrange_cli.simulate.system.parameters import SIDES, given, off
+from lagrange_cli.simulate.system.singular_guard import beside_places
+from lagrange_cli.simulate.system.switching_surfaces import (
+    InterpretedCode,
+    MakeSurfaces,
+    NativeCode,
+    makes_surfaces,
+    with_surfaces,
+)
+from lagrange_cli.simulate.system.tables import (
+    Knowing,
+    Table,
+    bound,
+    interpreted_table,
+    native_knowing,
+    native_table,
+    no_columns,
+)
+from lagrange_cli.simulate.system.tracing import functions_of, tracing
+from lagrange_cli.simulate.toolchain.compiler import CompileError
+
+__all__ = [
+    "RightHandSide",
+    "Wider",
+    "compiled",
+    "functions_of",
+    "interpreted",
+    "right_hand_side",
+    "right_hand_sides",
+]
+
+#: Part of a budget after which the compiler is given up, so that the rest is for Python.
+COMPILING = 0.5
+
+
+@dataclass(frozen=True)
+class Wider:
+    """The right-hand sides of a system in numbers wider than doubles.
+
+    ``epsilon``: the distance from 1 to the next of these numbers.
+    """
+
+    rhs: Rhs
+    disturbed: tuple[Rhs, Rhs]
+    epsilon: float
+    landmarks: NativeLandmarks | None = None
+
+
+@dataclass(frozen=True)
+class RightHandSide:
+    """Functions of t and y = [q, q̇], parameters bound.
+
+    ``rhs`` gives [q̇, q̈], shape (2n,); ``disturbed`` two more of the same, with
+    parameters and operations off by their rounding error. The tables evaluate
+    many states at once: ``energy`` Σ q̇ ∂L/∂q̇ − L, one column; ``positions`` and
+    ``velocities`` the scene's Cartesian names; ``multipliers`` and ``constraints``
+    (φ, then φ̇ and ψ) those of the closure equations, ``outputs`` what the scene
+    asks for besides, no columns where there are none. NaN stands for what does not
+    exist. ``implementation`` says in words what runs, ``native`` whether it is machine
+    code. ``wider`` makes the same right-hand sides in wider arithmetic, or None where
+    there is none, as where it never ``widens``. Right-hand sides of systems with closure
+    equations have a projection, see :func:`.base.projection`, those of systems with inputs from
+    files pieces, see :func:`.pieces.pieces`; ``drive`` is what was read. Those with contacts are
+    :class:`.contacts.ContactRhs`. ``forces`` gives constraint forces, in machine code alone,
+    where they were derived. ``guarded``: the same with right-hand sides that do not exist beyond
+    singular places of the coordinates, for the numbers of :func:`.singular_guard.guards`.
+    ``landmarks``: exponents of sharp functions, which compiled integrators can watch, ``exponents``
+    the table of them.
+    """
+
+    rhs: Rhs
+    disturbed: tuple[Rhs, Rhs]
+    energy: Table
+    positions: Table
+    velocities: Table
+    multipliers: Table
+    constraints: Table
+    outputs: Table
+    implementation: str
+    native: bool = False
+    wider: Callable[[], Wider | None] = lambda: None
+    widens: bool = False
+    drive: Drive | None = None
+    forces: Knowing | None = None
+    guarded: Callable[[Array], RightHandSide] | None = None
+    landmarks: NativeLandmarks | None = None
+    exponents: Table = no_columns
+
+
+def right_hand_side(
+    model: Model, cache: Cache | None = None, budget: float | None = None
+) -> RightHandSide:
+    """The functions compiled where the machine has a C compiler, else interpreted.
+
+    ``budget``: seconds for all that is done with them, from now on.
+
+    Raises
+    ------
+    InputError
+        A file of inputs cannot be read.
+    """
+    seconds = math.inf if budget is None else budget
+    try:
+        return compiled(model, open_cache() if cache is None else cache, seconds)
+    except CompileError as error:
+        return interpreted(model, error.reason)
+
+
+def _sided(model: Model, functions: RightHandSide, surfaces: MakeSurfaces | None) -> RightHandSide:
+    """The functions with right-hand sides that have switching surfaces, if there are any."""
+    if surfaces is None:
+        return functions
+
+    def side(rhs: Rhs, pattern: int) -> Rhs:
+        parameters = off(model, pattern) if pattern else given(model)
+        return with_surfaces(rhs, surfaces(pattern, "", parameters))
+
+    one, other = functions.disturbed
+    return replace(
+        functions,
+        rhs=side(functions.rhs, 0),
+        disturbed=(side(one, 1), side(other, 2)),
+        wider=lambda: None,
+        widens=False,
+    )
+
+
+def _with_contacts(
+    model: Model,
+    functions: RightHandSide,
+    parts: Callable[[int], ContactParts],
+    surfaces: MakeSurfaces | None,
+) -> RightHandSide:
+    """The functions with right-hand sides for every set of closed contacts, if there are any.
+
+    ``parts``: what the code offers, with inputs off by their rounding in a pattern not 0.
+    """
+    if not model.contacts:
+        return functions
+
+    def side(flight: Rhs, pattern: int) -> ContactRhs:
+        name = "contact_disturbed" if pattern else "contact_rhs"
+        parameters = off(model, pattern) if pattern else given(model)
+        first = len(model.parameters) + SIDES * len(model.surfaces)
+        of_contacts = None if surfaces is None else partial(surfaces, pattern, "contact_")
+        count = len(model.contacts)
+        return ContactRhs(flight, parts(pattern), name, parameters, first, count, of_contacts)
+
+    one, other = functions.disturbed
+    return replace(
+        functions,
+        rhs=side(functions.rhs, 0),
+        disturbed=(side(one, 1), side(other, 2)),
+        wider=lambda: None,
+        widens=False,
+    )
+
+
+# Machine code.
+
+
+def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandSide:
+    """The functions of a model in machine code.
+
+    Raises
+    ------
+    CompileError
+        There is no compiler, or it failed, or took half of the ``budget``, in seconds.
+    InputError
+        A file of inputs cannot be read.
+    """
+    started = time.perf_counter()
+    drive = drive_of(model.recordings)
+    libraries = Libraries(model, drive, cache, DOUBLE, started + COMPILING * budget)
+    return _native(libraries, cache, started + budget)
+
+
+def right_hand_sides(model: Model, cache: Cache | None = None) -> Callable[[Model], RightHandSide]:
+    """What makes the functions of models that differ from this one in numbers alone.
+
+    They are compiled once, now, where the machine has a C compiler.
+
+    Raises
+    ------
+    InputError
+        A file of inputs cannot be read.
+    """
+    kept, drive = open_cache() if cache is None else cache, drive_of(model.recordings)
+    try:
+        libraries = Libraries(model, drive, kept, DOUBLE, math.inf)
+    except CompileError as error:
+        reason = error.reason
+        return lambda other: interpreted(other, reason)
+    return lambda other: _native(libraries.of(other), kept, math.inf)
+
+
+def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSide:
+    """The functions of loaded libraries, with the parameters of their model bound."""
+    model, drive = libraries.model, libraries.drive
+    width = 2 * len(model.coordinates)
+
+    def table(name: str, columns: int) -> Table:
+        if columns == 0:
+            return no_columns
+        return native_table(libraries.system, libraries.function(name), width, columns)
+
+    def forces() -> Knowing | None:
+        if not model.forces:
+            return None
+        known = np.empty(len(model.parameters) + len(model.coordinates) + len(model.symbols))
+        function = libraries.function("forces", parameters=known)
+        return native_knowing(libraries.system, function, width, len(model.forces))
+
+    def guarded(guards: Array) -> RightHandSide:
+        rhs, disturbed = libraries.sides(guards)
+        wider = partial(_wider, model, drive, cache, deadline, guards)
+        within = replace(plain, rhs=rhs, disturbed=disturbed, wider=wider, guarded=None)
+        code = partial(NativeCode, libraries, guards=guards)
+        return _sided(model, within, makes_surfaces(model, code))
+
+    rhs, disturbed = libraries.sides()
+    plain = RightHandSide(
+        rhs=rhs,
+        disturbed=disturbed,
+        energy=table("energy", 1),
+        positions=table("positions", len(model.cartesian)),
+        velocities=table("velocities", len(model.cartesian)),
+        multipliers=table("multipliers", len(model.multipliers)),
+        constraints=table("constraints", model.residuals),
+        outputs=table("outputs", len(model.outputs)),
+        exponents=table("landmarks", model.landmarks),
+        implementation="compiled C",
+        native=True,
+        wider=lambda: _wider(model, drive, cache, deadline),
+        widens=EXTENDED.epsilon < DOUBLE.epsilon,
+        drive=drive,
+        forces=forces(),
+        guarded=guarded,
+        landmarks=libraries.landmarks,
+    )
+    surfaces = makes_surfaces(model, partial(NativeCode, libraries))
+    found = _sided(model, plain, surfaces)
+    return _with_contacts(
+        model,
+        found,
+        lambda pattern: NativeParts(
+            model, libraries.system, libraries.holding, pieces_of(drive, pattern)
+        ),
+        surfaces,
+    )
+
+
+def _wider(
+    model: Model, drive: Drive | None, cache: Cache, deadline: float, guards: Array | None = None
+) -> Wider | None:
+    """Right-hand sides in long doubles, where they have more digits here and in C.
+
+    Raises
+    ------
+    StoppedError
+        They were not ready at the deadline.
+    """
+    if EXTENDED.epsilon >= DOUBLE.epsilon:
+        return None
+    try:
+        libraries = Libraries(model, drive, cache, EXTENDED, deadline)
+    except CompileError:
+        if time.perf_counter() >= deadline:
+            raise StoppedError from None
+        return None
+    if 2.0 ** (1 - libraries.digits) != EXTENDED.epsilon:
+        return None
+    return Wider(*libraries.sides(guards), EXTENDED.epsilon, libraries.landmarks)
+
+
+# Interpreted.
+
+
+def _shift(functions: dict[str, Any], given: list[float]) -> Shift | None:
+    """What leads positions back to the constraints along gradients elsewhere, if it is there."""
+    change = functions.get("shifted_change")
+    if change is None:
+        return None
+    return lambda t, q, there: np.asarray(change(t, np.concatenate([q, there]), given))
+
+
+def interpreted(model: Model, reason: str) -> RightHandSide:
+    """The functions of a model run by Python; ``reason`` says why they are not compiled.
+
+    Raises
+    ------
+    InputError
+        A file of inputs cannot be read.
+    """
+    functions = functions_of(model.code.python)
+    drive = drive_of(model.recordings)
+
+    def given_to(name: str, pattern: int = 0) -> Rhs:
+        parameters = off(model, pattern) if pattern else given(model)
+        trace = tracing(model.code.python, name)
+        return bound(functions[name], parameters.tolist(), pieces_of(drive, pattern), trace)
+
+    def table(name: str, columns: int) -> Table:
+        return interpreted_table(given_to(name), columns) if columns else no_columns
+
+    def side(name: str, pattern: int = 0) -> Rhs:
+        rhs = given_to(name, pattern)
+        if not model.multipliers:
+            return rhs
+        parameters = off(model, pattern) if pattern else given(model)
+        numbers = parameters[: len(given(model))].tolist()
+        project = bound(functions["project"], numbers, None)
+        return with_projection(rhs, project, _shift(functions, numbers))
+
+    def guarded(guards: Array) -> RightHandSide:
+        beside = partial(beside_places, model, guards)
+        one, other = map(beside, plain.disturbed)
+        within = replace(plain, rhs=beside(plain.rhs), disturbed=(one, other), guarded=None)
+        return _sided(model, within, surfaces_beside(beside))
+
+    def surfaces_beside(beside: Callable[[Rhs], Rhs]) -> MakeSurfaces | None:
+        return makes_surfaces(
+            model, lambda pattern: InterpretedCode(functions, pieces_of(drive, pattern), beside)
+        )
+
+    plain = RightHandSide(
+        rhs=side("rhs"),
+        disturbed=(side("disturbed", 1), side("disturbed", 2)),
+        energy=table("energy", 1),
+        positions=table("positions", len(model.cartesian)),
+        velocities=table("velocities", len(model.cartesian)),
+        multipliers=table("multipliers", len(model.multipliers)),
+        constraints=table("constraints", model.residuals),
+        outputs=table("outputs", len(model.outputs)),
+        exponents=table("landmarks", model.landmarks),
+        implementation=f"interpreted Python: {reason}",
+        drive=drive,
+        guarded=guarded,
+    )
+    surfaces = surfaces_beside(lambda rhs: rhs)
+    found = _sided(model, plain, surfaces)
+    return _with_contacts(
+        model,
+        found,
+        lambda pattern: InterpretedParts(model, functions, pieces_of(drive, pattern)),
+        surfaces,
+    )

@@ -1,0 +1,109 @@
+"""Inputs from files: their pieces side by side, and where they are known.
+
+The coefficients of :mod:`lagrange_cli.files.interpolation` are numbers that change from piece to
+piece; nothing is compiled for them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.files import Recording
+from lagrange_cli.files.interpolation import Polynomials, polynomials
+from lagrange_cli.simulate.integrators.piecewise import Pieces
+from lagrange_cli.simulate.system.rounding import off_by_one_ulp
+
+__all__ = ["Drive", "drive_of"]
+
+#: Numbers of all pieces together.
+_MOST_NUMBERS = 20_000_000
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The inputs of a model from files: their pieces, and ``first`` to ``last`` time of each."""
+
+    pieces: Pieces
+    recordings: tuple[Recording, ...]
+    spans: tuple[tuple[float, float], ...]
+
+    def require(self, start: float, until: float) -> None:
+        """Refuse a run beyond what is recorded.
+
+        Raises
+        ------
+        InputError
+            Located at the first recording that begins later or ends earlier.
+        """
+        for recording, (first, last) in zip(self.recordings, self.spans, strict=True):
+            if not first <= start <= until <= last:
+                raise _beyond(recording, (first, last), (start, until))
+
+    def disturbed(self, pattern: int) -> Pieces:
+        """The pieces with every number off by its rounding error."""
+        return Pieces(self.pieces.starts, off_by_one_ulp(self.pieces.rows, pattern))
+
+
+def _beyond(
+    recording: Recording, span: tuple[float, float], run: tuple[float, float]
+) -> InputError:
+    first, last = max(span[0], run[0]), min(span[1], run[1])
+    options = [
+        *([f"--from {first!r}"] if span[0] > run[0] else []),
+        *([f"--until {last!r}"] if span[1] < run[1] else []),
+    ]
+    ends = f"ends at t = {span[1]!r}" if math.isfinite(span[1]) else "goes on"
+    return InputError(
+        Problem(
+            f"'{recording.file}' begins at t = {span[0]!r} and {ends},"
+            f" the run goes from {run[0]!r} to {run[1]!r}",
+            recording.mark,
+            hint=" ".join(options) if first < last else "record or simulate another time",
+            rule="recording",
+        )
+    )
+
+
+def drive_of(recordings: Sequence[Recording]) -> Drive | None:
+    """Read the recordings; None where there are none.
+
+    Raises
+    ------
+    InputError
+        Located: one of them cannot be read, or changes faster than doubles can say.
+    """
+    if not recordings:
+        return None
+    found = [polynomials(recording) for recording in recordings]
+    spans = tuple((float(of.starts[0]), of.end) for of in found)
+    pieces = _together([_pieces(of) for of in found], recordings[0].mark)
+    return Drive(pieces, tuple(recordings), spans)
+
+
+def _pieces(of: Polynomials) -> Pieces:
+    """Coefficients after the time since which they count, which one alone does not need."""
+    columns = [of.coefficients] if of.coefficients.shape[1] == 1 else [of.starts, of.coefficients]
+    return Pieces(of.starts, np.column_stack(columns))
+
+
+def _together(each: Sequence[Pieces], mark: Mark) -> Pieces:
+    """The pieces of all inputs side by side: one begins where any of them does."""
+    starts = np.unique(np.concatenate([pieces.starts for pieces in each]))
+    width = sum(pieces.rows.shape[1] for pieces in each)
+    if len(starts) * width > _MOST_NUMBERS:
+        raise InputError(
+            Problem(
+                f"recordings with {len(starts):,} different times are too many beside each other",
+                mark,
+                hint="record the inputs at the same times",
+                rule="limit",
+            )
+        )
+    held = [np.searchsorted(pieces.starts, starts, side="right") - 1 for pieces in each]
+    parts = [p.rows[np.maximum(k, 0)] for p, k in zip(each, held, strict=True)]
+    return Pieces(starts, np.hstack(parts))

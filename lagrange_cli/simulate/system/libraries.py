@@ -1,0 +1,164 @@
+"""Machine code of a model: its functions and the integrators for it, compiled and loaded."""
+
+from __future__ import annotations
+
+import copy
+import ctypes
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.cache import Cache
+from lagrange_cli.simulate import kernels
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.expressions import Tracing
+from lagrange_cli.simulate.integrators.native.c_types import (
+    DOUBLE,
+    NativeReal,
+    function_type,
+    projection_type,
+)
+from lagrange_cli.simulate.integrators.native.function import Driving, NativeRhs
+from lagrange_cli.simulate.integrators.native.peaks import NativeLandmarks
+from lagrange_cli.simulate.integrators.piecewise import Pieces
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.system.inputs import Drive
+from lagrange_cli.simulate.system.parameters import given, off
+from lagrange_cli.simulate.system.tracing import tracing
+from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
+from lagrange_cli.simulate.toolchain.shared_library import Source, load
+
+__all__ = ["OPTIONS", "Libraries", "pieces_of"]
+
+#: int64_t lagrange_digits(void)
+_DIGITS = ctypes.CFUNCTYPE(ctypes.c_int64)
+
+#: Options for the text of a system.
+OPTIONS = ("-O2",)
+
+
+def pieces_of(drive: Drive | None, pattern: int) -> Pieces | None:
+    """Pieces of inputs, off by their rounding error in a pattern other than 0."""
+    if drive is None:
+        return None
+    return drive.disturbed(pattern) if pattern else drive.pieces
+
+
+def _reading(trace: Tracing, count: int) -> Tracing:
+    """The same of the first ``count`` parameters."""
+    return lambda known, t, y, p, u: trace(known, t, y, p[:count], u)
+
+
+class Libraries:
+    """A model's functions and the integrators for it, loaded for one type of numbers.
+
+    Raises
+    ------
+    CompileError
+        There is no compiler, or it failed, or had not ended at the deadline.
+    """
+
+    def __init__(
+        self, model: Model, drive: Drive | None, cache: Cache, real: NativeReal, deadline: float
+    ) -> None:
+        code, options = model.code, kernels.options(2 * len(model.coordinates))
+        system, stepping = {"system.c": code.c}, kernels.files("stepping")
+        if real is not DOUBLE:
+            system, stepping = kernels.extended(system), kernels.extended(stepping)
+        else:
+            system = {"system.c": code.c + code.lanes, **kernels.headers()}
+        sources = [Source(system, OPTIONS), Source(stepping, options)]
+        self.system, self.stepper = load(find_compiler(), sources, cache, deadline)
+        self._compile: Callable[[str], list[ctypes.CDLL]] = lambda group: load(
+            find_compiler(), [Source(kernels.files(group), options)], cache, deadline
+        )
+        self._further: dict[str, ctypes.CDLL | None] = {}
+        self.model, self._real, self.drive = model, real, drive
+        self._functions = sources[0].functions
+
+    def of(self, model: Model) -> Libraries:
+        """The same for a model of other numbers."""
+        found = copy.copy(self)
+        found.model = model
+        return found
+
+    def function(
+        self,
+        name: str,
+        pattern: int = 0,
+        parameters: Array | None = None,
+        guards: Array | None = None,
+    ) -> NativeRhs:
+        """A function of the system; its numbers are off by their rounding in a pattern not 0.
+
+        ``parameters``: those that it reads, if not the model's; ``guards``: numbers of
+        :func:`.singular_guard.guards`, for the guarded form of a right-hand side.
+        """
+        if parameters is None:
+            parameters = off(self.model, pattern, self._real) if pattern else given(self.model)
+        guarded, trace = "", tracing(self.model.code.python, name)
+        if guards is not None:
+            guarded, trace = "guarded_", _reading(trace, len(parameters))
+            parameters = np.concatenate([parameters, guards])
+        pieces = pieces_of(self.drive, pattern)
+        entry = function_type(self._real)((f"system_{guarded}{name}", self.system))
+        lanes = f"system_{guarded}{name}_lanes"
+        at_once = self.system[lanes] if lanes in self._functions else None
+        work = np.empty(self.model.code.work)
+        projection = self._projection if self.model.multipliers else None
+        return NativeRhs(
+            entry,
+            parameters,
+            work,
+            self.holding,
+            at_once,
+            self._real,
+            projection,
+            None if pieces is None else Driving(pieces, self._real),
+            trace,
+            self._shift,
+        )
+
+    def holding(self, kernel: str) -> ctypes.CDLL | None:
+        """The library that holds a kernel, None where it cannot be compiled or is for doubles."""
+        if kernel in kernels.GROUPS["stepping"]:
+            return self.stepper
+        if self._real is not DOUBLE:
+            return None
+        group = next(name for name, held in kernels.GROUPS.items() if kernel in held)
+        if group not in self._further:
+            self._further[group] = None
+            with suppress(CompileError):
+                self._further[group] = self._compile(group)[0]
+        return self._further[group]
+
+    @property
+    def _projection(self) -> Any:
+        return projection_type(self._real)(("system_project", self.system))
+
+    @property
+    def _shift(self) -> Any:
+        known = "system_shifted_change" in self._functions
+        entry = ("system_shifted_change", self.system)
+        return function_type(self._real)(entry) if known else None
+
+    def sides(self, guards: Array | None = None) -> tuple[NativeRhs, tuple[NativeRhs, NativeRhs]]:
+        """The right-hand side, and the two disturbed ones; guarded with some ``guards``."""
+        one, other = (self.function("disturbed", pattern, guards=guards) for pattern in (1, 2))
+        return self.function("rhs", guards=guards), (one, other)
+
+    @property
+    def landmarks(self) -> NativeLandmarks | None:
+        """The exponents of sharp functions, None where there are none."""
+        if not self.model.landmarks:
+            return None
+        entry = function_type(self._real)(("system_landmarks", self.system))
+        work = np.empty(self.model.code.work)
+        return NativeLandmarks(entry, given(self.model), work, self.model.landmarks)
+
+    @property
+    def digits(self) -> int:
+        """Binary digits of the numbers that the compiler made of the type."""
+        return int(_DIGITS(("lagrange_digits", self.stepper))())

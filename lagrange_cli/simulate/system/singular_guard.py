@@ -1,0 +1,89 @@
+"""Right-hand sides that do not exist beyond singular places that a motion cannot pass.
+
+See :mod:`lagrange_cli.simulate.native.singular_guard` for why, and for the compiled form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs
+from lagrange_cli.simulate.model.model import Model, SingularPlace
+from lagrange_cli.simulate.system.tracing import functions_of
+
+__all__ = ["beside_places", "guards", "place_factors"]
+
+#: The numbers of places whose factor keeps its sign while rates of lost coordinates are not
+#: zero, and at all times, beside that sign.
+WHILE_MOVING, ALWAYS = 1.0, 2.0
+
+
+def place_factors(model: Model) -> Callable[[float, Array], Array]:
+    """Numbers that vanish where the coordinates of a model are singular, of t and [q, v]."""
+    given = [0.0 if p.value is None else p.value for p in model.parameters]
+    function = functions_of(model.code.singular)["outputs"]
+    return lambda t, y: np.asarray(function(t, y, given), dtype=float)
+
+
+def _rates(model: Model, place: SingularPlace) -> list[int]:
+    """The numbers, in a state, of the rates that move nothing at a place."""
+    return [len(model.coordinates) + model.coordinates.index(name) for name in place.lost]
+
+
+def guards(model: Model, t: float, y: Array) -> Array | None:
+    """On which side of each place a motion begins, and what keeps it there; None without places.
+
+    The momentum of a coordinate that is lost at a place is its rate times an inertia that
+    vanishes with the square of the factor. While it is not zero, the factor is not zero either:
+    the motion comes close and turns round, and the coordinate changes within no time. With a rate
+    that is exactly zero, as a symmetry keeps it, the motion goes through and the factor changes
+    its sign. A rate that is not zero at the start may still underflow on the way.
+
+    Returns
+    -------
+    A number for each place at which coordinates do not end: 0 where the motion begins there.
+    """
+    numbers = [k for k, place in enumerate(model.singular) if not place.ends]
+    if not numbers:
+        return None
+    factors = place_factors(model)(t, y)
+    keeps = [ALWAYS if y[_rates(model, model.singular[k])].any() else WHILE_MOVING for k in numbers]
+    return np.array([np.sign(factors[k]) * keep for k, keep in zip(numbers, keeps, strict=True)])
+
+
+@dataclass(frozen=True)
+class _BesidePlaces:
+    """A right-hand side that is NaN beyond some places."""
+
+    rhs: Rhs
+    barred: Callable[[float, Array], bool]
+
+    @property
+    def expressions(self) -> object:
+        """Those of the right-hand side (:mod:`.integrators.expressions`)."""
+        return getattr(self.rhs, "expressions", None)
+
+    def __call__(self, t: float, y: Array) -> Array:
+        return np.full(len(y), np.nan) if self.barred(t, y) else self.rhs(t, y)
+
+
+def beside_places(model: Model, kept: Array, rhs: Rhs) -> Rhs:
+    """A right-hand side run by Python, NaN beyond places, with the numbers of :func:`guards`."""
+    factors = place_factors(model)
+    places = [place for place in model.singular if not place.ends]
+    numbers = [k for k, place in enumerate(model.singular) if not place.ends]
+    rates = [_rates(model, place) for place in places]
+
+    def barred(t: float, y: Array) -> bool:
+        beyond = kept * factors(t, y)[numbers] < 0
+        return any(
+            abs(side) > WHILE_MOVING or bool(y[own].any())
+            for side, own, there in zip(kept, rates, beyond, strict=True)
+            if there
+        )
+
+    return _BesidePlaces(rhs, barred)

@@ -1,0 +1,260 @@
+"""The switching surfaces of a model: code on either side of them, with parameters bound.
+
+The code reads the weights of the sides behind the scene's parameters (see
+:mod:`.model.switching_surfaces`).
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs
+from lagrange_cli.simulate.integrators.event_functions import Falling, NativeEvents
+from lagrange_cli.simulate.integrators.hybrid.surfaces import Rates, Sides, Surfaces
+from lagrange_cli.simulate.integrators.native.c_types import RHS
+from lagrange_cli.simulate.integrators.piecewise import Pieces, with_projection
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.system.libraries import Libraries
+from lagrange_cli.simulate.system.parameters import given
+from lagrange_cli.simulate.system.tables import Table, bound, interpreted_table, native_table
+
+__all__ = [
+    "InterpretedCode",
+    "MakeSurfaces",
+    "ModelSurfaces",
+    "NativeCode",
+    "SurfaceCode",
+    "makes_surfaces",
+    "with_surfaces",
+]
+
+
+class SurfaceCode(Protocol):
+    """Functions of a model by name, for parameters that are given with them."""
+
+    def side(self, name: str, parameters: Array) -> Rhs:
+        """A right-hand side."""
+
+    def table(self, name: str, columns: int, parameters: Array) -> Table:
+        """Another function, at many states; what it reads is looked up at each call."""
+
+    def native(self, name: str) -> tuple[Any, Array] | None:
+        """A function of machine code with its workspace, None where none is compiled."""
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Where weights stand among the parameters."""
+
+    first: int
+    count: int
+
+    def weigh(self, parameters: Array, sides: Sides) -> None:
+        """Write the weights of both sides of each surface."""
+        signs = np.array(sides)
+        parameters[self.first : self.first + self.count] = (1 + signs) / 2
+        parameters[self.first + self.count : self.first + 2 * self.count] = (1 - signs) / 2
+
+
+class ModelSurfaces(Surfaces):
+    """Those of one right-hand side.
+
+    Parameters
+    ----------
+    code
+        The functions of the model.
+    name
+        Of the right-hand side on the sides.
+    parameters
+        All that it reads; weights begin at ``first``, whatever stands there.
+    known
+        The number of parameters that the other functions read.
+    positional
+        See :class:`.hybrid.surfaces.Surfaces`.
+    continuous
+        How many quantities do not jump where no impulse acts.
+    """
+
+    def __init__(
+        self,
+        code: SurfaceCode,
+        name: str,
+        parameters: Array,
+        first: int,
+        known: int,
+        positional: tuple[bool, ...],
+        continuous: int,
+        coordinates: int,
+    ) -> None:
+        count = len(positional)
+        self.positional = positional
+        self._code, self._name, self._parameters = code, name, np.array(parameters)
+        self._layout, self._known, self._n = _Layout(first, count), known, coordinates
+        self._sides: dict[Sides, Rhs] = {}
+        self._change: Callable[[Rhs], Rhs] | None = None
+        self._given = self._parameters[:known].copy()
+        self._given_rates = np.concatenate([self._given, np.zeros(coordinates)])
+        self._values = code.table("surface_values", 2 * count, self._given)
+        self._rates = code.table("surface_rates", 3 * count, self._given_rates)
+        self._continuous = code.table("continuous", continuous, self._given)
+
+    def _weighed(self, parameters: Array, sides: Sides) -> Array:
+        found = parameters.copy()
+        self._layout.weigh(found, sides)
+        return found
+
+    def side(self, sides: Sides) -> Rhs:
+        if sides not in self._sides:
+            parameters = self._weighed(self._parameters, sides)
+            side = self._code.side(self._name, parameters)
+            self._sides[sides] = side if self._change is None else self._change(side)
+        return self._sides[sides]
+
+    def through(self, change: Callable[[Rhs], Rhs]) -> ModelSurfaces:
+        other = copy.copy(self)
+        other._sides, other._change = {}, change
+        return other
+
+    def values(self, t: float, y: Array, sides: Sides) -> tuple[Array, Array]:
+        self._layout.weigh(self._given, sides)
+        values, sizes = _row(self._values, t, y).reshape(2, -1)
+        return values, sizes
+
+    def rates(self, t: float, y: Array, sides: Sides, slope: Array) -> Rates:
+        self._layout.weigh(self._given_rates, sides)
+        self._given_rates[self._known :] = slope[self._n :]
+        first, second, sizes = _row(self._rates, t, y).reshape(3, -1)
+        return Rates(first, second, sizes)
+
+    def continuous(self, t: float, y: Array, sides: Sides) -> Array:
+        self._layout.weigh(self._given, sides)
+        return _row(self._continuous, t, y)
+
+    def falling(
+        self,
+        sides: Sides,
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
+        beside: Falling | None,
+    ) -> Falling:
+        parameters = self._weighed(self._given, sides)
+        table = self._code.table("surfaces", len(sides), parameters)
+        if beside is None:
+            native = self._events("surfaces", parameters, signs, noise)
+            return Falling(lambda t, y: _row(table, t, y), signs, noise, native)
+        others = beside.values
+        reach = (*beside.reach, *(0.0 for _ in signs)) if beside.reach else ()
+        signs, noise = (*beside.signs, *signs), (*beside.noise, *noise)
+        return Falling(
+            lambda t, y: np.concatenate([others(t, y), _row(table, t, y)]),
+            signs,
+            noise,
+            self._events("events_and_surfaces", parameters, signs, noise, reach),
+            reach,
+        )
+
+    def _events(
+        self,
+        name: str,
+        parameters: Array,
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
+        reach: tuple[float, ...] = (),
+    ) -> NativeEvents | None:
+        native = self._code.native(name)
+        if native is None:
+            return None
+        function, work = native
+        falling, terminal = (-1,) * len(signs), (True,) * len(signs)
+        return NativeEvents(function, falling, terminal, parameters, work, signs, noise, reach)
+
+
+class NativeCode:
+    """The functions of a library, inputs off by their rounding error in a pattern not 0.
+
+    ``guards``: numbers of :func:`.singular_guard.guards`, for right-hand sides that end there.
+    """
+
+    def __init__(self, libraries: Libraries, pattern: int, guards: Array | None = None) -> None:
+        self._libraries, self._pattern, self._guards = libraries, pattern, guards
+
+    def side(self, name: str, parameters: Array) -> Rhs:
+        return self._libraries.function(name, self._pattern, parameters, self._guards)
+
+    def table(self, name: str, columns: int, parameters: Array) -> Table:
+        function = self._libraries.function(name, self._pattern, parameters)
+        width = 2 * len(self._libraries.model.coordinates)
+        return native_table(self._libraries.system, function, width, columns)
+
+    def native(self, name: str) -> tuple[Any, Array] | None:
+        function = RHS((f"system_{name}", self._libraries.system))
+        return function, np.empty(self._libraries.model.code.work)
+
+
+class InterpretedCode:
+    """The functions of a module of Python; ``beside`` ends right-hand sides somewhere."""
+
+    def __init__(
+        self,
+        functions: Mapping[str, Callable[..., Any]],
+        pieces: Pieces | None,
+        beside: Callable[[Rhs], Rhs] = lambda rhs: rhs,
+    ) -> None:
+        self._functions, self._pieces, self._beside = functions, pieces, beside
+
+    def side(self, name: str, parameters: Array) -> Rhs:
+        rhs = self._beside(bound(self._functions[name], parameters.tolist(), self._pieces))
+        projection = self._functions.get("project")
+        if projection is None:
+            return rhs
+        return with_projection(rhs, bound(projection, parameters.tolist(), None))
+
+    def table(self, name: str, columns: int, parameters: Array) -> Table:
+        function = self._functions[name]
+
+        def table(t: Array, y: Array) -> Array:
+            now = bound(function, parameters.tolist(), self._pieces)
+            return interpreted_table(now, columns)(t, y)
+
+        return table
+
+    def native(self, name: str) -> None:
+        return None
+
+
+def _row(table: Table, t: float, y: Array) -> Array:
+    found: Array = table(np.array([t]), np.asarray(y, dtype=float)[None, :])[0]
+    return found
+
+
+#: Makes the surfaces of a right-hand side: with inputs off by their rounding in a pattern not 0,
+#: ``contact_`` where it is one with contacts, and the parameters that it reads.
+MakeSurfaces: TypeAlias = Callable[[int, str, Array], ModelSurfaces]
+
+
+def makes_surfaces(model: Model, code: Callable[[int], SurfaceCode]) -> MakeSurfaces | None:
+    """What makes the surfaces of right-hand sides of a model, None where it has none."""
+    if not model.surfaces:
+        return None
+
+    def surfaces(pattern: int, kind: str, parameters: Array) -> ModelSurfaces:
+        name = f"sided_{kind}{'disturbed' if pattern else 'rhs'}"
+        first, known = len(model.parameters), len(given(model))
+        places = first, known, model.surfaces, model.continuous, len(model.coordinates)
+        return ModelSurfaces(code(pattern), name, parameters, *places)
+
+    return surfaces
+
+
+def with_surfaces(rhs: Rhs, surfaces: Surfaces) -> Rhs:
+    """The same right-hand side, with switching surfaces as its attribute ``surfaces``."""
+    other = copy.copy(rhs)
+    # Some kinds of right-hand sides are frozen.
+    object.__setattr__(other, "surfaces", surfaces)
+    return other

@@ -1,0 +1,174 @@
+"""Functions of a system at many states at once, and with their parameters bound."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs
+from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing
+from lagrange_cli.simulate.integrators.native.function import NativeRhs
+from lagrange_cli.simulate.integrators.piecewise import Pieces, PiecewiseRhs
+
+__all__ = [
+    "Knowing",
+    "Row",
+    "Table",
+    "bound",
+    "interpreted_row",
+    "interpreted_table",
+    "native_knowing",
+    "native_row",
+    "native_table",
+    "no_columns",
+]
+
+#: Values at many states: t (m,), y (m, 2n) → (m, k).
+Table: TypeAlias = Callable[[Array, Array], Array]
+
+#: Values at one state.
+Row: TypeAlias = Callable[[float, Array], Array]
+
+#: The same at many, with parameters that differ from state to state: those of all, (m, l).
+Knowing: TypeAlias = Callable[[Array, Array, Array], Array]
+
+_LONG, _POINTER = ctypes.c_long, ctypes.c_void_p
+
+#: void system_table(f, rows, t, y, width, u, p, work, out, columns)
+_TABLE = ctypes.CFUNCTYPE(None, _POINTER, _LONG, _POINTER, _POINTER, _LONG, *[_POINTER] * 4, _LONG)
+
+
+def no_columns(t: Array, y: Array) -> Array:
+    """A table without columns."""
+    return np.empty((len(t), 0))
+
+
+def native_table(library: ctypes.CDLL, function: NativeRhs, width: int, columns: int) -> Table:
+    """A function of the library at many states; ``width`` numbers a state."""
+    call = _TABLE(("system_table", library))
+
+    def table(t: Array, y: Array) -> Array:
+        t, y = np.ascontiguousarray(t, dtype=float), np.ascontiguousarray(y, dtype=float)
+        out = np.empty((len(t), columns))
+        for first, last, inputs in _alike(function, t):
+            call(
+                function.address,
+                last - first,
+                t[first:].ctypes.data,
+                y[first:].ctypes.data,
+                width,
+                inputs,
+                function.parameters.ctypes.data,
+                function.work.ctypes.data,
+                out[first:].ctypes.data,
+                columns,
+            )
+        return out
+
+    return table
+
+
+def native_row(function: NativeRhs, width: int, columns: int) -> Row:
+    """A function of a library at one state of ``width`` numbers; not numbers where it fails."""
+    state, out = np.empty(width), np.empty(columns)
+    places = state.ctypes.data, out.ctypes.data
+    given = function.parameters_address, function.work.ctypes.data
+
+    def row(t: float, y: Array) -> Array:
+        state[:] = y
+        if function.function(t, places[0], function.inputs(t), *given, places[1]):
+            return np.full(columns, np.nan)
+        return out.copy()
+
+    return row
+
+
+def interpreted_row(function: Callable[[float, Array], Any]) -> Row:
+    """A function run by Python at one state."""
+    return lambda t, y: np.asarray(function(t, y), dtype=float)
+
+
+def native_knowing(library: ctypes.CDLL, function: NativeRhs, width: int, columns: int) -> Knowing:
+    """A function of the library at many states, with the parameters of each."""
+    table = native_table(library, function, width, columns)
+
+    def rows(t: Array, y: Array, known: Array) -> Array:
+        found = np.empty((len(t), columns))
+        for k, parameters in enumerate(known):
+            function.parameters[:] = parameters
+            found[k : k + 1] = table(t[k : k + 1], y[k : k + 1])
+        return found
+
+    return rows
+
+
+def _alike(function: NativeRhs, t: Array) -> Iterator[tuple[int, int, int | None]]:
+    """Rows of a table from and to where inputs have the same numbers, and their address."""
+    driving = function.driving
+    if driving is None:
+        yield 0, len(t), None
+        return
+    piece = [driving.pieces.at(time) for time in t.tolist()]
+    ends = [k for k in range(1, len(t)) if piece[k] != piece[k - 1]]
+    for first, last in zip([0, *ends], [*ends, len(t)], strict=True):
+        if first < last:
+            yield first, last, driving.address(piece[first])
+
+
+def interpreted_table(function: Callable[[float, Array], Any], columns: int) -> Table:
+    """A function run by Python at many states."""
+
+    def table(t: Array, y: Array) -> Array:
+        rows = [function(float(s), state) for s, state in zip(t, y, strict=True)]
+        return np.array(rows, dtype=float).reshape(len(t), columns)
+
+    return table
+
+
+@dataclass(frozen=True)
+class _Bound:
+    """A function run by Python, called as one of t and y."""
+
+    function: Callable[..., Any]
+    given: list[float]
+    inputs: Array | None
+    trace: Tracing | None
+
+    @cached_property
+    def _arguments(self) -> list[Any]:
+        if self.inputs is None:
+            return [self.given]
+        values = self.inputs.tolist()
+        return [self.given, lambda *_: values]
+
+    def __call__(self, t: float, y: Array) -> Any:
+        return self.function(t, y, *self._arguments)
+
+    @property
+    def expressions(self) -> Expressions | None:
+        """What it is made of (:mod:`.integrators.expressions`)."""
+        if self.trace is None:
+            return None
+        inputs = np.empty(0) if self.inputs is None else self.inputs
+        return Expressions(self.trace, np.array(self.given), inputs)
+
+
+def bound(
+    function: Callable[..., Any],
+    given: list[float],
+    pieces: Pieces | None,
+    trace: Tracing | None = None,
+) -> Rhs:
+    """A function run by Python, of t and y, with its parameters and inputs.
+
+    ``trace``: the same function over objects.
+    """
+    if pieces is None:
+        return _Bound(function, given, None, trace)
+    return PiecewiseRhs(pieces, lambda row: _Bound(function, given, row, trace))

@@ -1,0 +1,5 @@
+"""The C compiler of this machine, and shared libraries made with it.
+
+Text of C goes in; loaded libraries come out, from the cache where they are known. Read
+:mod:`.shared_library` first.
+"""

@@ -1,0 +1,146 @@
+"""Shared objects by the text they are made of: from the cache, or compiled and kept there."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import os
+import re
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from lagrange_cli.cache import Cache, digest
+from lagrange_cli.files import remove_abandoned_folders, temporary_folder
+from lagrange_cli.simulate.toolchain.compiler import (
+    ALWAYS,
+    TUNED,
+    Compilation,
+    CompileError,
+    Compiler,
+    processor,
+)
+
+__all__ = ["Source", "load"]
+
+#: The head of a function that others can call.
+_FUNCTION = re.compile(r"^[a-z]\w* (\w+)\(", re.MULTILINE | re.ASCII)
+
+
+@dataclass(frozen=True)
+class Source:
+    """Files of C, name → text, and the options to compile them with."""
+
+    files: Mapping[str, str]
+    options: tuple[str, ...] = ()
+
+    @property
+    def functions(self) -> list[str]:
+        """Names that a library made of it has."""
+        texts = [text for name, text in self.files.items() if name.endswith(".c")]
+        return [name for text in texts for name in _FUNCTION.findall(text)]
+
+
+def load(
+    compiler: Compiler, sources: Sequence[Source], cache: Cache, deadline: float = math.inf
+) -> list[ctypes.CDLL]:
+    """Load each source as a library; those not in the cache are compiled side by side.
+
+    ``deadline``: when compilations are given up, in seconds of :func:`time.perf_counter`.
+
+    Raises
+    ------
+    CompileError
+        One of them cannot be compiled or loaded, or lacks functions.
+    """
+    # Here also where nothing is to be compiled: the next run removes what a killed one left.
+    remove_abandoned_folders()
+    keys = [_key(compiler, source) for source in sources]
+    loaded = [_cached(cache, key, of) for key, of in zip(keys, sources, strict=True)]
+    with ExitStack() as stack:
+        waiting = {
+            number: _start(stack, compiler, sources[number], deadline)
+            for number, library in enumerate(loaded)
+            if library is None
+        }
+        for number, compilation in waiting.items():
+            content = compilation.result()
+            loaded[number] = _fetched(stack, content, cache, keys[number], sources[number])
+    return [library for library in loaded if library is not None]
+
+
+def _key(compiler: Compiler, source: Source) -> str:
+    options = [*ALWAYS, *(option for tuned in TUNED for option in tuned), *source.options]
+    texts = [part for item in sorted(source.files.items()) for part in item]
+    return digest("object", processor(), compiler.identity, *options, "sources", *texts)
+
+
+def _cached(cache: Cache, key: str, source: Source) -> ctypes.CDLL | None:
+    """The library of a source in the cache; one that lacks functions is removed."""
+    path = cache.path(key)
+    library = None if path is None else _opened(path)
+    if path is None or library is None or not _missing(library, source):
+        return library
+    with suppress(OSError):
+        os.unlink(path)
+    return None
+
+
+def _opened(path: str) -> ctypes.CDLL | None:
+    """The library in a file, None where the system refuses it (a folder without execution)."""
+    try:
+        return ctypes.CDLL(path)
+    except (OSError, UnicodeDecodeError):  # the latter: the path in its message is no text
+        return None
+
+
+def _missing(library: ctypes.CDLL, source: Source) -> str:
+    """The first function that a library made of the source should have and has not, or ""."""
+    for name in source.functions:
+        try:
+            library[name]
+        except (AttributeError, UnicodeDecodeError):  # the latter as above
+            return name
+    return ""
+
+
+def _folder(stack: ExitStack) -> Path:
+    """A private folder that is removed with the stack."""
+    try:
+        return Path(stack.enter_context(temporary_folder()))
+    except OSError as error:
+        raise CompileError(f"no temporary folder: {error.strerror}") from error
+
+
+def _start(stack: ExitStack, compiler: Compiler, source: Source, deadline: float) -> Compilation:
+    folder = _folder(stack)
+    try:
+        compilation = Compilation(compiler, folder, source.files, source.options, deadline)
+        stack.callback(compilation.stop)
+        return compilation
+    except OSError as error:
+        raise CompileError(f"'{folder}' cannot be written: {error.strerror}") from error
+
+
+def _fetched(
+    stack: ExitStack, content: bytes, cache: Cache, key: str, source: Source
+) -> ctypes.CDLL:
+    """Keep what was compiled and load it, from the cache or from a temporary file."""
+    if cache.put(key, content, ".so"):
+        library = _cached(cache, key, source)
+        if library is not None:
+            return library
+    # Once loaded the file is not needed any more.
+    path = _folder(stack) / "object.so"
+    try:
+        path.write_bytes(content)
+    except OSError as error:
+        raise CompileError(f"'{path}' cannot be written: {error.strerror}") from error
+    library = _opened(str(path))
+    if library is None:
+        raise CompileError("the compiled code cannot be loaded")
+    missing = _missing(library, source)
+    if missing:
+        raise CompileError(f"the compiled code lacks '{missing}'")
+    return library

@@ -1,0 +1,69 @@
+"""How far a motion is from the constraints that are kept beside its coordinates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.samples.rows import Rows, windows
+
+__all__ = ["constraint_drift"]
+
+#: Samples at which it is looked how residuals change with the state.
+SAMPLES = 8
+
+#: How far a state is moved for that, as a part of its scales: where the error of a
+#: difference quotient and its rounding are about equal.
+MOVE = 2.0**-17
+
+#: Residuals of many states: t (m,), y (m, 2n) → (m, k).
+Constraints = Callable[[Array, Array], Array]
+
+
+def constraint_drift(
+    constraints: Constraints, t: Rows, states: Rows, scales: Array
+) -> float | None:
+    """The largest residual at any sample, as a part of its own scale.
+
+    The scale of a residual c is Σ |∂c/∂y_i|·scale_i, the largest at a few samples: a drift
+    of 1e-12 means that the constraint is off by what moving every coordinate (or velocity)
+    by 1e-12 of its scale can do. So neither units nor the way in which a constraint is
+    written matter.
+
+    Parameters
+    ----------
+    constraints
+        Residuals at many states.
+    t, states
+        Samples, shapes (m,) and (m, 2n).
+    scales
+        Of the numbers of a state, shape (2n,).
+
+    Returns
+    -------
+    None where there are no constraints, or a residual does not exist.
+    """
+    parts = [np.abs(constraints(*part)).max(axis=0) for part in windows(t, states)]
+    residuals = np.array(parts).max(axis=0)
+    if len(residuals) == 0:
+        return None
+    with np.errstate(all="ignore"):
+        ratios = residuals / _residual_scales(constraints, t, states, scales)
+    drift = float(np.where(residuals == 0, 0.0, ratios).max())
+    return drift if math.isfinite(drift) else None
+
+
+def _residual_scales(constraints: Constraints, t: Rows, states: Rows, scales: Array) -> Array:
+    """Σ |∂c/∂y_i|·scale_i of each residual c, the largest at a few samples."""
+    picked = np.unique(np.linspace(0, len(states) - 1, SAMPLES).round().astype(int)).tolist()
+    times, at = np.array([t[k] for k in picked]), np.array([states[k] for k in picked])
+    total = np.zeros_like(constraints(times, at))
+    for i, scale in enumerate(scales):
+        above, below = at.copy(), at.copy()
+        above[:, i] += MOVE * scale
+        below[:, i] -= MOVE * scale
+        total += np.abs(constraints(times, above) - constraints(times, below)) / (2 * MOVE)
+    return np.asarray(total.max(axis=0))

@@ -1,0 +1,196 @@
+"""A motion with contacts, looked at afterwards: what holds where which contacts are closed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lagrange_cli.simulate.accuracy.controller import Measured
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.hybrid.contact_system import TOUCHING, Flags, Switch
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.samples.rows import Ranges, Rows, first_from, windows
+from lagrange_cli.simulate.system.contacts import ContactRhs
+from lagrange_cli.simulate.system.functions import RightHandSide
+from lagrange_cli.simulate.system.tables import Table
+from lagrange_cli.simulate.verification.constraint_drift import constraint_drift
+
+__all__ = ["Along", "along", "first_penetration"]
+
+#: How far beyond the accuracy's first-order effect a gap must be negative to disprove it.
+MARGIN = 8.0
+
+
+@dataclass(frozen=True)
+class Along:
+    """A model's functions along one motion, and what impacts took of its energy.
+
+    ``functions`` evaluate accelerations, multipliers and constraints with the contacts that are
+    closed at their time, ``contact`` with any set of them. ``lost`` is the energy after impacts
+    less that before, in all, until given times (m,); ``gained`` the time and contacts of the
+    first impact that adds energy. ``drift`` is that of :func:`.constraint_drift.constraint_drift`.
+    """
+
+    functions: RightHandSide
+    contact: ContactRhs | None
+    lost: Callable[[Array], Array]
+    gained: tuple[float, tuple[int, ...]] | None
+    drift: Callable[[Rows, Rows, Array], float | None]
+
+
+def along(model: Model, functions: RightHandSide, start: float, measured: Measured) -> Along:
+    """The functions of a model along a motion that begins at the time ``start``."""
+    rhs = functions.rhs
+    if not isinstance(rhs, ContactRhs):
+        return Along(
+            functions,
+            None,
+            lambda t: np.zeros(len(t)),
+            None,
+            lambda t, y, scales: constraint_drift(functions.constraints, t, y, scales),
+        )
+    history = _History(measured.switches, measured.began or rhs.free)
+    count = len(model.multipliers) + len(rhs.free)
+    moving = replace(
+        functions,
+        rhs=lambda t, y: rhs.side(history.at(t))(t, y),
+        multipliers=_by_mode(history, lambda c: rhs.table("contact_multipliers", count, c), count),
+    )
+    columns = model.residuals + 2 * len(rhs.free)
+    kept = _behind_the_start(measured.switches, start, rhs.free) or history
+
+    def drift(times: Rows, states: Rows, scales: Array) -> float | None:
+        found = []
+        for closed, ranges in kept.ranges(times, len(states)):
+            table = rhs.table("contact_constraints", columns, closed)
+            if any(closed) or model.multipliers:
+                of = Ranges(times, ranges), Ranges(states, ranges)
+                found.append(constraint_drift(table, *of, scales))
+        return max((x for x in found if x is not None), default=None)
+
+    steps = _energy_steps(functions.energy, rhs, measured.switches)
+    gains = ((s.t, s.contacts) for s in steps if s.change > TOUCHING * s.size)
+    return Along(moving, rhs, _sums(steps, start), min(gains, default=None), drift)
+
+
+def _sums(steps: Sequence[_EnergyStep], start: float) -> Callable[[Array], Array]:
+    """The sum of the changes until each of some times."""
+    at = np.array([s.t for s in steps])
+    sums = np.cumsum([0.0, *(s.change for s in steps)])
+
+    def lost(t: Array) -> Array:
+        # The first sample is the start as it was given, before any impact.
+        return np.where(t == start, 0.0, sums[np.searchsorted(at, t, side="right")])
+
+    return lost
+
+
+class _History:
+    """Which contacts are closed when."""
+
+    def __init__(self, switches: Sequence[Switch], began: Flags) -> None:
+        self._times = [s.t for s in switches]
+        self._closed = [began, *(s.flags for s in switches)]
+
+    def at(self, t: float) -> Flags:
+        return self._closed[int(np.searchsorted(self._times, t, side="right"))]
+
+    def ranges(self, t: Rows, count: int) -> list[tuple[Flags, list[tuple[int, int]]]]:
+        """Of the first ``count`` times, the ranges in which each set of contacts is closed."""
+        ends = [min(first_from(t, time), count) for time in self._times]
+        found: dict[Flags, list[tuple[int, int]]] = {}
+        for closed, first, last in zip(self._closed, [0, *ends], [*ends, count], strict=True):
+            if first < last:
+                found.setdefault(closed, []).append((first, last))
+        return list(found.items())
+
+
+def _behind_the_start(switches: Sequence[Switch], start: float, free: Flags) -> _History | None:
+    """Which contacts are closed when, where an impact at the start closes them: the first
+    sample is the state before it. None where there is no such impact."""
+    if not any(s.jumps for s in switches if s.t == start):
+        return None
+    behind = float(np.nextafter(start, np.inf))
+    return _History([replace(s, t=max(s.t, behind)) for s in switches], free)
+
+
+def _by_mode(history: _History, table: Callable[[Flags], Table], columns: int) -> Table:
+    """A table whose rows are of the function for the contacts that are closed there."""
+
+    def found(t: Array, y: Array) -> Array:
+        out = np.zeros((len(t), columns))
+        for closed, ranges in history.ranges(t, len(t)):
+            for first, last in ranges:
+                # Of open contacts the solution may be -0.
+                out[first:last] = table(closed)(t[first:last], y[first:last]) + 0.0
+        return out
+
+    return found
+
+
+@dataclass(frozen=True)
+class _EnergyStep:
+    """How an impact changes the energy, and the size of what that is to be beside; infinity
+    where contacts move, which may add energy."""
+
+    t: float
+    contacts: tuple[int, ...]
+    change: float
+    size: float
+
+
+def _energy_steps(energy: Table, rhs: ContactRhs, switches: Sequence[Switch]) -> list[_EnergyStep]:
+    """What each impact does to the energy."""
+    impacts: dict[int, list[Switch]] = {}
+    for s in switches:
+        if s.jumps:
+            impacts.setdefault(id(s.before), []).append(s)
+    found = []
+    for s, *others in impacts.values():
+        states = np.array([s.before, s.after])
+        before, after = energy(np.full(2, s.t), states)[:, 0].tolist()
+        gaps = rhs.gaps(s.t, s.before)
+        size = np.inf if gaps.rates.any() else abs(before) + abs(after)
+        # A contact that its impact does not close is struck, too, where it touches.
+        struck = {k for k, touches in enumerate(gaps.touching) if touches}
+        struck |= {of.contact for of in (s, *others)}
+        found.append(_EnergyStep(s.t, tuple(sorted(struck)), after - before, size))
+    return found
+
+
+def first_penetration(
+    rhs: ContactRhs, t: Rows, states: Rows, accuracy: float, scales: Array
+) -> tuple[int, tuple[int, ...]] | None:
+    """Number of the first sample at which gaps are negative by more than the accuracy explains,
+    and of these.
+
+    Parameters
+    ----------
+    t, states
+        Samples, shapes (m,) and (m, 2n).
+    accuracy, scales
+        Each component of a state is known to ``accuracy·scales``, shape (2n,).
+    """
+    first = 0
+    for times, part in windows(t, states):
+        found = _penetration(rhs, times, part, accuracy * scales[: part.shape[1] // 2])
+        if found is not None:
+            return first + found[0], found[1]
+        first += len(part)
+    return None
+
+
+def _penetration(
+    rhs: ContactRhs, t: Array, states: Array, errors: Array
+) -> tuple[int, tuple[int, ...]] | None:
+    """The same of a few samples, whose coordinates are known to ``errors``."""
+    count = len(rhs.free)
+    values = rhs.table("gaps", 2 * count, rhs.free)(t, states)[:, :count]
+    for k in np.flatnonzero((values < 0).any(axis=1)).tolist():
+        gaps = rhs.gaps(float(t[k]), states[k])
+        violated = np.flatnonzero(gaps.values < -MARGIN * gaps.noise(errors))
+        if len(violated):
+            return int(k), tuple(violated.tolist())
+    return None

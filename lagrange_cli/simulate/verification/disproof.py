@@ -1,0 +1,129 @@
+"""What a result shows to be wrong with it, whatever its estimate says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.simulate.accuracy.controller import Disproof, Measured
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import UnfitError
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.samples.rows import Rows, first_from, first_rows, windows
+from lagrange_cli.simulate.system.parameters import given
+from lagrange_cli.simulate.system.tracing import in_digits
+from lagrange_cli.simulate.verification.contact_history import Along, first_penetration
+from lagrange_cli.simulate.verification.energy_drift import EnergyDrift, Exact, first_contradiction
+
+__all__ = ["energies", "energy_drift", "energy_is_conserved", "undisproved"]
+
+#: What a run with a method and tolerances is believed to keep of its scales.
+BELIEVED = 1e-3
+
+#: Digits in which an energy is evaluated before it convicts.
+DIGITS = 60
+
+
+def undisproved(
+    model: Model, seen: Along, t: Rows, measured: Measured, accuracy: float | None
+) -> Measured:
+    """What is not disproved: by the energy, where it is conserved and an accuracy promised, by
+    a gap that is negative, by an impact that adds energy.
+
+    Parameters
+    ----------
+    t
+        Times of all samples that were asked for.
+    """
+    found = list(_disproofs(model, seen, t, measured, accuracy))
+    if not found:
+        return measured
+    first, disproof = min(found, key=lambda of: of[0])
+    return replace(measured, states=first_rows(measured.states, first), disproved=disproof)
+
+
+def _disproofs(
+    model: Model, seen: Along, t: Rows, measured: Measured, accuracy: float | None
+) -> Iterator[tuple[int, Disproof]]:
+    """Number of the first sample that does not hold, and why, for each reason there is."""
+    if accuracy is not None and energy_is_conserved(model):
+        first = _contradicted(model, seen, t, measured, accuracy)
+        if first is not None:
+            yield first, Disproof(float(t[first]), "energy")
+    if seen.contact is not None:
+        kept = accuracy or BELIEVED
+        met = first_penetration(seen.contact, t, measured.states, kept, measured.scales)
+        if met is not None:
+            yield met[0], Disproof(float(t[met[0]]), "gap", met[1])
+    if seen.gained is not None:
+        time, contacts = seen.gained
+        first = max(first_from(t, time), 1)
+        if first < len(measured.states):
+            yield first, Disproof(time, "impact", contacts)
+
+
+def _contradicted(
+    model: Model, seen: Along, t: Rows, measured: Measured, accuracy: float
+) -> int | None:
+    parts = windows(t, measured.states)
+    kinetic = max(float(np.abs(energies(seen, *part)[1]).max()) for part in parts)
+    return first_contradiction(
+        lambda times, states: (
+            seen.functions.energy(times, states) - seen.lost(np.asarray(times))[:, None]
+        ),
+        t,
+        measured.states,
+        accuracy,
+        measured.scales,
+        kinetic,
+        lambda: _in_digits(model, seen),
+    )
+
+
+def _in_digits(model: Model, seen: Along) -> Exact | None:
+    """The energy in :data:`DIGITS` digits, less what impacts took; None where it is not known."""
+    if model.recordings:
+        return None
+    # Imported where a conviction is looked at again: most runs need none of it.
+    from mpmath import mp, mpf
+
+    energy, parameters = in_digits(model.code.python, "energy"), given(model)
+
+    def exact(t: float, y: Array, moved: Array | None) -> Any:
+        with mp.workdps(DIGITS):
+            beside = np.zeros(len(y)) if moved is None else moved
+            state = [mpf(a) + mpf(b) for a, b in zip(y.tolist(), beside.tolist(), strict=True)]
+            value = energy(mpf(t), state, [mpf(p) for p in parameters.tolist()])
+            return value - mpf(float(seen.lost(np.array([t]))[0]))
+
+    try:
+        exact(0.0, np.ones(2 * len(model.coordinates)), None)
+    except UnfitError:
+        return None
+    return exact
+
+
+def energy_is_conserved(model: Model) -> bool:
+    return "energy" in model.conserved or "jacobi" in model.conserved
+
+
+def energies(seen: Along, t: Array, states: Array) -> tuple[Array, Array]:
+    """The energy function at the samples, and its part that depends on velocities."""
+    still = states.copy()
+    still[:, states.shape[1] // 2 :] = 0.0
+    total = seen.functions.energy(t, states)[:, 0]
+    return total, total - seen.functions.energy(t, still)[:, 0]
+
+
+def energy_drift(model: Model, seen: Along, t: Rows, states: Rows) -> float | None:
+    """How much the energy changes over the samples beside what it is made of, None where it is
+    not conserved; see :class:`.energy_drift.EnergyDrift`."""
+    if not energy_is_conserved(model):
+        return None
+    found = EnergyDrift()
+    for times, part in windows(t, states):
+        found.add(*energies(seen, times, part), seen.lost(times))
+    return found.drift

@@ -1,0 +1,224 @@
+"""A conserved energy as a witness: what it disproves is not promised.
+
+The estimate of the error compares runs with each other. What all of them step
+over, a barrier narrower than a step, they do not see; the energy function may.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.samples.rows import Rows, windows
+
+__all__ = [
+    "EnergyDrift",
+    "Exact",
+    "contradicted",
+    "energy_drifts",
+    "first_contradiction",
+    "suspects",
+]
+
+#: How far beyond the accuracy's first-order effect a change must be to disprove it.
+MARGIN = 8.0
+
+#: Rounding error of an energy, relative to its parts.
+ROUNDING = 1e-12
+
+#: Samples of largest change that are looked at before all are.
+SUSPECTS = 5
+
+#: Energies of many states: t (m,), y (m, 2n) → (m, 1).
+Energy = Callable[[Array, Array], Array]
+
+#: The energy of one state in more digits than doubles have, at a displacement if one is given:
+#: t, y (2n,), displacement (2n,) or None.
+Exact = Callable[[float, Array, Array | None], Any]
+
+
+def first_contradiction(
+    energy: Energy,
+    t: Rows,
+    states: Rows,
+    accuracy: float,
+    scales: Array,
+    kinetic: float,
+    in_digits: Callable[[], Exact | None] = lambda: None,
+) -> int | None:
+    """Number of the first sample whose energy the accuracy cannot explain.
+
+    Parameters
+    ----------
+    energy
+        Conserved function, at many states.
+    t, states
+        Samples, shapes (m,) and (m, 2n).
+    accuracy, scales
+        Each component of a state is promised to ``accuracy·scales``, shape (2n,).
+    kinetic
+        The largest of the part of the energy that depends on velocities.
+    in_digits
+        Makes the same function in more digits, None where it is not to be had; called where doubles
+        convict.
+    """
+    first = float(energy(t[:1], states[:1])[0, 0])
+    largest = [np.abs(energy(*part)).max() for part in windows(t, states)]
+    size = max(float(np.max(largest)), kinetic)
+    moves = accuracy * scales
+    exact = cache(in_digits)
+    # The start is given: nothing but its last place is open there.
+    start = _allowance(energy, t[0], states[0], np.spacing(np.abs(states[0])))
+
+    def suspects() -> Iterator[tuple[int, Array, Callable[[int], bool]]]:
+        """By windows: the number of its first sample, changes, and what contradicts."""
+        begin = 0
+        for times, part in windows(t, states):
+            change = np.abs(energy(times, part)[:, 0] - first) - ROUNDING * size
+            convicts = partial(_contradicts, energy, times, part, change, moves, start)
+            other = partial(_contradicts_exactly, exact, times, part, moves, (t[0], states[0]))
+            yield begin, change, partial(_both, convicts, other)
+            begin += len(part)
+
+    if not any(
+        change[k] > 0 and contradicts(k)
+        for _, change, contradicts in suspects()
+        for k in np.argsort(change)[::-1][:SUSPECTS].tolist()
+    ):
+        return None
+    return next(
+        (
+            begin + k
+            for begin, change, contradicts in suspects()
+            for k in np.flatnonzero(change > 0).tolist()
+            if contradicts(k)
+        ),
+        None,
+    )
+
+
+def _contradicts(
+    energy: Energy, t: Array, states: Array, change: Array, moves: Array, start: float, k: int
+) -> bool:
+    """Whether the change of the energy at a sample is more than its error explains."""
+    return bool(change[k] > MARGIN * (start + _allowance(energy, t[k], states[k], moves)))
+
+
+def _both(one: Callable[[int], bool], other: Callable[[int], bool], k: int) -> bool:
+    return one(k) and other(k)
+
+
+def _contradicts_exactly(
+    in_digits: Callable[[], Exact | None],
+    t: Array,
+    states: Array,
+    moves: Array,
+    start: tuple[float, Array],
+    k: int,
+) -> bool:
+    """The same with energies in more digits: what doubles lose in a difference of large terms,
+    or below the smallest of them, proves nothing. True where there are no more digits.
+    """
+    energy = in_digits()
+    if energy is None:
+        return True
+    begun, first = start
+    change = energy(float(t[k]), states[k], None) - energy(begun, first, None)
+    allowed = _largest_change(energy, float(t[k]), states[k], moves)
+    allowed += _largest_change(energy, begun, first, np.spacing(np.abs(first)))
+    return not abs(change) <= MARGIN * allowed
+
+
+def _largest_change(energy: Exact, t: float, y: Array, moves: Array) -> Any:
+    """What :func:`_allowance` gives, or the largest change with all components moved at once."""
+    here = energy(t, y, None)
+    each = [max(abs(energy(t, y, sign * row) - here) for sign in (1, -1)) for row in np.diag(moves)]
+    signs = ((-1.0) ** (np.arange(len(y)) // 2**k) for k in range(len(y).bit_length() + 1))
+    together = (energy(t, y, sign * some * moves) for some in signs for sign in (1, -1))
+    return max(sum(each), *(abs(value - here) for value in together))
+
+
+def _allowance(energy: Energy, t: float, y: Array, moves: Array) -> float:
+    """Largest change of the energy when each component moves by its error."""
+    moved = np.concatenate([y[None, :], y + np.diag(moves), y - np.diag(moves)])
+    return float(_allowed(energy(np.full(len(moved), t), moved)[:, 0]))
+
+
+def _allowed(values: Array) -> Array:
+    """The same from energies of a state and of those moved, up and then down, (..., 1 + 4n)."""
+    changes = np.abs(values[..., 1:] - values[..., :1])
+    half = changes.shape[-1] // 2
+    return np.asarray(np.maximum(changes[..., :half], changes[..., half:]).sum(axis=-1))
+
+
+def suspects(energy: Array, kinetic: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Changes of the energies of motions but for rounding, and the samples where they are largest.
+
+    Parameters
+    ----------
+    energy, kinetic
+        Energies at the samples and their parts that depend on velocities, shapes (members, m).
+
+    Returns
+    -------
+    Changes (members, SUSPECTS) and the numbers of the samples, the same shape; fewer where there
+    are fewer samples.
+    """
+    size = np.maximum(np.abs(energy).max(axis=1), np.abs(kinetic).max(axis=1))
+    change = np.abs(energy - energy[:, :1]) - ROUNDING * size[:, None]
+    least = max(change.shape[1] - SUSPECTS, 0)
+    picked = np.argpartition(change, least, axis=1)[:, least:]
+    return np.take_along_axis(change, picked, axis=1), picked
+
+
+def contradicted(change: Array, start: Array, moved: Array) -> NDArray[np.bool_]:
+    """Whether errors explain less than changes of the energy, for each of some motions.
+
+    Parameters
+    ----------
+    change
+        Changes at some samples, shape (members, k).
+    start, moved
+        Energies of a state, and with each component moved by its error, up and then down: of the
+        start, shape (members, 1 + 4n), and of the samples, shape (members, k, 1 + 4n).
+    """
+    allowed = MARGIN * (_allowed(start)[:, None] + _allowed(moved))
+    return np.asarray(~((change <= 0) | (change <= allowed)).all(axis=1))
+
+
+def energy_drifts(energy: Array, kinetic: Array) -> Array:
+    """The drift of each of some motions, shapes (members, m), as :class:`EnergyDrift` has it;
+    NaN where there is none."""
+    change, size = np.abs(energy - energy[:, :1]).max(axis=1), np.abs(kinetic).max(axis=1)
+    drift = change / np.where(size > 0, size, 1.0)
+    return np.where(np.isfinite(drift), drift, np.nan)
+
+
+class EnergyDrift:
+    """The drift of a conserved energy, of samples that are added in parts, in order."""
+
+    def __init__(self) -> None:
+        self._first: float | None = None
+        self._change = self._size = 0.0
+
+    def add(self, energy: Array, kinetic: Array, lost: Array) -> None:
+        """Take the energy of samples, its kinetic part, and what impacts took until then."""
+        kept = energy - lost
+        if self._first is None:
+            self._first = kept[0]
+        self._change = np.maximum(self._change, np.abs(kept - self._first).max())
+        self._size = np.max([self._size, np.abs(kinetic).max(), np.abs(lost).max()])
+
+    @property
+    def drift(self) -> float | None:
+        """Largest change over the largest of the kinetic parts and of what impacts took, which
+        no choice of zero shifts."""
+        with np.errstate(all="ignore"):
+            drift = float(self._change / self._size) if self._size > 0 else float(self._change)
+        return drift if math.isfinite(drift) else None

@@ -1,0 +1,201 @@
+"""Whether more than one motion follows from a state: forces with an unbounded slope.
+
+Where accelerations have bounded slopes, one motion follows from a state (Picard, Lindelöf). A
+force as sqrt(x) has none at x = 0: a particle at rest there may stay, or leave at any time (J.
+Norton, *Philosophers' Imprint* 3 (2003) 4). An integrator shows one of these motions, and the runs
+that are to show its error the same one. So the places where slopes are unbounded are looked at
+where a motion begins, and where it comes to rest on the way.
+
+Let g be an argument whose power below 1 stands in a force. One motion follows where g, or its
+first rate, or its second rate is not zero: g then leaves zero as a known power of time, faster than
+any two motions can part. It follows, too, where the force points back to g = 0, as a spring does:
+the distance of two motions does not grow then (a one-sided Lipschitz condition, or the energy at
+its minimum). What is left are forces that push away, more steeply than any proportional force.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice, product
+
+import numpy as np
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.system.functions import RightHandSide
+from lagrange_cli.simulate.system.parameters import given
+from lagrange_cli.simulate.system.tracing import functions_of
+
+__all__ = ["Steep", "require_unique_start", "steep"]
+
+#: Values and rates below this part of their largest neighbours are zero but for rounding.
+ZERO = 1e-13
+
+#: Two distances at which a force is looked at beside a place, as parts of the coordinates.
+COARSE, FINE = 2.0**-20, 2.0**-45
+
+#: By how much its ratio to the distance grows from the coarse to the fine one where its slope is
+#: unbounded: (COARSE/FINE)^(1 − p) of a power p is above this for p up to 0.99.
+GROWS = 1.15
+
+#: A change of a force counts that is this many times what rounding does to it.
+CLEAR_OF_NOISE = 64.0
+
+#: Steps of Newton's method: where a gradient vanishes, too, each halves the distance.
+MOST_STEPS = 60
+
+#: Directions in which a force is looked at: all combinations of up to so many coordinates.
+MOST_DIRECTIONS = 243
+
+
+@dataclass(frozen=True)
+class Steep:
+    """Where slopes are unbounded, along one motion.
+
+    Attributes
+    ----------
+    where
+        Each place as an equation in words of the scene.
+    rates
+        (t, [q, v], a) → value, first and second rate of each argument, shape (3, places).
+    sides
+        The right-hand side, and others in which every operation is off by its rounding.
+    n
+        The number of coordinates.
+    """
+
+    where: tuple[str, ...]
+    rates: Callable[[float, Array, Array], Array]
+    sides: tuple[Rhs, ...]
+    n: int
+
+    def not_unique(self, t: float, y: Array) -> str | None:
+        """The place from which more than one motion may follow, None where one follows."""
+        resting = np.flatnonzero(self._rests(t, y))
+        if not len(resting) or not self._pushes_away(t, y):
+            return None
+        return self.where[int(resting[0])]
+
+    def pushes_away_from(self, number: int, t: float, y: Array) -> bool:
+        """Whether accelerations lead away, steeply, from the place next to a state."""
+        return self._pushes_away(t, self._at_place(number, t, y))
+
+    def _at_place(self, number: int, t: float, y: Array) -> Array:
+        """The state moved to where an argument vanishes, by Newton's method."""
+        still, place = np.zeros(self.n), y.copy()
+
+        def value(state: Array) -> float:
+            return float(self.rates(t, state, still)[0, number])
+
+        for _ in range(MOST_STEPS):
+            here = value(place)
+            moves = FINE * np.concatenate([_sizes(y[: self.n]), _sizes(y[self.n :])])
+            up = np.array([value(place + move) for move in np.diag(moves)])
+            gradient = (up - here) / moves
+            square = float(gradient @ gradient)
+            if here == 0 or not 0 < square < np.inf:
+                break
+            place = place - here * gradient / square
+        return place
+
+    def _rests(self, t: float, y: Array) -> Array:
+        """Whether each argument is zero, and both its rates, but for rounding."""
+        slopes = [side(t, y) for side in self.sides]
+        n = self.n
+        found = np.array([self.rates(t, y, slope[n:]) for slope in slopes])
+        # What a unit in the last place of each number of the state changes.
+        moved = np.array(
+            [
+                self.rates(t, y + step, slopes[0][n:])
+                for step in np.diag(ZERO * np.maximum(np.abs(y), np.finfo(float).tiny))
+            ]
+        )
+        noise = np.abs(moved - found[0]).sum(axis=0) + 4 * np.ptp(found, axis=0)
+        return np.asarray((np.abs(found[0]) <= noise).all(axis=0))
+
+    def _pushes_away(self, t: float, y: Array) -> bool:
+        """Whether accelerations lead away from a state, more steeply than in proportion."""
+        return any(self._steeply(t, y, direction) for direction in self._directions(y))
+
+    def _directions(self, y: Array) -> Iterator[Array]:
+        """Displacements of coordinates, or of velocities, by their size or 1."""
+        n = self.n
+        sizes = np.concatenate([_sizes(y[:n]), _sizes(y[n:])])
+        few = max(1, int(np.log(MOST_DIRECTIONS) / np.log(3)))
+        for first in (0, n):
+            axes = range(n) if n > few else ()
+            signs: Iterator[Sequence[int]] = product((1, 0, -1), repeat=min(n, few))
+            for pattern in islice(signs, MOST_DIRECTIONS):
+                if any(pattern):
+                    yield _placed(pattern, first, sizes)
+            for k in axes:
+                for sign in (1, -1):
+                    yield _placed([0] * k + [sign], first, sizes)
+
+    def _steeply(self, t: float, y: Array, direction: Array) -> bool:
+        ratios, n = [], self.n
+        for part in (COARSE, FINE):
+            values = [_outward(side, t, y, part * direction, n) for side in self.sides]
+            noise = float(np.ptp(values))
+            if not values[0] > CLEAR_OF_NOISE * noise:
+                return False
+            ratios.append(values[0] / part)
+        return bool(ratios[1] > GROWS * ratios[0])
+
+
+def _sizes(values: Array) -> Array:
+    largest = float(np.abs(values).max(initial=0.0))
+    return np.where(values != 0, np.abs(values), largest or 1.0)
+
+
+def _placed(pattern: Sequence[int], first: int, sizes: Array) -> Array:
+    found = np.zeros(len(sizes))
+    found[first : first + len(pattern)] = pattern
+    return found * sizes
+
+
+def _outward(rhs: Rhs, t: float, y: Array, step: Array, n: int) -> float:
+    """The change of the accelerations along a displacement, of the coordinates or velocities."""
+    there, here = rhs(t, y + step), rhs(t, y)
+    size = float(np.linalg.norm(step))
+    along = (step[:n] + step[n:]) / size
+    return float(along @ (there[n:] - here[n:]))
+
+
+def steep(model: Model, functions: RightHandSide) -> Steep | None:
+    """Where the slopes of a model's forces are unbounded; None where they are nowhere."""
+    if not model.steep:
+        return None
+    numbers = given(model).tolist()
+    function = functions_of(model.code.steep)["outputs"]
+
+    def rates(t: float, y: Array, a: Array) -> Array:
+        values = function(t, y, [*numbers, *a.tolist()])
+        return np.asarray(values, dtype=float).reshape(3, -1)
+
+    sides = (functions.rhs, *functions.disturbed)
+    return Steep(model.steep, rates, sides, len(model.coordinates))
+
+
+def require_unique_start(places: Steep | None, t: float, y: Array) -> None:
+    """Refuse a start from which more than one motion follows.
+
+    Raises
+    ------
+    InputError
+        It says where slopes are unbounded.
+    """
+    where = None if places is None else places.not_unique(t, y)
+    if where is None:
+        return
+    raise InputError(
+        Problem(
+            f"the motion from this start is not unique: where {where}, a force pushes away with an"
+            " infinite slope, so that it may stay there or leave at any time",
+            hint="begin beside it or with a velocity, or make the force smooth there",
+            rule="not-unique",
+        )
+    )

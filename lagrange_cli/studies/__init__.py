@@ -1,0 +1,5 @@
+"""What is measured about runs: references, trade-offs, stress.
+
+A model goes in; tables of errors and seconds come out, measured against a solution of much higher
+accuracy. Read :mod:`.reference` first.
+"""

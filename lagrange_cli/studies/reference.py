@@ -1,0 +1,298 @@
+"""A solution of much higher accuracy than the runs that are compared with it.
+
+Where the machine has wider arithmetic than doubles it is DOP853's in that, at two tolerances
+whose distance is the error that is stated, and a run by another method in doubles says that
+both are solutions of the same problem. Elsewhere two methods in doubles are compared with each
+other.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from lagrange_cli.errors import AccuracyError, Problem, StoppedError
+from lagrange_cli.simulate.accuracy.coarse_run import LEAST
+from lagrange_cli.simulate.accuracy.event_agreement import agreement, end_of_bounces
+from lagrange_cli.simulate.accuracy.method_selection import Pilot
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.checkpoint.progress import Deadline, Progress, Watch
+from lagrange_cli.simulate.integrators import INTEGRATORS, Control
+from lagrange_cli.simulate.integrators.base import projection
+from lagrange_cli.simulate.integrators.hybrid.contact_system import Switch
+from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales, spacing
+from lagrange_cli.simulate.runs.run import Failure, Run
+
+__all__ = ["Motion", "Reference", "errors", "motion_of", "no_time", "reference"]
+
+#: Tolerances of the two runs in wider arithmetic, in parts of the scales.
+WIDER_TOLERANCES = (1e-19, 2e-18)
+
+#: Tolerances in doubles, of methods for smooth and of those for stiff systems.
+TOLERANCES = {False: 1e-16, True: 1e-13}
+
+#: What the distance of two runs counts: one of them may be all of it, and a little more.
+WEIGHT = 2.0
+
+#: Part of the rounding error of a step that its error estimate feels.
+NOISE_PART = 1 / 16
+
+#: Evaluations of the coarse run per step.
+PER_STEP = 12
+
+#: A reference that is worse is of no use to anyone, and the error that shorter ones, which
+#: are suggested, are to have.
+WORST, SUGGESTED = 1e-4, 1e-8
+
+#: Part of the way to a singularity after which it is near.
+CLEAR = 0.99
+
+#: How far a run by another method in doubles may be away: rounding grows there sooner.
+FARTHEST = 1e-2
+
+
+class Motion(NamedTuple):
+    """Samples of a run, what happened to contacts, and how far it came."""
+
+    states: Array
+    switches: tuple[Switch, ...]
+    t: float
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The solution that errors are measured from.
+
+    ``scales`` are those of its coordinates and velocities, shape (2n,); ``error`` is its own,
+    as :func:`errors` counts. ``checked`` names another method where the error is the distance
+    of two runs of one, and ``difference`` is how far away its run in doubles is.
+    """
+
+    motion: Motion
+    scales: Array
+    method: str
+    error: float
+    checked: str | None = None
+    difference: float | None = None
+
+
+def motion_of(run: Run) -> Motion:
+    """What a run came to."""
+    return Motion(run.states, tuple(run.switches), run.t)
+
+
+def errors(problem: InitialValueProblem, scales: Array, one: Motion, other: Motion) -> Array:
+    """Largest distance of two motions up to each sample that both have, over the scales.
+
+    Times of events count over the span; velocities at samples that are as close to a jump as
+    its times are to each other do not count. Infinite from where different things happen.
+
+    Returns
+    -------
+    Shape (samples,).
+    """
+    common = min(len(one.states), len(other.states))
+    times, n = problem.times[:common], len(problem.kinds)
+    ratios = np.abs(one.states[:common] - other.states[:common]) / scales
+    ratios = np.where(np.isfinite(ratios), ratios, np.inf)
+    if not (one.switches or other.switches):
+        return np.asarray(np.maximum.accumulate(ratios.max(axis=1)))
+    events = agreement([one.switches, other.switches], [one.t, other.t], (0.0, 1.0))
+    ratios[events.exempt(times), n:] = 0.0
+    of_events = events.ratios(times, problem.span)
+    return np.asarray(np.maximum(np.maximum.accumulate(ratios.max(axis=1)), of_events))
+
+
+def reference(
+    problem: InitialValueProblem,
+    found: Pilot,
+    budget: float,
+    progress: Callable[[float], None] | None = None,
+) -> Reference:
+    """The solution at the sample times.
+
+    Parameters
+    ----------
+    found
+        What a coarse run knows of the motion.
+    budget
+        Seconds that each run may take.
+
+    Raises
+    ------
+    AccuracyError
+        There is none: the motion is chaotic and its runs part, or it ends, or the budget is
+        too small.
+    """
+    makers = _Makers(problem, found, budget, progress)
+    wide = makers.wider()
+    doubles = list(makers.doubles(1 if wide else 2))
+    _require(problem, [run for run, _ in (*wide, *doubles)], makers, 1 if wide else 2)
+    if not wide:
+        (best, method), (second, other) = doubles
+        return _compared(problem, best, second, f"{method} against {other}")
+    (best, method), (second, _) = wide
+    sure = _compared(problem, best, second, f"{method} in long doubles")
+    if not doubles:
+        return sure
+    check, other = doubles[0]
+    ratios = errors(problem, sure.scales, sure.motion, motion_of(check))
+    _require_agreement(problem, ratios, FARTHEST)
+    return Reference(sure.motion, sure.scales, sure.method, sure.error, other, float(ratios[-1]))
+
+
+#: A run that reached the end, and the name of its method.
+_Ended = tuple[Run, str]
+
+
+class _Makers:
+    """Runs of highest accuracy; ``failures`` and ``spent`` say what became of the others."""
+
+    def __init__(
+        self,
+        problem: InitialValueProblem,
+        found: Pilot,
+        budget: float,
+        progress: Callable[[float], None] | None,
+    ) -> None:
+        self._problem, self._found = problem, found
+        self._budget, self._progress = budget, progress
+        self.failures: list[Failure] = []
+        self.spent = False
+
+    def wider(self) -> list[_Ended]:
+        """Two runs in wider arithmetic; none where there is no such, or they do not end."""
+        wider = self._problem.wider()
+        if wider is None:
+            return []
+        finer = self._found.finer(wider.epsilon / self._problem.epsilon)
+        made = [self._run("DOP853", wider, finer, x) for x in WIDER_TOLERANCES]
+        ended = [(run, "DOP853") for run in made if run is not None]
+        return ended if len(ended) == len(WIDER_TOLERANCES) else []
+
+    def doubles(self, number: int) -> Iterator[_Ended]:
+        """So many runs in doubles by different methods, fewer where they do not end."""
+        for name in self._methods():
+            if number == 0:
+                return
+            implicit = INTEGRATORS[name].implicit
+            run = self._run(name, self._problem, self._found, TOLERANCES[implicit])
+            if run is not None:
+                number -= 1
+                yield run, name
+
+    def _methods(self) -> Sequence[str]:
+        if not self._found.stiff:
+            return ("Gauss16", "DOP853")
+        projects = projection(self._problem.rhs) is not None
+        return ("DOP853", "Radau", "BDF" if projects else "LSODA")
+
+    def _run(
+        self, name: str, problem: InitialValueProblem, found: Pilot, tolerance: float
+    ) -> Run | None:
+        """A run that reached the end, or None."""
+        absolute = np.maximum(tolerance * found.scales[-1], _noise(problem, found) + LEAST)
+        control = Control(np.zeros_like(absolute), absolute, found.first_step, problem.longest_step)
+        run = Run(INTEGRATORS[name], problem, control)
+        watch = Watch(Progress(self._progress), Deadline.after(self._budget))
+        try:
+            while run.go(len(problem.times)):
+                watch((run.t - problem.start) / problem.span)
+        except StoppedError:
+            self.spent = True
+            return None
+        if run.failure is not None:
+            self.failures.append(run.failure)
+            return None
+        return run
+
+
+def _noise(problem: InitialValueProblem, found: Pilot) -> Array:
+    """What steps cannot be better than: what the last place of each number of the start does
+    to a step, and the rounding of coordinates that are large beside their scales."""
+    y0, t0, n = problem.y0, problem.start, len(problem.kinds)
+    ulps, h = spacing(y0), PER_STEP * problem.span / found.evaluations
+    moved = [np.abs(problem.rhs(t0, y0 + row) - problem.rhs(t0, y0)) for row in np.diag(ulps)]
+    of_start = h * np.sum(moved, axis=0)
+    of_start = np.where(np.isfinite(of_start), of_start, 0.0)
+    finer = problem.epsilon / float(np.finfo(float).eps)
+    noise = np.maximum(found.noise_so_far(len(found.scales)), finer * of_start)
+    noise[:n] = np.maximum(noise[:n], finer * ulps[:n])
+    return np.asarray(NOISE_PART * noise)
+
+
+def _compared(problem: InitialValueProblem, best: Run, second: Run, method: str) -> Reference:
+    """The first of two runs, whose error is what lies between them."""
+    motion = motion_of(best)
+    scales = running_scales(problem, best.states)[-1]
+    ratios = WEIGHT * errors(problem, scales, motion, motion_of(second))
+    _require_agreement(problem, ratios, WORST)
+    floor = spacing(np.abs(best.states).max(axis=0)) / scales
+    return Reference(motion, scales, method, max(float(ratios[-1]), float(floor.max())))
+
+
+def _require(
+    problem: InitialValueProblem, ended: Sequence[Run], makers: _Makers, number: int
+) -> None:
+    """Refuse where fewer runs than needed reached the end, or what follows is not determined."""
+    bounces = min((end_of_bounces(run.switches) for run in ended), default=math.inf)
+    if bounces < problem.until:
+        raise _refused(
+            f"bounces become infinitely many by t = {bounces:.9g}, and no reference is past that",
+            _until(problem, _before(problem, bounces)),
+        )
+    if len(ended) >= number:
+        return
+    if makers.failures:
+        failure = min(makers.failures, key=lambda f: f.time)
+        raise _refused(
+            f"no reference: the motion cannot be continued past t = {failure.time:.9g}:"
+            f" {failure.reason}",
+            _until(problem, _before(problem, failure.time)),
+        )
+    raise no_time()
+
+
+def _require_agreement(problem: InitialValueProblem, ratios: Array, most: float) -> None:
+    """Refuse where runs of highest accuracy part."""
+    if len(ratios) == len(problem.times) and ratios[-1] <= most:
+        return
+    what = f"differ by {ratios[-1]:.1e} of the scales at the end"
+    if not np.isfinite(ratios[-1]):
+        what = f"differ in what contacts do before t = {problem.until:.9g}"
+    raise _refused(
+        f"no reference: runs of highest accuracy {what}, since the motion is chaotic or loses"
+        " digits; nothing can be measured there",
+        _until(problem, ratios),
+    )
+
+
+def _before(problem: InitialValueProblem, end: float) -> Array:
+    """Nothing clearly before an end, infinity from there on."""
+    clear = problem.start + CLEAR * (end - problem.start)
+    return np.where(problem.times[:] < clear, 0.0, np.inf)
+
+
+def _until(problem: InitialValueProblem, ratios: Array) -> str:
+    """An end that has a reference, as an option; nothing where there is none."""
+    good = problem.times[: len(ratios)][ratios <= SUGGESTED]
+    if len(good) < 2:
+        return ""
+    digits = math.floor(math.log10(good[-1] - problem.start)) - 2
+    until = problem.start + math.floor((good[-1] - problem.start) / 10.0**digits) * 10.0**digits
+    return f"--until {until:.6g}"
+
+
+def no_time() -> AccuracyError:
+    """The refusal where the budget is too small for anything."""
+    return _refused(
+        "no reference: runs of highest accuracy do not end within the budget", "--budget 60"
+    )
+
+
+def _refused(message: str, hint: str) -> AccuracyError:
+    return AccuracyError(Problem(message, hint=hint, rule="no-reference"))

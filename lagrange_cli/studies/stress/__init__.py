@@ -1,0 +1,5 @@
+"""A scene at its extremes: where results hold, are refused, or degrade.
+
+A scene goes in; points at extreme values come out, each with what became of it. Read
+:mod:`.measure` first.
+"""

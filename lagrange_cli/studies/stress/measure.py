@@ -1,0 +1,123 @@
+"""A scene at its extremes: where results hold, are refused, or degrade.
+
+Every point is simulated as ``lagrange simulate`` would with its values, and what is kept is
+compared with a :mod:`reference <.reference>` of much higher accuracy, by other methods and in
+wider arithmetic, else with another formulation.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from lagrange_cli.errors import InputError, Problem, nearest
+from lagrange_cli.scene.dimensions import dimensions
+from lagrange_cli.simulate.ensemble.members import Own, Recipe, numbers_of
+from lagrange_cli.simulate.parallel import in_any_order
+from lagrange_cli.simulate.request import SimulationOptions, resolve
+from lagrange_cli.studies.stress.points import STRESS_AXES, Ground, points_of
+from lagrange_cli.studies.stress.runs import StressRun, StressTask, run_point
+
+__all__ = ["Stress", "stress"]
+
+
+@dataclass(frozen=True)
+class Stress:
+    """What became of the points of a scene, in the order of the axes.
+
+    ``left_out``: axes of which the scene has no points.
+    """
+
+    name: str
+    runs: tuple[StressRun, ...]
+    left_out: tuple[str, ...]
+    budget: float
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many of each outcome; ``unchecked``: of those that could be compared with nothing,
+        ``underestimated``: whose error is larger than its estimate."""
+        found = Counter(run.outcome for run in self.runs)
+        return {
+            "runs": len(self.runs),
+            "holds": found["holds"],
+            "degraded": found["degraded"],
+            "refused": found["refused"],
+            "wrong": found["wrong"],
+            "unchecked": sum(not run.checked for run in self.runs),
+            "underestimated": sum(run.underestimated for run in self.runs),
+        }
+
+
+def stress(
+    recipe: Recipe,
+    *,
+    axes: Sequence[str] | None = None,
+    accuracy: float | None = None,
+    budget: float = 5.0,
+    jobs: int | None = 1,
+    progress: Callable[[float], None] | None = None,
+) -> Stress:
+    """Push a scene to its extremes.
+
+    Parameters
+    ----------
+    recipe
+        The scene, and what options say of it.
+    axes
+        Names of :data:`~.points.STRESS_AXES`; by default all.
+    accuracy
+        What each point is asked for; by default the scene's.
+    budget
+        Seconds that the run of a point may take; each run of its reference may take twice as
+        long.
+    jobs
+        How many points at a time, see :func:`.simulate.parallel.in_any_order`.
+    progress
+        Called with a fraction from 0 to 1 that never falls.
+
+    Raises
+    ------
+    InputError
+        The scene itself cannot be simulated, or an axis is unknown.
+    """
+    for axis in axes or ():
+        _require_known(axis)
+    ground = _ground(recipe)
+    resolve(ground.model, SimulationOptions(accuracy=accuracy, budget=budget))
+    points = points_of(ground, axes)
+    tasks = [StressTask(k, recipe, point, accuracy, budget) for k, point in enumerate(points)]
+    runs: list[StressRun] = []
+    for run in in_any_order(run_point, tasks, jobs):
+        runs.append(run)
+        if progress is not None:
+            progress(len(runs) / len(tasks))
+    there = {point.axis for point in points}
+    return Stress(
+        ground.model.name,
+        tuple(sorted(runs, key=lambda run: run.number)),
+        tuple(axis for axis in axes or STRESS_AXES if axis not in there),
+        budget,
+    )
+
+
+def _require_known(axis: str) -> None:
+    if axis not in STRESS_AXES:
+        said = f"unknown axis '{axis}'"
+        known = f"one of {', '.join(STRESS_AXES)}"
+        hint = "\n".join(filter(None, (nearest(axis, STRESS_AXES), known)))
+        raise InputError(Problem(said, hint=hint, rule="stress"))
+
+
+def _ground(recipe: Recipe) -> Ground:
+    """What the axes start from."""
+    scene, model = recipe.scene(), recipe.model(Own())
+    given, start = numbers_of(scene)
+    return Ground(
+        scene,
+        model,
+        {name: x for name, x in given.items() if x is not None},
+        {name: x for name, x in start.items() if x is not None},
+        dimensions(scene),
+    )

@@ -1,0 +1,314 @@
+"""Extreme points of a scene: settings of its parameters, its start, its end and the accuracy.
+
+What a parameter is follows from its dimension (:mod:`lagrange_cli.scene.dimensions`). An axis is
+a function of a scene's :class:`Ground` that yields points; to add one, write the function and
+list it in :data:`STRESS_AXES`. The first line of its docstring says what it sets, the second
+what the ``value`` of its points is.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.system.functions import functions_of
+from lagrange_cli.simulate.system.parameters import given
+
+if TYPE_CHECKING:
+    from lagrange_cli.scene.dimensions import Base, Dimensions
+    from lagrange_cli.scene.model import Scene
+
+__all__ = ["STRESS_AXES", "Ground", "StressPoint", "points_of"]
+
+#: Most parameters, or coordinates, of one kind that an axis goes through.
+MOST_OF_A_KIND = 3
+
+RATIOS = (1e-12, 1e-9, 1e-6, 1e6, 1e9, 1e12)
+LENGTHS = (1e-6, 1e-3, 1e3, 1e6)
+STIFFNESSES = (1e3, 1e6, 1e9, 1e12)
+OTHERS = (1e-6, 1e6)
+SPEEDS = (0.0, 1e-6, 1e-3, 1e3)
+DURATIONS = (10.0, 100.0)
+ANGLES = (1e2, 1e4, 1e8, 1e12)
+DISTANCES = (1e-3, 1e-6, 1e-9, 1e-12)
+NEAR = (0.0, 1e-12, 1e-6)
+ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12, 1e-15)
+
+#: Units of mass, length and time: powers of two, then those of atoms and of galaxies.
+UNITS: tuple[Mapping[Base, float], ...] = (
+    {"mass": 2.0**-100, "length": 2.0**-40},
+    {"mass": 2.0**100, "length": 2.0**50},
+    {"time": 2.0**30},
+    {"mass": 1e-31, "length": 1e-12},
+    {"mass": 1e30, "length": 1e16},
+)
+
+#: Random points: by so many powers of ten parameters change at most.
+DECADES = (1, 2, 3, 4, 5, 6)
+
+#: A factor that is this small vanishes.
+VANISHES = 1e-9
+
+
+@dataclass(frozen=True)
+class StressPoint:
+    """One extreme: ``value`` on its axis, and what makes it.
+
+    ``parameters`` and ``initial`` map names to texts as options take them; ``until`` (a text)
+    and ``accuracy`` are None where the scene's hold. ``scaled``: factors of mass, length and
+    time where the motion is that of the scene in other units.
+    """
+
+    axis: str
+    value: float
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    initial: Mapping[str, str] = field(default_factory=dict)
+    until: str | None = None
+    accuracy: float | None = None
+    scaled: Mapping[Base, float] | None = None
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What axes start from: a scene, its model, and the numbers it gives.
+
+    ``parameters``: those with a number of their own; ``initial``: values by name, ``dot(NAME)``
+    for velocities.
+    """
+
+    scene: Scene
+    model: Model
+    parameters: Mapping[str, float]
+    initial: Mapping[str, float]
+    dimensions: Dimensions
+
+    def alike(self, mass: int, length: int, time: int) -> list[str]:
+        """Parameters of a dimension that are not 0, the first few."""
+        wanted = tuple(map(Fraction, (mass, length, time)))
+        if not self.dimensions.complete:
+            return []
+        found = [name for name, x in self.parameters.items() if x and self.of(name) == wanted]
+        return found[:MOST_OF_A_KIND]
+
+    def of(self, name: str) -> tuple[Fraction, ...]:
+        return self.dimensions.of(name)
+
+    @cached_property
+    def angles(self) -> list[str]:
+        """Angles among the coordinates that the scene starts from."""
+        kinds = zip(self.model.coordinates, self.model.kinds, strict=True)
+        found = [name for name, kind in kinds if kind == "angle" and name in self.initial]
+        return found[:MOST_OF_A_KIND]
+
+    def felt(self, name: str) -> bool:
+        """Whether accelerations at the start depend on a coordinate, as far as that is known."""
+        model, start = self.model, self.model.initial
+        if start is None or model.recordings:
+            return start is not None
+        function, k = functions_of(model.code.python)["rhs"], model.coordinates.index(name)
+        given, t = _given(model), model.defaults.start
+        moved = [*start[:k], start[k] + 1.0, *start[k + 1 :]]
+        here, there = function(t, list(start), given), function(t, moved, given)
+        return not np.array_equal(here, there, equal_nan=True)
+
+    @property
+    def speeds(self) -> dict[str, float]:
+        """Velocities of the start that are not 0."""
+        return {name: v for name, v in self.initial.items() if name.startswith("dot(") and v}
+
+    @property
+    def at_rest(self) -> dict[str, str]:
+        """The start without its velocities."""
+        return dict.fromkeys(self.speeds, "0")
+
+
+def _given(model: Model) -> list[float]:
+    """Parameters, and contacts that are open."""
+    return list(map(float, given(model)))
+
+
+def points_of(ground: Ground, axes: Sequence[str] | None = None) -> list[StressPoint]:
+    """The points of some axes, by default of all."""
+    return [point for axis in axes or STRESS_AXES for point in STRESS_AXES[axis](ground)]
+
+
+def _changed(axis: str, name: str, value: float, number: float) -> StressPoint:
+    return StressPoint(axis, value, {name: f"{number:.15g}"})
+
+
+def _mass_ratio(ground: Ground) -> Iterator[StressPoint]:
+    """One mass beside the largest other.
+    the ratio"""
+    masses = ground.alike(1, 0, 0)
+    for name in masses if len(masses) > 1 else ():
+        other = max(abs(ground.parameters[m]) for m in masses if m != name)
+        yield from (_changed("mass_ratio", name, x, x * other) for x in RATIOS)
+
+
+def _length_ratio(ground: Ground) -> Iterator[StressPoint]:
+    """One length beside the largest other.
+    the ratio"""
+    lengths = ground.alike(0, 1, 0)
+    for name in lengths if len(lengths) > 1 else ():
+        other = max(abs(ground.parameters[m]) for m in lengths if m != name)
+        yield from (_changed("length_ratio", name, x, x * other) for x in LENGTHS)
+
+
+def _stiffness(ground: Ground) -> Iterator[StressPoint]:
+    """The stiffness of a spring.
+    the factor"""
+    for name in (*ground.alike(1, 0, -2), *ground.alike(1, 2, -2)):
+        number = ground.parameters[name]
+        yield from (_changed("stiffness", name, x, x * number) for x in STIFFNESSES)
+
+
+def _parameter(ground: Ground) -> Iterator[StressPoint]:
+    """Any other parameter.
+    the factor"""
+    known = {*ground.alike(1, 0, -2), *ground.alike(1, 2, -2)}
+    for several in (ground.alike(1, 0, 0), ground.alike(0, 1, 0)):
+        known |= set(several) if len(several) > 1 else set()
+    others = [name for name, x in ground.parameters.items() if x and name not in known]
+    for name in others[:MOST_OF_A_KIND]:
+        number = ground.parameters[name]
+        yield from (_changed("parameter", name, x, x * number) for x in OTHERS)
+
+
+def _degenerate(ground: Ground) -> Iterator[StressPoint]:
+    """A parameter that vanishes.
+    0"""
+    for name in list(ground.parameters)[: 2 * MOST_OF_A_KIND]:
+        yield StressPoint("degenerate", 0.0, {name: "0"})
+
+
+def _random(ground: Ground) -> Iterator[StressPoint]:
+    """All parameters, by random factors.
+    the most powers of ten"""
+    for decades in DECADES if ground.parameters else ():
+        chance = random.Random(decades)
+        texts = {
+            name: f"{x * 10.0 ** chance.uniform(-decades, decades):.6g}"
+            for name, x in ground.parameters.items()
+        }
+        yield StressPoint("random", decades, texts)
+
+
+def _speed(ground: Ground) -> Iterator[StressPoint]:
+    """The velocities of the start.
+    the factor"""
+    for factor in SPEEDS if ground.speeds else ():
+        start = {name: f"{factor * v + 0.0:.15g}" for name, v in ground.speeds.items()}
+        yield StressPoint("speed", factor, initial=start)
+
+
+def _separatrix(ground: Ground) -> Iterator[StressPoint]:
+    """An angle released just before pi.
+    the distance from pi"""
+    for name in filter(ground.felt, ground.angles):
+        for distance in DISTANCES:
+            start = {**ground.at_rest, name: repr(math.pi - distance)}
+            yield StressPoint("separatrix", distance, initial=start)
+
+
+def _chart(ground: Ground) -> Iterator[StressPoint]:
+    """A coordinate at or near where it is singular.
+    the distance"""
+    places = {name for place in ground.model.singular for name in place.lost}
+    for name, number in _vanishing(ground) if places else ():
+        for distance in NEAR:
+            yield StressPoint("chart", distance, initial={name: repr(number + distance)})
+
+
+def _vanishing(ground: Ground) -> Iterator[tuple[str, float]]:
+    """Values of one coordinate of the start at which a chart is singular."""
+    model, start = ground.model, ground.model.initial
+    if start is None:
+        return
+    function = functions_of(model.code.singular)["outputs"]
+    given = _given(model)
+    for k, (name, kind) in enumerate(zip(model.coordinates, model.kinds, strict=True)):
+        for number in (0.0, math.pi / 2, math.pi) if kind == "angle" else (0.0,):
+            state = [*start[:k], number, *start[k + 1 :]]
+            found = function(model.defaults.start, state, given)
+            if name in ground.initial and any(abs(x) < VANISHES for x in found):
+                yield name, number
+
+
+def _angle(ground: Ground) -> Iterator[StressPoint]:
+    """An angle counted many turns away.
+    its size"""
+    for name in ground.angles[:1]:
+        for size in ANGLES:
+            turns = round(size / (2 * math.pi))
+            number = ground.initial[name] + 2 * math.pi * turns
+            yield StressPoint("angle", size, initial={name: repr(number)})
+
+
+def _duration(ground: Ground) -> Iterator[StressPoint]:
+    """A longer motion.
+    the factor"""
+    start, until = ground.model.defaults.start, ground.model.defaults.until
+    if until is None:
+        return
+    for factor in DURATIONS:
+        end = start + factor * (until - start)
+        yield StressPoint("duration", factor, until=repr(end))
+
+
+def _accuracy(ground: Ground) -> Iterator[StressPoint]:
+    """The accuracy itself.
+    the accuracy"""
+    for accuracy in ACCURACIES:
+        yield StressPoint("accuracy", accuracy, accuracy=accuracy)
+
+
+def _units(ground: Ground) -> Iterator[StressPoint]:
+    """The same motion in other units of mass, length and time.
+    the factor of lengths, or of what else is scaled"""
+    known, defaults = ground.dimensions.exponents, ground.model.defaults
+    # What cannot be given as an option stays in the scene's units.
+    if defaults.until is None or ground.scene.near or defaults.start or defaults.step:
+        return
+    for factors in UNITS:
+        scaled = {base: x for base, x in factors.items() if base in known and x != 1}
+        if scaled:
+            yield StressPoint(
+                "units",
+                scaled.get("length", next(iter(scaled.values()))),
+                _scaled(ground, ground.parameters, scaled),
+                _scaled(ground, ground.initial, scaled),
+                repr(defaults.until * scaled.get("time", 1.0)),
+                scaled=scaled,
+            )
+
+
+def _scaled(
+    ground: Ground, values: Mapping[str, float], factors: Mapping[Base, float]
+) -> dict[str, str]:
+    return {name: repr(x * ground.dimensions.factor(name, factors)) for name, x in values.items()}
+
+
+#: Name of an axis → its points.
+STRESS_AXES: Mapping[str, Callable[[Ground], Iterator[StressPoint]]] = {
+    "mass_ratio": _mass_ratio,
+    "length_ratio": _length_ratio,
+    "stiffness": _stiffness,
+    "parameter": _parameter,
+    "degenerate": _degenerate,
+    "random": _random,
+    "speed": _speed,
+    "separatrix": _separatrix,
+    "chart": _chart,
+    "angle": _angle,
+    "duration": _duration,
+    "units": _units,
+    "accuracy": _accuracy,
+}
