@@ -27,7 +27,7 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 from soundness_shapes import BOUNDED, CONSTANTS, JUMPS, SHAPES, Shape
 
-from lagrange_cli.batch.expectations import CHECKS
+from lagrange_cli.check.expectations import CHECKS
 from lagrange_cli.errors import InputError, LagrangeError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Equations

@@ -17,7 +17,7 @@ from lagrange_cli.files import write_file
 from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
-    from lagrange_cli.batch import Report, SceneReport
+    from lagrange_cli.check import Report, SceneReport
 
 __all__ = ["check"]
 
@@ -30,7 +30,7 @@ def _checked(
     jobs: int,
 ) -> Report:
     """Check the scenes, with a progress bar where stderr is a terminal."""
-    from lagrange_cli.batch import check_paths, scenes_in
+    from lagrange_cli.check import check_paths, scenes_in
 
     done = itertools.count(1)
 

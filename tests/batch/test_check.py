@@ -10,8 +10,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from lagrange_cli.batch import check, check_paths, check_scene, scenes_in
-from lagrange_cli.batch.expectations import CHECKS
+from lagrange_cli.check import check, check_paths, check_scene, scenes_in
+from lagrange_cli.check.expectations import CHECKS
 from lagrange_cli.errors import InputError, InternalError, Problem
 
 BEAD = """\

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from lagrange_cli.batch.check import check_scene
+from lagrange_cli.check.check import check_scene
 from lagrange_cli.errors import Problem
 
 pytestmark = pytest.mark.slow

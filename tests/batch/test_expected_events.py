@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from lagrange_cli.batch import check_scene
-from lagrange_cli.batch.events import Wanted, missing_events
+from lagrange_cli.check import check_scene
+from lagrange_cli.check.events import Wanted, missing_events
 from lagrange_cli.errors import Mark
 from lagrange_cli.simulate.results.trajectory import Event
 

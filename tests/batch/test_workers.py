@@ -10,8 +10,8 @@ import time
 
 import pytest
 
-from lagrange_cli.batch.model import SceneReport
-from lagrange_cli.batch.workers import in_processes
+from lagrange_cli.check.model import SceneReport
+from lagrange_cli.check.workers import in_processes
 
 pytestmark = pytest.mark.slow
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from lagrange_cli.batch import Report, SceneReport
+from lagrange_cli.check import Report, SceneReport
 from lagrange_cli.cli.main import run
 from lagrange_cli.cli.reports.check import FORMATS, github, json_report, junit, text
 from lagrange_cli.errors import Mark, Problem, escape_controls

@@ -18,7 +18,7 @@ FOLDERS = sorted(p.name for p in (ROOT / "systems").iterdir() if p.is_dir())
 PROGRAM = """
 import json, sys
 from lagrange_cli import InputError, load
-from lagrange_cli.batch.walk import scenes_in
+from lagrange_cli.check.walk import scenes_in
 from lagrange_cli.emit.registry import EMITTERS
 
 for path in scenes_in([sys.argv[1]]):

@@ -165,7 +165,7 @@ def test_a_scene_that_takes_all_memory_is_invalid_where_many_are_checked(scene, 
     def fails(*arguments, **more):
         raise MemoryError
 
-    monkeypatch.setattr("lagrange_cli.batch.check.derive", fails)
+    monkeypatch.setattr("lagrange_cli.check.check.derive", fails)
     done = lagrange("check", "scene.yaml", cwd=scene)
     assert done.returncode == 1
     assert "scene.yaml:1:1: out of memory" in done.stdout

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from compiling import compiled_or_skip
 
-from lagrange_cli.batch import check_paths
+from lagrange_cli.check import check_paths
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_file
 from lagrange_cli.simulate import simulate

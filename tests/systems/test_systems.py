@@ -40,7 +40,7 @@ from shipped import (
 from textbook import GENERALIZED_FORCES, LAGRANGIANS
 from textbook_constraints import CLOSURES, ROLLING
 
-from lagrange_cli.batch import check_paths
+from lagrange_cli.check import check_paths
 from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.errors import Mark

@@ -11,7 +11,7 @@ from lagrange_cli.cli.reports.tables import Column, table
 from lagrange_cli.errors import Problem, escape_controls, render
 
 if TYPE_CHECKING:
-    from lagrange_cli.batch import Report, SceneReport
+    from lagrange_cli.check import Report, SceneReport
 
 __all__ = ["FORMATS", "github", "json_report", "junit", "scene_text", "text"]
 

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from sympy import Expr
 
-from lagrange_cli.batch.compare import Verdict, lagrangians_agree, proportional
-from lagrange_cli.batch.events import Wanted, missing_events
+from lagrange_cli.check.compare import Verdict, lagrangians_agree, proportional
+from lagrange_cli.check.events import Wanted, missing_events
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations

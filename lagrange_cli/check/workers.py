@@ -15,7 +15,7 @@ from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
 from typing import Any
 
-from lagrange_cli.batch.model import SceneReport
+from lagrange_cli.check.model import SceneReport
 from lagrange_cli.errors import Problem
 
 __all__ = ["in_processes"]
@@ -28,7 +28,7 @@ def _context() -> BaseContext:
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["lagrange_cli.batch.check"])
+    context.set_forkserver_preload(["lagrange_cli.check.check"])
     return context
 
 

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from time import perf_counter
 
-from lagrange_cli.batch.expectations import CHECKS
-from lagrange_cli.batch.model import Outcome, Report, SceneReport
-from lagrange_cli.batch.walk import scenes_in
-from lagrange_cli.batch.workers import in_processes
+from lagrange_cli.check.expectations import CHECKS
+from lagrange_cli.check.model import Outcome, Report, SceneReport
+from lagrange_cli.check.walk import scenes_in
+from lagrange_cli.check.workers import in_processes
 from lagrange_cli.errors import AccuracyError, InputError, LagrangeError, Mark, Problem
 from lagrange_cli.files import read_bytes, read_recording
 from lagrange_cli.mechanics import derive

@@ -1,7 +1,0 @@
-"""Many scenes: check each against what it expects, and report."""
-
-from lagrange_cli.batch.check import check_paths, check_scene
-from lagrange_cli.batch.model import Report, SceneReport
-from lagrange_cli.batch.walk import scenes_in
-
-__all__ = ["Report", "SceneReport", "check_paths", "check_scene", "scenes_in"]
