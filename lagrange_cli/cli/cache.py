@@ -6,9 +6,9 @@ import click
 
 from lagrange_cli.cache import Cache, Removed
 from lagrange_cli.cli import options
-from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.reports.cache import FORMATS, files
 from lagrange_cli.cli.session import Session
+from lagrange_cli.cli.terminal.output import Command, print_text
 from lagrange_cli.errors import InputError, Problem
 
 __all__ = ["cache"]

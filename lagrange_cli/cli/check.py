@@ -9,10 +9,10 @@ import click
 
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard_scenes
-from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.reports.check import FORMATS
 from lagrange_cli.cli.reports.check import junit as junit_xml
 from lagrange_cli.cli.session import Session
+from lagrange_cli.cli.terminal.output import Command, print_text
 from lagrange_cli.files import write_file
 from lagrange_cli.stages import Listener, heard_by
 

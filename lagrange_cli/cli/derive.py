@@ -9,10 +9,10 @@ import click
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.models import derivation_of_scene
-from lagrange_cli.cli.output import Command, print_text, stdout_encoding
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.reports.derive import FORMATS
 from lagrange_cli.cli.session import Session
+from lagrange_cli.cli.terminal.output import Command, print_text, stdout_encoding
 from lagrange_cli.files import write_file
 from lagrange_cli.stages import announce
 

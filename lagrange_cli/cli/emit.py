@@ -11,10 +11,10 @@ import click
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard_folder
 from lagrange_cli.cli.models import derivation_of_scene
-from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.reports.emit import listed_formats
 from lagrange_cli.cli.session import Session
+from lagrange_cli.cli.terminal.output import Command, print_text
 from lagrange_cli.emit.base import Emitter, Option
 from lagrange_cli.emit.registry import EMITTERS, emitter
 from lagrange_cli.files import write_files

@@ -13,10 +13,10 @@ import click
 
 from lagrange_cli.cli import options as shared
 from lagrange_cli.cli.models import model_of_scene
-from lagrange_cli.cli.output import print_text
 from lagrange_cli.cli.remembered import Answer, Source, remembered
 from lagrange_cli.cli.reports.ensemble import FORMATS, SimulatedMembers
 from lagrange_cli.cli.session import INTERRUPTED, Session
+from lagrange_cli.cli.terminal.output import print_text
 from lagrange_cli.errors import InputError, Problem
 
 if TYPE_CHECKING:

@@ -13,10 +13,10 @@ from types import FrameType
 
 import click
 
-from lagrange_cli.cli.interrupts import endings
-from lagrange_cli.cli.output import give_up_stdout
 from lagrange_cli.cli.session import INTERRUPTED, Session, report_error
-from lagrange_cli.cli.streams import prepare_streams
+from lagrange_cli.cli.terminal.interrupts import endings
+from lagrange_cli.cli.terminal.output import give_up_stdout
+from lagrange_cli.cli.terminal.streams import prepare_streams
 from lagrange_cli.errors import InputError, InternalError, LagrangeError, Problem
 from lagrange_cli.version import __version__
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lagrange_cli.cli.display import shown_stage
-from lagrange_cli.cli.progress import Progress
+from lagrange_cli.cli.terminal.display import shown_stage
+from lagrange_cli.cli.terminal.progress import Progress
 from lagrange_cli.errors import InputError, Problem, escape_controls, render
 from lagrange_cli.stages import Listener, heard_by
 

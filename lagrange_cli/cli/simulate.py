@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lagrange_cli.cli import ensemble, options
-from lagrange_cli.cli.deadline import OverdueError, within
 from lagrange_cli.cli.guard import checkpoint_files, guard
-from lagrange_cli.cli.interrupts import Interrupts, interrupts
 from lagrange_cli.cli.models import model_of_scene
-from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import Source, read_source
 from lagrange_cli.cli.reports.simulate import FORMATS, Simulated
 from lagrange_cli.cli.session import Session
+from lagrange_cli.cli.terminal.deadline import OverdueError, within
+from lagrange_cli.cli.terminal.interrupts import Interrupts, interrupts
+from lagrange_cli.cli.terminal.output import Command, print_text
 from lagrange_cli.errors import AccuracyError, InputError, Problem
 from lagrange_cli.files import Named, check_writable, sole_writer
 from lagrange_cli.stages import Listener, heard_by

@@ -9,10 +9,10 @@ import click
 
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
-from lagrange_cli.cli.output import Command, print_text
 from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.reports.stress import FORMATS
 from lagrange_cli.cli.session import Session
+from lagrange_cli.cli.terminal.output import Command, print_text
 from lagrange_cli.files import write_file
 
 if TYPE_CHECKING:

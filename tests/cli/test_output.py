@@ -154,7 +154,7 @@ def test_device_is_written_and_not_replaced():
 
 def printed(text: str, stdout: int | None = subprocess.PIPE, **environment: str):
     program = (
-        "import sys; from lagrange_cli.cli.output import print_text\n"
+        "import sys; from lagrange_cli.cli.terminal.output import print_text\n"
         "from lagrange_cli.errors import InputError\n"
         "try: print_text(sys.argv[1])\n"
         "except InputError as error: sys.exit(str(error))"

@@ -12,9 +12,9 @@ import time
 
 import pytest
 
-from lagrange_cli.cli import progress
-from lagrange_cli.cli.interrupts import interrupts
-from lagrange_cli.cli.progress import Progress
+from lagrange_cli.cli.terminal import progress
+from lagrange_cli.cli.terminal.interrupts import interrupts
+from lagrange_cli.cli.terminal.progress import Progress
 
 pytestmark = pytest.mark.slow
 

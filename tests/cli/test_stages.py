@@ -13,8 +13,8 @@ import time
 import pytest
 from terminal import lagrange
 
-from lagrange_cli.cli import display
-from lagrange_cli.cli.deadline import OverdueError, within
+from lagrange_cli.cli.terminal import display
+from lagrange_cli.cli.terminal.deadline import OverdueError, within
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.diagnosis import errors as refusals

@@ -10,7 +10,7 @@ import sys
 import pytest
 from terminal import ROOT
 
-from lagrange_cli.cli.streams import _Forgiving
+from lagrange_cli.cli.terminal.streams import _Forgiving
 
 pytestmark = pytest.mark.slow
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.cli.output import can_encode
 from lagrange_cli.cli.reports.json_text import json_text
+from lagrange_cli.cli.terminal.output import can_encode
 
 if TYPE_CHECKING:
     from lagrange_cli.api import Derivation

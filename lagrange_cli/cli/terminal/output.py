@@ -7,7 +7,7 @@ from typing import Any, TextIO
 
 import click
 
-from lagrange_cli.cli.streams import results, results_apart
+from lagrange_cli.cli.terminal.streams import results, results_apart
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write
 
