@@ -137,8 +137,8 @@ def cut(text: str) -> str:
 
 def cases(long: bool) -> Iterator[Any]:
     """The exact motions, each as it is found."""
-    sys.path.insert(0, str(ROOT / "tests" / "extremes"))
-    module = import_module("extreme_cases")
+    sys.path.insert(0, str(ROOT))
+    module = import_module("tests.extremes.extreme_cases")
     for case in module.CASES:
         if long or not case.long:
             started = time.perf_counter()
@@ -252,7 +252,7 @@ def main(words: Sequence[str] | None = None) -> int:
     axes = asked.axes.split(",") if asked.axes else None
     scenes = asked.scenes or SCENES
     found = [stressed(scene, axes, asked.budget, asked.jobs) for scene in scenes]
-    digits = import_module("extreme_exact").DIGITS
+    digits = import_module("tests.extremes.extreme_exact").DIGITS
     text = page(results, found, asked.budget, digits)
     if asked.json:
         Path(asked.json).write_text(json.dumps([summary(one) for one in found], indent=1))

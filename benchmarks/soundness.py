@@ -1,7 +1,7 @@
 """All campaigns that look for false statements, wrong runs, internal errors and lost files.
 
 Each is a program of its own, which this one runs in full, one after the other, and whose last
-table it writes into a page. CI runs a slice of each (tests/test_soundness_*.py).
+table it writes into a page. CI runs a slice of each (tests/soundness).
 
     python benchmarks/soundness.py -j 2 --docs docs/soundness.md
     python benchmarks/soundness.py --only grazes kills

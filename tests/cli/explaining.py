@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 
 import yaml
-from terminal import Done, lagrange
+
+from tests.cli.terminal import Done, lagrange
 
 P = "particles: {p: {mass: 1, position: [x, y, z]}}\n"
 

@@ -6,9 +6,8 @@ import json
 import os
 import re
 
-from terminal import lagrange, succeed
-
 from lagrange_cli.cache import LARGEST, Cache, digest
+from tests.cli.terminal import lagrange, succeed
 
 BEAD = "systems/lecture/bead_on_parabola.yaml"
 

@@ -10,7 +10,8 @@ import sys
 import time
 
 import pytest
-from terminal import ROOT, lagrange
+
+from tests.cli.terminal import ROOT, lagrange
 
 PENDULUM = """
 particles: {bob: {mass: 1, position: [sin(theta), 0, -cos(theta)]}}

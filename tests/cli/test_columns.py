@@ -6,7 +6,8 @@ import json
 import re
 
 import pytest
-from terminal import lagrange, succeed
+
+from tests.cli.terminal import lagrange, succeed
 
 HOLE = "systems/lecture/masses_through_hole.yaml"
 

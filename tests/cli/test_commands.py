@@ -14,9 +14,9 @@ import time
 
 import numpy as np
 import pytest
-from terminal import ROOT, lagrange, succeed
 
 from lagrange_cli.emit.registry import EMITTERS
+from tests.cli.terminal import ROOT, lagrange, succeed
 
 BEAD = "systems/lecture/bead_on_parabola.yaml"
 HOLE = "systems/lecture/masses_through_hole.yaml"

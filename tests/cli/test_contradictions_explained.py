@@ -6,7 +6,8 @@ import re
 
 import pytest
 import yaml
-from explaining import P, hints, pasted, rods, run, without
+
+from tests.cli.explaining import P, hints, pasted, rods, run, without
 
 pytestmark = pytest.mark.slow
 

@@ -10,7 +10,8 @@ import time
 
 import numpy as np
 import pytest
-from terminal import lagrange, succeed
+
+from tests.cli.terminal import lagrange, succeed
 
 pytestmark = pytest.mark.slow
 

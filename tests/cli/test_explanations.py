@@ -6,8 +6,9 @@ import re
 import shlex
 
 import pytest
-from explaining import P, hints, pasted, rods, run, without
-from terminal import ROOT, lagrange
+
+from tests.cli.explaining import P, hints, pasted, rods, run, without
+from tests.cli.terminal import ROOT, lagrange
 
 pytestmark = pytest.mark.slow
 

@@ -9,12 +9,12 @@ from dataclasses import replace
 from typing import get_args
 
 import pytest
-from terminal import lagrange, succeed
 
 from lagrange_cli.api import load
 from lagrange_cli.cli.options import FORMULATIONS
 from lagrange_cli.cli.reports.simulate import FORMATS, Simulated
 from lagrange_cli.scene.model import Formulation
+from tests.cli.terminal import lagrange, succeed
 
 SPHERICAL = "systems/pendulums/spherical_pendulum.yaml"
 LINKAGE = "systems/constraints/four_bar_linkage.yaml"

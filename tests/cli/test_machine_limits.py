@@ -8,7 +8,8 @@ import subprocess
 import sys
 
 import pytest
-from terminal import lagrange
+
+from tests.cli.terminal import lagrange
 
 pytestmark = pytest.mark.slow
 

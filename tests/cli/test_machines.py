@@ -9,7 +9,8 @@ import subprocess
 import sys
 
 import pytest
-from terminal import ROOT, lagrange
+
+from tests.cli.terminal import ROOT, lagrange
 
 pytestmark = pytest.mark.slow
 

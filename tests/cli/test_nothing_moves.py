@@ -6,10 +6,10 @@ import json
 
 import numpy as np
 import pytest
-from terminal import lagrange, succeed
 
 from lagrange_cli import load
 from lagrange_cli.emit.python.functions import right_hand_side_source
+from tests.cli.terminal import lagrange, succeed
 
 SCENE = """\
 name: pinned

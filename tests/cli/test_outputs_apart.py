@@ -7,7 +7,8 @@ import subprocess
 import sys
 
 import pytest
-from terminal import ROOT, lagrange
+
+from tests.cli.terminal import ROOT, lagrange
 
 SCENE = """\
 name: swing

@@ -9,12 +9,12 @@ import sys
 from pathlib import Path
 
 import pytest
-from terminal import ROOT, Done, lagrange, succeed
 
 from lagrange_cli.cache import Cache
 from lagrange_cli.cli import remembered
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.files import read_bytes
+from tests.cli.terminal import ROOT, Done, lagrange, succeed
 
 DOUBLE = "systems/pendulums/double_pendulum.yaml"
 HOLE = "systems/lecture/masses_through_hole.yaml"

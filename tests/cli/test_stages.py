@@ -11,7 +11,6 @@ import sys
 import time
 
 import pytest
-from terminal import lagrange
 
 from lagrange_cli.cli.terminal import display
 from lagrange_cli.cli.terminal.deadline import OverdueError, within
@@ -20,6 +19,7 @@ from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.diagnosis import errors as refusals
 from lagrange_cli.scene import read_text
 from lagrange_cli.stages import Listener, announce, heard_by, is_heard, is_to_end
+from tests.cli.terminal import lagrange
 
 pytestmark = pytest.mark.slow
 

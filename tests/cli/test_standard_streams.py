@@ -8,9 +8,9 @@ import subprocess
 import sys
 
 import pytest
-from terminal import ROOT
 
 from lagrange_cli.cli.terminal.streams import _Forgiving
+from tests.cli.terminal import ROOT
 
 pytestmark = pytest.mark.slow
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 
 import pytest
-from terminal import lagrange, succeed
+
+from tests.cli.terminal import lagrange, succeed
 
 pytestmark = pytest.mark.slow
 

@@ -7,9 +7,9 @@ import json
 import re
 
 import pytest
-from terminal import lagrange, succeed
 
 from lagrange_cli.simulate.integrators import INTEGRATORS
+from tests.cli.terminal import lagrange, succeed
 
 pytestmark = pytest.mark.slow
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import ctypes
 from dataclasses import replace
 
-import emit_closures as closures
-import emit_systems as systems
 import mpmath
 import numpy as np
 import sympy as sp
-from emit_reference import DIGITS, Reference
-from emitted_c import Compiled
 
 from lagrange_cli.program.constraint_programs import constraint_programs
 from lagrange_cli.program.program import build_program
+from tests.emit import emit_closures as closures
+from tests.emit import emit_systems as systems
+from tests.emit.emit_reference import DIGITS, Reference
+from tests.emit.emitted_c import Compiled
 
 TOLERANCE = {"float": 3e-5, "double": 1e-13, "long-double": 5e-17}
 

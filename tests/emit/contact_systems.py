@@ -7,11 +7,8 @@ import math
 import types
 from dataclasses import replace
 
-import emit_closures as closures
-import emit_systems as systems
 import numpy as np
 import sympy as sp
-from emitted_c import WARNINGS, compiler, run
 
 from lagrange_cli.emit.c.projection import workspace
 from lagrange_cli.emit.python.functions import module_source
@@ -21,6 +18,9 @@ from lagrange_cli.program.program import build_program
 from lagrange_cli.program.systems.contact_systems import flagged
 from lagrange_cli.simulate.native.rounding_model import disturb
 from lagrange_cli.simulate.native.simulation import library_source
+from tests.emit import emit_closures as closures
+from tests.emit import emit_systems as systems
+from tests.emit.emitted_c import WARNINGS, compiler, run
 
 
 def contact(name, gap, coordinates, restitution=0):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import emit_systems as systems
 import sympy as sp
 
 from lagrange_cli.mechanics.equations import Closure, InitialState, ShownEquation
+from tests.emit import emit_systems as systems
 
 
 def closure(name, expression, coordinates, text="", kind="position"):

@@ -8,19 +8,19 @@ import subprocess
 from dataclasses import replace
 from fractions import Fraction
 
-import emit_systems as systems
 import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from emit_reference import DIGITS, Reference, difference, exact, states
-from emitted_c import WARNINGS, Compiled, compiler, run, write
-from test_program import one_coordinate, x
 
 from lagrange_cli.emit.c.names import c_string
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.errors import InputError, InternalError
 from lagrange_cli.program.graph.literals import decimal_literal, double_literal
+from tests.emit import emit_systems as systems
+from tests.emit.emit_reference import DIGITS, Reference, difference, exact, states
+from tests.emit.emitted_c import WARNINGS, Compiled, compiler, run, write
+from tests.program.test_program import one_coordinate, x
 
 #: Agreement relative to the largest entry, at unit condition number.
 TOLERANCE = {"float": 3e-5, "double": 1e-13, "long-double": 5e-17}

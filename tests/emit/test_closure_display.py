@@ -8,7 +8,6 @@ import shutil
 import subprocess
 from dataclasses import replace
 
-import emit_closures as closures
 import pytest
 import sympy as sp
 
@@ -20,6 +19,7 @@ from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics import derive, interpret
 from lagrange_cli.notation.symbols import latex_name, multiplier_name, text_name
 from lagrange_cli.scene import parse_expression, read_text
+from tests.emit import emit_closures as closures
 
 
 def parsed(text, equations):

@@ -6,12 +6,19 @@ import ctypes
 import shutil
 from dataclasses import replace
 
-import emit_closures as closures
-import emit_systems as systems
 import numpy as np
 import pytest
 import sympy as sp
-from closed_code import (
+
+from lagrange_cli.emit.c.projection import workspace
+from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.program.constraint_programs import constraint_programs
+from lagrange_cli.program.program import build_program
+from lagrange_cli.program.solvers.blocks import Block
+from lagrange_cli.simulate.native.simulation import lanes_source, library_source
+from tests.emit import emit_closures as closures
+from tests.emit import emit_systems as systems
+from tests.emit.closed_code import (
     CASES,
     TOLERANCE,
     Closed,
@@ -20,15 +27,8 @@ from closed_code import (
     random_states,
     simulation_programs,
 )
-from emit_reference import difference
-from emitted_c import WARNINGS, Compiled, compiler, run, write
-
-from lagrange_cli.emit.c.projection import workspace
-from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.program.constraint_programs import constraint_programs
-from lagrange_cli.program.program import build_program
-from lagrange_cli.program.solvers.blocks import Block
-from lagrange_cli.simulate.native.simulation import lanes_source, library_source
+from tests.emit.emit_reference import difference
+from tests.emit.emitted_c import WARNINGS, Compiled, compiler, run, write
 
 
 @pytest.mark.slow

@@ -11,18 +11,18 @@ from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
-import contact_systems as contacts
-import emit_closures as closures
 import numpy as np
 import pytest
 import sympy as sp
-from emit_systems import T
-from emitted_c import TYPES, WARNINGS, Compiled, compiler, run, write
-from test_python_closures import loaded
 
 from lagrange_cli import load
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.mechanics.equations import InitialState, Input
+from tests.emit import contact_systems as contacts
+from tests.emit import emit_closures as closures
+from tests.emit.emit_systems import T
+from tests.emit.emitted_c import TYPES, WARNINGS, Compiled, compiler, run, write
+from tests.emit.test_python_closures import loaded
 
 
 class Moded(Compiled):

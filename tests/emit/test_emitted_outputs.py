@@ -7,13 +7,13 @@ import types
 
 import numpy as np
 import pytest
-from emitted_c import Compiled
 
 from lagrange_cli import loads
 from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.emit.latex.document import document
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.emit.text import derivation_text
+from tests.emit.emitted_c import Compiled
 
 PENDULUM = """
 name: pendulum

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import emit_closures as closures
 import numpy as np
 import pytest
-from closed_code import (
+
+from tests.emit import emit_closures as closures
+from tests.emit.closed_code import (
     CASES,
     TOLERANCE,
     Closed,

@@ -8,7 +8,13 @@ from dataclasses import replace
 
 import pytest
 import sympy
-from emit_scenes import (
+
+from lagrange_cli.emit.latex import words as latex_words
+from lagrange_cli.emit.latex.equations import equation_latex, equations_latex
+from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.mechanics.equations import ConstraintLine
+from lagrange_cli.notation.latex_escape import latex_text
+from tests.emit.emit_scenes import (
     bead_on_parabola,
     build,
     chain_pendulum,
@@ -17,12 +23,6 @@ from emit_scenes import (
     masses_through_hole,
     parameters,
 )
-
-from lagrange_cli.emit.latex import words as latex_words
-from lagrange_cli.emit.latex.equations import equation_latex, equations_latex
-from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.mechanics.equations import ConstraintLine
-from lagrange_cli.notation.latex_escape import latex_text
 
 HOSTILE = [
     r"\input{/etc/passwd}",

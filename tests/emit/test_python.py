@@ -10,18 +10,18 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-import emit_systems as systems
 import numpy as np
 import pytest
 import sympy as sp
-from emit_reference import Reference, difference, exact, states
-from emitted_c import WARNINGS, compiler, run, write
 from scipy.integrate import solve_ivp
-from test_c import HOSTILE, ROWS, hostile
-from test_program import one_coordinate, x
 
 from lagrange_cli.emit.python.functions import right_hand_side_source
 from lagrange_cli.emit.registry import EMITTERS
+from tests.emit import emit_systems as systems
+from tests.emit.emit_reference import Reference, difference, exact, states
+from tests.emit.emitted_c import WARNINGS, compiler, run, write
+from tests.emit.test_c import HOSTILE, ROWS, hostile
+from tests.program.test_program import one_coordinate, x
 
 
 def load(source):

@@ -7,21 +7,21 @@ import types
 import warnings
 from dataclasses import replace
 
-import emit_closures as closures
 import numpy as np
 import pytest
-from closed_code import (
+
+from lagrange_cli.emit.python.functions import module_source
+from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.simulate.native.rounding_model import disturb
+from tests.emit import emit_closures as closures
+from tests.emit.closed_code import (
     CASES,
     Closed,
     massless,
     random_states,
     simulation_programs,
 )
-from emitted_c import run
-
-from lagrange_cli.emit.python.functions import module_source
-from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.simulate.native.rounding_model import disturb
+from tests.emit.emitted_c import run
 
 pytestmark = pytest.mark.slow
 

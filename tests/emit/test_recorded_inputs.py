@@ -7,7 +7,6 @@ import sys
 
 import numpy as np
 import pytest
-from emitted_c import WARNINGS, compiler, write
 
 from lagrange_cli.cli.main import run
 from lagrange_cli.emit.json_report import derivation_report
@@ -19,6 +18,7 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_file
 from lagrange_cli.simulate import simulate
+from tests.emit.emitted_c import WARNINGS, compiler, write
 
 pytestmark = pytest.mark.slow
 

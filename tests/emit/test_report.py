@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 import sympy
-from emit_scenes import HALF, build, coordinates, masses_through_hole, parameters
 
 from lagrange_cli.emit.json_report import LARGEST_DENSE, derivation_report
 from lagrange_cli.errors import Mark, Problem
+from tests.emit.emit_scenes import HALF, build, coordinates, masses_through_hole, parameters
 
 KEYS = [
     "name", "cartesian", "extra", "constraints", "dof", "nonholonomic", "unilateral",
@@ -82,7 +82,7 @@ def test_warnings_carry_their_place():
 @pytest.mark.slow
 def test_output_does_not_depend_on_the_hash_seed():
     code = (
-        "import json, emit_scenes as s\n"
+        "import json; from tests.emit import emit_scenes as s\n"
         "from lagrange_cli.emit.json_report import derivation_report\n"
         "from lagrange_cli.emit.text import derivation_text\n"
         "from lagrange_cli.emit.registry import EMITTERS\n"
@@ -100,7 +100,7 @@ def test_output_does_not_depend_on_the_hash_seed():
             capture_output=True,
             check=True,
             timeout=300,
-            cwd=Path(__file__).parent,
+            cwd=Path(__file__).parents[2],
             env=env,
         )
         outputs.add(run.stdout)

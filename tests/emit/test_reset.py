@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from itertools import product
 
-import contact_systems as contacts
 import numpy as np
 import pytest
 import sympy as sp
+
+from tests.emit import contact_systems as contacts
 
 pytestmark = [pytest.mark.compiler, pytest.mark.slow]
 

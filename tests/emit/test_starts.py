@@ -7,16 +7,16 @@ import sys
 from dataclasses import replace
 from functools import cache
 
-import emit_closures as closures
-import emit_systems as systems
 import numpy as np
 import pytest
-from emitted_c import WARNINGS, compiler, run, write
 
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
+from tests.emit import emit_closures as closures
+from tests.emit import emit_systems as systems
+from tests.emit.emitted_c import WARNINGS, compiler, run, write
 
 pytestmark = pytest.mark.slow
 

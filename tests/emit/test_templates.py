@@ -8,12 +8,12 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from emitted_c import WARNINGS, compiler, run
 
 import lagrange_cli.emit
 from lagrange_cli.emit.c.names import CNames, Real, real_type
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.template_files import c_template, filled, python_template
+from tests.emit.emitted_c import WARNINGS, compiler, run
 
 FOLDER = Path(lagrange_cli.emit.__file__).parent / "templates"
 C_NAMES = sorted(path.name.removesuffix(".c.in") for path in (FOLDER / "c").iterdir())

@@ -5,7 +5,15 @@ from functools import cache
 
 import pytest
 import sympy
-from emit_scenes import (
+
+from lagrange_cli.emit.text import WIDTH, derivation_text
+from lagrange_cli.mechanics import derive
+from lagrange_cli.mechanics.equations import Conserved, ConstraintLine
+from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, fill, joined
+from lagrange_cli.notation.one_line import columns
+from lagrange_cli.notation.symbols import latex_name, text_name
+from lagrange_cli.scene import read_text
+from tests.emit.emit_scenes import (
     HALF,
     bead_on_parabola,
     build,
@@ -15,14 +23,6 @@ from emit_scenes import (
     masses_through_hole,
     parameters,
 )
-
-from lagrange_cli.emit.text import WIDTH, derivation_text
-from lagrange_cli.mechanics import derive
-from lagrange_cli.mechanics.equations import Conserved, ConstraintLine
-from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, fill, joined
-from lagrange_cli.notation.one_line import columns
-from lagrange_cli.notation.symbols import latex_name, text_name
-from lagrange_cli.scene import read_text
 
 PAGE = """\
 masses_through_hole: Mass on a table tied through a hole to a hanging mass

@@ -6,15 +6,15 @@ from dataclasses import replace
 from functools import cache
 from itertools import product
 
-import contact_systems as contacts
-import emit_closures as closures
 import numpy as np
 import pytest
-from emitted_c import TYPES
-from test_emitted_contacts import Moded, python_of
-from zero_floors import SCENES
 
 from lagrange_cli import loads
+from tests.emit import contact_systems as contacts
+from tests.emit import emit_closures as closures
+from tests.emit.emitted_c import TYPES
+from tests.emit.test_emitted_contacts import Moded, python_of
+from tests.zero_floors import SCENES
 
 pytestmark = [pytest.mark.compiler, pytest.mark.slow]
 

@@ -13,12 +13,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import extreme_exact as exact
 import numpy as np
 
 from lagrange_cli import load
 from lagrange_cli.api import loads
 from lagrange_cli.errors import InputError
+from tests.extremes import extreme_exact as exact
 
 __all__ = ["CASES", "Case", "Found", "found"]
 

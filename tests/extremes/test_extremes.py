@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import pytest
-from extreme_cases import CASES, SYSTEMS, found
 
 from lagrange_cli import load
+from tests.extremes.extreme_cases import CASES, SYSTEMS, found
 
 pytestmark = pytest.mark.slow
 

@@ -6,7 +6,8 @@ import importlib
 from pathlib import Path
 
 import pytest
-from extreme_cases import CASES, found
+
+from tests.extremes.extreme_cases import CASES, found
 
 ROOT = Path(__file__).resolve().parents[2]
 

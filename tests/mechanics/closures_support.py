@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import mpmath
 import sympy as sp
-from mechanics_support import number
 from mpmath import mpf
 
 from lagrange_cli.mechanics.equations import Equations
+from tests.mechanics.mechanics_support import number
 
 State = dict[sp.Symbol, mpf]
 

@@ -7,11 +7,11 @@ from fractions import Fraction
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scene_evaluation import value
 
 from lagrange_cli.errors import InputError, Mark
 from lagrange_cli.scene import parse_equation, parse_expression
 from lagrange_cli.scene.language.expression import Add, Call, Mul, Name, Neg, Number, Pow, walk
+from tests.scene.scene_evaluation import value
 
 NAMES = {"x": Fraction(3, 7), "y": Fraction(-5, 2), "z1": Fraction(11, 13)}
 

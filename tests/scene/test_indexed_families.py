@@ -3,13 +3,13 @@
 import sys
 
 import pytest
-from scene_evaluation import value
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.scene import parse_expression, read_text
 from lagrange_cli.scene.language.expression import Name, names_in, walk
 from lagrange_cli.scene.language.families import MAX_FAMILY, MAX_TERMS
 from lagrange_cli.scene.model import Scene
+from tests.scene.scene_evaluation import value
 
 CHAIN = """
 sizes: {n: 3}

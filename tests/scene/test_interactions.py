@@ -4,11 +4,11 @@ import math
 from itertools import combinations
 
 import pytest
-from scene_evaluation import value
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.scene import read_text
 from lagrange_cli.scene.language.expression import Call, Name, Node, walk
+from tests.scene.scene_evaluation import value
 
 BODIES = """
 parameters: {G: 2, c: 3, M: 5}

@@ -1,10 +1,10 @@
 """Values given beside a scene."""
 
 import pytest
-from scene_evaluation import value
 
 from lagrange_cli.errors import InputError, render
 from lagrange_cli.scene import read_text
+from tests.scene.scene_evaluation import value
 
 SCENE = """
 parameters: {m: 1, k: {unit: N/m}, b: 2*m}

@@ -5,13 +5,13 @@ import random
 from fractions import Fraction
 
 import pytest
-from scene_evaluation import value
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.scene import expected_error, read_text
 from lagrange_cli.scene.language.expression import Name, names_in
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.scene.reader import SECTIONS
+from tests.scene.scene_evaluation import value
 
 BEAD = """
 name: bead_on_parabola

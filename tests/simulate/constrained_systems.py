@@ -7,13 +7,13 @@ Written by hand: M = diag(masses), closures φ_k = (squared length − l²)/2, m
 from __future__ import annotations
 
 import numpy as np
-from native_systems import compiled
 
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.integrators.base import ConstrainedRhs
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, function_type, projection_type
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.toolchain.shared_library import Source
+from tests.simulate.native_systems import compiled
 
 #: A pendulum of parameters l, g in x, z; y = [x, z, vx, vz].
 _PENDULUM = """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from compiling import skip_without_compiler
 
 from lagrange_cli.cache import open_cache
 from lagrange_cli.simulate import kernels
@@ -12,6 +11,7 @@ from lagrange_cli.simulate.integrators.native.c_types import LANES, RHS
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.toolchain.shared_library import Source, load
+from tests.simulate.compiling import skip_without_compiler
 
 #: Bodies of f(t, y, p) → out, by name.
 SYSTEMS = {

@@ -11,14 +11,14 @@ import warnings
 
 import numpy as np
 import pytest
-from available import INSTALLED
-from compiling import compiled_or_skip
 
 from lagrange_cli import loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import INTEGRATORS, Trajectory, simulate
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.request import MOST_SAMPLES
+from tests.simulate.available import INSTALLED
+from tests.simulate.compiling import compiled_or_skip
 
 PENDULUM = """
 name: pendulum

@@ -11,10 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from lagranges_method import Constrained
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import nnls
+
+from tests.systems.lagranges_method import Constrained
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,11 @@ from types import SimpleNamespace
 
 import numpy as np
 from numpy.typing import NDArray
-from recordings import rows
 from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipj, ellipk
+
+from tests.systems.recordings import rows
 
 Array = NDArray[np.float64]
 Names = SimpleNamespace

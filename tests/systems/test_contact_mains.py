@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from shipped import CONTACTS, derived, simulated
 
 from lagrange_cli.emit.registry import EMITTERS
+from tests.systems.shipped import CONTACTS, derived, simulated
 
 COMPILER = shutil.which("gcc")
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 
-import lagranges_method
 import numpy as np
 import pytest
 import sympy as sp
-from contact_reference import ContactReference
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli import loads
 from lagrange_cli.simulate import Trajectory, simulate
+from tests.systems import lagranges_method
+from tests.systems.contact_reference import ContactReference
 
 pytestmark = pytest.mark.slow
 

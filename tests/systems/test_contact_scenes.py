@@ -6,14 +6,15 @@ import math
 from functools import cache
 from types import SimpleNamespace
 
-import lagranges_method
 import numpy as np
 import pytest
 import sympy as sp
-from contact_reference import ContactReference
-from lagranges_method import Constrained
-from shipped import CONTACTS, derived, parameter_values, simulated, start
-from textbook_contacts import GAPS, IN_FLIGHT, RESTITUTIONS
+
+from tests.systems import lagranges_method
+from tests.systems.contact_reference import ContactReference
+from tests.systems.lagranges_method import Constrained
+from tests.systems.shipped import CONTACTS, derived, parameter_values, simulated, start
+from tests.systems.textbook_contacts import GAPS, IN_FLIGHT, RESTITUTIONS
 
 pytestmark = pytest.mark.slow
 

@@ -7,7 +7,6 @@ from functools import cache
 import numpy as np
 import pytest
 from mpmath import mpf
-from shipped import SCENES, derived, every_scene
 
 from lagrange_cli import load
 from lagrange_cli.errors import InputError
@@ -19,6 +18,7 @@ from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
 from lagrange_cli.simulate.system.functions import interpreted
+from tests.systems.shipped import SCENES, derived, every_scene
 
 pytestmark = pytest.mark.slow
 

@@ -6,11 +6,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from integrals import FIRST_INTEGRALS
-from motions import CLOSED_FORMS
-from shipped import derived, simulated
 
 from lagrange_cli.mechanics.equations import Equations
+from tests.systems.integrals import FIRST_INTEGRALS
+from tests.systems.motions import CLOSED_FORMS
+from tests.systems.shipped import derived, simulated
 
 pytestmark = pytest.mark.slow
 

@@ -18,15 +18,24 @@ from functools import cache
 from pathlib import Path
 from types import ModuleType
 
-import lagranges_method
 import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from lagranges_method import Constrained, Dynamics
 from numpy.typing import NDArray
-from recordings import linear
-from shipped import (
+
+from lagrange_cli.check import check_paths
+from lagrange_cli.emit.json_report import derivation_report
+from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.errors import Mark
+from lagrange_cli.mechanics import interpret
+from lagrange_cli.mechanics.equations import Equations, Input
+from lagrange_cli.scene import parse_expression
+from lagrange_cli.simulate import Trajectory
+from tests.systems import lagranges_method
+from tests.systems.lagranges_method import Constrained, Dynamics
+from tests.systems.recordings import linear
+from tests.systems.shipped import (
     REFUSED,
     SCENES,
     SYSTEMS,
@@ -37,17 +46,8 @@ from shipped import (
     simulated,
     start,
 )
-from textbook import GENERALIZED_FORCES, LAGRANGIANS
-from textbook_constraints import CLOSURES, ROLLING
-
-from lagrange_cli.check import check_paths
-from lagrange_cli.emit.json_report import derivation_report
-from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.errors import Mark
-from lagrange_cli.mechanics import interpret
-from lagrange_cli.mechanics.equations import Equations, Input
-from lagrange_cli.scene import parse_expression
-from lagrange_cli.simulate import Trajectory
+from tests.systems.textbook import GENERALIZED_FORCES, LAGRANGIANS
+from tests.systems.textbook_constraints import CLOSURES, ROLLING
 
 Array = NDArray[np.float64]
 

@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 
-from recordings import linear
 from sympy import Expr, Rational, Symbol, cos, exp, sin, sqrt
-from textbook_celestial import CELESTIAL
-from textbook_chains import CHAINS
-from textbook_constraints import CONSTRAINED, CONSTRAINED_FORCES
-from textbook_contacts import IN_FLIGHT
+
+from tests.systems.recordings import linear
+from tests.systems.textbook_celestial import CELESTIAL
+from tests.systems.textbook_chains import CHAINS
+from tests.systems.textbook_constraints import CONSTRAINED, CONSTRAINED_FORCES
+from tests.systems.textbook_contacts import IN_FLIGHT
 
 Names = SimpleNamespace
 

@@ -10,7 +10,8 @@ from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 
 from sympy import Expr, Rational, Symbol, cos, sin, sqrt
-from textbook_chains import CHAIN_CLOSURES
+
+from tests.systems.textbook_chains import CHAIN_CLOSURES
 
 Names = SimpleNamespace
 

@@ -1,0 +1,293 @@
+"""Forms of a scene: which closures it has in Cartesian names, and which form is taken."""
+
+from __future__ import annotations
+
+import pytest
+import sympy as sp
+
+from lagrange_cli.errors import InputError
+from lagrange_cli.mechanics import derive
+from lagrange_cli.scene import read_text
+from tests.mechanics.mechanics_support import DOUBLE_PENDULUM, POLAR
+
+WEIGHT = "potentials: {weight: {gravity: g}}\n"
+
+SPHERICAL = """
+parameters: {m: 1, l: {value: 2, positive: true}, g: 9.81}
+particles: {bob: {mass: m, position: [x, y, z]}}
+coordinates: [theta, phi]
+definitions: {x: l*sin(theta)*cos(phi), y: l*sin(theta)*sin(phi), z: -l*cos(theta)}
+"""
+
+TORUS = """
+parameters: {m: 1, a: 1, R: 3, g: 9.81}
+particles: {bead: {mass: m, position: [x, y, z]}}
+coordinates: [theta, phi]
+definitions:
+  x: (R + a*cos(theta))*cos(phi)
+  y: (R + a*cos(theta))*sin(phi)
+  z: a*sin(theta)
+"""
+
+ROOT = """
+parameters: {m: 1, l: 1, g: 9.81}
+plane: xz
+particles: {bob: {mass: m, position: [x, y, z]}}
+coordinates: [x]
+definitions: {z: -sqrt(l^2 - x^2)}
+"""
+
+#: Sums of squares up to each coordinate, so that M is full and a closure holds three names.
+STAIRS = """
+sizes: {n: 12}
+parameters: {m: 1, a: 0.5, g: 9.81}
+points: {"p[0]": [0, 0, 0]}
+particles:
+  p[i=1..n]: {mass: m, position: ["x[i]", "0", "z[i]"]}
+constraints:
+  first: z[1] = a*x[1]^2
+  step[i=2..n]: z[i] = z[i-1] + a*x[i]^2
+potentials: {weight: {gravity: g}}
+"""
+
+
+def formed(text, formulation="multiplier", **how):
+    return derive(read_text("name: formed\n" + text), formulation=formulation, **how)
+
+
+def refused(text, formulation="multiplier"):
+    with pytest.raises(InputError) as caught:
+        formed(text, formulation)
+    return caught.value.problems[0]
+
+
+def closures(e):
+    return {c.name: sp.expand(c.expression) for c in e.closures}
+
+
+def expr(text, e):
+    names = {c.name: c.q for c in e.coordinates} | {p.name: p.symbol for p in e.parameters}
+    return sp.expand(sp.sympify(text, locals={**names, "t": e.t}))
+
+
+def is_same(closure, text, e):
+    """φ = 0 is the equation, up to a number."""
+    ratio = sp.cancel(closure / expr(text, e))
+    return ratio.is_number and ratio != 0
+
+
+@pytest.mark.parametrize("potential", [WEIGHT, "potentials: {weight: -m*g*l*cos(theta)}\n"])
+def test_sphere(potential):
+    """Both angles go, also where the potential is written in one of them."""
+    e = formed(SPHERICAL + potential)
+    assert [c.name for c in e.coordinates] == ["x", "y", "z"]
+    assert is_same(closures(e)["bob"], "x**2 + y**2 + z**2 - l**2", e)
+    assert sp.expand(e.potential - expr("m*g*z", e)) == 0
+    assert (e.formulation, e.account.dof, e.account.constraints) == ("multiplier", 2, 1)
+    assert [c.name for c in e.chart.coordinates] == ["theta", "phi"]
+
+
+def test_chain_of_rods():
+    e = formed(DOUBLE_PENDULUM)
+    assert [c.name for c in e.coordinates] == ["x1", "z1", "x2", "z2"]
+    assert is_same(closures(e)["upper"], "x1**2 + z1**2 - l1**2", e)
+    assert is_same(closures(e)["lower"], "(x2 - x1)**2 + (z2 - z1)**2 - l2**2", e)
+    assert all(e.mass_matrix[j][k] == 0 for j in range(4) for k in range(4) if j != k)
+
+
+def test_torus():
+    """z gives the sine of one angle, the distance from the axis its cosine."""
+    e = formed(TORUS + WEIGHT)
+    assert [c.name for c in e.coordinates] == ["x", "y", "z"]
+    expected = "(x**2 + y**2 + z**2 + R**2 - a**2)**2 - 4*R**2*(x**2 + y**2)"
+    assert is_same(closures(e)["bead"], expected, e)
+
+
+def test_torus_with_a_force_on_its_angle():
+    """A coordinate that the scene uses otherwise stays, with the definitions that hold it."""
+    e = formed(TORUS + "forces: {motor: {on: theta, force: 0.3}}\n")
+    assert [c.name for c in e.coordinates] == ["theta", "x", "y", "z"]
+    found = [sp.expand(c.expression) for c in e.closures]
+    assert len(found) == 2
+    assert any(is_same(c, "z - a*sin(theta)", e) for c in found)
+    assert any(is_same(c, "x**2 + y**2 - (R + a*cos(theta))**2", e) for c in found)
+    assert e.chart.coordinates[1].name == "phi"
+
+
+@pytest.mark.parametrize(
+    "uses",
+    [
+        "potentials: {spring: theta^2}\n",
+        "dissipation: {hinge: dot(theta)^2}\n",
+        "kinetic: {wheel: dot(theta)^2}\n",
+        "definitions: {x: sin(theta), z: -cos(theta), turned: theta}\noutputs: {o: turned + 1}\n",
+        "definitions: {x: sin(theta), z: -cos(theta), w: dot(theta)}\noutputs: {o: w}\n",
+    ],
+)
+def test_what_uses_an_angle_keeps_it(uses):
+    text = "particles: {bob: {mass: 1, position: [x, 0, z]}}\ncoordinates: [theta]\n" + uses
+    if "definitions" not in uses:
+        text += "definitions: {x: sin(theta), z: -cos(theta)}\n"
+    e = formed(text)
+    assert [c.name for c in e.coordinates] == ["theta", "x", "z"]
+    assert len(e.closures) == 2
+
+
+def test_a_root_is_squared():
+    e = formed(ROOT + WEIGHT)
+    assert [c.name for c in e.coordinates] == ["x", "z"]
+    assert is_same(closures(e)["bob"], "x**2 + z**2 - l**2", e)
+
+
+def test_stated_constraints_are_taken_where_they_suffice():
+    """Also of coordinates that could not be eliminated: the angle stands outside of a sine."""
+    text = """
+    parameters: {a: 1}
+    particles: {bead: {mass: 1, position: [x, y, 0]}}
+    constraints: {line: y = 2*x}
+    coordinates: [u]
+    definitions: {x: u + sin(u)}
+    """.replace("\n    ", "\n")
+    e = formed(text)
+    assert [c.name for c in e.coordinates] == ["x", "y"]
+    assert is_same(closures(e)["line"], "y - 2*x", e)
+
+
+def test_an_angle_beside_itself_stays():
+    e = formed(
+        "particles: {bead: {mass: 1, position: [x, 0, z]}}\ncoordinates: [u]\n"
+        "definitions: {x: u + sin(u), z: 1 - cos(u)}\n"
+    )
+    assert [c.name for c in e.coordinates] == ["u", "x", "z"]
+
+
+def test_time_is_not_divided_by():
+    """x = r cos ωt gives r only while the cosine is not zero."""
+    e = formed(
+        "parameters: {w: 2}\nparticles: {bead: {mass: 1, position: [x, y, 0]}}\n"
+        "coordinates: [r]\ndefinitions: {x: r*cos(w*t), y: r*sin(w*t)}\n"
+    )
+    assert [c.name for c in e.coordinates] == ["r", "x", "y"]
+    assert len(e.closures) == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("coordinates: [q]\nkinetic: {t1: dot(q)^2}\n", "there are no particles"),
+        (POLAR, "no constraint is left"),
+        ("particles: {p: {mass: 1, position: [x, y, z]}}\n", "no constraint is left"),
+    ],
+)
+def test_no_multiplier_form(text, said):
+    problem = refused(text)
+    assert said in problem.message
+    assert problem.mark is not None
+    assert problem.hint
+
+
+def test_no_minimal_form():
+    text = "particles: {p: {mass: 1, position: [x, 0, z]}}\nconstraints: {wire: x^4 + z^4 = 1}\n"
+    problem = refused(text + "initial: {x: 1, z: 0}\n", "minimal")
+    assert "'wire'" in problem.message
+    assert problem.mark.line == 3
+    assert formed(text + "initial: {x: 1, z: 0}\n", "multiplier").choice is None
+
+
+@pytest.mark.slow
+def test_declared_coordinates_are_kept():
+    """Though a chain of many links takes fewer operations in Cartesian names; that is said."""
+    links = 10
+    lines = [f"  x{i}: x{i - 1} + sin(q{i})\n  z{i}: z{i - 1} - cos(q{i})" for i in range(2, links)]
+    text = (
+        "parameters: {g: 9.81}\nparticles:\n"
+        + "".join(f"  p{i}: {{mass: 1, position: [x{i}, 0, z{i}]}}\n" for i in range(1, links))
+        + f"coordinates: [{', '.join(f'q{i}' for i in range(1, links))}]\n"
+        + "definitions:\n  x1: sin(q1)\n  z1: -cos(q1)\n"
+        + "\n".join(lines)
+        + "\n"
+        + WEIGHT
+    )
+    e = formed(text, "auto")
+    assert e.formulation == "minimal"
+    assert e.choice.why == "the coordinates are declared"
+    assert e.choice.minimal > 2 * e.choice.multiplier
+    other = formed(text)
+    assert (other.choice.minimal, other.choice.multiplier) == (
+        e.choice.minimal,
+        e.choice.multiplier,
+    )
+    assert len(other.closures) == links - 1
+
+
+@pytest.mark.slow
+def test_fewer_operations_are_taken_where_nothing_is_declared():
+    e = formed(STAIRS, "auto")
+    assert e.formulation == "multiplier"
+    assert e.choice.why == "fewer operations"
+    assert e.choice.minimal > 2 * e.choice.multiplier
+    assert formed(STAIRS, "minimal").choice.why == "as asked"
+    few = formed(STAIRS.replace("n: 12", "n: 3"), "auto")
+    assert (few.formulation, few.choice.why) == ("minimal", "")
+
+
+def test_choice_does_not_depend_on_the_order_of_sets():
+    counts = {formed(DOUBLE_PENDULUM, "auto").choice for _ in range(3)}
+    assert len(counts) == 1
+
+
+STATE = "initial: {theta: 0.3, phi: 1, dot(theta): 0.5, dot(phi): -2}\n"
+
+
+def test_an_initial_state_is_carried_over():
+    e = formed(SPHERICAL + WEIGHT + STATE)
+    theta, phi, dtheta, dphi = 0.3, 1.0, 0.5, -2.0
+    sin, cos = sp.sin, sp.cos
+    expected = [
+        2 * sin(theta) * cos(phi),
+        2 * sin(theta) * sin(phi),
+        -2 * cos(theta),
+        2 * (cos(theta) * cos(phi) * dtheta - sin(theta) * sin(phi) * dphi),
+        2 * (cos(theta) * sin(phi) * dtheta + sin(theta) * cos(phi) * dphi),
+        2 * sin(theta) * dtheta,
+    ]
+    found = [*e.initial.positions, *e.initial.velocities]
+    assert found == pytest.approx([float(x) for x in expected], rel=1e-15)
+    assert e.chart.start.positions == (theta, phi)
+
+
+def test_missing_velocities_are_the_smallest_in_both():
+    text = SPHERICAL + WEIGHT + "initial: {theta: 0.3, phi: 1, dot(x): 1}\n"
+    few, many = formed(text, "minimal"), formed(text)
+    x, y, z = many.initial.velocities
+    assert x == pytest.approx(1)
+    theta, _ = few.initial.positions
+    speeds = few.initial.velocities
+    energy = 4 * (speeds[0] ** 2 + float(sp.sin(theta)) ** 2 * speeds[1] ** 2)
+    assert x**2 + y**2 + z**2 == pytest.approx(energy)
+
+
+AT_POLE = "initial: {x: 0, y: 0, z: -l, dot(x): 1, dot(y): 0.5}\n"
+
+
+def test_a_start_that_has_no_place_in_the_coordinates():
+    """At the pole the angles cannot move as the particle does: auto takes Cartesian names."""
+    e = formed(SPHERICAL + WEIGHT + AT_POLE, "auto")
+    assert e.formulation == "multiplier"
+    assert any("in multiplier form" in remark for remark in e.remarks)
+    assert e.initial.velocities == (1.0, 0.5, 0.0)
+    assert e.chart.start is None
+    assert refused(SPHERICAL + WEIGHT + AT_POLE, "minimal").rule == "initial-inconsistent"
+
+
+def test_a_start_at_the_elbow_of_a_root():
+    text = ROOT.replace("definitions: {z: -sqrt(l^2 - x^2)}", "constraints: {rod: x^2 + z^2 = l^2}")
+    start = WEIGHT + "initial: {x: 1, z: 0, dot(z): 1}\n"
+    e = formed(text + start, "auto")
+    assert [c.name for c in e.coordinates] == ["x", "z"]
+    assert any("in multiplier form" in remark for remark in e.remarks)
+    assert refused(text + start, "minimal").rule == "singular"
+
+
+def test_what_is_missing_is_missing_in_every_form():
+    assert refused(SPHERICAL + WEIGHT + "initial: {x: 0.3}\n", "auto").rule == "initial-missing"

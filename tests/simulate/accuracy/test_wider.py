@@ -1,0 +1,170 @@
+"""Arithmetic wider than double: more digits where a machine has them, honesty where not."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lagrange_cli import loads
+from lagrange_cli.cache import open_cache
+from lagrange_cli.simulate import kernels
+from lagrange_cli.simulate.integrators import INTEGRATORS, Control
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.runs.problem import InitialValueProblem
+from lagrange_cli.simulate.runs.run import Run
+from lagrange_cli.simulate.simulation import simulate
+from lagrange_cli.simulate.system import functions as right_hand_side
+from lagrange_cli.simulate.system.rounding import rounding_factors
+from tests.simulate.compiling import compiled_or_skip
+
+SHIPPED = Path(__file__).parents[3] / "systems/pendulums/double_pendulum.yaml"
+
+#: Shipped double pendulum with other masses of the lower bob: time → theta1, theta2 and
+#: their rates. Taylor series of its equations of motion, solved for the accelerations by
+#: hand, in numbers of 113 binary digits with tolerance 2^-104 (heyoka 7).
+REFERENCES = {
+    "1e9": {
+        1.0: (-0.21725803263861568, -0.64834796869387091, -1.8430372636197281, -4.7272496250253392),
+        2.0: (-2.2222144529292321, -0.83772035817470821, 1.1579324851711733, 2.3768766617959206),
+        5.0: (-2.1238760789500072, -0.57461323118239394, 3.4895623367971882, 0.80123517953260949),
+        10.0: (-5.2400872565041158, -8.0772836105485814, -11.513473339378376, -11.619562437002844),
+    },
+    "1e-9": {
+        1.0: (-1.3662900013376301, -2.6120678727293132, -1.6114093592009413, -8.5100344239600439),
+        2.0: (0.97236588509723762, -10.482173175352796, 3.1088569859970647, -8.1880974409945450),
+        5.0: (0.95028078465408427, -32.915965965856024, -3.1654820764642544, -4.8758664811913732),
+        10.0: (-0.39280594745788197, -30.260397055252955, -4.0911917663442037, -0.0099881251234200),
+    },
+}
+
+OSCILLATOR = """
+name: oscillator
+parameters: {m: 1, k: 4}
+particles: {body: {mass: m, position: [x, 0, 0]}}
+coordinates: [x]
+potentials: {spring: k*x^2/2}
+initial: {x: 1, dot(x): 0}
+simulate: {until: 50, samples: 101}
+"""
+
+
+def double_pendulum(lower_mass):
+    text = SHIPPED.read_text(encoding="utf-8")
+    changed = re.sub(r"m2: \{value: 1,", f"m2: {{value: {lower_mass},", text)
+    assert changed != text
+    return model_of(loads(changed[: changed.index("expect:")]).derive().equations)
+
+
+def errors(trajectory, reference):
+    """The largest error over its scale among the times of a reference that are kept."""
+    names = ["theta1", "theta2", "dot(theta1)", "dot(theta2)"]
+    scales = [trajectory.scales[name] for name in names]
+    found = [0.0]
+    for time, exact in reference.items():
+        for k in np.flatnonzero(np.isclose(trajectory.t, time, rtol=0, atol=1e-12)):
+            state = [trajectory.columns[name][k] for name in names]
+            found.append(float(np.max(np.abs(np.subtract(state, exact)) / scales)))
+    return max(found)
+
+
+def with_wider(model):
+    """The compiled functions, on a machine whose long double is wider than double."""
+    functions = compiled_or_skip(model)
+    if EXTENDED.epsilon >= DOUBLE.epsilon:
+        pytest.skip("this machine has no arithmetic wider than double")
+    return functions
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lower_mass", REFERENCES)
+@pytest.mark.parametrize("accuracy", [1e-8, 1e-9])
+def test_double_pendulum_of_extreme_masses(lower_mass, accuracy):
+    model = double_pendulum(lower_mass)
+    found = simulate(model, accuracy=accuracy, functions=with_wider(model))
+    assert found.status == "ok"
+    assert found.holds_until == 10.0
+    assert errors(found, REFERENCES[lower_mass]) <= found.estimated < accuracy
+    assert found.implementation.endswith("long double") == (lower_mass == "1e9")
+
+
+@pytest.mark.slow
+def test_without_wider_arithmetic_the_promise_ends_early(monkeypatch):
+    monkeypatch.setattr(right_hand_side, "EXTENDED", DOUBLE)
+    model = double_pendulum("1e9")
+    found = simulate(model, accuracy=1e-8, functions=compiled_or_skip(model))
+    assert found.status == "accuracy_not_reached"
+    assert 1.0 <= found.holds_until < 10.0
+    assert errors(found, REFERENCES["1e9"]) < 1e-8
+    assert found.implementation == "compiled C"
+
+
+@pytest.mark.slow
+def test_a_start_that_is_not_known_to_the_last_digit_still_ends_a_promise():
+    """Wider arithmetic does not know more of the given numbers than doubles hold."""
+    model = double_pendulum("1.0")
+    found = simulate(model, accuracy=1e-9, until=60.0, functions=with_wider(model))
+    assert found.status == "accuracy_not_reached"
+    assert 10.0 < found.holds_until < 30.0
+
+
+def test_every_digit_of_doubles_is_kept():
+    model = model_of(loads(OSCILLATOR).derive().equations)
+    wider = with_wider(model).wider()
+    times = np.linspace(0.0, 50.0, 101)
+    problem = InitialValueProblem(wider.rhs, np.array([1.0, 0.0]), times, ("length",))
+    control = Control(np.zeros(2), np.full(2, 1e-18), 1e-4, 50.0)
+    run = Run(INTEGRATORS["DOP853"], problem, control)
+    while run.go(len(times)):
+        pass
+    exact = np.column_stack([np.cos(2 * times), -2 * np.sin(2 * times)])
+    assert np.abs(run.states - exact).max() < 4e-16
+
+
+def test_disturbed_in_its_own_last_place():
+    factors = rounding_factors(64, 1, EXTENDED)
+    epsilon = np.finfo(np.longdouble).eps
+    assert set(factors - 1) == {epsilon, -np.finfo(np.longdouble).epsneg}
+    model = model_of(loads(OSCILLATOR).derive().equations)
+    first, second = with_wider(model).wider().disturbed
+    assert first.parameters[:2].tolist() != [1.0, 4.0]
+    assert np.abs(np.asarray(first.parameters[2:]) - 1).max() <= epsilon
+    assert (first.parameters != second.parameters).any()
+
+
+@pytest.mark.slow
+@pytest.mark.compiler
+def test_a_compiler_whose_long_double_is_a_double(monkeypatch):
+    """Its objects would read NumPy's numbers wrongly: they are not used."""
+    gcc = shutil.which("gcc")
+    model = model_of(loads(OSCILLATOR).derive().equations)
+    with_wider(model)
+    if gcc is None or os.uname().machine != "x86_64":
+        pytest.skip("gcc for x86-64 is not here: it has -mlong-double-64")
+    monkeypatch.setenv("CC", f"{gcc} -mlong-double-64")
+    functions = right_hand_side.compiled(model, open_cache())
+    assert functions.wider() is None
+
+
+@pytest.mark.slow
+@pytest.mark.compiler
+def test_wider_sources_are_strict_c99(tmp_path):
+    gcc = shutil.which("gcc")
+    if gcc is None:
+        assert os.environ.get("CI") != "true"
+        pytest.skip("gcc was not found")
+    model = double_pendulum("2")
+    sources = kernels.extended({**kernels.files(), "system.c": model.code.c})
+    for name, text in sources.items():
+        (tmp_path / name).write_text(text, encoding="ascii")
+    strict = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-Wdouble-promotion"]
+    names = [name for name in sources if name.endswith(".c")]
+    subprocess.run([gcc, *strict, "-c", *names], cwd=tmp_path, check=True)
+    assert "gauss.c" not in sources
+    assert re.search(r"(?<!long )\bdouble\b", "".join(sources.values())) is None

@@ -1,0 +1,183 @@
+"""Pieces of motion with events between them, over right-hand sides written by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lagrange_cli.simulate.accuracy.event_agreement import agreement, end_of_bounces
+from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
+from lagrange_cli.simulate.integrators.event_functions import RISES, Falling
+from lagrange_cli.simulate.integrators.event_location import Search
+from lagrange_cli.simulate.integrators.hybrid.contact_motion import ENDLESS, UNDETERMINED, Switching
+from lagrange_cli.simulate.integrators.hybrid.contact_system import Stuck, Switch
+from tests.simulate.switched_systems import G, OneContact, ball, on_sphere
+
+
+def control(rtol: float = 1e-12) -> Control:
+    return Control(np.full(4, rtol), np.full(4, rtol), 1e-3, 0.1)
+
+
+def switching(rhs: OneContact, y0: list[float], until: float) -> Switching:
+    found = start(INTEGRATORS["DOP853"], rhs, 0.0, np.array(y0), until, control())
+    assert isinstance(found, Switching)
+    return found
+
+
+def gone(run: Switching, times: np.ndarray, at_once: int | None = None) -> np.ndarray:
+    """States at the times, asked for in blocks."""
+    states = np.empty((len(times), 4))
+    block = at_once or len(times)
+    for first in range(0, len(times), block):
+        part = slice(first, first + block)
+        done = run.advance(times[part], states[part], most_steps=10**6, most_evaluations=math.inf)
+        assert done.failure is None
+        assert done.filled == len(times[part])
+    return states
+
+
+@pytest.mark.parametrize("at_once", [1, 3, 7, 50, None])
+def test_samples_do_not_depend_on_how_they_are_asked_for(at_once: int | None):
+    times = np.linspace(0, 2, 101)
+    whole = gone(switching(ball(0.8), [0, 1, 1, 0], 2), times)
+    parts = gone(switching(ball(0.8), [0, 1, 1, 0], 2), times, at_once)
+    assert np.array_equal(whole, parts)
+
+
+def test_a_sample_at_an_event_holds_the_state_after_it():
+    run = switching(ball(0.5), [0, 1, 0, 0], 1)
+    first = math.sqrt(2 / G)
+    states = gone(run, np.array([0.0, 0.2]))
+    at = run_to_first_event(ball(0.5))
+    run = switching(ball(0.5), [0, 1, 0, 0], 1)
+    states = gone(run, np.array([0.0, at, 1.0]))
+    assert at == pytest.approx(first, abs=1e-12)
+    assert states[1, 3] == pytest.approx(0.5 * G * first)
+
+
+def run_to_first_event(rhs: OneContact) -> float:
+    run = switching(rhs, [0, 1, 0, 0], 1)
+    gone(run, np.array([0.0, 1.0]))
+    return run.switches[0].t
+
+
+def test_steps_and_evaluations_are_counted_over_all_pieces():
+    run = switching(ball(0.8), [0, 1, 1, 0], 2)
+    gone(run, np.linspace(0, 2, 5))
+    assert len(run.switches) == 3
+    assert run.steps >= 4
+    assert run.evaluations >= 12 * run.steps
+
+
+def test_limits_are_kept():
+    run = switching(ball(0.8), [0, 1, 1, 0], 2)
+    times, states = np.linspace(0, 2, 5), np.empty((5, 4))
+    done = run.advance(times, states, most_steps=1, most_evaluations=math.inf)
+    assert run.steps == 1
+    assert done.filled < 5
+
+
+def test_what_cannot_be_determined_ends_the_run():
+    class Undecided(OneContact):
+        def reset(self, t, y, closed, event, bounce):
+            return (np.array(y) if event < 0 else None), closed
+
+    sphere = on_sphere()
+    rhs = Undecided(sphere.gap, sphere.normal, sphere.push, sphere.held)
+    run = switching(rhs, [0.0, 2.0, 0, 0], 2)
+    states = np.empty((2, 4))
+    done = run.advance(np.array([0.0, 2.0]), states, most_steps=10**6, most_evaluations=math.inf)
+    assert done.failure == UNDETERMINED
+    assert run.stuck == Stuck(UNDETERMINED, (0,))
+    assert done.filled == 1
+    assert run.t == pytest.approx(math.sqrt(2 / G))
+
+
+def test_a_contact_that_neither_holds_nor_gives_way_ends_the_run():
+    class Stuck(OneContact):
+        def reset(self, t, y, closed, event, bounce):
+            return np.array(y), (False,)  # it lets the ball through
+
+    floor = ball(0.0)
+    rhs = Stuck(floor.gap, floor.normal, floor.push, floor.held)
+    run = switching(rhs, [0, 1, 0, 0], 1)
+    done = run.advance(
+        np.array([0.0, 1.0]), np.empty((2, 4)), most_steps=10**6, most_evaluations=math.inf
+    )
+    assert done.failure == ENDLESS
+
+
+def search(values, signs, noise=0.0, parts=((0.0, 1.0),)):
+    """The first fall of g(t) within steps, and where it is."""
+    falling = Falling(lambda t, y: np.array([values(t)]), (signs,), (noise,))
+    found = Search(falling)
+    for a, b in parts:
+        event = found.first(lambda t: np.array([t]), a, b)
+        if event is not None:
+            return event[0]
+    return None
+
+
+def test_a_fall_is_found_and_a_rise_is_not():
+    assert search(lambda t: 0.3 - t, 1.0) == pytest.approx(0.3, abs=1e-14)
+    assert search(lambda t: t - 0.3, -1.0) is None
+
+
+def test_two_crossings_between_the_points_of_a_step_are_found():
+    dip = search(lambda t: (t - 0.37) ** 2 - 1e-4, 1.0)
+    assert dip == pytest.approx(0.36, abs=1e-12)
+
+
+@given(st.floats(1e-6, 0.9))
+def test_what_rises_from_zero_falls_back_where_it_does(at: float):
+    """A bounce as short as any part of the step is seen."""
+    assert search(lambda t: t * (at - t), RISES) == pytest.approx(at, rel=1e-9)
+
+
+def test_noise_is_no_sign():
+    """Below its noise nothing is made of a function that rises slowly from zero."""
+
+    def slow(t: float) -> float:
+        return 1e-9 * t**3 - 1e-17
+
+    assert search(slow, RISES, noise=1e-12, parts=[(0, 1e-3), (1e-3, 0.1), (0.1, 2)]) is None
+    assert search(lambda t: -(t**2), RISES, noise=1e-12) == pytest.approx(0, abs=0.3)
+
+
+def switch(t: float, contact: int = 0, kind: str = "contact") -> Switch:
+    moved = np.array([0.0, 1.0]) if kind == "contact" else np.zeros(2)
+    return Switch(t, contact, kind, np.zeros(2), moved, (False, False))
+
+
+def test_events_agree_contact_by_contact_in_any_order():
+    runs = [
+        [switch(1.0), switch(1.0 + 1e-12, 1), switch(2.0)],
+        [switch(1.0, 1), switch(1.0 + 2e-12), switch(2.1)],
+    ]
+    found = agreement(runs, [3, 3], [0, 2])
+    assert found.broken == math.inf
+    assert sorted(found.errors) == pytest.approx([2e-12, 4e-12, 0.2], rel=1e-3)
+    assert found.ratios(np.array([0.5, 1.5, 2.5]), 4.0) == pytest.approx([0, 1e-12, 0.05], rel=1e-3)
+    assert found.exempt(np.array([0.9, 1.9, 2.3])).tolist() == [False, True, False]
+
+
+def test_events_that_only_some_runs_have_break_the_agreement():
+    found = agreement([[switch(1.0)], []], [3, 3], [0, 2])
+    assert found.broken == 1.0
+    assert found.ratios(np.array([0.5, 1.5]), 4.0).tolist() == [0, math.inf]
+    # A run that has not come so far says nothing.
+    assert agreement([[switch(1.0)], []], [3, 0.9], [0, 2]).broken == math.inf
+
+
+def test_another_kind_of_event_breaks_the_agreement():
+    found = agreement([[switch(1.0)], [switch(1.0, 0, "release")]], [3, 3], [0, 2])
+    assert found.broken == 1.0
+
+
+def test_the_end_of_bounces():
+    assert end_of_bounces([switch(1.0), switch(2.0, 0, "zeno"), switch(3.0, 0, "zeno")]) == 2.0
+    assert end_of_bounces([switch(1.0)]) == math.inf

@@ -1,0 +1,268 @@
+"""Speed against accuracy: which runs there are, what they cost and which are worth it."""
+
+from __future__ import annotations
+
+import gc
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from lagrange_cli import loads
+from lagrange_cli.errors import InputError
+from lagrange_cli.simulate import INTEGRATORS, simulate
+from lagrange_cli.simulate.accuracy.controller import only_the_start
+from lagrange_cli.studies.reference import reference
+from lagrange_cli.studies.tradeoff import measure as trading
+from lagrange_cli.studies.tradeoff import runs as trade_runs
+from lagrange_cli.studies.tradeoff.measure import trade
+from lagrange_cli.studies.tradeoff.runs import Bench, Setting, at_the_end, ladder
+from tests.simulate.available import INSTALLED
+from tests.studies.trade_systems import (
+    ANGLE,
+    BALL,
+    OSCILLATOR,
+    PENDULUM,
+    ROD,
+    made,
+    model,
+    problem_and_pilot,
+)
+
+
+@pytest.fixture(scope="module")
+def oscillator():
+    return model(OSCILLATOR)
+
+
+@pytest.fixture(scope="module")
+def traded(oscillator):
+    return trade(oscillator, repeat=2, budget=0.3)
+
+
+# Runs
+
+
+@pytest.mark.slow
+def test_every_method_runs_or_says_why_not(traded):
+    names = {p.setting.method for p in traded.points}
+    assert names == set(INSTALLED)
+    assert set(traded.left_out) == set(INTEGRATORS) - set(INSTALLED)
+    assert {b.point.setting.accuracy for b in traded.automatic} == {1e-3, 1e-6, 1e-9, 1e-12}
+
+
+@pytest.mark.slow
+def test_errors_are_those_from_the_closed_form(oscillator, traded):
+    ok = [p for p in traded.points if p.outcome == "ok" and p.evaluations < 50_000]
+    assert len({p.setting.method for p in ok}) == len(INSTALLED)
+    for point in ok[:: max(len(ok) // 25, 1)]:
+        setting = point.setting
+        how = {"method": setting.method, "rtol": setting.rtol, "step": setting.step}
+        run = simulate(oscillator, **how, samples=61)
+        states = np.column_stack([run.columns["x"], run.columns["dot(x)"]])
+        off = np.abs(states - np.column_stack([np.cos(run.t), -np.sin(run.t)]))
+        error = (off / [run.scales["x"], run.scales["dot(x)"]]).max()
+        # Scales are the reference's.
+        assert point.error == pytest.approx(error, rel=0.05 + point.error, abs=5e-15)
+        assert (point.evaluations, point.steps) == (run.rhs_evaluations, run.steps)
+        assert point.drift == pytest.approx(run.energy_drift, rel=1e-3, abs=1e-16)
+
+
+def test_errors_of_methods_span_the_same_range(traded):
+    for name in ("DOP853", "RK4", "Gauss4", "Gauss6"):
+        known = [p.error for p in traded.points if p.setting.method == name and p.error]
+        assert min(known) < 1e-9
+        assert max(known) > (1e-6 if name in ("DOP853", "RK4") else 1e-12)
+
+
+def test_finer_runs_of_fixed_step_take_smaller_steps_that_divide_the_samples(traded):
+    steps = [p.setting.step for p in traded.points if p.setting.method == "Verlet"]
+    assert len(steps) > 3
+    assert all(b < a for a, b in pairwise(steps))
+    assert all(abs(0.1 / h - round(0.1 / h)) < 1e-6 for h in steps)
+
+
+def test_each_run_has_its_seconds_and_their_spread(traded):
+    for point in traded.points:
+        assert len(point.seconds) == (2 if point.outcome == "ok" else 0)
+        first, third = point.quartiles
+        assert first <= point.median <= third
+
+
+def test_recommended_runs_are_good_enough_and_no_worse_one_is(traded):
+    assert [r.accuracy for r in traded.recommended][:3] == [1e-3, 1e-6, 1e-9]
+    for found in traded.recommended:
+        assert found.point.error + traded.reference.error <= found.accuracy
+        good = [p for p in traded.points if p.distance + traded.reference.error <= found.accuracy]
+        assert found.point.median <= 1.1 * min(p.median for p in good)
+
+
+def test_fronts_are_those_of_seconds_and_of_right_hand_sides(traded):
+    ok = [p for p in traded.points if p.error is not None and p.error <= 1]
+    for cost, on in (("median", "pareto"), ("evaluations", "pareto_evaluations")):
+        for p in ok:
+            beaten = any(
+                q.error <= p.error
+                and getattr(q, cost) <= getattr(p, cost)
+                and (q.error, getattr(q, cost)) != (p.error, getattr(p, cost))
+                for q in ok
+            )
+            assert getattr(p, on) == (not beaten)
+
+
+def test_auto_is_measured_as_simulate_runs_it(oscillator, traded):
+    for found in traded.automatic[:2]:
+        point = found.point
+        run = simulate(oscillator, accuracy=point.setting.accuracy)
+        assert (point.chosen, point.evaluations) == (run.method, run.rhs_evaluations)
+        assert point.error <= point.setting.accuracy
+        assert found.evaluations_needed >= 0.5
+
+
+@pytest.mark.slow
+def test_it_is_the_same_again_but_for_the_time(oscillator):
+    def once():
+        found = trade(oscillator, methods=["RK45", "Gauss4", "auto"], repeat=1, until=2.0)
+        points = [*found.points, *(b.point for b in found.automatic)]
+        return [replace(p, seconds=(), pareto=False) for p in points], found.reference.error
+
+    assert once() == once()
+
+
+def test_a_run_beyond_the_budget_is_given_up_with_its_count(oscillator):
+    request, functions, problem, found = problem_and_pilot(oscillator)
+    with np.errstate(all="ignore"):
+        known = reference(problem, found, 30.0)
+        bench = Bench(oscillator, functions, problem, request, found, known, -1.0)
+        point = bench.explore(Setting("RK45", rtol=1e-9))
+    assert point.outcome == "given_up"
+    assert point.error is None
+    assert point.evaluations > 0
+    assert "reached" in point.reason
+    assert at_the_end([point])
+
+
+@pytest.mark.slow
+def test_the_python_interface_measures_too():
+    found = loads(OSCILLATOR).derive().tradeoff(methods=["RK4"], repeat=1, until=1.0)
+    assert (found.name, found.until) == ("oscillator", 1.0)
+    assert {p.setting.method for p in found.points} == {"RK4"}
+
+
+def test_an_interrupt_during_auto_is_not_taken_for_a_spent_budget(oscillator, monkeypatch):
+    def interrupted(problem, eps, watch):
+        return only_the_start(problem, 0.0)
+
+    monkeypatch.setattr(trade_runs, "integrate_to_accuracy", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        trade(oscillator, methods=["auto"], repeat=1)
+
+
+def test_the_end_of_a_method_is_where_it_gets_no_better():
+    better = [made(10.0**-k) for k in range(2, 8)]
+    assert not any(at_the_end(better[:k]) for k in range(1, 7))
+    assert at_the_end([*better, made(1e-7), made(9e-8), made(2e-7)])
+    assert not at_the_end([*better, made(1e-7), made(9e-8), made(1e-9)])
+    assert at_the_end([made(1e-16, resolved=False)])
+    # Nothing is known of motions that are all wrong, or end early.
+    assert not at_the_end([made(3.0), made(4.0), made(2.0), made(5.0), made(None)])
+
+
+def test_ladders_go_from_coarse_to_fine(oscillator):
+    request, functions, problem, found = problem_and_pilot(oscillator)
+    with np.errstate(all="ignore"):
+        known = reference(problem, found, 30.0)
+    bench = Bench(oscillator, functions, problem, request, found, known, 1.0)
+    for name, method in INSTALLED.items():
+        settings = list(ladder(bench, name))
+        given_values = [s.rtol if method.adaptive else s.step for s in settings]
+        assert len(settings) > 10
+        assert all(b < a for a, b in pairwise(given_values))
+
+
+class Recorder:
+    """A bench that runs nothing and says what it was asked."""
+
+    def __init__(self):
+        self.asked = []
+
+    def seconds(self, setting):
+        self.asked.append((setting.rtol, gc.isenabled()))
+        return float(len(self.asked))
+
+
+@pytest.mark.slow
+def test_repetitions_are_interleaved_and_no_garbage_is_collected():
+    points = [made(1e-3, setting=Setting("RK45", rtol=x)) for x in (1e-3, 1e-4)]
+    points.append(made(None, setting=Setting("RK45", rtol=1e-5)))
+    bench, told = Recorder(), []
+    assert gc.isenabled()
+    timed = trading._timed(bench, points, 3, told.append)
+    assert gc.isenabled()
+    assert bench.asked == [(1e-3, False), (1e-4, False)] * 3
+    assert [p.seconds for p in timed] == [(1, 3, 5), (2, 4, 6), ()]
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+
+
+@pytest.mark.slow
+def test_progress_never_falls_and_ends_at_one(oscillator):
+    told = []
+    trade(oscillator, methods=["RK4", "auto"], repeat=1, until=2.0, progress=told.append)
+    assert told == sorted(told)
+    assert told[-1] == pytest.approx(1.0)
+
+
+# Kinds of scenes
+
+
+@pytest.mark.slow
+def test_constraints_beside_coordinates_are_measured_like_closed_ones():
+    minimal, rod = model(PENDULUM, ANGLE), model(PENDULUM, ROD)
+    assert rod.formulation == "multiplier"
+    found = trade(rod, methods=["DOP853", "RK4"], repeat=1)
+    exact = simulate(minimal, accuracy=1e-12)
+    _, _, problem, coarse = problem_and_pilot(rod)
+    with np.errstate(all="ignore"):
+        states = reference(problem, coarse, 30.0).motion.states
+    assert np.abs(states[:, 0] - exact.columns["x"]).max() < 1e-11
+    assert {p.setting.method for p in found.points} == {"DOP853", "RK4"}
+    assert min(p.distance for p in found.points) < 1e-10
+
+
+@pytest.mark.slow
+def test_methods_that_cannot_project_or_stop_at_events_are_left_out():
+    of_rod = trade(model(PENDULUM, ROD), repeat=1, budget=0.05, until=0.2)
+    assert set(of_rod.left_out) >= {"LSODA"}
+    assert "rod" in of_rod.left_out["LSODA"]
+    of_ball = trade(model(BALL), repeat=1, budget=0.2)
+    events = {n for n, m in INSTALLED.items() if m.interpolates and m.projects}
+    assert {p.setting.method for p in of_ball.points} == events
+    assert set(of_ball.left_out) == set(INTEGRATORS) - events
+
+
+@pytest.mark.slow
+def test_the_bounces_of_a_ball_are_those_of_the_closed_form():
+    of = model(BALL)
+    _, _, problem, coarse = problem_and_pilot(of)
+    with np.errstate(all="ignore"):
+        known = reference(problem, coarse, 30.0)
+    # Falls for 1 s; flights last 2 e^k s.
+    expected, end = [1.0], 1.0
+    while end + 2 * 0.5 ** len(expected) < 2.4:
+        end += 2 * 0.5 ** len(expected)
+        expected.append(end)
+    assert [s.t for s in known.motion.switches] == pytest.approx(expected, abs=1e-12)
+    found = trade(of, methods=["DOP853", "auto"], repeat=1)
+    assert all(p.error < 1e-9 for p in found.points)
+    assert found.points[0].drift < 1e-12
+
+
+def test_a_method_that_cannot_run_is_refused_where_it_was_asked_for(oscillator):
+    with pytest.raises(InputError, match="did you mean 'DOP853'"):
+        trade(oscillator, methods=["DOP835"])
+    with pytest.raises(InputError, match="LSODA cannot") as caught:
+        trade(model(PENDULUM, ROD), methods=["LSODA"])
+    assert caught.value.problems[0].hint.startswith("--methods auto,DOP853,")
+    assert "LSODA" not in caught.value.problems[0].hint
