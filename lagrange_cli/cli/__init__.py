@@ -3,3 +3,5 @@
 Importing these modules imports Click and nothing heavier; each command imports
 the rooms that it uses when it runs.
 """
+
+__all__ = ["main"]

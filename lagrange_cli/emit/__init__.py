@@ -3,3 +3,5 @@
 Equations go in; file names with their text come out. The contract of a format is in :mod:`.base`,
 the list of formats in :mod:`.registry`; read these two first.
 """
+
+__all__ = ["base", "force_wording", "json_report", "registry", "template_files", "text"]

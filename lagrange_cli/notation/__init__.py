@@ -3,3 +3,16 @@
 SymPy expressions go in; an ordered display tree is built of them once (:mod:`.build`), and
 printers that decide nothing about order write it. Read :mod:`.tree` first.
 """
+
+__all__ = [
+    "build",
+    "latex",
+    "latex_escape",
+    "layout",
+    "one_line",
+    "ordering",
+    "scene_language",
+    "symbols",
+    "tree",
+    "unicode",
+]

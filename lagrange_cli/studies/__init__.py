@@ -3,3 +3,5 @@
 A model goes in; tables of errors and seconds come out, measured against a solution of much higher
 accuracy. Read :mod:`.reference` first.
 """
+
+__all__ = ["reference"]

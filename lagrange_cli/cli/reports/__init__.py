@@ -9,3 +9,5 @@ writes it. All tables are written by :mod:`.tables` and all JSON by :mod:`.json_
 The derivation itself is written by the formats of :mod:`lagrange_cli.emit`, which the Python
 interface and documents use too.
 """
+
+__all__ = ["cache", "check", "derive", "emit", "ensemble", "simulate", "stress", "tradeoff"]

@@ -3,3 +3,5 @@
 Text and progress go in; what a person sees comes out, and what a program reads on standard output
 stays apart from it. Nothing here knows of mechanics. Read :mod:`.output` first.
 """
+
+__all__ = ["deadline", "display", "interrupts", "output", "progress", "streams"]

@@ -3,3 +3,5 @@
 Equations and a number type go in; text that needs only <math.h> comes out. Read :mod:`.module`
 first; the other modules write one group of functions each.
 """
+
+__all__ = ["impact", "loops", "module", "names", "projection", "solvers", "target"]

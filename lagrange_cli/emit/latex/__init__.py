@@ -3,3 +3,5 @@
 Equations go in; LaTeX that needs amsmath, and for documents booktabs and longtable, comes out.
 Read :mod:`.equations` first.
 """
+
+__all__ = ["equations"]

@@ -3,3 +3,5 @@
 Equations go in; the text of a module with one function a quantity comes out, runnable as a
 script. Read :mod:`.module` first.
 """
+
+__all__ = ["functions", "module"]

@@ -3,3 +3,16 @@
 Expressions go in and equal expressions come out, in work that is bounded by a count of terms
 beforehand. Read :mod:`.collect` first.
 """
+
+__all__ = [
+    "alpha_equivalence",
+    "collect",
+    "derivatives",
+    "expand",
+    "group_by_velocity",
+    "identities",
+    "polynomials",
+    "shared_products",
+    "shorten",
+    "trig_polynomials",
+]

@@ -4,3 +4,5 @@ Derived equations go in; what comes out is how far they are from Newton's law an
 equations at random states, in high precision, or an internal error. Nothing uncertified is shown.
 Read :mod:`.certificate` first.
 """
+
+__all__ = ["certificate", "constraints", "facts", "routes"]

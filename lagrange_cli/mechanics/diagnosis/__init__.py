@@ -3,3 +3,5 @@
 Equations that leave nothing, or too much, go in; a refusal comes out that names the smallest set
 of constraints at fault and says what to do. Read :mod:`.inconsistency` first.
 """
+
+__all__ = ["errors", "inconsistency", "rod_lengths"]

@@ -5,3 +5,12 @@ come out (d'Alembert's principle; Goldstein, Poole and Safko, *Classical Mechani
 section 1.4), with the configurations where the coordinates are singular. Read :mod:`.lagrange`
 first.
 """
+
+__all__ = [
+    "accelerations",
+    "jumps",
+    "lagrange",
+    "singular_configurations",
+    "solve_exactly",
+    "textbook_form",
+]

@@ -3,3 +3,5 @@
 Values of the scene and equations go in; coordinates and velocities that satisfy closures and gaps
 come out, or a refusal with values to paste. Read :mod:`.state` first.
 """
+
+__all__ = ["rank_deficient_start", "simulation_defaults", "state", "suggestions"]

@@ -4,3 +4,5 @@ SymPy expressions go in and become straight-line code, evaluated in decimal digi
 derivatives; out come feasible configurations, Newton and least-squares steps, and numerical ranks
 at them. Read :mod:`.autodiff`, then :mod:`.sampling`.
 """
+
+__all__ = ["autodiff", "constraint_manifold", "gauss_newton", "rank", "sampling"]

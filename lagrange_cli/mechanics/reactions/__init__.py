@@ -3,3 +3,5 @@
 Certified equations go in; forces f = m r̈ − F come out, compared with Newton's law before they
 are kept. Read :mod:`.constraint_forces` first.
 """
+
+__all__ = ["constraint_forces"]

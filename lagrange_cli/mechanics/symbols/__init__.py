@@ -4,3 +4,5 @@ Syntax trees and declared names go in; SymPy expressions in independent symbols 
 with the values of parameters and the masses of particles. No text is evaluated. Read
 :mod:`.convert` first.
 """
+
+__all__ = ["convert", "masses", "names", "quoting", "values", "yaml_snippets"]

@@ -4,3 +4,5 @@ SymPy expressions go in; statements over operands come out, in which every share
 name. Equal values are one node (value numbering). Read :mod:`.value_graph`, then
 :mod:`.schedule`.
 """
+
+__all__ = ["angle_sums", "literals", "operands", "schedule", "statement_groups", "value_graph"]

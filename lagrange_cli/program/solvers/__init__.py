@@ -3,3 +3,5 @@
 The zero pattern of M and of the closures goes in; blocks, an order and a factorization come out
 (Ng, Peyton, *SIAM J. Sci. Comput.* 14 (1993) 1034). Read :mod:`.blocks` first.
 """
+
+__all__ = ["bandwidth", "blocks", "sparse_factorization"]

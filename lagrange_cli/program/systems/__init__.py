@@ -4,3 +4,5 @@ Equations go in; systems to solve and expressions to evaluate come out, as loops
 one shape. Projection onto closures follows Hairer, Lubich, Wanner, *Geometric Numerical
 Integration*. Read :mod:`.constraint_systems` first.
 """
+
+__all__ = ["constraint_systems", "contact_systems", "large_systems", "loop_rolling", "loops"]

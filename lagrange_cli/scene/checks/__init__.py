@@ -3,3 +3,5 @@
 A model goes in; problems with their places come out, none where the scene is in order. Read
 :mod:`.names` first.
 """
+
+__all__ = ["names"]

@@ -4,3 +4,5 @@ Text goes in; syntax trees of :mod:`.expression` come out, every node with its p
 size and depth, or problems located to the character. Nothing here knows which sections a scene
 has. Read :mod:`.expression`, then :mod:`.grammar`.
 """
+
+__all__ = ["bounds", "expression", "families", "grammar", "problems", "tokens"]

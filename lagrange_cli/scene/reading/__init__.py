@@ -3,3 +3,5 @@
 YAML with positions goes in; declarations, physics, initial and simulated values come out, helpers
 written out. Read :mod:`.source` for how places are kept, then :mod:`.declarations`.
 """
+
+__all__ = ["conditions", "declarations", "helpers", "overrides", "physics", "shapes", "source"]

@@ -3,3 +3,5 @@
 A simulation that meets such a place goes in; one in Cartesian coordinates with multipliers comes
 out, read in the scene's coordinates. Read :mod:`.simulation` first.
 """
+
+__all__ = ["simulation"]

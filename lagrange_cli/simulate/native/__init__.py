@@ -4,3 +4,5 @@ Programs go in; text of C comes out for states side by side in vectors, for Tayl
 and for values off by rounding (Vignes, *Math. Comput. Simul.* 35 (1993) 233). Read
 :mod:`.simulation` first.
 """
+
+__all__ = ["rounding_model", "simulation", "singular_guard"]

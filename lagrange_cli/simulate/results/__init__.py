@@ -3,3 +3,5 @@
 Samples and measured errors go in; a frozen trajectory comes out, or files written window by
 window. Read :mod:`.trajectory` first.
 """
+
+__all__ = ["columns", "outcome", "plot", "streaming", "trajectory"]

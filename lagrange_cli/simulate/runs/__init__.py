@@ -3,3 +3,5 @@
 A right-hand side, a start and sample times go in; samples and an account of the work come out,
 with no statement about the error. Read :mod:`.problem` first.
 """
+
+__all__ = ["problem", "run", "start_checks"]

@@ -4,3 +4,5 @@ A right-hand side along a motion goes in; the longest step that passes nothing u
 or a remark (discs: Petković and Petković, *Complex Interval Arithmetic and Its Applications*,
 1998). Read :mod:`.analyticity` first.
 """
+
+__all__ = ["analyticity", "peaks", "unwatched"]

@@ -4,3 +4,14 @@ A model and values of its parameters go in; functions of t and y come out, compi
 a compiler, else interpreted, with projections, events, inputs and rounding models. Read
 :mod:`.functions` first.
 """
+
+__all__ = [
+    "contacts",
+    "functions",
+    "libraries",
+    "parameters",
+    "rounding",
+    "singular_guard",
+    "tables",
+    "tracing",
+]

@@ -3,3 +3,5 @@
 A scene goes in; points at extreme values come out, each with what became of it. Read
 :mod:`.measure` first.
 """
+
+__all__ = ["measure", "points", "runs"]

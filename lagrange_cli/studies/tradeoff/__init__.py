@@ -3,3 +3,5 @@
 A model and methods go in; errors, seconds and the Pareto front come out. Read :mod:`.measure`
 first.
 """
+
+__all__ = ["measure", "plot", "runs"]

@@ -3,3 +3,5 @@
 A right-hand side goes in, as numbers or as expressions; runs come out where the package is
 installed. Read :mod:`.sundials` first.
 """
+
+__all__ = ["heyoka_algebra", "heyoka_method", "ida", "sundials"]

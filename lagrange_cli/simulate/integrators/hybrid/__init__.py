@@ -4,3 +4,5 @@ A right-hand side for each mode goes in; one run comes out, whose pieces end at 
 F. Filippov, *Differential Equations with Discontinuous Righthand Sides*, 1988). Read
 :mod:`.contact_motion`, then :mod:`.crossing`.
 """
+
+__all__ = ["contact_motion", "contact_system", "crossing", "surfaces"]
