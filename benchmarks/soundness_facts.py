@@ -153,14 +153,24 @@ class Case:
         return set(self.names) - held
 
     def forced(self, name: str) -> bool:
-        return any(
-            name in (t.on, t.to) and not t.vanishes for t in self.kinds("force", "gyroscopic")
-        ) or any(t.on == name and not t.shape.constant for t in self.kinds("drag"))
+        if any(name in (t.on, t.to) and not t.vanishes for t in self.kinds("gyroscopic")):
+            return True
+        drags = any(t.on == name and not t.shape.constant for t in self.kinds("drag"))
+        return drags or self.pushed(name)
+
+    def pushed(self, name: str) -> bool:
+        """Whether forces on a coordinate do not vanish; constants may cancel each other."""
+        forces = [t for t in self.kinds("force") if t.on == name and not t.vanishes]
+        if any(not t.shape.constant for t in forces):
+            return True
+        with mp.workdps(DIGITS):
+            somewhere = dict.fromkeys([*self.names, "t"], mp.mpf(1) / 3)
+            return _is_nonzero([t.at(somewhere)[0] for t in forces])
 
     def conserved(self) -> set[str]:
         names = {f"p_{q}" for q in self.cyclic() if not self.forced(q) and not self._jumps(q)}
         held = set().union(*(t.depends for t in self.terms))
-        works = any(not t.vanishes for t in self.kinds("force"))
+        works = any(map(self.pushed, self.names))
         works = works or any(not t.shape.constant for t in self.kinds("drag"))
         jumps = any(t.shape.jumps for t in self.kinds("potential", "inertia"))
         return names if "t" in held or works or jumps else {*names, "energy"}
@@ -387,7 +397,8 @@ def _changed(equations: Equations, times: np.ndarray, states: np.ndarray) -> Ite
     values = {p.symbol: sp.Rational(p.value) for p in equations.parameters}
     for quantity in equations.conserved:
         function = sp.lambdify(symbols, quantity.expression.subs(values), "mpmath")
-        seen = [float(function(t, *y)) for t, y in zip(times, states.T, strict=True)]
+        with mp.workdps(DIGITS):
+            seen = [float(function(t, *y)) for t, y in zip(times, states.T, strict=True)]
         size = 1 + max(map(abs, seen)) + float(abs(states[n:]).max()) ** 2
         if max(seen) - min(seen) > 1e-5 * size:
             yield quantity.name

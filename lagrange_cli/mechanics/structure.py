@@ -17,7 +17,7 @@ from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Derivation
-from lagrange_cli.mechanics.equations import Conserved, Coordinate, Facts
+from lagrange_cli.mechanics.equations import Closure, Conserved, Coordinate, Facts
 from lagrange_cli.mechanics.numerics.rank import Doubles, Matrix, clearly_independent, dense
 from lagrange_cli.mechanics.proofs.continuity import is_continuous
 from lagrange_cli.mechanics.reduction.reduce import Reduced
@@ -185,6 +185,10 @@ def require_inertia(derivation: Derivation, evidence: Evidence) -> None:
     coordinates = derivation.reduced.coordinates
     if evidence.beyond is not None:
         raise _beyond_doubles(derivation.reduced, *evidence.beyond)
+    for gradients in evidence.gradients:
+        for closure, row in zip(derivation.closures, gradients, strict=True):
+            if not all(map(math.isfinite, row.values())):
+                raise _steep(derivation.reduced, closure)
     best = None
     for mass, gradients in zip(evidence.mass_matrices, evidence.gradients, strict=True):
         direction = _null_direction(mass, gradients)
@@ -221,6 +225,17 @@ def _beyond_doubles(reduced: Reduced, number: int, size: mpf) -> InputError:
             _place(reduced, coordinate),
             hint="write the scene in units that keep masses times lengths squared"
             " between 1e-300 and 1e300",
+            rule="range",
+        )
+    )
+
+
+def _steep(reduced: Reduced, closure: Closure) -> InputError:
+    return InputError(
+        Problem(
+            f"the gradient of '{closure.name}' is above 1e308: numbers overflow",
+            closure.mark or Mark(reduced.scene.file, 1, 1),
+            hint="write the scene in units that keep it between 1e-300 and 1e300",
             rule="range",
         )
     )

@@ -149,19 +149,24 @@ def resolve(model: Model, options: SimulationOptions, in_memory: int | None = No
     Raises
     ------
     InputError
-        It cannot be served: told at the place of the scene's section where no option is given.
+        It cannot be served: told at the place of the scene's section where no option is given,
+        or where it is the scene that lacks something.
     """
     try:
-        return _resolved(model, options, in_memory)
+        initial = _moving(model)
+    except InputError as refusal:
+        raise placed(refusal, model.defaults.mark) from refusal
+    try:
+        return _resolved(model, options, initial, in_memory)
     except InputError as refusal:
         if options != SimulationOptions():
             raise
         raise placed(refusal, model.defaults.mark) from refusal
 
 
-def _resolved(model: Model, options: SimulationOptions, in_memory: int | None) -> Request:
-    _require_motion(model)
-    initial = _initial(model)
+def _resolved(
+    model: Model, options: SimulationOptions, initial: Array, in_memory: int | None
+) -> Request:
     mark = model.defaults.mark if options.accuracy is None else None
     options = options.completed(model.defaults)
     accuracy, rtol, atol, step = options.accuracy, options.rtol, options.atol, options.step
@@ -192,16 +197,13 @@ def _refused(message: str, hint: str) -> InputError:
     return InputError(Problem(message, hint=hint, rule="simulate"))
 
 
-def _require_motion(model: Model) -> None:
+def _moving(model: Model) -> Array:
+    """The initial state, or a refusal that names what is missing."""
     if not model.coordinates:
         raise _refused(
             f"nothing can move: '{model.name}' has no degrees of freedom",
             "lagrange derive shows how the constraints use them up",
         )
-
-
-def _initial(model: Model) -> Array:
-    """The initial state, or a refusal that names what is missing."""
     missing = [p.name for p in model.parameters if p.value is None and p.used]
     if missing:
         raise _refused(

@@ -386,7 +386,11 @@ def _contradiction(entry: InitialValue, value: mpf) -> InputError:
 
 
 def _smallest(matrix: Sequence[Row], target: Sequence[mpf], metric: Sequence[Row]) -> list[mpf]:
-    """x of least xᵀ·metric·x with matrix·x = target, dependent rows left out."""
+    """x of least xᵀ·metric·x with matrix·x = target, dependent rows left out.
+
+    Zeros where rows are independent but for the digits carried: they do not meet the target,
+    which is told as of any velocities that no rates of the coordinates give.
+    """
     width = len(metric)
     given = [scaled_doubles(row) for row in matrix]
     dependent = dependent_rows(in_units(given, alike(given, width)), _DEPENDENT)
@@ -396,7 +400,10 @@ def _smallest(matrix: Sequence[Row], target: Sequence[mpf], metric: Sequence[Row
     rows = _full([matrix[k] for k in kept], width)
     right = mpmath.matrix([target[k] for k in kept])
     weighted = _inverse(_full(metric, width)) * rows.T
-    return list(weighted * mpmath.lu_solve(rows * weighted, right))
+    try:
+        return list(weighted * mpmath.lu_solve(rows * weighted, right))
+    except ZeroDivisionError:
+        return [_ZERO] * width
 
 
 def _full(rows: Sequence[Row], width: int) -> mpmath.matrix:

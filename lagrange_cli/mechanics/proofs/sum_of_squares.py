@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from lagrange_cli.mechanics.numerics.rank import TOLERANCE
 from lagrange_cli.mechanics.proofs.quadratic_forms import Form, Quadrics, TooLargeError
+from lagrange_cli.stages import announce
 
 __all__ = ["contradicting"]
 
@@ -249,6 +250,7 @@ def _interior(matrices: _Array) -> _Array | None:
     count, size, _ = matrices.shape
     c, tau, weight = np.zeros(count), -1.0, 1.0
     for _ in range(_WEIGHTS):
+        announce("looking for a proof that constraints contradict each other")
         for _ in range(_NEWTON):
             try:
                 c, tau, decrement = _newton(matrices, c, tau, weight)

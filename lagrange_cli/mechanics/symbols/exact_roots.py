@@ -6,6 +6,7 @@ That is quick for what a person writes, and takes minutes for numbers of thousan
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 import sympy as sp
@@ -18,12 +19,30 @@ LONGEST_ROOT = 600
 
 _BITS = LONGEST_ROOT * 3322 // 1000
 
+#: Bits that SymPy may leave under a root of a number, of its own making.
+_LEFT = 20_000
+
 
 def has_long_root(base: sp.Expr, exponent: sp.Expr) -> bool:
     """Say whether a power is a root of a number that is too long to be taken apart."""
     if not (base.is_Rational and exponent.is_Rational) or exponent.is_Integer:
         return False
-    return any(_bits_beside_tens(int(n)) > _BITS for n in (base.p, base.q))
+    numbers = int(abs(base.p)), int(base.q)
+    if any(_bits_beside_tens(n) > _BITS for n in numbers):
+        return True
+    powers = int(exponent.p), -int(exponent.p)
+    return any(_bits_left(n, p, int(exponent.q)) > _LEFT for n in numbers for p in powers)
+
+
+def _bits_left(number: int, power: int, root: int) -> int:
+    """Bits of the number that stays under the root of number^power.
+
+    Its factors stay there with what of their exponents is no multiple of ``root``: of
+    12^(5/7) = 2·1944^(1/7), say. Exponents of ten digits make numbers that fill the memory.
+    """
+    left = {k: m * power % root for k, m in sp.Integer(number).factors(limit=2**15).items()}
+    shared = math.gcd(*left.values()) or 1
+    return sum(exponent // shared * int(k).bit_length() for k, exponent in left.items())
 
 
 def _bits_beside_tens(number: int) -> int:

@@ -93,6 +93,10 @@ def test_powers_of_ten_and_whole_powers_are_no_long_roots():
     assert not has_long_root(sp.Rational(49, 10**3000), sp.Rational(1, 2))
     assert not has_long_root(sp.Integer(7) ** 5000, sp.Integer(2))
     assert has_long_root(sp.Integer(7) ** 5000, sp.Rational(1, 2))
+    assert has_long_root(sp.Rational("2.89725420644"), sp.Rational("2.89725420644"))
+    assert has_long_root(sp.Integer(12), sp.Rational("0.123456789"))
+    assert not has_long_root(sp.Integer(1000), sp.Rational("0.123456789"))
+    assert not has_long_root(sp.Rational("9.81"), sp.Rational("1.2345"))
 
 
 # Towers, and constants that parameters make.
@@ -365,3 +369,24 @@ initial: {a: 1.5, b: 2.0}
     (problem,) = refusal.value.problems
     assert "constraint forces" in problem.message
     assert problem.mark is not None
+
+
+def test_a_gradient_beyond_doubles_is_refused_where_it_comes_from():
+    scene = (
+        "coordinates: [x, h]\nparticles: {b: {mass: 1, position:"
+        " [(1 + x)*sin(h), 1e400, -(1 + x)*cos(h)]}}\ninitial: {x: 0.1, h: 0.8}\n"
+    )
+    with pytest.raises(InputError, match="overflow") as caught:
+        derive(read_text(scene), formulation="multiplier")
+    assert caught.value.problems[0].mark is not None
+
+
+def test_velocities_that_only_rates_of_1e150_would_give_are_refused():
+    scene = (
+        "coordinates: [h, p]\nparticles: {b: {mass: 1, position: [x, y, z]}}\n"
+        "definitions: {x: sin(1e-150*h)*cos(p), y: sin(h)*sin(p), z: -cos(h)}\n"
+        "initial: {x: 0, y: 0, z: -1, dot(x): 6.4, dot(y): 4.8}\n"
+    )
+    with pytest.raises(InputError, match="violates the constraints") as caught:
+        derive(read_text(scene), forces=True)
+    assert caught.value.problems[0].mark is not None
