@@ -41,4 +41,5 @@ def cache(session: Session, clear: bool, as_json: bool) -> None:
     """
     kept = session.cache
     removed = _cleared(kept) if clear else None
-    print_text(FORMATS["json" if as_json else "text"](kept, removed))
+    format_ = "json" if as_json else "text"
+    print_text(FORMATS[format_](kept, removed), format_)

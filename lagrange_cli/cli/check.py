@@ -94,9 +94,10 @@ def check(
     """
     session = ctx.ensure_object(Session)
     report = _checked(session, paths, parameters, {"-o": output, "--junit": junit}, jobs)
-    text = FORMATS["json" if as_json else format_](report)
+    format_ = "json" if as_json else format_
+    text = FORMATS[format_](report)
     if output is None:
-        print_text(text)
+        print_text(text, format_)
     else:
         write_file(output, text)
     if junit is not None:

@@ -97,6 +97,6 @@ def derive(
     asked = (*how, list(parameters.items()))
     result = remembered(session, "derive", source, asked, work)
     if output is None:
-        print_text(result)
+        print_text(result, format_)
     else:
         write_file(output, result)

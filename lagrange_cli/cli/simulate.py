@@ -213,7 +213,8 @@ def simulate(
         if output is not None and trajectory.written is None:
             trajectory.write(output, columns)
         report = Simulated(model, trajectory, columns, derive_seconds)
-        print_text(FORMATS["json" if as_json else "text"](report))
+        format_ = "json" if as_json else "text"
+        print_text(FORMATS[format_](report), format_)
         if plot is not None:
             trajectory.plot(plot)
         if kept is not None and trajectory.status != "stopped":

@@ -94,5 +94,6 @@ def stress(
         )
     if output is not None:
         write_file(output, FORMATS["json"](found))
-    print_text(FORMATS["json" if as_json else "text"](found))
+    format_ = "json" if as_json else "text"
+    print_text(FORMATS[format_](found), format_)
     ctx.exit(1 if found.counts["wrong"] else 0)

@@ -101,7 +101,8 @@ def tradeoff(
     session.explain_code()
     if output is not None:
         write_file(output, FORMATS["json"](found))
-    print_text(FORMATS["json" if as_json else "text"](found))
+    format_ = "json" if as_json else "text"
+    print_text(FORMATS[format_](found), format_)
     if plot is not None:
         from lagrange_cli.studies.tradeoff.plot import draw_trade
 

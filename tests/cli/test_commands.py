@@ -82,6 +82,18 @@ class TestDerive:
         assert (done.returncode, done.stderr) == (0, b"")
         assert b"DOF = 2" in done.stdout
 
+    def test_json_is_json_in_poor_locales(self):
+        done = subprocess.run(
+            [sys.executable, "-m", "lagrange_cli", "check", "-", "--json"],
+            input="parameters: {\u00e9: 1}\n".encode(),
+            cwd=ROOT,
+            env=os.environ | {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONIOENCODING": "ascii"},
+            capture_output=True,
+            timeout=120,
+        )
+        (scene,) = json.loads(done.stdout.decode("ascii"))["scenes"]
+        assert "'\u00e9'" in scene["problems"][0]["message"]
+
     def test_output_file_holds_what_the_terminal_shows(self, tmp_path):
         assert succeed("derive", HOLE, "-o", str(tmp_path / "hole.txt")) == ""
         assert (tmp_path / "hole.txt").read_text(encoding="utf-8") == succeed("derive", HOLE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import stat
 import subprocess
@@ -152,15 +153,17 @@ def test_device_is_written_and_not_replaced():
     assert stat.S_ISCHR(os.stat(os.devnull).st_mode)
 
 
-def printed(text: str, stdout: int | None = subprocess.PIPE, **environment: str):
+def printed(
+    text: str, format_: str = "text", stdout: int | None = subprocess.PIPE, **environment: str
+):
     program = (
         "import sys; from lagrange_cli.cli.terminal.output import print_text\n"
         "from lagrange_cli.errors import InputError\n"
-        "try: print_text(sys.argv[1])\n"
+        "try: print_text(*sys.argv[1:])\n"
         "except InputError as error: sys.exit(str(error))"
     )
     return subprocess.run(
-        [sys.executable, "-c", program, text],
+        [sys.executable, "-c", program, text, format_],
         stdout=stdout,
         stderr=subprocess.PIPE,
         env=os.environ | environment,
@@ -171,6 +174,13 @@ def printed(text: str, stdout: int | None = subprocess.PIPE, **environment: str)
 def test_characters_that_the_encoding_lacks_are_escaped():
     done = printed("θ = ½\n", PYTHONIOENCODING="ascii")
     assert (done.returncode, done.stdout) == (0, b"\\u03b8 = \\xbd\n")
+
+
+def test_json_is_escaped_as_json():
+    value = {"é": 'θ = ½ \U0001d703 \\ "\n'}
+    done = printed(json.dumps(value, ensure_ascii=False), "json", PYTHONIOENCODING="ascii")
+    assert (done.returncode, json.loads(done.stdout.decode("ascii"))) == (0, value)
+    assert json.loads(printed(json.dumps("\udc80", ensure_ascii=True), "json").stdout) == "\udc80"
 
 
 def test_a_reader_that_went_away_is_no_error():

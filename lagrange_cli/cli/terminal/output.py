@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from typing import Any, TextIO
 
@@ -40,11 +41,11 @@ def can_encode(text: str, encoding: str) -> bool:
     return True
 
 
-def print_text(text: str) -> None:
+def print_text(text: str, format_: str = "text") -> None:
     """Write a text to standard output, at once and whole.
 
-    Characters that the encoding lacks are written as escapes. A reader that
-    went away ends the program in silence, as it does for other filters.
+    Characters that the encoding lacks are written as escapes, those of JSON if ``format_`` is
+    ``json``. A reader that went away ends the program in silence, as it does for other filters.
 
     Raises
     ------
@@ -54,8 +55,7 @@ def print_text(text: str) -> None:
     stream = results()
     if stream is None:
         raise InputError(Problem("cannot write standard output: it is closed", rule="output"))
-    encoding = stdout_encoding()
-    printable = text.encode(encoding, "backslashreplace").decode(encoding)
+    printable = _encodable(text, stdout_encoding(), format_)
     try:
         stream.write(printable if printable.endswith("\n") else printable + "\n")
         stream.flush()
@@ -65,6 +65,14 @@ def print_text(text: str) -> None:
     except OSError as error:
         _abandon(stream)
         raise cannot_write("standard output", error) from error
+
+
+def _encodable(text: str, encoding: str, format_: str) -> str:
+    """Replace characters that an encoding lacks by escapes that the format has."""
+    if format_ == "json" and not can_encode(text, encoding):
+        # Python's escape of é is no JSON.
+        return "".join(c if can_encode(c, encoding) else json.dumps(c)[1:-1] for c in text)
+    return text.encode(encoding, "backslashreplace").decode(encoding)
 
 
 def give_up_stdout() -> None:
