@@ -17,7 +17,7 @@ from lagrange_cli.cli.remembered import Answer, Source, remembered
 from lagrange_cli.cli.reports.ensemble import FORMATS, SimulatedMembers
 from lagrange_cli.cli.session import INTERRUPTED, Session
 from lagrange_cli.cli.terminal.output import print_text
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InputError, Mark, Problem
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import Formulation, Scene
@@ -193,7 +193,8 @@ def simulate_ensemble(session: Session, asked: Asked) -> int:
         store.write(asked.output, times)
     seconds = {"derive": begun - started, "integrate": perf_counter() - begun}
     report = SimulatedMembers(plan, members, store, sizes, asked.output, seconds)
-    print_text(FORMATS["json" if asked.as_json else "text"](report))
+    format_ = "json" if asked.as_json else "text"
+    print_text(FORMATS[format_](report), format_)
     if not complete and asked.output is not None:
         session.remark(f"stopped; --resume -o {asked.output} goes on with the other members")
     if not complete:
@@ -279,21 +280,24 @@ def _first_model(
                 formulation=asked.formulation,
             )
         except InputError as refusal:
-            refusals.append(_located(refusal, members, member))
+            refusals.append(_located(refusal, members, member, scene))
     raise refusals[0]
 
 
-def _located(refusal: InputError, members: Members, member: int) -> InputError:
-    """The refusal of a member, at its place in the file or range."""
-    found = []
+def _located(refusal: InputError, members: Members, member: int, scene: Scene) -> InputError:
+    """Put the problems with a member's values at their places in the file or range."""
+    from lagrange_cli.scene import declares
+
+    problems = []
     for problem in refusal.problems:
-        option, _, name = ("" if problem.mark is None else problem.mark.file).partition(" ")
+        mark = problem.mark or Mark("", 0, 0)
+        option, _, name = mark.file.partition(" ")
         if option in ("-p", "-i") and name in members.names:
-            unknown = problem.rule == "unknown-name" and f"'{name}'" in problem.message
             head = members.heads[members.names.index(name)]
-            problem = replace(problem, mark=head if unknown else members.mark(member, name))
-        found.append(problem)
-    return InputError(*found)
+            wrong_name = mark.column == 1 and not declares(scene, name)
+            problem = replace(problem, mark=head if wrong_name else members.mark(member, name))
+        problems.append(problem)
+    return InputError(*problems)
 
 
 def _alone(session: Session, asked: Asked, own: Own, model: Model) -> bool:

@@ -113,6 +113,7 @@ def test_accuracy_is_that_of_each_member(folder):
     ("words", "said"),
     [
         (("--vary", "mm=[1]"), "--vary:1:1: unknown name 'mm'"),
+        (("--vary", "dot(mm)=[1]"), "--vary:1:1: unknown name 'mm'"),
         (("--vary", "m=[q]"), "--vary:1:3: 'q' is no parameter"),
         (("--vary", "n=[1,2]"), "the size 'n' cannot differ"),
         (("--vary", "T=[1,2]"), "'until' differs between members"),

@@ -11,8 +11,9 @@ from lagrange_cli.scene.language.expression import Expression, Name
 from lagrange_cli.scene.language.problems import Problems
 from lagrange_cli.scene.model import Particle, Point, Scene
 from lagrange_cli.scene.reading.declarations import AXES, component
+from lagrange_cli.scene.reading.overrides import initial_name
 
-__all__ = ["NameTable", "check_clashes", "name_table"]
+__all__ = ["NameTable", "check_clashes", "declares", "name_table"]
 
 _PARTS = re.compile(r"[A-Za-z]+|[0-9]+|[^\s\\{}_A-Za-z0-9]")
 
@@ -84,6 +85,11 @@ def name_table(scene: Scene) -> NameTable:
         components,
         {body.name: body.mark for body in bodies},
     )
+
+
+def declares(scene: Scene, name: str) -> bool:
+    """Whether a scene has the name of a value that is given beside it; it may be ``dot(x)``."""
+    return initial_name(name.replace(" ", ""))[0] in name_table(scene)
 
 
 def check_clashes(
