@@ -373,8 +373,10 @@ initial: {a: 1.5, b: 2.0}
 
 def test_a_gradient_beyond_doubles_is_refused_where_it_comes_from():
     scene = (
-        "coordinates: [x, h]\nparticles: {b: {mass: 1, position:"
-        " [(1 + x)*sin(h), 1e400, -(1 + x)*cos(h)]}}\ninitial: {x: 0.1, h: 0.8}\n"
+        "parameters: {l: 0.5}\ncoordinates: [x, theta]\nparticles: {b: {mass: 1, position:"
+        " [(l + x)*sin(theta), 1e400, -(l + x)*cos(theta)]}}\n"
+        "initial: {x: 0.1, theta: 0.8, dot(x): 0, dot(theta): 0}\n"
+        "potentials: {w: {gravity: 9.81}, s: 15*x^2}\n"
     )
     with pytest.raises(InputError, match="overflow") as caught:
         derive(read_text(scene), formulation="multiplier")
