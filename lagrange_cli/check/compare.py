@@ -25,7 +25,12 @@ from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.proofs.continuity import is_analytic, is_continuous
 from lagrange_cli.mechanics.proofs.refutation import is_nonzero, states_for, values_at
-from lagrange_cli.mechanics.proofs.zero_test import UndecidableError, holds, sides, vanish
+from lagrange_cli.mechanics.proofs.zero_test import (
+    UndecidableError,
+    relation_holds,
+    values_on_sides,
+    vanish,
+)
 
 __all__ = ["Verdict", "lagrangians_agree", "proportional"]
 
@@ -77,7 +82,7 @@ def proportional(first: Expr, second: Expr, equations: Equations) -> Verdict:
     if not any(one) or not any(other):
         return Verdict.DIFFERENT
     n = len(places)
-    if holds([*one, *other], lambda found, p: _parallel(found[:n], found[n:], p)):
+    if relation_holds([*one, *other], lambda found, p: _parallel(found[:n], found[n:], p)):
         return Verdict.SAME if _have_nonzero_factor(one, other) else Verdict.UNDECIDED
 
     def parallel(found: Sequence[mpf]) -> bool:
@@ -113,7 +118,7 @@ def _have_nonzero_factor(one: Row, other: Row) -> bool:
     try:
         return all(
             any(v % p for v in found[::2]) and any(v % p for v in found[1::2])
-            for found, p in sides(known)
+            for found, p in values_on_sides(known)
         )
     except UndecidableError:
         return False

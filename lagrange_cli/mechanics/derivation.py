@@ -18,7 +18,7 @@ from lagrange_cli.errors import (
 )
 from lagrange_cli.mechanics.certify.certificate import Evidence, certify, certify_shown, not_real
 from lagrange_cli.mechanics.certify.facts import open_questions, proven
-from lagrange_cli.mechanics.diagnosis.errors import require_size, too_deep
+from lagrange_cli.mechanics.diagnosis.errors import nesting_error, require_size
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
 from lagrange_cli.mechanics.dynamics.lagrange import Derivation, derive_uncertified
 from lagrange_cli.mechanics.dynamics.singular_configurations import singular_places
@@ -36,7 +36,7 @@ from lagrange_cli.mechanics.formulation import formulated, reduced_for, replaced
 from lagrange_cli.mechanics.initial.rank_deficient_start import singular_start
 from lagrange_cli.mechanics.initial.simulation_defaults import simulation_defaults
 from lagrange_cli.mechanics.initial.suggestions import possible_start
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.mechanics.structure import (
@@ -101,7 +101,7 @@ def derive(
         # Which part it was is known where the error is caught; here only that it is one of them.
         raise not_real(scene) from None
     except RecursionError:
-        raise too_deep(scene) from None
+        raise nesting_error(scene) from None
 
 
 def _in_formulation(
@@ -314,7 +314,7 @@ def _same(reduced: Reduced, evidence: Evidence, residual: sp.Expr, equation: Equ
     with mpmath.workdps(working_digits(evidence.certificate.digits)):
         for state in evidence.states[:3]:
             try:
-                ours, theirs = values([residual, asked], state)
+                ours, theirs = evaluate([residual, asked], state)
             except (DomainError, KeyError):
                 return False
             if not theirs:

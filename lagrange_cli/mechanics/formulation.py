@@ -24,7 +24,7 @@ from lagrange_cli.mechanics.dynamics.lagrange import Derivation, derive_uncertif
 from lagrange_cli.mechanics.dynamics.singular_configurations import MOST_COORDINATES, kept_momenta
 from lagrange_cli.mechanics.equations import CartesianName, Chart, Choice, InitialState
 from lagrange_cli.mechanics.initial.state import initial_state
-from lagrange_cli.mechanics.numerics.autodiff import values
+from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from lagrange_cli.mechanics.reduction.cartesian_form import cartesian_form, incidence
 from lagrange_cli.mechanics.reduction.no_minimal_form import no_minimal
 from lagrange_cli.mechanics.reduction.reduce import Reduced, reduce
@@ -264,6 +264,6 @@ def _carried_over(origin: Reduced, chart: Chart, given: InitialState) -> Initial
         for name, value in origin.values.exact.items():
             point[origin.names.parameters[name]] = evaluated(value, _DIGITS)
         point[origin.names.t] = origin.reference[origin.names.t]
-        q = values([place.position for place in chart.places], point)
-        v = values([place.velocity for place in chart.places], point)
+        q = evaluate([place.position for place in chart.places], point)
+        v = evaluate([place.velocity for place in chart.places], point)
     return InitialState(tuple(map(float, q)), tuple(map(float, v)), given.projected)

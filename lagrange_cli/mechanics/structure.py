@@ -18,7 +18,12 @@ from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Derivation
 from lagrange_cli.mechanics.equations import Closure, Conserved, Coordinate, Facts
-from lagrange_cli.mechanics.numerics.rank import Doubles, Matrix, clearly_independent, dense
+from lagrange_cli.mechanics.numerics.rank import (
+    DoubleRow,
+    Matrix,
+    clearly_independent,
+    dense_matrix,
+)
 from lagrange_cli.mechanics.proofs.continuity import is_continuous
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.scene.checks.names import without_rate
@@ -241,7 +246,7 @@ def _steep(reduced: Reduced, closure: Closure) -> InputError:
     )
 
 
-def _null_direction(inertia: Sequence[Doubles], slopes: Sequence[Doubles]) -> Matrix | None:
+def _null_direction(inertia: Sequence[DoubleRow], slopes: Sequence[DoubleRow]) -> Matrix | None:
     """Direction of q that the equations leave open, None where they are regular (or there is none).
 
     M is scaled by its diagonal, each gradient by its largest entry.
@@ -249,7 +254,7 @@ def _null_direction(inertia: Sequence[Doubles], slopes: Sequence[Doubles]) -> Ma
     n = len(inertia)
     if _clearly_regular(inertia, slopes):
         return None
-    mass, gradients = dense(inertia, n), dense(slopes, n)
+    mass, gradients = dense_matrix(inertia, n), dense_matrix(slopes, n)
     scale = np.sqrt(np.abs(np.diag(mass)))
     scale[scale == 0] = np.sqrt(np.abs(mass).max(initial=0.0)) or 1.0
     whole = np.zeros((n + len(gradients), n + len(gradients)))
@@ -266,7 +271,7 @@ def _null_direction(inertia: Sequence[Doubles], slopes: Sequence[Doubles]) -> Ma
     return direction
 
 
-def _clearly_regular(inertia: Sequence[Doubles], slopes: Sequence[Doubles]) -> bool:
+def _clearly_regular(inertia: Sequence[DoubleRow], slopes: Sequence[DoubleRow]) -> bool:
     """Whether a large diagonal M and clearly independent gradients settle it."""
     if len(inertia) + len(slopes) <= _LARGE:
         return False

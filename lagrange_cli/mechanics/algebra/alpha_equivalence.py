@@ -16,7 +16,7 @@ import sympy as sp
 
 from lagrange_cli.mechanics.equations import Coordinate
 
-__all__ = ["Families", "Member", "renamed", "shape"]
+__all__ = ["ShapeClasses", "ShapeInstance", "rename_symbols", "shape"]
 
 _Result = TypeVar("_Result")
 
@@ -25,7 +25,7 @@ _SYMPY_ORDER = cmp_to_key(sp.Basic.compare)
 
 
 @dataclass(frozen=True)
-class Member(Generic[_Result]):
+class ShapeInstance(Generic[_Result]):
     """What was worked out for the first of a family, and what to exchange for this one.
 
     ``numbers`` of the coordinates that the expression holds, ascending; those of the first
@@ -38,10 +38,10 @@ class Member(Generic[_Result]):
 
     def renamed(self, expr: sp.Expr) -> sp.Expr:
         """A part of the result for this member."""
-        return renamed(expr, self.names) if self.names else expr
+        return rename_symbols(expr, self.names) if self.names else expr
 
 
-class Families(Generic[_Result]):
+class ShapeClasses(Generic[_Result]):
     """Results for expressions, worked out once for all that differ in coordinates only."""
 
     def __init__(
@@ -53,21 +53,21 @@ class Families(Generic[_Result]):
         self._known: dict[Hashable, tuple[list[int], _Result]] = {}
         self.width = len(coordinates)
 
-    def of(self, expr: sp.Expr) -> Member[_Result]:
+    def of(self, expr: sp.Expr) -> ShapeInstance[_Result]:
         """The result for an expression, in terms of the first of its family."""
         numbers = sorted({self._number[s] for s in expr.free_symbols if s in self._number})
         places = {s: (k, d) for k, j in enumerate(numbers) for d, s in enumerate(self._symbols[j])}
         key = shape(expr, places)
         if key not in self._known:
             self._known[key] = numbers, self._work_out(expr)
-            return Member(self._known[key][1], {}, numbers)
+            return ShapeInstance(self._known[key][1], {}, numbers)
         first, result = self._known[key]
         names = {
             old: new
             for a, b in zip(first, numbers, strict=True)
             for old, new in zip(self._symbols[a], self._symbols[b], strict=True)
         }
-        return Member(result, names, numbers)
+        return ShapeInstance(result, names, numbers)
 
 
 def shape(expr: sp.Basic, places: Mapping[sp.Symbol, Hashable]) -> Hashable:
@@ -81,14 +81,14 @@ def shape(expr: sp.Basic, places: Mapping[sp.Symbol, Hashable]) -> Hashable:
     return (expr.func, *parts)
 
 
-def renamed(expr: sp.Expr, names: Mapping[sp.Symbol, sp.Symbol]) -> sp.Expr:
+def rename_symbols(expr: sp.Expr, names: Mapping[sp.Symbol, sp.Symbol]) -> sp.Expr:
     """The expression with symbols exchanged for others of the same kind, as it is written.
 
     ``xreplace`` would evaluate what was left unevaluated, such as 2·(x − y).
     """
     if not expr.args:
         return names.get(expr, expr)
-    parts = [renamed(a, names) for a in expr.args]
+    parts = [rename_symbols(a, names) for a in expr.args]
     if all(new is old for new, old in zip(parts, expr.args, strict=True)):
         return expr
     if not (expr.is_Add or expr.is_Mul):

@@ -19,26 +19,26 @@ from typing import NamedTuple
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.expand import expand_terms
-from lagrange_cli.mechanics.algebra.hyperbolic import fewer_terms
+from lagrange_cli.mechanics.algebra.hyperbolic import shorten_hyperbolic
 from lagrange_cli.mechanics.algebra.identities import (
     Rational,
     TrigFactor,
     TrigMonomial,
     Weights,
-    shorten,
+    shorten_trigonometric,
 )
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
-from lagrange_cli.mechanics.algebra.squares import square_of_two, upright
+from lagrange_cli.mechanics.algebra.squares import binomial_square, normalize_square_signs
 
 __all__ = [
     "Splitter",
     "TermSum",
     "common_factor",
-    "exact",
     "factored",
     "monomial",
-    "rational",
+    "python_rational",
     "scaled",
+    "sympy_rational",
     "tidy",
     "trig_factors",
 ]
@@ -58,7 +58,7 @@ _ZERO = sp.Integer(0)
 _SYMPY_ORDER = cmp_to_key(sp.Basic.compare)
 
 
-class Split(NamedTuple):
+class TermParts(NamedTuple):
     """A term taken apart: ``number · mass · Π base^exponent · trigonometric monomial``."""
 
     number: Rational
@@ -78,26 +78,26 @@ class Splitter:
 
     def __init__(self, masses: frozenset[sp.Expr] = frozenset()) -> None:
         self.masses = masses
-        self._known: dict[sp.Expr, Split] = {}
+        self._known: dict[sp.Expr, TermParts] = {}
         #: Sums of masses that are treated as one, and what they are made of.
         self._sums: dict[sp.Expr, Weights] = {}
         #: Order of first appearance: the canonical order within a monomial.
         self.rank: dict[TrigFactor, int] = {}
 
-    def split(self, term: sp.Expr) -> Split:
+    def split(self, term: sp.Expr) -> TermParts:
         """The parts of a term that is not a sum."""
         if term not in self._known:
             self._known[term] = self._split(term)
         return self._known[term]
 
-    def _split(self, term: sp.Expr) -> Split:
+    def _split(self, term: sp.Expr) -> TermParts:
         number: Rational = 1
         mass = _ONE
         rest: dict[sp.Expr, sp.Expr] = {}
         trig: dict[TrigFactor, int] = {}
         for factor in sp.Mul.make_args(term):
             if factor.is_Rational:
-                number = rational(factor)
+                number = python_rational(factor)
                 continue
             if mass is _ONE and factor in self.masses:
                 mass = factor
@@ -111,9 +111,9 @@ class Splitter:
                     trig[key] = trig.get(key, 0) + sign * int(power)
             else:
                 rest[base] = rest.get(base, _ZERO) + power
-        return Split(number, mass, rest, {k: p for k, p in trig.items() if p})
+        return TermParts(number, mass, rest, {k: p for k, p in trig.items() if p})
 
-    def product(self, a: sp.Expr, b: sp.Expr) -> Split:
+    def product(self, a: sp.Expr, b: sp.Expr) -> TermParts:
         """The parts of ``a·b``, without forming the product."""
         first, second = self.split(a), self.split(b)
         number, mass = first.number * second.number, first.mass
@@ -127,7 +127,7 @@ class Splitter:
             if base.func is sp.sign and total.is_Integer:
                 total %= 2
             if base.is_Rational and total.is_Integer:
-                number *= rational(base**total)
+                number *= python_rational(base**total)
                 total = _ZERO
             if total == 0:
                 rest.pop(base, None)
@@ -136,13 +136,13 @@ class Splitter:
         trig = dict(first.trig)
         for key, exponent in second.trig.items():
             trig[key] = trig.get(key, 0) + exponent
-        return Split(number, mass, rest, {k: p for k, p in trig.items() if p})
+        return TermParts(number, mass, rest, {k: p for k, p in trig.items() if p})
 
     def as_one(self, weights: Weights) -> Weights:
         """The same weights with a sum of several masses as a single one."""
         number, mass = _weight_sum(weights)
         if mass.is_Add:
-            self._sums[mass] = {m: exact_quotient(c, number) for m, c in weights.items()}
+            self._sums[mass] = {m: _exact_quotient(c, number) for m, c in weights.items()}
         return {mass: number}
 
     def taken_apart(self, weights: Weights) -> Weights:
@@ -188,7 +188,7 @@ class TermSum:
         for term in terms:
             self.add(term)
 
-    def _add(self, split: Split, weights: Weights | None) -> None:
+    def _add(self, split: TermParts, weights: Weights | None) -> None:
         trig = self._splitter.canonical(split.trig)
         group = self._groups.setdefault(frozenset(split.rest.items()), {})
         into = group.setdefault(trig, {})
@@ -210,12 +210,12 @@ class TermSum:
             if len({mass for weights in group.values() for mass in weights}) > 1:
                 for trig, weights in group.items():
                     group[trig] = self._splitter.taken_apart(weights)
-            shorten(group, self._splitter.canonical)
+            shorten_trigonometric(group, self._splitter.canonical)
             powers = [_power(base, exponent) for base, exponent in rest]
             for trig, weights in group.items():
                 number, mass = _weight_sum(weights)
                 if number != 0:
-                    yield monomial(exact(number), [mass, *powers, *trig_factors(trig)])
+                    yield monomial(sympy_rational(number), [mass, *powers, *trig_factors(trig)])
 
 
 def monomial(number: sp.Rational, factors: list[sp.Expr]) -> sp.Expr:
@@ -270,14 +270,14 @@ def _weight_sum(weights: Weights) -> tuple[Rational, sp.Expr]:
         for mass, count in present.items():
             return count, mass
         return 0, _ONE
-    content = rational_content(present.values())
+    content = _rational_content(present.values())
     if all(c < 0 for c in present.values()):
         content = -content
-    shares = {m: exact_quotient(c, content) for m, c in present.items()}
-    return content, sp.Add(*(m if c == 1 else m * exact(c) for m, c in shares.items()))
+    shares = {m: _exact_quotient(c, content) for m, c in present.items()}
+    return content, sp.Add(*(m if c == 1 else m * sympy_rational(c) for m, c in shares.items()))
 
 
-def exact_quotient(a: Rational, b: Rational) -> Rational:
+def _exact_quotient(a: Rational, b: Rational) -> Rational:
     """a/b, an integer where it is one."""
     if a == b:
         return 1
@@ -285,18 +285,18 @@ def exact_quotient(a: Rational, b: Rational) -> Rational:
     return quotient.numerator if quotient.denominator == 1 else quotient
 
 
-def rational(number: sp.Rational) -> Rational:
+def python_rational(number: sp.Rational) -> Rational:
     """A SymPy rational as a Python number, whose arithmetic is much faster."""
     p, q = int(number.p), int(number.q)
     return p if q == 1 else Fraction(p, q)
 
 
-def exact(number: Rational) -> sp.Rational:
+def sympy_rational(number: Rational) -> sp.Rational:
     """A Python rational as a SymPy number."""
     return sp.Rational(number.numerator, number.denominator)
 
 
-def rational_content(numbers: Iterable[Rational]) -> Rational:
+def _rational_content(numbers: Iterable[Rational]) -> Rational:
     """Largest positive rational of which every number is an integer multiple (1 of none).
 
     Fractions are cleared only up to quarters: decimals such as 9.81 stay themselves.
@@ -317,10 +317,10 @@ def common_factor(terms: list[sp.Expr]) -> sp.Expr:
     common: dict[sp.Expr, sp.Expr] | None = None
     for term in terms:
         number, rest = term.as_coeff_Mul(rational=True)
-        numbers.append(rational(number))
+        numbers.append(python_rational(number))
         powers = _powers(rest)
         common = powers if common is None else _shared(common, powers)
-    number = exact(rational_content(numbers))
+    number = sympy_rational(_rational_content(numbers))
     rest = sp.Mul(*(b**e for b, e in (common or {}).items()))
     return scaled(number, rest)
 
@@ -382,7 +382,7 @@ def _shorter_form(expr: sp.Expr) -> sp.Expr:
     if not expr.is_Add or len(expr.args) > _SHORT_TERMS:
         return expr
     if expr.has(sp.sinh):
-        return fewer_terms(expr)
+        return shorten_hyperbolic(expr)
     symbols = sorted(expr.free_symbols, key=str)
     divided = _has_divided_sum(expr)
     if len(symbols) > _SHORT_SYMBOLS or (len(expr.args) < 3 and not divided):
@@ -392,10 +392,10 @@ def _shorter_form(expr: sp.Expr) -> sp.Expr:
         if not expr.is_Add or sp.count_ops(expr) > _SHORT_OPERATIONS:
             return expr
     if not symbols or not expr.is_rational_function(*symbols):
-        return square_of_two(expr)
+        return binomial_square(expr)
     if not all(a.is_Rational or a.is_Symbol for a in _leaves(expr)):
         return expr
-    found = upright(_one_fraction(expr) if divided else factored_form(expr))
+    found = normalize_square_signs(_one_fraction(expr) if divided else factored_form(expr))
     return expr if found.is_Add or sp.count_ops(found) >= sp.count_ops(expr) else found
 
 

@@ -8,10 +8,10 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.collect import common_factor, factored
 
-__all__ = ["by_velocities", "grouped_sum", "positional_groups"]
+__all__ = ["group_by_velocities", "grouped_sum", "positional_groups"]
 
 
-def by_velocities(
+def group_by_velocities(
     terms: Iterable[sp.Expr], velocities: Sequence[sp.Symbol]
 ) -> list[tuple[sp.Expr, list[sp.Expr]]]:
     """(monomial in velocities, cofactors), of highest degree first, then by coordinate order.
@@ -41,7 +41,8 @@ def by_velocities(
 def grouped_sum(terms: Iterable[sp.Expr], velocities: Sequence[sp.Symbol]) -> sp.Expr:
     """The sum with a common factor in front and each velocity monomial's cofactors gathered."""
     parts = [
-        factored(cofactors) * monomial for monomial, cofactors in by_velocities(terms, velocities)
+        factored(cofactors) * monomial
+        for monomial, cofactors in group_by_velocities(terms, velocities)
     ]
     return factored(parts)
 

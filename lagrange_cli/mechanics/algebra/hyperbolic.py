@@ -9,7 +9,7 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 
-__all__ = ["fewer_terms"]
+__all__ = ["shorten_hyperbolic"]
 
 #: Terms that a sum may be multiplied out to.
 _TERM_BUDGET = 40
@@ -17,7 +17,7 @@ _TERM_BUDGET = 40
 _ONE = sp.Integer(1)
 
 
-def fewer_terms(expr: sp.Expr) -> sp.Expr:
+def shorten_hyperbolic(expr: sp.Expr) -> sp.Expr:
     """``sin² η cosh² ξ + cos² η sinh² ξ`` as ``sin² η + sinh² ξ``; others as they are.
 
     Of two forms with as many terms the one with fewer differences, which lose digits.

@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 import sympy as sp
 
-__all__ = ["Rational", "TrigFactor", "TrigMonomial", "Weights", "shorten"]
+__all__ = ["Rational", "TrigFactor", "TrigMonomial", "Weights", "shorten_trigonometric"]
 
 #: ``("sin" or "cos", argument)``
 TrigFactor: TypeAlias = tuple[str, sp.Expr]
@@ -25,10 +25,10 @@ Rational: TypeAlias = int | Fraction
 #: mass → rational coefficient
 Weights: TypeAlias = dict[sp.Expr, Rational]
 #: Sorts the factors of a monomial.
-Canonical: TypeAlias = Callable[[dict[TrigFactor, int]], TrigMonomial]
+_Canonical: TypeAlias = Callable[[dict[TrigFactor, int]], TrigMonomial]
 
 
-def shorten(group: dict[TrigMonomial, Weights], canonical: Canonical) -> None:
+def shorten_trigonometric(group: dict[TrigMonomial, Weights], canonical: _Canonical) -> None:
     """Apply sin² + cos² = 1 and the addition theorems until none shortens the sum."""
     pending = list(group) if len(group) > 1 else []
     while pending:
@@ -38,7 +38,7 @@ def shorten(group: dict[TrigMonomial, Weights], canonical: Canonical) -> None:
 
 
 def _shorten_one(
-    group: dict[TrigMonomial, Weights], trig: TrigMonomial, canonical: Canonical
+    group: dict[TrigMonomial, Weights], trig: TrigMonomial, canonical: _Canonical
 ) -> list[TrigMonomial]:
     """Merge ``trig`` with a partner if there is one; return the monomials to look at again."""
     powers = dict(trig)
@@ -67,7 +67,7 @@ def _shorten_one(
 def _addition_theorem(
     group: dict[TrigMonomial, Weights],
     trig: TrigMonomial,
-    canonical: Canonical,
+    canonical: _Canonical,
     first: TrigFactor,
     second: TrigFactor,
 ) -> list[TrigMonomial] | None:

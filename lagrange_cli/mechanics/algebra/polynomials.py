@@ -14,7 +14,11 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.expand import term_count
 
-__all__ = ["cancelled", "common_divisor", "factored_form", "is_within_budget"]
+__all__ = [
+    "cancelled",
+    "common_divisor",
+    "factored_form",
+]
 
 #: Nodes of the expressions, terms that they multiply out to, and bits of each number.
 _NODES, _TERMS, _BITS = 3_000, 2_000, 256
@@ -28,20 +32,20 @@ _DEGREE = 128
 
 def factored_form(expr: sp.Expr) -> sp.Expr:
     """The expression as a product, or itself beyond the budget."""
-    return sp.factor(expr) if is_within_budget(expr) else expr
+    return sp.factor(expr) if _is_within_budget(expr) else expr
 
 
 def cancelled(expr: sp.Expr) -> sp.Expr:
     """The expression as one fraction in lowest terms, or itself beyond the budget."""
-    return sp.cancel(expr) if is_within_budget(expr) else expr
+    return sp.cancel(expr) if _is_within_budget(expr) else expr
 
 
 def common_divisor(expressions: Sequence[sp.Expr]) -> sp.Expr:
     """The greatest common divisor, or 1 beyond the budget."""
-    return sp.gcd(list(expressions)) if is_within_budget(*expressions) else sp.Integer(1)
+    return sp.gcd(list(expressions)) if _is_within_budget(*expressions) else sp.Integer(1)
 
 
-def is_within_budget(*expressions: sp.Expr) -> bool:
+def _is_within_budget(*expressions: sp.Expr) -> bool:
     """Whether expressions are small enough for algorithms on polynomials."""
     unknowns: set[sp.Expr] = set()
     surds: set[sp.Expr] = set()

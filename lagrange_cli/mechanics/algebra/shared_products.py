@@ -14,11 +14,11 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-__all__ = ["Moving", "RecurringProducts", "recurring_products"]
+__all__ = ["MovingComponent", "RecurringProducts", "recurring_products"]
 
 
 @dataclass(frozen=True)
-class Moving:
+class MovingComponent:
     """A Cartesian component: parts of ∂r/∂q by coordinate number, and of its convective term."""
 
     jacobian: Sequence[tuple[int, Sequence[sp.Expr]]]
@@ -71,7 +71,7 @@ def _squares(
             yield a.coordinate, b.coordinate, b.expression, a.expression, shared
 
 
-def recurring_products(components: Iterable[Moving]) -> RecurringProducts:
+def recurring_products(components: Iterable[MovingComponent]) -> RecurringProducts:
     """All products of Jacobian parts with each other and with convective terms."""
     found: dict[tuple[int, sp.Expr, int], int] = {}
     clusters = _Clusters()
@@ -84,7 +84,7 @@ def recurring_products(components: Iterable[Moving]) -> RecurringProducts:
     return RecurringProducts([[parts[key] for key in keys] for keys in clusters.sorted(found)])
 
 
-def _keys(moving: Moving) -> Iterator[tuple[int, sp.Expr, int]]:
+def _keys(moving: MovingComponent) -> Iterator[tuple[int, sp.Expr, int]]:
     """(coordinate, expression, how often it came before) of each part of a component."""
     seen: dict[tuple[int, sp.Expr], int] = {}
     rows = [*moving.jacobian, (-1, moving.convective)]

@@ -8,7 +8,7 @@ from lagrange_cli.mechanics.algebra.collect import TermSum, factored, tidy
 from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor, factored_form
 
-__all__ = ["shortened", "size_along"]
+__all__ = ["length_factor", "shortened"]
 
 #: Terms that a numerator may be multiplied out to.
 _TERM_BUDGET = 200
@@ -58,7 +58,7 @@ def _rooted(expr: sp.Expr) -> bool:
     return any(not p.exp.is_Integer for p in expr.atoms(sp.Pow))
 
 
-def size_along(components: tuple[sp.Expr, ...]) -> sp.Expr | None:
+def length_factor(components: tuple[sp.Expr, ...]) -> sp.Expr | None:
     """c where the components are c times a direction of constant length; None otherwise."""
     present = [e for e in components if e != 0]
     if not present:

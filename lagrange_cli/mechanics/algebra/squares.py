@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import sympy as sp
 
-__all__ = ["square_of_two", "upright"]
+__all__ = ["binomial_square", "normalize_square_signs"]
 
 
-def square_of_two(expr: sp.Expr) -> sp.Expr:
+def binomial_square(expr: sp.Expr) -> sp.Expr:
     """``R² + 2 R a cos θ + a² cos² θ`` as ``(R + a cos θ)²``; others as they are."""
     if len(expr.args) != 3:
         return expr
@@ -29,7 +29,7 @@ def _root(term: sp.Expr) -> sp.Expr | None:
     return sp.Mul(*(b ** (e / 2) for b, e in powers))
 
 
-def upright(product: sp.Expr) -> sp.Expr:
+def normalize_square_signs(product: sp.Expr) -> sp.Expr:
     """``(a − R)²`` as ``(R − a)²``: of a sum and its negative one stands below even powers."""
     turned = [f for f in sp.Mul.make_args(product) if _is_turned(f)]
     return product.xreplace({f: (-f.base) ** f.exp for f in turned}) if turned else product

@@ -18,10 +18,10 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.identities import Rational, TrigMonomial
 
-__all__ = ["Polynomial", "refined"]
+__all__ = ["TrigPolynomial", "refined"]
 
 #: Trigonometric monomial → coefficient.
-Polynomial: TypeAlias = dict[TrigMonomial, Rational]
+TrigPolynomial: TypeAlias = dict[TrigMonomial, Rational]
 #: ("cos" or "sin", frequency) → coefficient; a frequency and its negative are one.
 _Series: TypeAlias = dict[tuple[str, sp.Expr], Fraction]
 
@@ -32,7 +32,7 @@ _CONSTANT = ("cos", sp.Integer(0))
 _LARGEST_DEGREE = 8
 
 
-def refined(polynomial: Polynomial, arguments: Collection[sp.Expr]) -> Polynomial:
+def refined(polynomial: TrigPolynomial, arguments: Collection[sp.Expr]) -> TrigPolynomial:
     """The polynomial as zero or one term, or else as a sum of squares with positive
     coefficients, where it is that with the given arguments; unchanged elsewhere.
     """
@@ -48,21 +48,21 @@ def refined(polynomial: Polynomial, arguments: Collection[sp.Expr]) -> Polynomia
     return polynomial
 
 
-def _is_sum_of_squares(polynomial: Polynomial) -> bool:
+def _is_sum_of_squares(polynomial: TrigPolynomial) -> bool:
     return all(
         coefficient > 0 and all(power % 2 == 0 for _, power in monomial)
         for monomial, coefficient in polynomial.items()
     )
 
 
-def _wave(series: _Series) -> Polynomial | None:
+def _wave(series: _Series) -> TrigPolynomial | None:
     """At most one wave."""
     if len(series) > 1:
         return None
     return {_monomial([wave])[1]: coefficient for wave, coefficient in series.items()}
 
 
-def _product(series: _Series) -> Polynomial | None:
+def _product(series: _Series) -> TrigPolynomial | None:
     """Two waves of one kind and size: cos A − cos B = −2 sin ((A+B)/2) sin ((A−B)/2), and so on;
     and sin A, which with B = 0 is 2 sin (A/2) cos (A/2).
     """
@@ -81,7 +81,7 @@ def _product(series: _Series) -> Polynomial | None:
     return {monomial: 2 * c * sign}
 
 
-def _squares(series: _Series) -> Polynomial | None:
+def _squares(series: _Series) -> TrigPolynomial | None:
     """c₀ + Σ c cos w = (c₀ − Σ |c|) + Σ 2 |c| cos²(w/2), with sin² for negative c.
 
     None where c₀ < Σ |c|, or there are sines.
@@ -89,7 +89,7 @@ def _squares(series: _Series) -> Polynomial | None:
     rest = 2 * series.get(_CONSTANT, Fraction(0)) - sum(map(abs, series.values()))
     if rest < 0 or any(name == "sin" for name, _ in series):
         return None
-    found: Polynomial = {(): rest} if rest else {}
+    found: TrigPolynomial = {(): rest} if rest else {}
     for (_, frequency), c in series.items():
         if frequency != 0:
             found[((("cos" if c > 0 else "sin", frequency / 2), 2),)] = 2 * abs(c)

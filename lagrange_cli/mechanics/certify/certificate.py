@@ -33,9 +33,9 @@ from lagrange_cli.mechanics.certify.constraints import Restraints
 from lagrange_cli.mechanics.certify.routes import Observation, Point, Tapes
 from lagrange_cli.mechanics.dynamics.lagrange import Derivation
 from lagrange_cli.mechanics.equations import Certificate, Closure, ShownEquation
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, Series, Tape
-from lagrange_cli.mechanics.numerics.gauss_newton import Row
-from lagrange_cli.mechanics.numerics.sampling import double, working_digits
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TaylorSeries
+from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
+from lagrange_cli.mechanics.numerics.sampling import to_double, working_digits
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.stages import announce
 
@@ -47,7 +47,7 @@ _ZERO = mpf(0)
 _RANGE = mpf(2) ** -1022, mpf(2) ** 1023
 
 _UNIT = sp.Integer(1)
-_ONE: Series = (mpf(1), _ZERO, _ZERO)
+_ONE: TaylorSeries = (mpf(1), _ZERO, _ZERO)
 
 #: Draws, each closer to the initial configuration, before the scene is called singular there.
 _DRAWS = 60
@@ -179,7 +179,7 @@ def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
                 f" mismatch {mpmath.nstr(worst, 3)} at {digits} digits"
             )
         )
-    certificate = Certificate(points, digits, double(worst))
+    certificate = Certificate(points, digits, to_double(worst))
 
     def close_residuals() -> Sequence[tuple[mpf, mpf]]:
         return _looked_at_closely(tapes, restraints, states[0], known, thorough=False).residuals
@@ -348,7 +348,7 @@ def _looked_at_closely(
         return _look(tapes, restraints, point, known, thorough=thorough, least=least)
 
 
-def _beyond(rows: Sequence[Row]) -> tuple[int, mpf] | None:
+def _beyond(rows: Sequence[SparseRow]) -> tuple[int, mpf] | None:
     """The first number on the diagonal that is neither 0 nor a double with all its digits."""
     for j, row in enumerate(rows):
         size = abs(row.get(j, _ZERO))
@@ -357,8 +357,8 @@ def _beyond(rows: Sequence[Row]) -> tuple[int, mpf] | None:
     return None
 
 
-def _doubles(rows: Sequence[Row]) -> list[dict[int, float]]:
-    return [{j: double(x) for j, x in row.items()} for row in rows]
+def _doubles(rows: Sequence[SparseRow]) -> list[dict[int, float]]:
+    return [{j: to_double(x) for j, x in row.items()} for row in rows]
 
 
 def _vanishing(tapes: Tapes, seen: Observation, known: Sequence[bool]) -> list[bool]:

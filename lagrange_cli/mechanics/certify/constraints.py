@@ -17,9 +17,9 @@ from mpmath import mpf
 from lagrange_cli.mechanics.certify.contacts import GapCheck
 from lagrange_cli.mechanics.certify.routes import Observation, Point, Tapes
 from lagrange_cli.mechanics.dynamics.lagrange import Derivation
-from lagrange_cli.mechanics.numerics.autodiff import Run, Tape
-from lagrange_cli.mechanics.numerics.gauss_newton import Row
-from lagrange_cli.mechanics.numerics.sampling import Drawn, Sampler
+from lagrange_cli.mechanics.numerics.autodiff import Tape, TapeRun
+from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
+from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler
 from lagrange_cli.mechanics.sparse import entries
 
 __all__ = ["Restraints"]
@@ -53,14 +53,14 @@ class Restraints:
         expressions = [c.expression for c in self.closures]
         self._expressions = Tape(expressions, tapes.moving)
 
-    def draw(self, point: Drawn, sampler: Sampler) -> Drawn:
+    def draw(self, point: SamplePoint, sampler: Sampler) -> SamplePoint:
         """The point with velocities that satisfy the closures, and random multipliers."""
         moved = self.manifold.tangent(point) if self.closures else dict(point)
         for closure in (*self.closures, *self.gaps.closures):
             moved[closure.multiplier] = sampler.noise(mpf(1))
         return moved
 
-    def gradients(self, point: Point) -> list[Row]:
+    def gradients(self, point: Point) -> list[SparseRow]:
         """The derived gradients."""
         return [gradient for gradient, _, _ in self._derived(point)] if self.closures else []
 
@@ -115,7 +115,7 @@ class Restraints:
             worst = max([worst, *(_relative(x - y, scale, least) for x, y, scale in pairs)])
         return worst
 
-    def _of_expression(self, run: Run, number: int) -> dict[int, mpf]:
+    def _of_expression(self, run: TapeRun, number: int) -> dict[int, mpf]:
         """Gradient of the equation as shown, by positions or by velocities."""
         n = self.tapes.n
         first = 1 if self.closures[number].kind == "position" else 1 + n
@@ -125,7 +125,7 @@ class Restraints:
     def newton_mismatch(
         self,
         seen: Observation,
-        mass: Sequence[Row],
+        mass: Sequence[SparseRow],
         forcing: Sequence[mpf],
         sizes: Sequence[mpf],
     ) -> mpf:
@@ -161,7 +161,9 @@ class Restraints:
             worst = max(worst, _relative(difference, sum(map(abs, forces), size + sizes[j])))
         return worst
 
-    def solved(self, point: Point, mass: Sequence[Row], forcing: Sequence[mpf]) -> list[mpf] | None:
+    def solved(
+        self, point: Point, mass: Sequence[SparseRow], forcing: Sequence[mpf]
+    ) -> list[mpf] | None:
         """a and λ of [[M, −Φᵀ], [Φ, 0]] [a; λ] = [f; −bias]; None where that is singular,
         or too large. Contacts push as the state says."""
         if len(forcing) + len(self.closures) > _LARGE:

@@ -13,8 +13,8 @@ from mpmath import mpf
 
 from lagrange_cli.mechanics.certify.routes import Point, Tapes
 from lagrange_cli.mechanics.dynamics.lagrange import Derivation
-from lagrange_cli.mechanics.numerics.autodiff import Run, Tape
-from lagrange_cli.mechanics.numerics.gauss_newton import Row
+from lagrange_cli.mechanics.numerics.autodiff import Tape, TapeRun
+from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.reduction.geometry import gap_over_names
 from lagrange_cli.mechanics.sparse import entries
 
@@ -53,7 +53,7 @@ class GapCheck:
             for j, x in gradient.items():
                 yield j, point[closure.multiplier] * x
 
-    def _parts(self, point: Point) -> list[tuple[mpf, Row, mpf, mpf]]:
+    def _parts(self, point: Point) -> list[tuple[mpf, SparseRow, mpf, mpf]]:
         """Value, gradient, rate and bias of each gap, as derived."""
         inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
         pending = iter(self._derived.run(inputs, 0).values)
@@ -85,7 +85,7 @@ class GapCheck:
             )
         return worst
 
-    def _work(self, places: Run, slopes: Row) -> Row:
+    def _work(self, places: TapeRun, slopes: SparseRow) -> SparseRow:
         """∂φ/∂q = Σ ∂φ/∂r ∂r/∂q from ∂φ/∂r by number of the name."""
         tapes, found = self.tapes, dict[int, mpf]()
         for k, slope in slopes.items():
@@ -99,9 +99,9 @@ class GapCheck:
 
 
 def _triples(
-    derived: tuple[mpf, Row, mpf, mpf],
+    derived: tuple[mpf, SparseRow, mpf, mpf],
     expected: Sequence[mpf],
-    work: Row,
+    work: SparseRow,
     moving: tuple[Sequence[mpf], Sequence[mpf]],
 ) -> Iterator[_Triple]:
     """What must agree for one gap: φ, φ̇ and φ̈, and the entries of its gradient."""

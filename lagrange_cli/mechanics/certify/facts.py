@@ -16,9 +16,14 @@ from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Derivation
 from lagrange_cli.mechanics.equations import Closure, Conserved
-from lagrange_cli.mechanics.proofs.finite_field import inverse
+from lagrange_cli.mechanics.proofs.finite_field import field_inverse
 from lagrange_cli.mechanics.proofs.refutation import depends, is_nonzero, jumps
-from lagrange_cli.mechanics.proofs.zero_test import does_not_depend, holds, same, vanish
+from lagrange_cli.mechanics.proofs.zero_test import (
+    are_equal,
+    does_not_depend,
+    relation_holds,
+    vanish,
+)
 
 __all__ = ["open_questions", "proven"]
 
@@ -85,7 +90,7 @@ def _are_reactions(closures: Sequence[Closure], forces: Sequence[sp.Expr]) -> bo
     places = {j for j, force in enumerate(forces) if force != 0}
     held = sorted(places.union(*(c.held for c in closures)))
     rows = [[forces[j] for j in held], *([c.gradient[j] for j in held] for c in closures)]
-    return holds(
+    return relation_holds(
         [e for row in rows for e in row], lambda values, p: _is_combination(values, len(held), p)
     )
 
@@ -97,7 +102,7 @@ def _is_combination(values: Sequence[int], n: int, p: int) -> bool:
         pivot = next((j for j, x in enumerate(other) if x % p), None)
         if pivot is None:
             continue
-        scale = inverse(other[pivot], p)
+        scale = field_inverse(other[pivot], p)
         for target in (first, *others[number + 1 :]):
             factor = target[pivot] * scale
             target[:] = [(x - factor * y) % p for x, y in zip(target, other, strict=True)]
@@ -127,7 +132,7 @@ def _energy_is_sum(derivation: Derivation) -> bool:
     if at_rest.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
         return False
     growth = potential.xreplace(faster) - at_rest - multiple * (potential - at_rest)
-    return same(kinetic.xreplace(faster), multiple**2 * kinetic) and vanish(growth)
+    return are_equal(kinetic.xreplace(faster), multiple**2 * kinetic) and vanish(growth)
 
 
 def _degree(e: sp.Expr, velocities: frozenset[sp.Symbol]) -> int | None:

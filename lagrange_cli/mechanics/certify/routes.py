@@ -10,12 +10,12 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.dynamics.lagrange import Derivation, raw_terms
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, Series, Tape
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TaylorSeries
 
 __all__ = ["Observation", "Point", "Tapes"]
 
 _ZERO = mpf(0)
-_ONE: Series = (mpf(1), _ZERO, _ZERO)
+_ONE: TaylorSeries = (mpf(1), _ZERO, _ZERO)
 
 Point = Mapping[sp.Symbol, mpf]
 
@@ -28,10 +28,10 @@ class Observation:
     """
 
     point: Point
-    series: Mapping[sp.Symbol, Series]
+    series: Mapping[sp.Symbol, TaylorSeries]
     forces: list[mpf]
     values: list[mpf]
-    gradient: list[Series]
+    gradient: list[TaylorSeries]
     magnitude: int
 
 
@@ -119,9 +119,9 @@ class Tapes:
             mass[j][k] = mass[k][j] = value
         return mass, values[len(self.upper) :]
 
-    def series(self, point: Point) -> dict[sp.Symbol, Series]:
+    def series(self, point: Point) -> dict[sp.Symbol, TaylorSeries]:
         """t, q, v and parameters along the motion with the state's accelerations."""
-        series: dict[sp.Symbol, Series] = {self.t: (point[self.t], mpf(1), _ZERO)}
+        series: dict[sp.Symbol, TaylorSeries] = {self.t: (point[self.t], mpf(1), _ZERO)}
         for q, v, a in zip(self.q, self.v, self.a, strict=True):
             series[q] = (point[q], point[v], point[a])
             series[v] = (point[v], point[a], _ZERO)
@@ -129,7 +129,7 @@ class Tapes:
             series[p] = (point[p], _ZERO, _ZERO)
         return series
 
-    def work(self, series: Mapping[sp.Symbol, Series]) -> list[tuple[mpf, mpf]]:
+    def work(self, series: Mapping[sp.Symbol, TaylorSeries]) -> list[tuple[mpf, mpf]]:
         """Generalized forces of ``forces`` by virtual work, each with the size of its parts."""
         found, sizes = [_ZERO] * self.n, [_ZERO] * self.n
         if not self.forces:
@@ -147,7 +147,7 @@ class Tapes:
             sizes = [s + abs(x) for s, x in zip(sizes, parts, strict=True)]
         return list(zip(found, sizes, strict=True))
 
-    def generalized_forces(self, series: Mapping[sp.Symbol, Series]) -> list[mpf]:
+    def generalized_forces(self, series: Mapping[sp.Symbol, TaylorSeries]) -> list[mpf]:
         """Q of forces and dissipation."""
         work = [w for w, _ in self.work(series)]
         if not self.dissipates:
@@ -156,7 +156,7 @@ class Tapes:
         return [w - drag[1 + self.n + j][0] for j, w in enumerate(work)]
 
     def newton(
-        self, series: Mapping[sp.Symbol, Series], forces: Sequence[mpf]
+        self, series: Mapping[sp.Symbol, TaylorSeries], forces: Sequence[mpf]
     ) -> list[tuple[mpf, mpf]]:
         """Σ (m r̈ − F)·∂r/∂q for each coordinate, with the size of its parts.
 
@@ -180,25 +180,25 @@ class Tapes:
         return [(sum(p), sum(abs(x) for x in p)) for p in parts]
 
     def potential_slopes(
-        self, series: Mapping[sp.Symbol, Series], outputs: Sequence[Series]
+        self, series: Mapping[sp.Symbol, TaylorSeries], outputs: Sequence[TaylorSeries]
     ) -> dict[sp.Symbol, mpf]:
         """∂V/∂s of Cartesian names, which have the values ``outputs``, and of coordinates."""
         inputs = self.raw_inputs(series, outputs)
         slope = self.potential.run(inputs, 0).gradient({0: _ONE})
         return {s: x[0] for s, x in zip(self.raw, slope, strict=False)}
 
-    def _euler_lagrange(self, tape: Tape, series: Mapping[sp.Symbol, Series]) -> list[mpf]:
+    def _euler_lagrange(self, tape: Tape, series: Mapping[sp.Symbol, TaylorSeries]) -> list[mpf]:
         """d/dt ∂L/∂q̇ − ∂L/∂q of the tape's first output."""
         gradient = tape.run([series[s] for s in self.moving], 1).gradient({0: _ONE})
         return [gradient[1 + self.n + j][1] - gradient[1 + j][0] for j in range(self.n)]
 
-    def mass_values(self, series: Mapping[sp.Symbol, Series]) -> list[mpf]:
+    def mass_values(self, series: Mapping[sp.Symbol, TaylorSeries]) -> list[mpf]:
         """The mass that goes with each entry of ``components``."""
         return self.masses.run([series[s] for s in self.parameters], 0).values
 
     def raw_inputs(
-        self, series: Mapping[sp.Symbol, Series], outputs: Sequence[Series]
-    ) -> list[Series]:
+        self, series: Mapping[sp.Symbol, TaylorSeries], outputs: Sequence[TaylorSeries]
+    ) -> list[TaylorSeries]:
         """``raw``, t and parameters, where Cartesian names have the values ``outputs``."""
         place = dict(zip(self.symbols, outputs, strict=True))
         raw = [place.get(s, series.get(s, _ONE)) for s in self.raw]
@@ -239,11 +239,11 @@ class Tapes:
         forces, gradient = self.generalized_forces(series), run.gradient({0: _ONE})
         return Observation(point, series, forces, run.values, gradient, run.magnitude())
 
-    def slopes(self, seen: Observation) -> list[Series]:
+    def slopes(self, seen: Observation) -> list[TaylorSeries]:
         """∂L/∂q."""
         return seen.gradient[1 : 1 + self.n]
 
-    def momenta(self, seen: Observation) -> list[Series]:
+    def momenta(self, seen: Observation) -> list[TaylorSeries]:
         """∂L/∂q̇."""
         return seen.gradient[1 + self.n : 1 + 2 * self.n]
 

@@ -9,7 +9,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
-from lagrange_cli.mechanics.numerics.sampling import PLACED_STARTS, Drawn
+from lagrange_cli.mechanics.numerics.sampling import PLACED_DRAWS, SamplePoint
 from lagrange_cli.mechanics.reduction.geometry import Restriction
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 
@@ -40,7 +40,7 @@ class Room:
         self.closures = [c for c in reduced.closures if c.kind == "position"]
         self.gaps = list(reduced.gaps if gaps is None else gaps)
         self._sampler = reduced.sampler([])
-        self.starts = _FEW if self._sampler.many else PLACED_STARTS
+        self.starts = _FEW if self._sampler.many else PLACED_DRAWS
         self._clock = sp.Dummy("t", real=True)
 
     def found(
@@ -48,7 +48,7 @@ class Room:
         closures: Sequence[int] | None = None,
         gaps: Sequence[int] | None = None,
         starts: int | None = None,
-    ) -> Drawn | None:
+    ) -> SamplePoint | None:
         """A configuration for some of the closures and gaps, by number; None where none came up.
 
         It is searched for at the time at which the motion starts, then at others; from fewer
@@ -94,12 +94,12 @@ class Room:
         return Manifold(sides, [], names.t, [*q, *beside], [], others, scale)
 
     @cached_property
-    def _given(self) -> Drawn:
+    def _given(self) -> SamplePoint:
         """Time, and coordinates that the scene gives."""
         given = self._reduced.reference
         return {s: given[s] for s in (self._time, *self._coordinates) if s in given}
 
-    def _start(self, attempt: int, closures: Sequence[int]) -> Drawn | None:
+    def _start(self, attempt: int, closures: Sequence[int]) -> SamplePoint | None:
         """The given configuration, then random ones on the closures around it."""
         width = _WIDTHS[attempt % len(_WIDTHS)]
         drawn = self._sampler.draw(width=width, closures=closures)

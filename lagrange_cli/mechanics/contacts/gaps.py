@@ -15,8 +15,8 @@ from mpmath import mpf
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.contacts.infeasible import require_room
 from lagrange_cli.mechanics.equations import Closure, Contact
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
-from lagrange_cli.mechanics.numerics.sampling import Drawn, working_digits
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.numerics.sampling import SamplePoint, working_digits
 from lagrange_cli.mechanics.reduction.geometry import Restriction, gap_over_names
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted
@@ -89,7 +89,7 @@ def _require_sign_open(reduced: Reduced, gap: Restriction, closure: Closure) -> 
 
 
 def _require_change(
-    reduced: Reduced, gap: Restriction, closure: Closure, states: Sequence[Drawn]
+    reduced: Reduced, gap: Restriction, closure: Closure, states: Sequence[SamplePoint]
 ) -> None:
     """Refuse a gap that is the same in all configurations next to each other."""
     slopes = {reduced.coordinates[j].q: closure.gradient[j] for j in closure.held}
@@ -114,19 +114,19 @@ def _require_change(
 
 
 def _change(
-    gap: Restriction, slopes: Mapping[sp.Symbol, sp.Expr], states: Sequence[Drawn]
+    gap: Restriction, slopes: Mapping[sp.Symbol, sp.Expr], states: Sequence[SamplePoint]
 ) -> tuple[mpf, mpf, bool]:
     """φ and the size of its terms at the first state, and whether φ differs at another."""
     terms = [*sp.Add.make_args(gap.left), *sp.Add.make_args(gap.right)]
     held = sorted(set().union(*(e.free_symbols for e in (*slopes.values(), *terms))), key=str)
     points = [{s: state[s] for s in held} for state in states]
-    level, *parts = values([gap.left - gap.right, *slopes.values(), *terms], points[0])
+    level, *parts = evaluate([gap.left - gap.right, *slopes.values(), *terms], points[0])
     steepness = dict(zip(slopes, parts, strict=False))
     size = sum(map(abs, parts[len(slopes) :]), mpf(0))
     rounding = mpf(10) ** (_LOST - mpmath.mp.dps) * size
     for point in points[1:]:
         moves = (abs(g * (point[s] - points[0][s])) for s, g in steepness.items() if s in point)
-        change = values([gap.left - gap.right], point)[0] - level
+        change = evaluate([gap.left - gap.right], point)[0] - level
         if abs(change) > max(_STILL * sum(moves, mpf(0)), rounding):
             return level, size, True
     return level, size, False
@@ -159,7 +159,7 @@ def _holding(reduced: Reduced, gap: Restriction) -> Iterator[str]:
         yield f"take {', '.join(defined)} as coordinates instead of defining them"
 
 
-def _neighbours(reduced: Reduced) -> list[Drawn]:
+def _neighbours(reduced: Reduced) -> list[SamplePoint]:
     """A configuration and some next to it, at the same t and parameters."""
     sampler, manifold = reduced.sampler([]), reduced.manifold()
     point = sampler.draw()
@@ -170,7 +170,7 @@ def _neighbours(reduced: Reduced) -> list[Drawn]:
         if moved is None:
             continue
         try:
-            values(differences, moved)
+            evaluate(differences, moved)
         except DomainError:
             continue
         found.append(moved)

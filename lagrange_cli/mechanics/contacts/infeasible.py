@@ -16,17 +16,17 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, InputError, Problem
 from lagrange_cli.mechanics.contacts.feasibility import Room
-from lagrange_cli.mechanics.diagnosis.errors import rests_on
-from lagrange_cli.mechanics.diagnosis.inconsistency import is_contradictory, smallest
-from lagrange_cli.mechanics.diagnosis.rod_lengths import overlong_rod
-from lagrange_cli.mechanics.elimination.eliminate import Stated, substitute
+from lagrange_cli.mechanics.diagnosis.errors import equations_behind
+from lagrange_cli.mechanics.diagnosis.inconsistency import irreducible_subset, is_contradictory
+from lagrange_cli.mechanics.diagnosis.rod_lengths import overlong_rod_error
+from lagrange_cli.mechanics.elimination.eliminate import StatedEquation, substitute
 from lagrange_cli.mechanics.elimination.solve_equation import linear_parts
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.farkas import FalseSum, false_sum
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
-from lagrange_cli.mechanics.symbols.yaml_snippets import one_sided_line
+from lagrange_cli.mechanics.symbols.yaml_snippets import one_sided_snippet
 from lagrange_cli.scene.model import Unilateral
 
 __all__ = ["require_room"]
@@ -70,16 +70,16 @@ def _valued(reduced: Reduced) -> list[sp.Symbol]:
     return [reduced.names.parameters[n] for n in reduced.values.exact]
 
 
-def _stated(names: Names, one_sided: Unilateral) -> Stated:
+def _stated(names: Names, one_sided: Unilateral) -> StatedEquation:
     """The inequality over the names that it is written in, left ≥ right."""
     written_down = one_sided.inequality
     left, right = names.convert(written_down.left), names.convert(written_down.right)
     if written_down.relation == "<=":
         left, right = right, left
-    return Stated(one_sided.name, written_down, left, right, one_sided=True)
+    return StatedEquation(one_sided.name, written_down, left, right, one_sided=True)
 
 
-def _squared(stated: Stated, constants: Mapping[sp.Symbol, mpf]) -> Stated:
+def _squared(stated: StatedEquation, constants: Mapping[sp.Symbol, mpf]) -> StatedEquation:
     """``norm(x, z) <= l`` as x² + z² ≤ l², which is a sum of squares; others as they are."""
     roots = [p for p in stated.phi.atoms(sp.Pow) if p.exp == sp.Rational(1, 2)]
     roots = [p for p in roots if not p.free_symbols <= constants.keys()]
@@ -89,7 +89,7 @@ def _squared(stated: Stated, constants: Mapping[sp.Symbol, mpf]) -> Stated:
     parts = linear_parts(stated.phi.xreplace({roots[0]: place}), place)
     if parts is None or not all(e.free_symbols <= constants.keys() for e in parts):
         return stated
-    share, bound = values(list(parts), constants)
+    share, bound = evaluate(list(parts), constants)
     if share * bound > 0:
         return stated
     wide, narrow = parts[0] ** 2 * roots[0].base, parts[1] ** 2
@@ -97,7 +97,7 @@ def _squared(stated: Stated, constants: Mapping[sp.Symbol, mpf]) -> Stated:
     return replace(stated, left=left, right=right)
 
 
-def _proven(reduced: Reduced, stated: Sequence[Stated]) -> InputError | None:
+def _proven(reduced: Reduced, stated: Sequence[StatedEquation]) -> InputError | None:
     """The error of a smallest set that is proven to contradict itself."""
     names, reference = reduced.names, reduced.reference
     constants = {p: reference[p] for p in _valued(reduced)}
@@ -111,7 +111,7 @@ def _proven(reduced: Reduced, stated: Sequence[Stated]) -> InputError | None:
             others = [s for s in chosen if s is not last]
             missing = _missed(names, others, last, constants) or missing
         return _refusal(reduced, chosen, _sum(chosen, total), last, missing)
-    rods = overlong_rod(names, stated, reference)
+    rods = overlong_rod_error(names, stated, reference)
     if rods is not None or len(stated) > _MOST:
         return rods
 
@@ -121,12 +121,12 @@ def _proven(reduced: Reduced, stated: Sequence[Stated]) -> InputError | None:
     everything = range(len(stated))
     if not wrong(everything):
         return None
-    chosen = [stated[k] for k in smallest(everything, wrong)]
+    chosen = [stated[k] for k in irreducible_subset(everything, wrong)]
     return _by_squares(reduced, chosen, constants)
 
 
 def _false_sum(
-    names: Names, stated: Sequence[Stated], constants: Mapping[sp.Symbol, mpf]
+    names: Names, stated: Sequence[StatedEquation], constants: Mapping[sp.Symbol, mpf]
 ) -> FalseSum | None:
     """The sum of constraints with definitions put in."""
     parameters = frozenset(names.parameters.values())
@@ -136,7 +136,7 @@ def _false_sum(
     return false_sum([(state.reduce(s.phi), s.one_sided) for s in stated], constants)
 
 
-def _sum(chosen: Sequence[Stated], total: FalseSum) -> str:
+def _sum(chosen: Sequence[StatedEquation], total: FalseSum) -> str:
     """``their sum a + 2*b says 0 >= 3``."""
     unit = min(abs(x) for x in total.shares.values())
     shares = [x / unit for x in total.shares.values()]
@@ -155,7 +155,7 @@ def _sum(chosen: Sequence[Stated], total: FalseSum) -> str:
     return f"{what} says {says}{known}"
 
 
-def _products(chosen: Sequence[Stated], shares: Sequence[mpf]) -> str:
+def _products(chosen: Sequence[StatedEquation], shares: Sequence[mpf]) -> str:
     """A sum of the names of constraints with factors, positive ones first."""
     parts = []
     for stated, share in sorted(zip(chosen, shares, strict=True), key=lambda x: x[1] < 0):
@@ -170,7 +170,7 @@ def _number(x: mpf) -> str:
 
 
 def _by_squares(
-    reduced: Reduced, chosen: Sequence[Stated], constants: Mapping[sp.Symbol, mpf]
+    reduced: Reduced, chosen: Sequence[StatedEquation], constants: Mapping[sp.Symbol, mpf]
 ) -> InputError:
     """The error of a set that a sum of squares excludes, with how far one of it is missed."""
     names = reduced.names
@@ -187,7 +187,9 @@ def _by_squares(
     return _refusal(reduced, chosen, why, last, missed)
 
 
-def _reached(names: Names, last: Stated, missed: mpf, constants: Mapping[sp.Symbol, mpf]) -> str:
+def _reached(
+    names: Names, last: StatedEquation, missed: mpf, constants: Mapping[sp.Symbol, mpf]
+) -> str:
     """``z is at most 1``: how far a side with a number on the other one gets."""
     if (last.right.free_symbols | last.left.free_symbols) - constants.keys():
         for moving, fixed, word, sign in (
@@ -195,13 +197,16 @@ def _reached(names: Names, last: Stated, missed: mpf, constants: Mapping[sp.Symb
             (last.right, last.left, "least", 1),
         ):
             if fixed.free_symbols <= constants.keys():
-                (bound,) = values([fixed], constants)
+                (bound,) = evaluate([fixed], constants)
                 return f"{written(moving)} is at {word} {_number(bound + sign * missed)}"
     return f"{written(last.phi)} is at most -{_number(missed)}"
 
 
 def _missed(
-    names: Names, others: Sequence[Stated], last: Stated, constants: Mapping[sp.Symbol, mpf]
+    names: Names,
+    others: Sequence[StatedEquation],
+    last: StatedEquation,
+    constants: Mapping[sp.Symbol, mpf],
 ) -> mpf | None:
     """By how much φ ≥ 0 is missed at least where the others hold; None if no proof tells."""
 
@@ -229,7 +234,11 @@ def _missed(
 
 
 def _refusal(
-    reduced: Reduced, chosen: Sequence[Stated], why: str, last: Stated, missing: mpf | None
+    reduced: Reduced,
+    chosen: Sequence[StatedEquation],
+    why: str,
+    last: StatedEquation,
+    missing: mpf | None,
 ) -> InputError:
     """The error; ``missing`` says with how much more room ``last`` would be satisfied."""
     named = [s.constraint for s in chosen]
@@ -244,7 +253,7 @@ def _refusal(
     return InconsistentError(Problem(f"{what}: {why}", mark, "\n".join(hints), rule="inconsistent"))
 
 
-def _wider(reduced: Reduced, stated: Stated, missing: mpf) -> str:
+def _wider(reduced: Reduced, stated: StatedEquation, missing: mpf) -> str:
     """A one-sided constraint with a bound for which there is room; empty where none is found."""
     pairs = zip(reduced.scene.unilateral, reduced.gaps, strict=True)
     found = [(one, gap) for one, gap in pairs if one.name == stated.constraint]
@@ -254,14 +263,14 @@ def _wider(reduced: Reduced, stated: Stated, missing: mpf) -> str:
     phi, given = gap.left - gap.right, reduced.reference
     if phi.free_symbols <= given.keys():  # the values that are given are to satisfy it too
         with contextlib.suppress(DomainError):
-            missing = max(missing, -values([phi], {s: given[s] for s in phi.free_symbols})[0])
+            missing = max(missing, -evaluate([phi], {s: given[s] for s in phi.free_symbols})[0])
     more = sp.Rational(mpmath.nstr(missing * _MORE, 2))
     moved = replace(gap, left=gap.left + more)
     gaps = [moved if g is gap else g for g in reduced.gaps]
     if Room(reduced, gaps).found() is None:
         return ""
     bound = reduced.names.convert(one_sided.inequality.right)
-    return one_sided_line(one_sided, more, bound)
+    return one_sided_snippet(one_sided, more, bound)
 
 
 def _not_found(reduced: Reduced, room: Room) -> InputError | None:
@@ -271,9 +280,9 @@ def _not_found(reduced: Reduced, room: Room) -> InputError | None:
     """
     closures, gaps = [*range(len(room.closures))], [*range(len(room.gaps))]
     if len(gaps) <= _MOST_SEARCHES:
-        gaps = smallest(gaps, lambda fewer: room.found(closures, fewer) is None)
+        gaps = irreducible_subset(gaps, lambda fewer: room.found(closures, fewer) is None)
     if 0 < len(closures) <= _MOST_SEARCHES and room.found([], gaps) is not None:
-        closures = smallest(closures, lambda fewer: room.found(fewer, gaps) is None)
+        closures = irreducible_subset(closures, lambda fewer: room.found(fewer, gaps) is None)
     elif room.found([], gaps) is None:
         closures = []
     named = [*_beside(reduced, room, closures, gaps), *(room.gaps[k].name for k in gaps)]
@@ -301,4 +310,4 @@ def _beside(
             sources |= found.sources_of(_stated(names, one_sided).phi)
     kept = {room.closures[k].name for k in closures}
     numbers = [k for k, s in enumerate(found.stated) if s.constraint in kept]
-    return [s.constraint for s in rests_on(found, sorted(sources | {*numbers}))]
+    return [s.constraint for s in equations_behind(found, sorted(sources | {*numbers}))]

@@ -7,34 +7,34 @@ from collections.abc import Mapping, Sequence
 import sympy as sp
 
 from lagrange_cli.errors import InconsistentError, InputError, Mark, Problem, SingularError
-from lagrange_cli.mechanics.elimination.eliminate import Elimination, Stated
+from lagrange_cli.mechanics.elimination.eliminate import Elimination, StatedEquation
 from lagrange_cli.mechanics.elimination.solve_equation import solutions
-from lagrange_cli.mechanics.numerics.sampling import PLACED_STARTS, STARTS
+from lagrange_cli.mechanics.numerics.sampling import DRAWS, PLACED_DRAWS
 from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
 from lagrange_cli.mechanics.symbols.yaml_snippets import (
-    changed_start,
-    coordinates_line,
-    fewer_coordinates,
-    is_held,
-    near_line,
+    changed_initial,
+    coordinates_snippet,
+    fewer_coordinates_snippet,
+    must_stay,
+    near_snippet,
 )
 from lagrange_cli.scene.model import Scene
 
 __all__ = [
-    "coordinates_left",
-    "dependent_coordinates",
+    "dependence_error",
+    "equations_behind",
     "is_sum_of_squares",
-    "no_configuration",
-    "no_solution",
-    "nowhere_else",
+    "isolated_start_error",
+    "nesting_error",
+    "no_configuration_error",
+    "no_solution_error",
+    "remaining_coordinates",
     "require_enough",
     "require_size",
-    "rests_on",
-    "satisfied_elsewhere",
-    "singular",
-    "too_deep",
-    "too_few",
-    "too_many",
+    "satisfied_elsewhere_error",
+    "singular_error",
+    "too_few_error",
+    "too_many_error",
 ]
 
 
@@ -57,7 +57,7 @@ def require_size(scene: Scene) -> None:
             raise InputError(Problem(message, mark, hint, rule="limit"))
 
 
-def too_deep(scene: Scene) -> InputError:
+def nesting_error(scene: Scene) -> InputError:
     """The refusal of expressions that stand within each other hundreds of levels deep."""
     mark = scene.definitions[0].mark if scene.definitions else Mark(scene.file, 1, 1)
     message = "expressions nest too deeply once names stand for what they are defined as"
@@ -71,7 +71,7 @@ def require_enough(scene: Scene, found: Elimination) -> None:
     usable = sum(bool(_open_names(found, number)) for number in found.pending)
     excess = len(found.unknowns) - usable
     if excess > 0:
-        raise too_few(scene, found, excess)
+        raise too_few_error(scene, found, excess)
 
 
 def _open_names(found: Elimination, number: int) -> list[sp.Symbol]:
@@ -79,7 +79,7 @@ def _open_names(found: Elimination, number: int) -> list[sp.Symbol]:
     return found.in_order((left - right).free_symbols)
 
 
-def too_few(scene: Scene, found: Elimination, excess: int) -> InputError:
+def too_few_error(scene: Scene, found: Elimination, excess: int) -> InputError:
     """Declared coordinates and constraints leave names undetermined."""
     open_names = [u.name for u in found.unknowns]
     have = [c.name for c in scene.coordinates or ()]
@@ -95,7 +95,7 @@ def too_few(scene: Scene, found: Elimination, excess: int) -> InputError:
             f"too few coordinates: nothing determines {which}"
             f" ({len(have)} declared, {len(have) + len(free) - fixing} degrees of freedom)",
             scene.coordinates_mark,
-            hint=coordinates_line([*have, *free]),
+            hint=coordinates_snippet([*have, *free]),
             rule="too-few-coordinates",
         )
     )
@@ -122,9 +122,9 @@ def _undetermined(found: Elimination) -> list[str]:
     return [s.name for s in found.unknowns if s not in by]
 
 
-def too_many(
+def too_many_error(
     scene: Scene,
-    stated: Stated,
+    stated: StatedEquation,
     involved: Sequence[sp.Symbol],
     rest: Sequence[str],
     dropped: tuple[str, sp.Expr],
@@ -138,8 +138,8 @@ def too_many(
     """
     name, value = dropped
     verb = "fixes" if len(involved) == 1 else "relates"
-    hint = fewer_coordinates(scene, rest, {name: written(value)})
-    if is_held(scene, name):
+    hint = fewer_coordinates_snippet(scene, rest, {name: written(value)})
+    if must_stay(scene, name):
         hint = _WITHOUT_ONE.format(quoted(involved))
     return InputError(
         Problem(
@@ -158,34 +158,34 @@ _WITHOUT_ONE = (
 )
 
 
-def coordinates_left(scene: Scene, *phis: sp.Expr) -> list[str]:
+def remaining_coordinates(scene: Scene, *phis: sp.Expr) -> list[str]:
     """Lines with the coordinates that equations φ = 0, proposed to the scene, leave of those
     declared; none where they leave them all."""
     declared = [c.name for c in scene.coordinates or ()]
     dropped: dict[str, str] = {}
     for phi in phis:
         for q in sorted(phi.free_symbols, key=str, reverse=True):
-            free = q.name in declared and q.name not in dropped and not is_held(scene, q.name)
+            free = q.name in declared and q.name not in dropped and not must_stay(scene, q.name)
             ways = (solutions(phi, q) or []) if free else []
             if len(ways) == 1:
                 dropped[q.name] = written(ways[0])
                 break
     rest = [name for name in declared if name not in dropped]
-    return [fewer_coordinates(scene, rest, dropped)] if dropped else []
+    return [fewer_coordinates_snippet(scene, rest, dropped)] if dropped else []
 
 
-def dependent_coordinates(
+def dependence_error(
     scene: Scene, coordinates: Sequence[str], mixed: Sequence[str], ways: int
 ) -> InputError:
     """Coordinates of which those that are ``mixed`` move particles in fewer ``ways``."""
     hint = "give one of them inertia in 'kinetic', or leave it out"
     for name in reversed(mixed):
-        if not is_held(scene, name):
+        if not must_stay(scene, name):
             value = next(
                 (e.value.text for e in scene.initial if (e.name, e.order) == (name, 0)), "1"
             )
             rest = [other for other in coordinates if other != name]
-            hint = f"{hint}:\n{fewer_coordinates(scene, rest, {name: value})}"
+            hint = f"{hint}:\n{fewer_coordinates_snippet(scene, rest, {name: value})}"
             break
     return InputError(
         Problem(
@@ -198,7 +198,9 @@ def dependent_coordinates(
     )
 
 
-def no_configuration(scene: Scene, found: Elimination, related: Sequence[int] = ()) -> InputError:
+def no_configuration_error(
+    scene: Scene, found: Elimination, related: Sequence[int] = ()
+) -> InputError:
     """No real configuration came up: the constraints that were solved, or kept, are named.
 
     Parameters
@@ -207,9 +209,9 @@ def no_configuration(scene: Scene, found: Elimination, related: Sequence[int] = 
         Numbers of the equations that a search was to satisfy.
     """
     used = [found.stated[k] for k in sorted(set(found.by.values()))] or list(found.stated)
-    starts = PLACED_STARTS if related else STARTS
+    starts = PLACED_DRAWS if related else DRAWS
     if related:
-        used = rests_on(found, related)
+        used = equations_behind(found, related)
     constraints = list(dict.fromkeys(s.constraint for s in used))
     named = quoted(constraints) or "the scene"
     hint = "give one in 'initial' or 'near'"
@@ -225,21 +227,21 @@ def no_configuration(scene: Scene, found: Elimination, related: Sequence[int] = 
     )
 
 
-def nowhere_else(scene: Scene, found: Elimination, related: Sequence[int]) -> InputError:
+def isolated_start_error(scene: Scene, found: Elimination, related: Sequence[int]) -> InputError:
     """The given configuration satisfies the equations of some numbers, and none beside it does."""
-    constraints = list(dict.fromkeys(s.constraint for s in rests_on(found, related)))
+    constraints = list(dict.fromkeys(s.constraint for s in equations_behind(found, related)))
     return SingularError(
         Problem(
             f"nothing moves at the given configuration: it satisfies {quoted(constraints)}, and no"
             " other one beside it was found that does",
-            rests_on(found, related)[-1].equation.mark(),
+            equations_behind(found, related)[-1].equation.mark(),
             hint="what is taut has no equations of motion: give it room, as a longer rod",
             rule="singular",
         )
     )
 
 
-def no_solution(stated: Stated) -> InputError:
+def no_solution_error(stated: StatedEquation) -> InputError:
     """An equation that no value of its unknown satisfies, though an inverse function gives one."""
     return InconsistentError(
         Problem(
@@ -251,13 +253,15 @@ def no_solution(stated: Stated) -> InputError:
     )
 
 
-def satisfied_elsewhere(scene: Scene, stated: Stated, values: Mapping[str, str]) -> InputError:
+def satisfied_elsewhere_error(
+    scene: Scene, stated: StatedEquation, values: Mapping[str, str]
+) -> InputError:
     """An equation that definitions satisfy identically around some values, not around the start."""
     place = ", ".join(f"{name} = {value}" for name, value in values.items())
     given = {e.name for e in scene.initial if not e.order}
     known = values.keys() <= given | {e.name for e in scene.near}
     why = "not around the initial configuration" if known else "no initial configuration chooses it"
-    line = changed_start(scene, values) if given & values.keys() else near_line(scene, values)
+    line = changed_initial(scene, values) if given & values.keys() else near_snippet(scene, values)
     return SingularError(
         Problem(
             f"constraint '{stated.constraint}' is satisfied by the definitions on a part of the"
@@ -269,15 +273,15 @@ def satisfied_elsewhere(scene: Scene, stated: Stated, values: Mapping[str, str])
     )
 
 
-def rests_on(found: Elimination, numbers: Sequence[int]) -> list[Stated]:
+def equations_behind(found: Elimination, numbers: Sequence[int]) -> list[StatedEquation]:
     """The equations of these numbers with those that were put into them."""
     everything = set(numbers).union(*(found.touched[k] for k in numbers))
     return [found.stated[k] for k in sorted(everything)]
 
 
-def singular(scene: Scene, found: Elimination, numbers: Sequence[int]) -> InputError:
+def singular_error(scene: Scene, found: Elimination, numbers: Sequence[int]) -> InputError:
     """Equations whose gradients depend on each other wherever they hold, though all are needed."""
-    stated = rests_on(found, numbers)
+    stated = equations_behind(found, numbers)
     named = list(dict.fromkeys(s.constraint for s in stated))
     what, why = "constraint", "is singular: wherever it holds, its gradient vanishes"
     if len(named) > 1:
@@ -291,7 +295,7 @@ def singular(scene: Scene, found: Elimination, numbers: Sequence[int]) -> InputE
         hint = "write equations that cross zero: x = 0 in place of x^2 = 0"
         roots = _roots(squares[0].phi)
         lines = [f"{squares[0].constraint}: {_crossing(roots)}"]
-        lines += coordinates_left(scene, *roots)
+        lines += remaining_coordinates(scene, *roots)
         hint = "\n".join([hint, *lines])
     return SingularError(
         Problem(

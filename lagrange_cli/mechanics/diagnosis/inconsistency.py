@@ -15,17 +15,23 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, InputError, Problem
-from lagrange_cli.mechanics.diagnosis.errors import no_configuration, nowhere_else
-from lagrange_cli.mechanics.diagnosis.rod_lengths import overlong_rod
-from lagrange_cli.mechanics.elimination.eliminate import Elimination, Stated, substitute
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
-from lagrange_cli.mechanics.numerics.rank import TOLERANCE
+from lagrange_cli.mechanics.diagnosis.errors import isolated_start_error, no_configuration_error
+from lagrange_cli.mechanics.diagnosis.rod_lengths import overlong_rod_error
+from lagrange_cli.mechanics.elimination.eliminate import Elimination, StatedEquation, substitute
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE
 from lagrange_cli.mechanics.numerics.sampling import Sampler, typical_length
-from lagrange_cli.mechanics.proofs.sum_of_squares import contradicting
+from lagrange_cli.mechanics.proofs.sum_of_squares import contradicting_equations
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
 
-__all__ = ["contradiction", "explained", "is_contradictory", "nowhere", "smallest"]
+__all__ = [
+    "contradiction_error",
+    "diagnose_no_configuration",
+    "irreducible_subset",
+    "is_contradictory",
+    "proven_inconsistency",
+]
 
 #: Equations among which a smallest set is sought: each costs an elimination.
 _MOST = 40
@@ -36,18 +42,20 @@ _MOST_SEARCHES = 12
 #: Names that a message lists.
 _NAMED = 4
 
-Sides = tuple[sp.Expr, sp.Expr]
+_Sides = tuple[sp.Expr, sp.Expr]
 
 
 @dataclass(frozen=True)
 class _Proof:
     """Reduced equations that are not all satisfied, whether as numbers or as sums of squares."""
 
-    equations: tuple[Sides, ...]
+    equations: tuple[_Sides, ...]
     numbers: bool
 
 
-def smallest(suspects: Sequence[int], wrong: Callable[[Sequence[int]], bool]) -> list[int]:
+def irreducible_subset(
+    suspects: Sequence[int], wrong: Callable[[Sequence[int]], bool]
+) -> list[int]:
     """A part of the suspects that is still wrong, and of which no member can be left out.
 
     The deletion filter of Chinneck and Dravnieks (ORSA J. Computing 3, 1991).
@@ -60,9 +68,9 @@ def smallest(suspects: Sequence[int], wrong: Callable[[Sequence[int]], bool]) ->
     return kept
 
 
-def explained(
+def proven_inconsistency(
     names: Names,
-    stated: Sequence[Stated],
+    stated: Sequence[StatedEquation],
     suspects: Sequence[int],
     reference: Mapping[sp.Symbol, mpf],
 ) -> InputError | None:
@@ -83,14 +91,14 @@ def explained(
     suspects = sorted(suspects)
     if len(suspects) > _MOST or not wrong(suspects):
         return None
-    chosen = [stated[k] for k in smallest(suspects, wrong)]
-    rods = overlong_rod(names, chosen, reference)
+    chosen = [stated[k] for k in irreducible_subset(suspects, wrong)]
+    rods = overlong_rod_error(names, chosen, reference)
     found = _proof(names, chosen, constants)
     assert found is not None
     return rods or _refusal(names, chosen, found)
 
 
-def contradiction(
+def contradiction_error(
     names: Names,
     found: Elimination,
     number: int,
@@ -99,7 +107,7 @@ def contradiction(
 ) -> InputError:
     """The error of a stated equation that came to a false one."""
     used = sorted(found.touched[number] | {number})
-    proven = explained(names, found.stated, used, reference)
+    proven = proven_inconsistency(names, found.stated, used, reference)
     if proven is not None:
         return proven
     stated = [found.stated[k] for k in used]
@@ -115,7 +123,7 @@ def contradiction(
     )
 
 
-def nowhere(
+def diagnose_no_configuration(
     names: Names,
     found: Elimination,
     restricting: Sequence[int],
@@ -131,21 +139,23 @@ def nowhere(
     sampler
         Draws configurations that satisfy them.
     """
-    proven = overlong_rod(names, found.stated, reference)
+    proven = overlong_rod_error(names, found.stated, reference)
     if proven is None and restricting:
-        proven = explained(names, found.stated, _rest(found, restricting), reference)
+        proven = proven_inconsistency(names, found.stated, _rest(found, restricting), reference)
     if proven is None:
-        proven = explained(names, found.stated, range(len(found.stated)), reference)
+        proven = proven_inconsistency(names, found.stated, range(len(found.stated)), reference)
     proven = proven or _by_itself(names, found, restricting, reference)
     if proven is not None:
         return proven
     if restricting and _are_met(found, restricting, reference):
-        return nowhere_else(names.scene, found, restricting)
+        return isolated_start_error(names.scene, found, restricting)
     if 1 < len(restricting) <= _MOST_SEARCHES:
-        rows = smallest(range(len(restricting)), lambda fewer: sampler.draw(closures=fewer) is None)
+        rows = irreducible_subset(
+            range(len(restricting)), lambda fewer: sampler.draw(closures=fewer) is None
+        )
         restricting = [restricting[k] for k in rows]
-        proven = explained(names, found.stated, _rest(found, restricting), reference)
-    return proven or no_configuration(names.scene, found, restricting)
+        proven = proven_inconsistency(names, found.stated, _rest(found, restricting), reference)
+    return proven or no_configuration_error(names.scene, found, restricting)
 
 
 def _are_met(
@@ -156,11 +166,11 @@ def _are_met(
     if not all(r.free_symbols <= reference.keys() for r in residuals):
         return False
     try:
-        found_values = values(residuals, reference)
+        found_values = evaluate(residuals, reference)
     except (DomainError, ZeroDivisionError, OverflowError):
         return False
     scale = typical_length([reference[s] for r in residuals for s in r.free_symbols])
-    return all(abs(value) <= TOLERANCE * scale**2 for value in found_values)
+    return all(abs(value) <= RANK_TOLERANCE * scale**2 for value in found_values)
 
 
 def _by_itself(
@@ -178,8 +188,8 @@ def _by_itself(
         if shape in tried:
             continue
         tried.add(shape)
-        if contradicting([left - right], constants):
-            return explained(names, found.stated, _rest(found, [number]), reference)
+        if contradicting_equations([left - right], constants):
+            return proven_inconsistency(names, found.stated, _rest(found, [number]), reference)
     return None
 
 
@@ -196,20 +206,20 @@ def _rest(found: Elimination, numbers: Sequence[int]) -> list[int]:
 
 def is_contradictory(
     names: Names,
-    stated: Sequence[Stated],
+    stated: Sequence[StatedEquation],
     constants: Mapping[sp.Symbol, mpf],
     products: Sequence[bool] = (False, True),
 ) -> bool:
     """Whether it is proven that equations, and inequalities, do not hold together.
 
-    ``products``: as :func:`.proofs.sum_of_squares.contradicting` tries them.
+    ``products``: as :func:`.proofs.sum_of_squares.contradicting_equations` tries them.
     """
     return _proof(names, stated, constants, products) is not None
 
 
 def _proof(
     names: Names,
-    stated: Sequence[Stated],
+    stated: Sequence[StatedEquation],
     constants: Mapping[sp.Symbol, mpf],
     products: Sequence[bool] = (False, True),
 ) -> _Proof | None:
@@ -224,14 +234,14 @@ def _proof(
             return _Proof((sides,), numbers=True)
     # What is not negative is a square.
     pending += [(state.reduce(s.phi), sp.Dummy(real=True) ** 2) for s in stated if s.one_sided]
-    found = contradicting([left - right for left, right in pending], constants, products)
+    found = contradicting_equations([left - right for left, right in pending], constants, products)
     if found is None:
         return None
     return _Proof(tuple(pending[k] for k in found), numbers=False)
 
 
 def _is_false(
-    sides: Sides, settled: frozenset[sp.Symbol], constants: Mapping[sp.Symbol, mpf]
+    sides: _Sides, settled: frozenset[sp.Symbol], constants: Mapping[sp.Symbol, mpf]
 ) -> bool:
     """Whether an equation holds nothing that moves, and is not satisfied.
 
@@ -244,13 +254,13 @@ def _is_false(
     point = {p: constants.get(p, mpmath.sqrt(2 + k)) for k, p in enumerate(sorted(held, key=str))}
     terms = [*sp.Add.make_args(left), *sp.Add.make_args(right)]
     try:
-        *parts, total = values([*terms, left - right], point)
+        *parts, total = evaluate([*terms, left - right], point)
     except DomainError:
         return False
-    return bool(abs(total) > TOLERANCE * sum(map(abs, parts)))
+    return bool(abs(total) > RANK_TOLERANCE * sum(map(abs, parts)))
 
 
-def _refusal(names: Names, stated: Sequence[Stated], proof: _Proof) -> InputError:
+def _refusal(names: Names, stated: Sequence[StatedEquation], proof: _Proof) -> InputError:
     named = list(dict.fromkeys(s.constraint for s in stated))
     listed = quoted(named)
     defined = any(s in names.given for s in stated[0].phi.free_symbols)

@@ -17,13 +17,13 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, InputError, Problem
-from lagrange_cli.mechanics.elimination.eliminate import Stated
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
-from lagrange_cli.mechanics.numerics.rank import TOLERANCE
+from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import quoted
 
-__all__ = ["overlong_rod"]
+__all__ = ["overlong_rod_error"]
 
 
 #: Rods of a path that are named again.
@@ -34,13 +34,13 @@ _LISTED = 6
 class _Rod:
     """A distance between two bodies (numbers of them): stated, or that of points that stay."""
 
-    stated: Stated | None
+    stated: StatedEquation | None
     ends: tuple[int, int]
     length: mpf
 
 
-def overlong_rod(
-    names: Names, stated: Sequence[Stated], reference: Mapping[sp.Symbol, mpf]
+def overlong_rod_error(
+    names: Names, stated: Sequence[StatedEquation], reference: Mapping[sp.Symbol, mpf]
 ) -> InputError | None:
     """The error that names a rod and a shorter path of rods between its ends, if there is one.
 
@@ -63,7 +63,7 @@ def _overlong(rods: Sequence[_Rod]) -> tuple[_Rod, list[_Rod]] | None:
             beside.setdefault(end, []).append(rod)
     for rod in sorted(rods, key=lambda r: -r.length):
         path = _shortest_path(beside, rod)
-        if path and sum(r.length for r in path) < rod.length * (1 - TOLERANCE):
+        if path and sum(r.length for r in path) < rod.length * (1 - RANK_TOLERANCE):
             return rod, path
     return None
 
@@ -78,18 +78,18 @@ def _fixed(
         place = [names.given.get(s, s) for s in names.body_symbols[k]]
         if all(e.free_symbols <= constants.keys() for e in place):
             with contextlib.suppress(DomainError):
-                placed[k] = values(place, constants)
+                placed[k] = evaluate(place, constants)
     for a, b in combinations(placed, 2):
         square = sum((x - y) ** 2 for x, y in zip(placed[a], placed[b], strict=True))
         yield _Rod(None, (a, b), mpmath.sqrt(square))
 
 
-def _rod(names: Names, stated: Stated, reference: Mapping[sp.Symbol, mpf]) -> _Rod | None:
+def _rod(names: Names, stated: StatedEquation, reference: Mapping[sp.Symbol, mpf]) -> _Rod | None:
     ends = None if stated.one_sided else _ends(names, stated.left)
     if ends is None:
         return None
     try:
-        (square,) = values([stated.right], reference)
+        (square,) = evaluate([stated.right], reference)
     except (DomainError, KeyError):
         return None
     return _Rod(stated, ends, mpmath.sqrt(square)) if square >= 0 else None

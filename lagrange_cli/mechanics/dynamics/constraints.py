@@ -15,7 +15,7 @@ from functools import partial
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.alpha_equivalence import Families
+from lagrange_cli.mechanics.algebra.alpha_equivalence import ShapeClasses
 from lagrange_cli.mechanics.algebra.collect import TermSum, factored, tidy
 from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
 from lagrange_cli.mechanics.algebra.expand import expand_terms
@@ -36,7 +36,7 @@ def closures(reduced: Reduced) -> tuple[tuple[Closure, ...], tuple[Closure, ...]
     restrictions = (*reduced.closures, *reduced.gaps)
     works = {"position": _of_position, "velocity": _of_velocity}
     families = {
-        kind: Families(reduced.coordinates, partial(w, reduced)) for kind, w in works.items()
+        kind: ShapeClasses(reduced.coordinates, partial(w, reduced)) for kind, w in works.items()
     }
     found = tuple(
         _closure(restriction, name, symbol, families[restriction.kind])
@@ -85,7 +85,7 @@ class _Parts:
 
 
 def _closure(
-    restriction: Restriction, name: str, multiplier: sp.Symbol, families: Families[_Parts]
+    restriction: Restriction, name: str, multiplier: sp.Symbol, families: ShapeClasses[_Parts]
 ) -> Closure:
     member = families.of(restriction.left - restriction.right)
     parts = member.result

@@ -26,14 +26,14 @@ from lagrange_cli.mechanics.algebra.collect import (
     TermSum,
     factored,
     monomial,
-    rational,
+    python_rational,
     tidy,
 )
 from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
 from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
 from lagrange_cli.mechanics.algebra.identities import Weights
-from lagrange_cli.mechanics.algebra.shared_products import Moving, recurring_products
+from lagrange_cli.mechanics.algebra.shared_products import MovingComponent, recurring_products
 from lagrange_cli.mechanics.contacts.gaps import contacts
 from lagrange_cli.mechanics.dynamics.constraints import closures
 from lagrange_cli.mechanics.equations import BodyForce, Closure, Contact
@@ -211,7 +211,7 @@ class _Builder:
                 target.add(a * b, weights)
         return fits
 
-    def _moving_components(self, *, factored: bool) -> Iterator[Moving]:
+    def _moving_components(self, *, factored: bool) -> Iterator[MovingComponent]:
         """Parts of each component's Jacobian and convective term, or each as one factor."""
         for symbol, _ in self.components:
             rows = [(j, tuple(parts)) for j, parts in self.jacobians[symbol].items()]
@@ -219,7 +219,7 @@ class _Builder:
             if factored:
                 rows = [(j, (sp.Add(*parts),)) for j, parts in rows]
                 convective = (sp.Add(*convective),) if convective else ()
-            yield Moving(rows, tuple(g for g in convective if g != 0))
+            yield MovingComponent(rows, tuple(g for g in convective if g != 0))
 
     def _carried(self, components: int, sign: int) -> Weights:
         """The mass of a set of components, times a sign."""
@@ -230,7 +230,7 @@ class _Builder:
                 _, mass = self.components[(left & -left).bit_length() - 1]
                 left &= left - 1
                 count, rest = mass.as_coeff_Mul(rational=True)
-                weights[rest] = weights.get(rest, 0) + rational(count)
+                weights[rest] = weights.get(rest, 0) + python_rational(count)
             self._masses[components] = self.splitter.as_one(weights)
         return {m: sign * c for m, c in self._masses[components].items()}
 

@@ -20,7 +20,7 @@ from lagrange_cli.mechanics.algebra.polynomials import factored_form
 from lagrange_cli.mechanics.dynamics.lagrange import Derivation
 from lagrange_cli.mechanics.dynamics.solve_exactly import solve_exactly
 from lagrange_cli.mechanics.equations import SingularPlace
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
 __all__ = ["MOST_COORDINATES", "kept_momenta", "singular_places"]
 
@@ -248,7 +248,7 @@ def _null(mass: _Matrix, q: sp.Symbol, value: sp.Expr) -> list[bool]:
     point = {s: mpmath.frac(mpmath.sqrt(2) * k) for k, s in enumerate(symbols, 7)}
     n = len(mass)
     try:
-        numbers = np.array([float(x) for x in values(entries, point)]).reshape(n, n)
+        numbers = np.array([float(x) for x in evaluate(entries, point)]).reshape(n, n)
     except (DomainError, ZeroDivisionError):
         return [True] * n
     _, sizes, directions = np.linalg.svd(numbers)

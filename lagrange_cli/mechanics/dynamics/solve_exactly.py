@@ -31,12 +31,12 @@ from lagrange_cli.mechanics.algebra.collect import (
     Splitter,
     TermSum,
     common_factor,
-    exact,
     scaled,
+    sympy_rational,
     trig_factors,
 )
-from lagrange_cli.mechanics.algebra.trig_polynomials import Polynomial, refined
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.algebra.trig_polynomials import TrigPolynomial, refined
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
 __all__ = ["Solution", "Solved", "solve_exactly"]
 
@@ -122,7 +122,7 @@ def _is_confirmed(
         for first in range(1, _DRAWS + 1):
             point = {s: mpmath.frac(mpmath.sqrt(2) * (k + first)) for k, s in enumerate(symbols, 7)}
             try:
-                numbers = iter(values(expressions, point))
+                numbers = iter(evaluate(expressions, point))
                 a = _substituted(solution, numbers)
             except (DomainError, ZeroDivisionError):
                 continue
@@ -309,13 +309,13 @@ class _System:
 
     def _refined(self, terms: _Terms) -> _Terms:
         """The same with the identities that collecting does not see."""
-        groups: dict[frozenset[tuple[sp.Expr, sp.Expr]], Polynomial] = {}
+        groups: dict[frozenset[tuple[sp.Expr, sp.Expr]], TrigPolynomial] = {}
         for term in terms:
             split = self.splitter.split(term)
             group = groups.setdefault(frozenset(split.rest.items()), {})
             group[self.splitter.canonical(split.trig)] = split.number
         return [
-            sp.Mul(exact(number), *(b**e for b, e in rest), *trig_factors(monomial))
+            sp.Mul(sympy_rational(number), *(b**e for b, e in rest), *trig_factors(monomial))
             for rest, group in groups.items()
             for monomial, number in refined(group, self.arguments).items()
         ]

@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.collect import common_factor, factored, scaled
-from lagrange_cli.mechanics.algebra.group_by_velocity import by_velocities, positional_groups
+from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities, positional_groups
 from lagrange_cli.mechanics.dynamics.lagrange import Derivation
 from lagrange_cli.mechanics.equations import ShownEquation
 from lagrange_cli.mechanics.sparse import entries
@@ -87,7 +87,9 @@ class _Rows:
         found = [(entry, coordinates[k].a) for k, entry in inertia.items()]
         rest = [-f for f in self.derivation.forcing[row]]
         present = {s for term in rest for s in term.free_symbols if s in self.order}
-        for monomial, cofactors in by_velocities(rest, sorted(present, key=self.order.__getitem__)):
+        for monomial, cofactors in group_by_velocities(
+            rest, sorted(present, key=self.order.__getitem__)
+        ):
             if monomial != 1:
                 found.append((factored(cofactors), monomial))
             else:

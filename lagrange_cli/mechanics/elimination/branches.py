@@ -10,11 +10,11 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, InputError, Mark, Problem, SingularError
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.symbols.quoting import written
 from lagrange_cli.scene.language.expression import Equation
 
-__all__ = ["SeveralWaysError", "Solution"]
+__all__ = ["AmbiguousFactorError", "BranchedSolution"]
 
 #: Configurations that are tried, and the part of the largest value by which branches differ.
 _TRIES, _APART = 60, mpf("0.05")
@@ -23,7 +23,7 @@ _EXACT, _LOOSE = 12, 6
 
 
 @dataclass(frozen=True)
-class Solution:
+class BranchedSolution:
     """All branches of an equation's solution for an unknown.
 
     ``reference`` has the values that are given, ``constants`` are parameters.
@@ -98,7 +98,7 @@ class Solution:
         for scale in dict.fromkeys([*sizes, mpf(1)]):
             for place in _places(free, scale):
                 try:
-                    found = values(list(self.branches), {**given, **place})
+                    found = evaluate(list(self.branches), {**given, **place})
                 except DomainError:
                     continue
                 if _differ(found):
@@ -128,7 +128,7 @@ def _written(expr: sp.Expr) -> str:
     return str(expr).replace("**", "^")
 
 
-class SeveralWaysError(InputError):
+class AmbiguousFactorError(InputError):
     """An equation that is a product, of whose ``factors`` nothing chooses the one that vanishes."""
 
     def __init__(self, constraint: str, equation: Equation, factors: Sequence[sp.Expr]) -> None:

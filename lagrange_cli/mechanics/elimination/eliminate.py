@@ -19,17 +19,17 @@ import sympy as sp
 from lagrange_cli.errors import InconsistentError, InputError, Problem
 from lagrange_cli.mechanics.algebra.alpha_equivalence import shape
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.elimination.branches import SeveralWaysError, Solution
+from lagrange_cli.mechanics.elimination.branches import AmbiguousFactorError, BranchedSolution
 from lagrange_cli.mechanics.elimination.solve_equation import (
     factor_branches,
     linear_parts,
     solutions,
     solves_everywhere,
 )
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.scene.language.expression import Equation
 
-__all__ = ["Elimination", "ImpossibleError", "Stated", "eliminate", "substitute"]
+__all__ = ["Elimination", "NoRealSolutionError", "StatedEquation", "eliminate", "substitute"]
 
 #: What counts as zero at the reference configuration.
 _VANISHES = mpmath.mpf(10) ** -9
@@ -38,7 +38,7 @@ _ELSEWHERE = mpmath.mpf(10) ** -6
 
 
 @dataclass(frozen=True)
-class Stated:
+class StatedEquation:
     """One equation of a constraint over raw symbols; φ = left − right.
 
     ``integral``: the scene states its rate. ``one_sided``: φ ≥ 0.
@@ -56,7 +56,7 @@ class Stated:
         return self.left - self.right
 
 
-class ImpossibleError(InconsistentError):
+class NoRealSolutionError(InconsistentError):
     """Stated equations, by number, that no real configuration satisfies."""
 
     def __init__(self, problem: Problem, numbers: Sequence[int]) -> None:
@@ -80,7 +80,7 @@ class Elimination:
         Raw symbol → numbers of the stated equations that its expression rests on.
     """
 
-    stated: Sequence[Stated]
+    stated: Sequence[StatedEquation]
     reference: Mapping[sp.Symbol, mpmath.mpf]
     constants: frozenset[sp.Symbol]
     declared: bool = True
@@ -244,7 +244,7 @@ class Elimination:
         vanish = [k for k, x in enumerate(sizes) if x is not None and abs(x) <= _VANISHES]
         if None in sizes or len(vanish) != 1:
             stated = self.stated[number]
-            raise SeveralWaysError(stated.constraint, stated.equation, factors)
+            raise AmbiguousFactorError(stated.constraint, stated.equation, factors)
         self._await(number, factors[vanish[0]], sp.Integer(0))
         return True
 
@@ -329,7 +329,7 @@ class Elimination:
                 found.append(None)
                 continue
             try:
-                found.append(values([expr], point)[0])
+                found.append(evaluate([expr], point)[0])
             except DomainError:
                 found.append(None)
         return found
@@ -374,13 +374,15 @@ class Elimination:
             left, right = self.pending[number]
             message = f"{_written(left)} = {_written(right)} holds for no real {unknown}: {listed}"
             mark = self.stated[number].equation.mark()
-            return ImpossibleError(Problem(message, mark, rule="inconsistent"), used)
+            return NoRealSolutionError(Problem(message, mark, rule="inconsistent"), used)
         message = f"the given configuration does not satisfy {listed}: {unknown} is not real"
         return self._solution(number, unknown, branches).unreal(message)
 
-    def _solution(self, number: int, unknown: sp.Symbol, branches: Sequence[sp.Expr]) -> Solution:
+    def _solution(
+        self, number: int, unknown: sp.Symbol, branches: Sequence[sp.Expr]
+    ) -> BranchedSolution:
         name, mark = self.stated[number].constraint, self.stated[number].equation.mark()
-        return Solution(name, mark, unknown, branches, self.reference, self.constants)
+        return BranchedSolution(name, mark, unknown, branches, self.reference, self.constants)
 
 
 def _meet(x: mpmath.mpf | None, y: mpmath.mpf | None, length: mpmath.mpf) -> bool:
@@ -395,7 +397,7 @@ def _written(expr: sp.Expr) -> str:
 
 
 def eliminate(
-    stated: Sequence[Stated],
+    stated: Sequence[StatedEquation],
     given: Mapping[sp.Symbol, sp.Expr],
     unknowns: Sequence[sp.Symbol],
     reference: Mapping[sp.Symbol, mpmath.mpf],
@@ -430,7 +432,7 @@ def eliminate(
 
 
 def substitute(
-    stated: Sequence[Stated],
+    stated: Sequence[StatedEquation],
     given: Mapping[sp.Symbol, sp.Expr],
     unknowns: Sequence[sp.Symbol],
     constants: frozenset[sp.Symbol],

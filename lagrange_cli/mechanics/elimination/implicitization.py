@@ -20,23 +20,29 @@ import sympy as sp
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor
 
-__all__ = ["Angle", "Relation", "System", "angle_of", "in_single_angles"]
+__all__ = [
+    "AngleSymbols",
+    "ImplicitEquation",
+    "ImplicitSystem",
+    "angle_symbols",
+    "in_single_angles",
+]
 
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 
 #: Terms that an equation may be multiplied out to.
-TERM_BUDGET = 200
+_TERM_BUDGET = 200
 
 #: Equations linear in an angle's sine and cosine of which pairs are tried, and operations
 #: of a fraction that is brought into lowest terms.
-PAIRS_OF, FRACTION_BUDGET = 6, 400
+_PAIRS_OF, _FRACTION_BUDGET = 6, 400
 
 #: Largest multiple of an angle that is written in powers of sine and cosine.
-LARGEST_MULTIPLE = 4
+_LARGEST_MULTIPLE = 4
 
 
 @dataclass(frozen=True)
-class Relation:
+class ImplicitEquation:
     """``expression = 0``; ``name`` and ``text`` say where it comes from, ``stated`` what kind."""
 
     name: str
@@ -46,7 +52,7 @@ class Relation:
 
 
 @dataclass(frozen=True)
-class Angle:
+class AngleSymbols:
     """Sine and cosine of an angle as symbols of their own, and what became of them."""
 
     q: sp.Symbol
@@ -57,11 +63,13 @@ class Angle:
         return expr.xreplace({self.sine: sp.sin(self.q), self.cosine: sp.cos(self.q)})
 
 
-def angle_of(q: sp.Symbol) -> Angle:
-    return Angle(q, sp.Dummy(f"sin_{q.name}", real=True), sp.Dummy(f"cos_{q.name}", real=True))
+def angle_symbols(q: sp.Symbol) -> AngleSymbols:
+    return AngleSymbols(
+        q, sp.Dummy(f"sin_{q.name}", real=True), sp.Dummy(f"cos_{q.name}", real=True)
+    )
 
 
-def in_single_angles(expr: sp.Expr, angles: Sequence[Angle]) -> sp.Expr | None:
+def in_single_angles(expr: sp.Expr, angles: Sequence[AngleSymbols]) -> sp.Expr | None:
     """``expr`` over sines and cosines of single angles; None where an angle stands otherwise."""
     q = {angle.q for angle in angles}
     if expr.free_symbols.isdisjoint(q):
@@ -85,10 +93,10 @@ def in_single_angles(expr: sp.Expr, angles: Sequence[Angle]) -> sp.Expr | None:
 
 def _is_small_multiple(argument: sp.Expr, q: sp.Symbol) -> bool:
     slope = argument.diff(q)
-    return bool(slope.is_Integer and abs(slope) <= LARGEST_MULTIPLE)
+    return bool(slope.is_Integer and abs(slope) <= _LARGEST_MULTIPLE)
 
 
-class System:
+class ImplicitSystem:
     """Relations between names, of which some are eliminated.
 
     Parameters
@@ -111,11 +119,11 @@ class System:
 
     def __init__(
         self,
-        relations: Iterable[Relation],
+        relations: Iterable[ImplicitEquation],
         moving: Iterable[sp.Symbol],
         constants: Iterable[sp.Symbol],
     ) -> None:
-        self.relations: dict[int, Relation] = {}
+        self.relations: dict[int, ImplicitEquation] = {}
         self.given: dict[sp.Symbol, sp.Expr] = {}
         self._moving, self._constants = frozenset(moving), frozenset(constants)
         self._holders: dict[sp.Symbol, dict[int, None]] = {}
@@ -123,14 +131,14 @@ class System:
         for relation in relations:
             self._add(relation)
 
-    def _add(self, relation: Relation, number: int | None = None) -> None:
+    def _add(self, relation: ImplicitEquation, number: int | None = None) -> None:
         if number is None:
             number, self._next = self._next, self._next + 1
         self.relations[number] = relation
         for s in relation.expression.free_symbols & self._moving:
             self._holders.setdefault(s, {})[number] = None
 
-    def _remove(self, number: int) -> Relation:
+    def _remove(self, number: int) -> ImplicitEquation:
         relation = self.relations.pop(number)
         for s in relation.expression.free_symbols & self._moving:
             self._holders[s].pop(number, None)
@@ -142,7 +150,7 @@ class System:
 
     # Angles.
 
-    def drop_angle(self, angle: Angle, asked: Collection[sp.Symbol]) -> bool:
+    def drop_angle(self, angle: AngleSymbols, asked: Collection[sp.Symbol]) -> bool:
         """Eliminate an angle; False where it has to stay.
 
         ``asked``: which of its sine and cosine must be known without a choice.
@@ -155,10 +163,10 @@ class System:
         known = {k: p for k, p in powers.items() if p is not None}
         return self._by_two(angle, known, bool(needed)) or self._by_one(angle, known, needed)
 
-    def _by_two(self, angle: Angle, powers: Mapping[int, _Powers], needed: bool) -> bool:
+    def _by_two(self, angle: AngleSymbols, powers: Mapping[int, _Powers], needed: bool) -> bool:
         """Sine and cosine from two equations that are linear in them."""
         linear = [k for k, p in powers.items() if set(p) <= {(0, 0), (1, 0), (0, 1)}]
-        for pair in combinations(linear[:PAIRS_OF], 2):
+        for pair in combinations(linear[:_PAIRS_OF], 2):
             solved = _solved(powers[pair[0]], powers[pair[1]])
             if solved is None:
                 continue
@@ -183,7 +191,7 @@ class System:
         return one in (two, -two) and one.free_symbols <= self._constants | self._moving
 
     def _by_one(
-        self, angle: Angle, powers: Mapping[int, _Powers], needed: Collection[sp.Symbol]
+        self, angle: AngleSymbols, powers: Mapping[int, _Powers], needed: Collection[sp.Symbol]
     ) -> bool:
         """The cosine (or sine) from one equation that holds it alone, the rest from another."""
         for number, found in powers.items():
@@ -202,7 +210,9 @@ class System:
                 return True
         return False
 
-    def _with_angle(self, number: int, angle: Angle, sine: sp.Expr, cosine: sp.Expr) -> sp.Expr:
+    def _with_angle(
+        self, number: int, angle: AngleSymbols, sine: sp.Expr, cosine: sp.Expr
+    ) -> sp.Expr:
         put = {angle.sine: sine, angle.cosine: cosine}
         return _numerator(self.relations[number].expression.xreplace(put))
 
@@ -271,10 +281,10 @@ _Powers = dict[tuple[int, int], sp.Expr]
 
 
 def _terms(expr: sp.Expr) -> Sequence[sp.Expr] | None:
-    return expand_terms(expr, TERM_BUDGET)
+    return expand_terms(expr, _TERM_BUDGET)
 
 
-def _powers(expr: sp.Expr, angle: Angle) -> _Powers | None:
+def _powers(expr: sp.Expr, angle: AngleSymbols) -> _Powers | None:
     """Coefficients of sⁱ cʲ, with s² written 1 − c²; None where that is no polynomial."""
     found: _Powers = {}
     for term in _terms(expr) or (None,):
@@ -342,7 +352,7 @@ def _solved(one: _Powers, two: _Powers) -> tuple[sp.Expr, sp.Expr] | None:
 
 
 def _lowest(expr: sp.Expr) -> sp.Expr:
-    return cancelled(expr) if expr.count_ops() <= FRACTION_BUDGET else expr
+    return cancelled(expr) if expr.count_ops() <= _FRACTION_BUDGET else expr
 
 
 def _denominator(expr: sp.Expr) -> sp.Expr:

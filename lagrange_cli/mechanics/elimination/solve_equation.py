@@ -22,7 +22,7 @@ from lagrange_cli.mechanics.algebra.polynomials import factored_form
 __all__ = ["factor_branches", "linear_parts", "solutions", "solves_everywhere"]
 
 #: Value of an expression at the reference configuration, where it is known.
-Value = Callable[[sp.Expr], "mpf | None"]
+_Value = Callable[[sp.Expr], "mpf | None"]
 
 _ZERO = sp.Integer(0)
 
@@ -64,7 +64,7 @@ def solves_everywhere(pivot: sp.Expr, rest: sp.Expr, constants: frozenset[sp.Sym
 
 
 def solutions(
-    phi: sp.Expr, unknown: sp.Symbol, at: Value = lambda _: None, *, several: bool = True
+    phi: sp.Expr, unknown: sp.Symbol, at: _Value = lambda _: None, *, several: bool = True
 ) -> list[sp.Expr] | None:
     """Every branch u(other symbols) of φ = 0; None where there is no closed form.
 
@@ -155,7 +155,9 @@ def _powers_of(phi: sp.Expr, unknown: sp.Symbol) -> Mapping[int, sp.Expr] | None
     return {degree: e for degree, e in found.items() if e != 0} or {0: sp.Integer(0)}
 
 
-def _inverted(left: sp.Expr, right: sp.Expr, unknown: sp.Symbol, at: Value) -> list[sp.Expr] | None:
+def _inverted(
+    left: sp.Expr, right: sp.Expr, unknown: sp.Symbol, at: _Value
+) -> list[sp.Expr] | None:
     """Solve ``left = right`` by undoing the operations around a single occurrence."""
     if left == unknown:
         return [right]
@@ -177,7 +179,7 @@ def _inverted(left: sp.Expr, right: sp.Expr, unknown: sp.Symbol, at: Value) -> l
     return found
 
 
-def _nearest_period(inner: sp.Expr, value: sp.Expr, period: sp.Expr, at: Value) -> sp.Expr:
+def _nearest_period(inner: sp.Expr, value: sp.Expr, period: sp.Expr, at: _Value) -> sp.Expr:
     """The value moved by whole periods to where ``inner`` is at the reference configuration."""
     if period == 0:
         return value

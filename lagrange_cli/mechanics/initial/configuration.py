@@ -16,7 +16,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
-from lagrange_cli.mechanics.numerics.gauss_newton import Row
+from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.numerics.rank import rank
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 
@@ -123,7 +123,7 @@ class Search:
             found.append(miss if k < self._given else miss / (self._steepest(row) or mpf(1)))
         return found
 
-    def _steepest(self, row: Row) -> mpf:
+    def _steepest(self, row: SparseRow) -> mpf:
         """Largest slope for a length; an angle moves by the scene's length."""
         slopes = (
             abs(x) / (self._length if self._coordinates[j].is_angle else 1) for j, x in row.items()
@@ -200,7 +200,7 @@ class Search:
         except ValueError:  # its normal equations lose twice the digits that the rank tells
             return None
 
-    def _linear(self, q: Sequence[mpf]) -> tuple[list[mpf], list[Row]]:
+    def _linear(self, q: Sequence[mpf]) -> tuple[list[mpf], list[SparseRow]]:
         """Values and gradients of everything that has a target."""
         run = self._tape.run([(x, _ZERO, _ZERO) for x in [*q, *self._constants]], 0)
         slopes = map(run.partials, range(len(self._target)))

@@ -10,8 +10,8 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentStartError, InputError, NotRealError, Problem
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, Run, Tape
-from lagrange_cli.mechanics.numerics.gauss_newton import Row
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TapeRun
+from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.reduction.geometry import Restriction, gap_over_names
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 
@@ -117,7 +117,7 @@ class GapStart:
                 touching.append(gap)
         return touching
 
-    def _run(self, number: int, q: Sequence[mpf], v: Sequence[mpf]) -> Run:
+    def _run(self, number: int, q: Sequence[mpf], v: Sequence[mpf]) -> TapeRun:
         """φ and φ̇ of a gap."""
         t, inputs = self._reduced.names.t, []
         for s in self._held[number]:
@@ -126,7 +126,7 @@ class GapStart:
             inputs.append((*moving, _ZERO))
         return self._tapes[number].run(inputs, 1)
 
-    def _slopes(self, run: Run, number: int) -> Row:
+    def _slopes(self, run: TapeRun, number: int) -> SparseRow:
         """The gradient of a gap."""
         held = self._held[number]
         pairs = ((self._number.get(held[i]), x) for i, x in run.partials(0).items())

@@ -10,7 +10,7 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentStartError, InputError, Problem
 from lagrange_cli.mechanics.initial.configuration import STARTS, Search
-from lagrange_cli.mechanics.numerics.gauss_newton import Row
+from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 
 __all__ = ["Restricted"]
@@ -91,7 +91,7 @@ class Restricted:
         change = max((abs(x - y) for x, y in zip(before, after, strict=True)), default=_ZERO)
         return (after, change) if change > _ROUNDING * scale else (list(before), _ZERO)
 
-    def rates(self, q: Sequence[mpf]) -> tuple[list[Row], list[mpf]]:
+    def rates(self, q: Sequence[mpf]) -> tuple[list[SparseRow], list[mpf]]:
         """``gradient`` and ``rate`` of each closure: gradient·v + rate = 0."""
         if not self._closures:
             return [], []
@@ -136,6 +136,6 @@ class Restricted:
         )
 
 
-def _size(gradient: Row) -> mpf:
+def _size(gradient: SparseRow) -> mpf:
     """The largest entry, 1 where there is none."""
     return max(map(abs, gradient.values()), default=_ZERO) or mpf(1)

@@ -15,8 +15,13 @@ from lagrange_cli.errors import Mark, Problem
 from lagrange_cli.mechanics.dynamics.lagrange import Derivation
 from lagrange_cli.mechanics.equations import Closure, Contact, InitialState
 from lagrange_cli.mechanics.initial.suggestions import elsewhere
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
-from lagrange_cli.mechanics.numerics.rank import TOLERANCE, Doubles, dependent_rows, scaled_doubles
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.numerics.rank import (
+    RANK_TOLERANCE,
+    DoubleRow,
+    dependent_rows,
+    normalized_row,
+)
 from lagrange_cli.mechanics.sparse import entries
 
 __all__ = ["singular_start"]
@@ -47,8 +52,8 @@ def singular_start(derivation: Derivation, initial: InitialState | None) -> Prob
 def _closed(contact: Contact, point: Mapping[sp.Symbol, sp.Expr]) -> bool:
     """Whether a gap is zero but for rounding."""
     gap = contact.closure.expression
-    value, *terms = values([gap, *sp.Add.make_args(gap)], point)
-    return bool(abs(value) <= TOLERANCE * sum(map(abs, terms)))
+    value, *terms = evaluate([gap, *sp.Add.make_args(gap)], point)
+    return bool(abs(value) <= RANK_TOLERANCE * sum(map(abs, terms)))
 
 
 def _configuration(derivation: Derivation, initial: InitialState) -> Mapping[sp.Symbol, sp.Expr]:
@@ -59,11 +64,13 @@ def _configuration(derivation: Derivation, initial: InitialState) -> Mapping[sp.
     return point
 
 
-def _gradients(closures: tuple[Closure, ...], point: Mapping[sp.Symbol, sp.Expr]) -> list[Doubles]:
+def _gradients(
+    closures: tuple[Closure, ...], point: Mapping[sp.Symbol, sp.Expr]
+) -> list[DoubleRow]:
     """Φ at a configuration, the largest entry of each row 1."""
     held = [entries(c.gradient) for c in closures]
-    pending = iter(values([e for row in held for e in row.values()], point))
-    return [scaled_doubles({j: next(pending) for j in row}) for row in held]
+    pending = iter(evaluate([e for row in held for e in row.values()], point))
+    return [normalized_row({j: next(pending) for j in row}) for row in held]
 
 
 def _warning(taking_part: list[Closure], derivation: Derivation) -> Problem:

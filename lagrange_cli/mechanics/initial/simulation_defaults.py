@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.mechanics.symbols.values import Values
+from lagrange_cli.mechanics.symbols.values import ParameterValues
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene, SimulationDefaults
 
@@ -19,7 +19,7 @@ __all__ = ["MOST_SAMPLES", "simulation_defaults"]
 MOST_SAMPLES = 10_000_000_000
 
 
-def simulation_defaults(scene: Scene, values: Values) -> SimulationDefaults:
+def simulation_defaults(scene: Scene, values: ParameterValues) -> SimulationDefaults:
     """The numbers of the section, None for those that are absent.
 
     Raises
@@ -70,7 +70,7 @@ def _require(
         raise _refused(written, f"{name} must be {range_in_words}, found {written.text}")
 
 
-def _samples(written: Expression | None, values: Values) -> int | None:
+def _samples(written: Expression | None, values: ParameterValues) -> int | None:
     value = None if written is None else values.number(written)
     if written is None or value is None:
         return None

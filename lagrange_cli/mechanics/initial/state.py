@@ -29,11 +29,16 @@ from lagrange_cli.mechanics.initial.contact_gaps import GapStart
 from lagrange_cli.mechanics.initial.projection import Restricted
 from lagrange_cli.mechanics.initial.suggestions import with_suggestion
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
-from lagrange_cli.mechanics.numerics.gauss_newton import Row, smallest
-from lagrange_cli.mechanics.numerics.rank import alike, dependent_rows, in_units, scaled_doubles
+from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow, least_norm_solution
+from lagrange_cli.mechanics.numerics.rank import (
+    column_factors,
+    dependent_rows,
+    normalized_row,
+    scale_columns,
+)
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.mechanics.symbols.values import evaluated
-from lagrange_cli.mechanics.symbols.yaml_snippets import near_line
+from lagrange_cli.mechanics.symbols.yaml_snippets import near_snippet
 from lagrange_cli.scene.model import InitialValue
 
 __all__ = ["Inertia", "initial_state"]
@@ -236,7 +241,10 @@ class _Initial:
                 "the initial values leave several configurations",
                 self.reduced.scene.initial[0].mark,
                 hint="\n".join(
-                    ["choose one:", *(near_line(self.reduced.scene, values) for values in choices)]
+                    [
+                        "choose one:",
+                        *(near_snippet(self.reduced.scene, values) for values in choices),
+                    ]
                 ),
                 rule="initial-ambiguous",
             )
@@ -282,7 +290,7 @@ class _Initial:
 
     def _least(
         self,
-        matrix: Sequence[Row],
+        matrix: Sequence[SparseRow],
         target: Sequence[mpf],
         start: Sequence[mpf],
         missing: Sequence[int],
@@ -291,21 +299,21 @@ class _Initial:
         metric = self._metric(start, missing)
         weights = [row.get(k, _ZERO) for k, row in enumerate(metric)]
         if len(matrix) > _LARGE and min(weights) > 0 and all(len(row) == 1 for row in metric):
-            return smallest(matrix, target, [1 / mpmath.sqrt(w) for w in weights])
+            return least_norm_solution(matrix, target, [1 / mpmath.sqrt(w) for w in weights])
         with mpmath.workdps(self.digits + _MORE_DIGITS):
             return _smallest(matrix, target, metric)
 
-    def _rates(self, tape: Tape, start: Sequence[mpf]) -> tuple[list[Row], list[mpf]]:
+    def _rates(self, tape: Tape, start: Sequence[mpf]) -> tuple[list[SparseRow], list[mpf]]:
         """∂c/∂q and ∂c/∂t of the Cartesian names with a given velocity."""
         inputs = [(x, _ZERO, _ZERO) for x in [*start, *self.constants.values()]]
         run = tape.run(inputs, 0)
         n = len(self.q)
         clock = n + list(self.constants).index(self.reduced.names.t)
         gradients = [run.partials(k) for k in range(len(tape.outputs))]
-        rows: list[Row] = [{j: x for j, x in g.items() if j < n} for g in gradients]
+        rows: list[SparseRow] = [{j: x for j, x in g.items() if j < n} for g in gradients]
         return rows, [g.get(clock, _ZERO) for g in gradients]
 
-    def _metric(self, start: Sequence[mpf], missing: Sequence[int]) -> list[Row]:
+    def _metric(self, start: Sequence[mpf], missing: Sequence[int]) -> list[SparseRow]:
         """The mass matrix of the coordinates ``missing`` by rows without zeros."""
         place = {j: k for k, j in enumerate(missing)}
         mass = [self.derivation.mass[j] for j in missing]
@@ -385,15 +393,17 @@ def _contradiction(entry: InitialValue, value: mpf) -> InputError:
     )
 
 
-def _smallest(matrix: Sequence[Row], target: Sequence[mpf], metric: Sequence[Row]) -> list[mpf]:
+def _smallest(
+    matrix: Sequence[SparseRow], target: Sequence[mpf], metric: Sequence[SparseRow]
+) -> list[mpf]:
     """x of least xᵀ·metric·x with matrix·x = target, dependent rows left out.
 
     Zeros where rows are independent but for the digits carried: they do not meet the target,
     which is told as of any velocities that no rates of the coordinates give.
     """
     width = len(metric)
-    given = [scaled_doubles(row) for row in matrix]
-    dependent = dependent_rows(in_units(given, alike(given, width)), _DEPENDENT)
+    given = [normalized_row(row) for row in matrix]
+    dependent = dependent_rows(scale_columns(given, column_factors(given, width)), _DEPENDENT)
     kept = [k for k in range(len(matrix)) if k not in dependent]
     if not kept:
         return [_ZERO] * width
@@ -406,7 +416,7 @@ def _smallest(matrix: Sequence[Row], target: Sequence[mpf], metric: Sequence[Row
         return [_ZERO] * width
 
 
-def _full(rows: Sequence[Row], width: int) -> mpmath.matrix:
+def _full(rows: Sequence[SparseRow], width: int) -> mpmath.matrix:
     """The rows with their zeros."""
     return mpmath.matrix([[row.get(j, _ZERO) for j in range(width)] for row in rows])
 

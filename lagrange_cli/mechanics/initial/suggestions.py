@@ -17,10 +17,10 @@ from lagrange_cli.errors import (
     SingularError,
 )
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
-from lagrange_cli.mechanics.numerics.rank import TOLERANCE
+from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reduction.reduce import Reduced
-from lagrange_cli.mechanics.symbols.yaml_snippets import initial_line, section_line
+from lagrange_cli.mechanics.symbols.yaml_snippets import initial_snippet, section_snippet
 
 __all__ = ["configuration", "elsewhere", "possible_start", "with_suggestion"]
 
@@ -96,7 +96,7 @@ def _placed(reduced: Reduced, point: _Point, free: Sequence[sp.Symbol]) -> _Poin
     if gaps := len(reduced.gaps):
         return manifold.within(point, gaps, _INSIDE) or manifold.within(point, gaps)
     moved = manifold.placed(point) if free else dict(point)
-    if moved is None or any(x > TOLERANCE for x in manifold.violations(moved)):
+    if moved is None or any(x > RANK_TOLERANCE for x in manifold.violations(moved)):
         return None
     return moved
 
@@ -129,7 +129,7 @@ def elsewhere(reduced: Reduced) -> str:
     """A hint at another configuration to start from."""
     hint = "start from another configuration"
     values = configuration(reduced, {})
-    return f"{hint}:\n{section_line('initial', values)}" if values else hint
+    return f"{hint}:\n{section_snippet('initial', values)}" if values else hint
 
 
 def with_suggestion(
@@ -157,5 +157,5 @@ def with_suggestion(
         orders = () if reduced.closures else (1,)
     if not values and orders in ((), (1,)):
         return error
-    line = initial_line(reduced.scene, values or {}, orders)
+    line = initial_snippet(reduced.scene, values or {}, orders)
     return type(error)(replace(problem, hint=f"{problem.hint}\n{line}" if problem.hint else line))

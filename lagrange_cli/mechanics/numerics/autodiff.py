@@ -26,21 +26,21 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.numerics.elementary import (
-    FUNCTIONS,
+    ELEMENTARY_FUNCTIONS,
     DomainError,
-    Number,
-    Triple,
-    constant,
-    context,
+    Jet,
+    Mpf,
+    constant_decimal,
+    decimal_context,
     integer_power,
-    inward,
-    outward,
-    root,
+    rational_power,
+    to_decimal,
+    to_mpf,
 )
 
-__all__ = ["DomainError", "Run", "Series", "Tape", "values"]
+__all__ = ["DomainError", "Tape", "TapeRun", "TaylorSeries", "evaluate"]
 
-Series = tuple[Number, Number, Number]
+TaylorSeries = tuple[Mpf, Mpf, Mpf]
 """Value, first and second derivative with respect to s."""
 
 _ZERO = mpf(0)
@@ -103,8 +103,8 @@ class Tape:
             return product
         if expr.is_Pow:
             return self._pow(expr, args)
-        if expr.func in FUNCTIONS:
-            return self._append("unary", args[0], FUNCTIONS[expr.func])
+        if expr.func in ELEMENTARY_FUNCTIONS:
+            return self._append("unary", args[0], ELEMENTARY_FUNCTIONS[expr.func])
         if expr.func in (sp.atan2, sp.Min, sp.Max):
             return self._append(expr.func.__name__, tuple(args), None)
         raise InternalError(Problem(f"cannot evaluate {type(expr).__name__} in the certificate"))
@@ -122,9 +122,11 @@ class Tape:
         if exponent.is_Rational:
             return self._append("root", args[0], exponent)
         if base is sp.E:
-            return self._append("unary", args[1], FUNCTIONS[sp.exp])
-        logarithm = self._append("unary", args[0], FUNCTIONS[sp.log])
-        return self._append("unary", self._product(args[1], logarithm), FUNCTIONS[sp.exp])
+            return self._append("unary", args[1], ELEMENTARY_FUNCTIONS[sp.exp])
+        logarithm = self._append("unary", args[0], ELEMENTARY_FUNCTIONS[sp.log])
+        return self._append(
+            "unary", self._product(args[1], logarithm), ELEMENTARY_FUNCTIONS[sp.exp]
+        )
 
     def below(self, output: int) -> list[int]:
         """The operations that an output needs, the last first."""
@@ -146,7 +148,7 @@ class Tape:
             return a, b
         return a if isinstance(a, tuple) else (a,)
 
-    def run(self, inputs: Sequence[Series], order: int = 2) -> Run:
+    def run(self, inputs: Sequence[TaylorSeries], order: int = 2) -> TapeRun:
         """Evaluate on series in s, truncated after ``order`` (0, 1 or 2).
 
         Raises
@@ -154,20 +156,20 @@ class Tape:
         DomainError
             A value or a derivative is not a finite real number.
         """
-        with decimal.localcontext(context(mpmath.mp.dps + 5)):
+        with decimal.localcontext(decimal_context(mpmath.mp.dps + 5)):
             try:
-                return Run(self, inputs, order)
+                return TapeRun(self, inputs, order)
             except decimal.DecimalException as error:
                 raise DomainError from error
 
 
-class Run:
+class TapeRun:
     """A tape evaluated at one point: series of every node, and local derivatives."""
 
-    def __init__(self, tape: Tape, inputs: Sequence[Series], order: int) -> None:
+    def __init__(self, tape: Tape, inputs: Sequence[TaylorSeries], order: int) -> None:
         self.tape = tape
         self.order = order
-        self.nodes: list[Triple] = []
+        self.nodes: list[Jet] = []
         self.local: list[Any] = [None] * len(tape.operations)
         self._pending = iter(inputs)
         forward, nodes = self._forward, self.nodes
@@ -177,23 +179,23 @@ class Run:
             raise DomainError
 
     @property
-    def outputs(self) -> list[Series]:
+    def outputs(self) -> list[TaylorSeries]:
         """Series of each output."""
         return [
-            (outward(x[0]), outward(x[1]), outward(x[2]))
+            (to_mpf(x[0]), to_mpf(x[1]), to_mpf(x[2]))
             for x in (self.nodes[i] for i in self.tape.outputs)
         ]
 
     @property
-    def values(self) -> list[Number]:
+    def values(self) -> list[Mpf]:
         """Value of each output."""
-        return [outward(self.nodes[i][0]) for i in self.tape.outputs]
+        return [to_mpf(self.nodes[i][0]) for i in self.tape.outputs]
 
     def magnitude(self) -> int:
         """The decimal exponent of the largest value of a node; 0 where all are zero."""
         return max((x[0].adjusted() for x in self.nodes if x[0]), default=0)
 
-    def _forward(self, i: int, operation: str, a: Any, b: Any) -> Triple:
+    def _forward(self, i: int, operation: str, a: Any, b: Any) -> Jet:
         nodes, order = self.nodes, self.order
         if operation == "mul":
             return self._multiply(nodes[a], nodes[b])
@@ -208,9 +210,9 @@ class Run:
             )
         if operation == "input":
             x = next(self._pending)
-            return inward(x[0]), inward(x[1]), inward(x[2])
+            return to_decimal(x[0]), to_decimal(x[1]), to_decimal(x[2])
         if operation == "constant":
-            return constant(a, mpmath.mp.dps), _NONE, _NONE
+            return constant_decimal(a, mpmath.mp.dps), _NONE, _NONE
         if operation in ("unary", "power", "root"):
             self.local[i] = self._derivatives(operation, nodes[a][0], b)
             return self._compose(self.local[i], nodes[a])
@@ -221,7 +223,7 @@ class Run:
             return nodes[chosen]
         return self._atan2(i, nodes[a[0]], nodes[a[1]])
 
-    def _multiply(self, x: Triple, y: Triple) -> Triple:
+    def _multiply(self, x: Jet, y: Jet) -> Jet:
         if not self.order:
             return x[0] * y[0], _NONE, _NONE
         first = x[0] * y[1] + x[1] * y[0]
@@ -230,22 +232,22 @@ class Run:
         return x[0] * y[0], first, x[0] * y[2] + 2 * x[1] * y[1] + x[2] * y[0]
 
     @staticmethod
-    def _derivatives(operation: str, x: Decimal, how: Any) -> Triple:
+    def _derivatives(operation: str, x: Decimal, how: Any) -> Jet:
         if operation == "power":
             return integer_power(x, how)
         if operation == "root":
-            return root(x, how)
-        function: Callable[[Decimal], Triple] = how
+            return rational_power(x, how)
+        function: Callable[[Decimal], Jet] = how
         return function(x)
 
-    def _compose(self, f: Triple, x: Triple) -> Triple:
+    def _compose(self, f: Jet, x: Jet) -> Jet:
         if not self.order:
             return f[0], _NONE, _NONE
         if self.order == 1:
             return f[0], f[1] * x[1], _NONE
         return f[0], f[1] * x[1], f[1] * x[2] + f[2] * x[1] * x[1]
 
-    def _atan2(self, i: int, y: Triple, x: Triple) -> Triple:
+    def _atan2(self, i: int, y: Jet, x: Jet) -> Jet:
         r2 = x[0] * x[0] + y[0] * y[0]
         if not r2:
             raise DomainError
@@ -254,19 +256,19 @@ class Run:
         rate = area / r2
         r2_rate = 2 * (x[0] * x[1] + y[0] * y[1])
         self.local[i] = (y, x, r2, r2_rate)
-        value = inward(mpmath.atan2(outward(y[0]), outward(x[0])))
+        value = to_decimal(mpmath.atan2(to_mpf(y[0]), to_mpf(x[0])))
         return value, rate, area_rate / r2 - rate * r2_rate / r2
 
-    def gradient(self, seeds: Mapping[int, Series]) -> list[Series]:
+    def gradient(self, seeds: Mapping[int, TaylorSeries]) -> list[TaylorSeries]:
         """Gradient of Σ seed·output over all inputs, as series up to first order.
 
         ``seeds`` maps output numbers to the weights' series; the second entry of
         each result is its derivative along s (zero when the run has order 0).
         """
-        with decimal.localcontext(context(mpmath.mp.dps + 5)):
+        with decimal.localcontext(decimal_context(mpmath.mp.dps + 5)):
             adjoint: dict[int, tuple[Decimal, Decimal]] = {}
             for output, weight in seeds.items():
-                seed = inward(weight[0]), inward(weight[1])
+                seed = to_decimal(weight[0]), to_decimal(weight[1])
                 _accumulate(adjoint, self.tape.outputs[output], *seed)
             for i in range(len(self.nodes) - 1, self.tape.inputs - 1, -1):
                 bar = adjoint.get(i)
@@ -274,14 +276,14 @@ class Run:
                     self._backward(adjoint, i, bar)
             found = map(adjoint.get, range(self.tape.inputs))
             return [
-                (_ZERO,) * 3 if x is None else (outward(x[0]), outward(x[1]), _ZERO) for x in found
+                (_ZERO,) * 3 if x is None else (to_mpf(x[0]), to_mpf(x[1]), _ZERO) for x in found
             ]
 
-    def partials(self, output: int) -> dict[int, Number]:
+    def partials(self, output: int) -> dict[int, Mpf]:
         """Derivatives of one output by the inputs that it holds, by their numbers."""
-        with decimal.localcontext(context(mpmath.mp.dps + 5)):
+        with decimal.localcontext(decimal_context(mpmath.mp.dps + 5)):
             inputs, adjoint = self.tape.inputs, self._adjoint(output)
-            return {i: outward(x[0]) for i, x in sorted(adjoint.items()) if i < inputs}
+            return {i: to_mpf(x[0]) for i, x in sorted(adjoint.items()) if i < inputs}
 
     def _adjoint(self, output: int) -> dict[int, tuple[Decimal, Decimal]]:
         """What the nodes below one output contribute to it."""
@@ -294,7 +296,7 @@ class Run:
 
     def slopes(self, output: int, stop: int) -> dict[int, float]:
         """The same by the inputs before ``stop`` as doubles, of which the largest is 1."""
-        with decimal.localcontext(context(mpmath.mp.dps + 5)):
+        with decimal.localcontext(decimal_context(mpmath.mp.dps + 5)):
             adjoint = self._adjoint(output)
             found = {i: adjoint[i][0] for i in sorted(adjoint) if i < stop and adjoint[i][0]}
             if not all(x.is_finite() for x in found.values()):
@@ -335,7 +337,7 @@ def _accumulate(
     adjoint[target] = (value, rate) if before is None else (before[0] + value, before[1] + rate)
 
 
-def values(expressions: Iterable[sp.Expr], point: Mapping[sp.Symbol, Number]) -> list[Number]:
+def evaluate(expressions: Iterable[sp.Expr], point: Mapping[sp.Symbol, Mpf]) -> list[Mpf]:
     """Values of expressions at one point, in the working precision of mpmath."""
     outputs = [sp.sympify(e) for e in expressions]
     held = set().union(*(e.free_symbols for e in outputs))

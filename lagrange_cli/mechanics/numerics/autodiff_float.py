@@ -18,7 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.mechanics.numerics.autodiff import Tape
-from lagrange_cli.mechanics.numerics.elementary import DomainError, constant, context
+from lagrange_cli.mechanics.numerics.elementary import (
+    DomainError,
+    constant_decimal,
+    decimal_context,
+)
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -84,7 +88,7 @@ class DoubleTape:
 
         nodes = np.array(inputs, dtype=np.float64)
         slopes = eye_array(self._inputs, self._width, format="csr")
-        with np.errstate(all="ignore"), localcontext(context(_DIGITS)):
+        with np.errstate(all="ignore"), localcontext(decimal_context(_DIGITS)):
             for groups in self._levels:
                 found = [_FORWARD[g.operation](nodes[g.operands], g.by) for g in groups]
                 shares = np.concatenate([share.ravel() for _, share in found])
@@ -105,7 +109,7 @@ _Forward: TypeAlias = Callable[[_Array, Any], tuple[_Array, _Array]]
 
 
 def _constant(x: _Array, number: Any) -> tuple[_Array, _Array]:
-    return np.full(len(x), float(constant(number, _DIGITS))), x
+    return np.full(len(x), float(constant_decimal(number, _DIGITS))), x
 
 
 def _add(x: _Array, _: Any) -> tuple[_Array, _Array]:

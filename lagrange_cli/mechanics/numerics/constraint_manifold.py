@@ -18,10 +18,15 @@ import numpy as np
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.mechanics.numerics.autodiff import Run, Series, Tape
+from lagrange_cli.mechanics.numerics.autodiff import Tape, TapeRun, TaylorSeries
 from lagrange_cli.mechanics.numerics.autodiff_float import DoubleTape
-from lagrange_cli.mechanics.numerics.gauss_newton import TRUSTED, LeastSquares, Row, smallest
-from lagrange_cli.mechanics.numerics.sampling import double
+from lagrange_cli.mechanics.numerics.gauss_newton import (
+    SMALLEST_TRUSTED,
+    LeastSquares,
+    SparseRow,
+    least_norm_solution,
+)
+from lagrange_cli.mechanics.numerics.sampling import to_double
 
 __all__ = ["Manifold"]
 
@@ -46,7 +51,7 @@ _FAR = mpf(10) ** 30
 #: A gradient below this part of another has vanished.
 _FLAT = mpf(10) ** -8
 
-Point = Mapping[sp.Symbol, mpf]
+_Point = Mapping[sp.Symbol, mpf]
 
 
 class Manifold:
@@ -103,7 +108,7 @@ class Manifold:
     # Positions.
 
     def placed(
-        self, point: Point, rows: Sequence[int] | None = None
+        self, point: _Point, rows: Sequence[int] | None = None
     ) -> dict[sp.Symbol, mpf] | None:
         """The point moved on to the manifold of some φ (all by default); None where Newton fails.
 
@@ -118,7 +123,7 @@ class Manifold:
             return None
         return moved if moved and self._holds(point, moved, chosen) else None
 
-    def within(self, point: Point, gaps: int, inset: mpf = _ZERO) -> dict[sp.Symbol, mpf] | None:
+    def within(self, point: _Point, gaps: int, inset: mpf = _ZERO) -> dict[sp.Symbol, mpf] | None:
         """The point moved so that every φ is zero, and the last ``gaps`` of them not negative.
 
         Newton's method with those of the gaps that are violated at each step; None where it
@@ -146,11 +151,11 @@ class Manifold:
         except (ArithmeticError, np.linalg.LinAlgError):
             return None
 
-    def _reach(self, row: Row) -> mpf:
+    def _reach(self, row: SparseRow) -> mpf:
         """What φ changes by along the way of every coordinate."""
         return sum((abs(x) * self.scale[j] for j, x in row.items()), _ZERO)
 
-    def _allows(self, point: Point, first: int) -> bool:
+    def _allows(self, point: _Point, first: int) -> bool:
         """Whether equations hold, and from the ``first`` on inequalities."""
         levels = self._at(point).values
         return all(
@@ -158,7 +163,7 @@ class Manifold:
             for k, miss in enumerate(self.violations(point))
         )
 
-    def _reached(self, point: Point, rows: Sequence[int]) -> dict[sp.Symbol, mpf] | None:
+    def _reached(self, point: _Point, rows: Sequence[int]) -> dict[sp.Symbol, mpf] | None:
         """Where Newton's method comes to rest."""
         if len(rows) <= _LARGE:
             return self._newton(point, rows)
@@ -168,7 +173,7 @@ class Manifold:
             return self._newton(point, rows)  # what is beyond the range of doubles
         return None if near is None else self._refined(*near, rows)
 
-    def _newton(self, point: Point, rows: Sequence[int]) -> dict[sp.Symbol, mpf] | None:
+    def _newton(self, point: _Point, rows: Sequence[int]) -> dict[sp.Symbol, mpf] | None:
         """Newton's method with gradients of every point on the way."""
         moved, before = dict(point), mpf("inf")
         for count in range(_STEPS):
@@ -184,7 +189,7 @@ class Manifold:
         return None
 
     def _approached(
-        self, point: Point, rows: Sequence[int]
+        self, point: _Point, rows: Sequence[int]
     ) -> tuple[dict[sp.Symbol, mpf], LeastSquares] | None:
         """A point as near as doubles get, with the equations linear there; None if none is near.
 
@@ -193,9 +198,9 @@ class Manifold:
         ArithmeticError
             Doubles do not reach so far.
         """
-        others = [double(point[s]) for s in self._others]
-        start = np.array([double(point[s]) for s in self.q])
-        units = np.array([double(x) for x in self.scale])
+        others = [to_double(point[s]) for s in self._others]
+        start = np.array([to_double(point[s]) for s in self.q])
+        units = np.array([to_double(x) for x in self.scale])
         change, sizes = np.zeros(len(self.q)), [math.inf]
         for count in range(_PATIENCE):
             values, gradients = self._in_doubles.run([*(start - change).tolist(), *others])
@@ -238,7 +243,7 @@ class Manifold:
                 point[s] -= unit * x
         return max(map(abs, step), default=_ZERO)
 
-    def _holds(self, start: Point, point: Point, rows: Sequence[int]) -> bool:
+    def _holds(self, start: _Point, point: _Point, rows: Sequence[int]) -> bool:
         """Whether equations are satisfied, or have lost their gradient since the start."""
         if len(rows) > _LARGE and self._clearly_holds(point, rows):
             return True
@@ -248,13 +253,13 @@ class Manifold:
         before, after = self.slopes(start), self.slopes(point)
         return all(_steepest(after[k]) <= _FLAT * _steepest(before[k]) for k in wrong)
 
-    def _at(self, point: Point) -> Run:
+    def _at(self, point: _Point) -> TapeRun:
         return self._positions.run(self._still(point), 0)
 
-    def _still(self, point: Point) -> list[Series]:
+    def _still(self, point: _Point) -> list[TaylorSeries]:
         return [(point[s], _ZERO, _ZERO) for s in self._symbols]
 
-    def violations(self, point: Point) -> list[mpf]:
+    def violations(self, point: _Point) -> list[mpf]:
         """|φ| beside the size of its terms, or of Σ |∂φ/∂q| where that is more.
 
         The terms of log(x² + z²) = 0 are zero where it holds.
@@ -268,17 +273,19 @@ class Manifold:
             found.append(abs(value) / (max(terms, change) or mpf(1)))
         return found
 
-    def _clearly_holds(self, point: Point, rows: Sequence[int]) -> bool:
+    def _clearly_holds(self, point: _Point, rows: Sequence[int]) -> bool:
         """Whether doubles tell that |φ| is small beside Σ |∂φ/∂q|."""
         try:
-            values, slopes = self._in_doubles.run([double(point[s]) for s in self._symbols])
+            values, slopes = self._in_doubles.run([to_double(point[s]) for s in self._symbols])
         except ArithmeticError:
             return False
-        changes = abs(slopes[rows]) @ np.array([double(x) for x in self.scale])
+        changes = abs(slopes[rows]) @ np.array([to_double(x) for x in self.scale])
         sizes = np.abs(values[rows])
-        return bool((sizes <= float(_TOLERANCE) * changes).all() and (changes > TRUSTED).all())
+        return bool(
+            (sizes <= float(_TOLERANCE) * changes).all() and (changes > SMALLEST_TRUSTED).all()
+        )
 
-    def slopes(self, point: Point) -> list[Row]:
+    def slopes(self, point: _Point) -> list[SparseRow]:
         """∂φ/∂q in the units of the coordinates."""
         run = self._at(point)
         rows = [_partials(run, k, 0, len(self.q)) for k in self.all]
@@ -287,8 +294,8 @@ class Manifold:
     # Velocities and accelerations.
 
     def motion(
-        self, point: Point, accelerations: Sequence[mpf]
-    ) -> tuple[list[mpf], list[mpf], list[Row]]:
+        self, point: _Point, accelerations: Sequence[mpf]
+    ) -> tuple[list[mpf], list[mpf], list[SparseRow]]:
         """Residuals of velocity, of acceleration, and the gradient of every equation.
 
         φ̇, φ̈ and ∂φ/∂q for the positional ones; ψ, ψ̇ and ∂ψ/∂v for the others.
@@ -309,11 +316,11 @@ class Manifold:
         gradients += [_partials(run, k, len(q), 2 * len(q)) for k in range(count)]
         return levels, rates, gradients
 
-    def tangent(self, point: Point) -> dict[sp.Symbol, mpf]:
+    def tangent(self, point: _Point) -> dict[sp.Symbol, mpf]:
         """The point with its velocities changed least so that they satisfy every equation."""
         levels, _, gradients = self.motion(point, [_ZERO] * len(self.q))
         moved = dict(point)
-        for w, x in zip(self.v, smallest(gradients, levels, self.scale), strict=True):
+        for w, x in zip(self.v, least_norm_solution(gradients, levels, self.scale), strict=True):
             moved[w] -= x
         return moved
 
@@ -323,10 +330,10 @@ def _smallest() -> mpf:
     return mpf(10) ** (8 - mpmath.mp.dps)
 
 
-def _steepest(row: Row) -> mpf:
+def _steepest(row: SparseRow) -> mpf:
     return max(map(abs, row.values()), default=_ZERO)
 
 
-def _partials(run: Run, output: int, start: int, stop: int) -> Row:
+def _partials(run: TapeRun, output: int, start: int, stop: int) -> SparseRow:
     """Derivatives of an output by the inputs from ``start`` to ``stop`` that it holds."""
     return {j - start: x for j, x in run.partials(output).items() if start <= j < stop and x}

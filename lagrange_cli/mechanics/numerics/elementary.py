@@ -18,29 +18,29 @@ from mpmath import mpf
 from mpmath.libmp import from_int, mpf_mul
 
 __all__ = [
-    "FUNCTIONS",
+    "ELEMENTARY_FUNCTIONS",
     "DomainError",
-    "Number",
-    "Triple",
-    "constant",
-    "context",
+    "Jet",
+    "Mpf",
+    "constant_decimal",
+    "decimal_context",
     "integer_power",
-    "inward",
-    "outward",
-    "root",
+    "rational_power",
+    "to_decimal",
+    "to_mpf",
 ]
 
-Number = Any  # mpmath.mpf, which carries no types
+Mpf = Any  # mpmath.mpf, which carries no types
 
-Triple = tuple[Decimal, Decimal, Decimal]
+Jet = tuple[Decimal, Decimal, Decimal]
 """A value with its first and second derivative."""
 
-Mpfs = tuple[Number, Number, Number]
+_MpfJet = tuple[Mpf, Mpf, Mpf]
 
 _MPF_ZERO = mpf(0)
 _ZERO = Decimal(0)
 _NAN = Decimal("NaN")
-_FLAT: Triple = (_ZERO, _ZERO, _ZERO)
+_FLAT: Jet = (_ZERO, _ZERO, _ZERO)
 
 #: Beyond this an exponential leaves the range of decimals (10^±10^18), and below its negative it
 #: is 0 to every digit. Towers of exponentials would else take all memory.
@@ -56,7 +56,7 @@ class DomainError(ArithmeticError):
 
 
 @cache
-def context(digits: int) -> decimal.Context:
+def decimal_context(digits: int) -> decimal.Context:
     """Decimal arithmetic of so many digits that never runs out of exponents."""
     return decimal.Context(
         prec=digits,
@@ -69,17 +69,17 @@ def context(digits: int) -> decimal.Context:
 
 @cache
 def _power_of_two(exponent: int, digits: int) -> Decimal:
-    with decimal.localcontext(context(digits + 5)):
+    with decimal.localcontext(decimal_context(digits + 5)):
         return Decimal(2) ** exponent
 
 
 @cache
-def _power_of_ten(exponent: int, digits: int) -> Number:
+def _power_of_ten(exponent: int, digits: int) -> Mpf:
     with mpmath.workdps(digits + 5):
         return mpf(10) ** exponent
 
 
-def inward(x: Number) -> Decimal:
+def to_decimal(x: Mpf) -> Decimal:
     """An mpf as a decimal of the current context's precision."""
     if not isinstance(x, mpf):
         raise DomainError
@@ -92,7 +92,7 @@ def inward(x: Number) -> Decimal:
     return -value if sign else value
 
 
-def outward(x: Decimal) -> Number:
+def to_mpf(x: Decimal) -> Mpf:
     """A decimal as an mpf; DomainError for one that is not a number."""
     if not x:
         return _MPF_ZERO
@@ -100,23 +100,23 @@ def outward(x: Decimal) -> Number:
         raise DomainError
     digits = mpmath.mp.dps + 5
     exponent = x.adjusted() - digits
-    mantissa = int(x.scaleb(-exponent, context=context(digits + 5)))
+    mantissa = int(x.scaleb(-exponent, context=decimal_context(digits + 5)))
     power, bits = _power_of_ten(exponent, digits)._mpf_, mpmath.mp.prec
     # mpf(mantissa)·power, by the functions that these operators end in.
     return mpmath.mp.make_mpf(mpf_mul(from_int(mantissa, bits, "n"), power, bits, "n"))
 
 
-def _real(x: Number) -> Number:
+def _real(x: Mpf) -> Mpf:
     if isinstance(x, mpf) and mpmath.isfinite(x):
         return x
     raise DomainError
 
 
-def _reciprocal(x: Number) -> Number:
+def _reciprocal(x: Mpf) -> Mpf:
     return 1 / x if x else mpmath.nan  # an infinite slope at a finite value
 
 
-def _bounded(x: Number, largest: Number) -> Number:
+def _bounded(x: Mpf, largest: Mpf) -> Mpf:
     if abs(x) > largest:
         raise DomainError
     return x
@@ -127,94 +127,94 @@ def _cos_sin(x: Decimal, digits: int) -> tuple[Decimal, Decimal]:
     """Both at once: an angle's sine and cosine are asked for again and again."""
     if x.adjusted() > _LONGEST_ANGLE:
         raise DomainError
-    c, s = mpmath.cos_sin(outward(x))
-    return inward(c), inward(s)
+    c, s = mpmath.cos_sin(to_mpf(x))
+    return to_decimal(c), to_decimal(s)
 
 
-def _sin(x: Decimal) -> Triple:
+def _sin(x: Decimal) -> Jet:
     c, s = _cos_sin(x, mpmath.mp.dps)
     return s, c, -s
 
 
-def _cos(x: Decimal) -> Triple:
+def _cos(x: Decimal) -> Jet:
     c, s = _cos_sin(x, mpmath.mp.dps)
     return c, -s, -c
 
 
-def _tan(x: Number) -> Mpfs:
+def _tan(x: Mpf) -> _MpfJet:
     y = mpmath.tan(_bounded(x, _LARGEST_ANGLE))
     return y, 1 + y * y, 2 * y * (1 + y * y)
 
 
-def _asin(x: Number) -> Mpfs:
+def _asin(x: Mpf) -> _MpfJet:
     r = _reciprocal(mpmath.sqrt(_real(1 - x * x)))
     return mpmath.asin(x), r, x * r**3
 
 
-def _acos(x: Number) -> Mpfs:
+def _acos(x: Mpf) -> _MpfJet:
     r = _reciprocal(mpmath.sqrt(_real(1 - x * x)))
     return mpmath.acos(x), -r, -x * r**3
 
 
-def _atan(x: Number) -> Mpfs:
+def _atan(x: Mpf) -> _MpfJet:
     r = 1 / (1 + x * x)
     return mpmath.atan(x), r, -2 * x * r * r
 
 
-def _sinh(x: Number) -> Mpfs:
+def _sinh(x: Mpf) -> _MpfJet:
     x = _bounded(x, _LARGEST_EXPONENT)
     s, c = mpmath.sinh(x), mpmath.cosh(x)
     return s, c, s
 
 
-def _cosh(x: Number) -> Mpfs:
+def _cosh(x: Mpf) -> _MpfJet:
     s, c, _ = _sinh(x)
     return c, s, c
 
 
-def _tanh(x: Number) -> Mpfs:
+def _tanh(x: Mpf) -> _MpfJet:
     y = mpmath.tanh(x)
     return y, 1 - y * y, -2 * y * (1 - y * y)
 
 
-def _asinh(x: Number) -> Mpfs:
+def _asinh(x: Mpf) -> _MpfJet:
     r = 1 / mpmath.sqrt(1 + x * x)
     return mpmath.asinh(x), r, -x * r**3
 
 
-def _acosh(x: Number) -> Mpfs:
+def _acosh(x: Mpf) -> _MpfJet:
     r = _reciprocal(mpmath.sqrt(_real(x * x - 1)))
     return mpmath.acosh(x), r, -x * r**3
 
 
-def _atanh(x: Number) -> Mpfs:
+def _atanh(x: Mpf) -> _MpfJet:
     r = _reciprocal(1 - x * x)
     return mpmath.atanh(x), r, 2 * x * r * r
 
 
-def _exp(x: Number) -> Mpfs:
+def _exp(x: Mpf) -> _MpfJet:
     if x < -_LARGEST_EXPONENT:
         return _MPF_ZERO, _MPF_ZERO, _MPF_ZERO
     y = mpmath.exp(_bounded(x, _LARGEST_EXPONENT))
     return y, y, y
 
 
-def _log(x: Number) -> Mpfs:
+def _log(x: Mpf) -> _MpfJet:
     if not x:
         raise DomainError
     r = 1 / x
     return mpmath.log(x), r, -r * r
 
 
-def _abs(x: Number) -> Mpfs:
+def _abs(x: Mpf) -> _MpfJet:
     return abs(x), mpmath.sign(x), _MPF_ZERO
 
 
-def _sign(x: Number) -> Mpfs:
+def _sign(x: Mpf) -> _MpfJet:
     return mpmath.sign(x), _MPF_ZERO, _MPF_ZERO
 
 
-def integer_power(x: Decimal, n: int) -> Triple:
+def integer_power(x: Decimal, n: int) -> Jet:
     """x**n for an integer exponent, with both derivatives."""
     if n == 2:
         return x * x, 2 * x, Decimal(2)
@@ -227,7 +227,7 @@ def integer_power(x: Decimal, n: int) -> Triple:
     return y, first, (n - 1) * first / x
 
 
-def root(x: Decimal, exponent: sp.Rational) -> Triple:
+def rational_power(x: Decimal, exponent: sp.Rational) -> Jet:
     """x**(p/q), with both derivatives; x must not be negative."""
     if x < 0:
         raise DomainError
@@ -239,37 +239,37 @@ def root(x: Decimal, exponent: sp.Rational) -> Triple:
     if exponent.q == 2:
         y = x.sqrt() ** int(exponent.p)
     else:
-        y = inward(outward(x) ** (mpf(int(exponent.p)) / int(exponent.q)))
+        y = to_decimal(to_mpf(x) ** (mpf(int(exponent.p)) / int(exponent.q)))
     first = n * y / x
     return y, first, (n - 1) * first / x
 
 
 @cache
-def constant(expr: sp.Expr, digits: int) -> Decimal:
+def constant_decimal(expr: sp.Expr, digits: int) -> Decimal:
     """A number to the precision of the current context.
 
     ``digits`` is that precision: it tells values of different precision apart.
     """
     if expr.is_Rational:
         return Decimal(int(expr.p)) / Decimal(int(expr.q))
-    return inward(mpf(expr.evalf(digits + 5)))
+    return to_decimal(mpf(expr.evalf(digits + 5)))
 
 
-def _slope(x: Number) -> Decimal:
+def _slope(x: Mpf) -> Decimal:
     """A derivative; where it is infinite, a NaN that every use of it passes on."""
-    return inward(x) if mpmath.isfinite(x) else _NAN
+    return to_decimal(x) if mpmath.isfinite(x) else _NAN
 
 
-def _through_mpf(function: Callable[[Number], Mpfs]) -> Callable[[Decimal], Triple]:
-    def convert(x: Decimal) -> Triple:
-        value, first, second = function(outward(x))
-        return inward(value), _slope(first), _slope(second)
+def _through_mpf(function: Callable[[Mpf], _MpfJet]) -> Callable[[Decimal], Jet]:
+    def convert(x: Decimal) -> Jet:
+        value, first, second = function(to_mpf(x))
+        return to_decimal(value), _slope(first), _slope(second)
 
     return convert
 
 
 #: Each function of one argument: value, first and second derivative.
-FUNCTIONS: dict[Any, Callable[[Decimal], Triple]] = {
+ELEMENTARY_FUNCTIONS: dict[Any, Callable[[Decimal], Jet]] = {
     sp.sin: _sin,
     sp.cos: _cos,
     sp.tan: _through_mpf(_tan),

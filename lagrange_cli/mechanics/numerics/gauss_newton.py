@@ -18,14 +18,14 @@ from mpmath import mpf
 from numpy.typing import NDArray
 
 from lagrange_cli.mechanics.numerics.elementary import DomainError
-from lagrange_cli.mechanics.numerics.sampling import double
+from lagrange_cli.mechanics.numerics.sampling import to_double
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-__all__ = ["TRUSTED", "LeastSquares", "Row", "smallest"]
+__all__ = ["SMALLEST_TRUSTED", "LeastSquares", "SparseRow", "least_norm_solution"]
 
-Row: TypeAlias = Mapping[int, Any]
+SparseRow: TypeAlias = Mapping[int, Any]
 """The entries of a row that are not zero, by column."""
 
 _ZERO = mpf(0)
@@ -37,7 +37,7 @@ _CUT = 1e-7
 _LARGE = 64
 
 #: Largest entries of rows down to which doubles are trusted.
-TRUSTED = 1e-280
+SMALLEST_TRUSTED = 1e-280
 
 _Matrix = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ class LeastSquares:
         Units of the unknowns: steps are smallest in them.
     """
 
-    def __init__(self, rows: Sequence[Row] | csr_array, scale: Sequence[mpf]) -> None:
+    def __init__(self, rows: Sequence[SparseRow] | csr_array, scale: Sequence[mpf]) -> None:
         self._width = len(scale)
         if isinstance(rows, Sequence):
             numbers, columns, entries, self._largest = _equilibrated(rows, scale)
@@ -79,12 +79,12 @@ class LeastSquares:
         size = max((abs(x) for x in right), default=_ZERO)
         if not size:
             return [_ZERO] * self._width
-        step = self._solved(np.array([double(x / size) for x in right]))
+        step = self._solved(np.array([to_double(x / size) for x in right]))
         return [size * mpf(x) for x in step.tolist()]
 
     def in_doubles(self, values: _Matrix) -> _Matrix:
         """The same where doubles are enough."""
-        largest = np.array([double(d) for d in self._largest])
+        largest = np.array([to_double(d) for d in self._largest])
         return self._solved(values / np.where(largest, largest, np.inf))
 
     def _solved(self, right: _Matrix) -> _Matrix:
@@ -94,7 +94,9 @@ class LeastSquares:
         return step
 
 
-def smallest(rows: Sequence[Row], target: Sequence[mpf], scale: Sequence[mpf]) -> list[mpf]:
+def least_norm_solution(
+    rows: Sequence[SparseRow], target: Sequence[mpf], scale: Sequence[mpf]
+) -> list[mpf]:
     """x with rows·x = target to all digits carried, the smallest in units of ``scale`` in doubles.
 
     Raises
@@ -126,24 +128,24 @@ _Solve: TypeAlias = Callable[[_Matrix], _Matrix]
 _Equilibrated: TypeAlias = tuple[_Numbers, _Numbers, _Matrix, list[mpf]]
 
 
-def _equilibrated(rows: Sequence[Row], scale: Sequence[mpf]) -> _Equilibrated:
+def _equilibrated(rows: Sequence[SparseRow], scale: Sequence[mpf]) -> _Equilibrated:
     """In units of ``scale``: what is beyond the range of doubles is brought into it."""
     scaled = [{j: x * scale[j] for j, x in row.items() if x} for row in rows]
     largest = [max(map(abs, row.values()), default=_ZERO) for row in scaled]
     numbers = np.array([k for k, row in enumerate(scaled) for _ in row], np.int64)
     columns = np.array([j for row in scaled for j in row], np.int64)
     pairs = zip(scaled, largest, strict=True)
-    entries = np.array([double(x / d) for row, d in pairs for x in row.values()])
+    entries = np.array([to_double(x / d) for row, d in pairs for x in row.values()])
     return numbers, columns, entries, largest
 
 
 def _of_matrix(matrix: csr_array, scale: Sequence[mpf]) -> _Equilibrated:
     coordinates = matrix.tocoo()
     numbers, columns = coordinates.row.astype(np.int64), coordinates.col.astype(np.int64)
-    entries = coordinates.data * np.array([double(s) for s in scale])[columns]
+    entries = coordinates.data * np.array([to_double(s) for s in scale])[columns]
     largest = np.zeros(matrix.shape[0])
     np.maximum.at(largest, numbers, np.abs(entries))
-    if not (largest > TRUSTED).all() or not np.isfinite(largest).all():
+    if not (largest > SMALLEST_TRUSTED).all() or not np.isfinite(largest).all():
         raise DomainError  # beyond the range of doubles, or close to its end
     return numbers, columns, entries / largest[numbers], [mpf(x) for x in largest.tolist()]
 

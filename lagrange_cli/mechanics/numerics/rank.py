@@ -12,27 +12,27 @@ import sympy as sp
 from mpmath import mpf
 from numpy.typing import NDArray
 
-from lagrange_cli.mechanics.numerics.autodiff import Tape, values
-from lagrange_cli.mechanics.numerics.sampling import double
+from lagrange_cli.mechanics.numerics.autodiff import Tape, evaluate
+from lagrange_cli.mechanics.numerics.sampling import to_double
 
 __all__ = [
-    "TOLERANCE",
-    "Doubles",
+    "RANK_TOLERANCE",
+    "DoubleRow",
     "Matrix",
-    "Point",
-    "alike",
+    "SymbolValues",
     "clearly_independent",
-    "dense",
+    "column_factors",
+    "dense_matrix",
     "dependent_columns",
     "dependent_gradients",
     "dependent_rows",
-    "in_units",
+    "normalized_row",
     "rank",
-    "scaled_doubles",
+    "scale_columns",
 ]
 
 #: Relative tolerance of consistency and rank (so that √6/4 may be written in decimals).
-TOLERANCE = 1e-9
+RANK_TOLERANCE = 1e-9
 
 #: Rows beyond this number are first looked at all at once.
 _LARGE = 64
@@ -42,15 +42,15 @@ _DISTANT = 1e-10
 #: Rounds in which columns and rows are scaled, and what is rounding of the 30 digits of entries.
 _ROUNDS, _NOTHING = 3, 1e-25
 
-Point = Mapping[sp.Symbol, mpf]
+SymbolValues = Mapping[sp.Symbol, mpf]
 Matrix = NDArray[np.float64]
-Doubles: TypeAlias = Mapping[int, float]
+DoubleRow: TypeAlias = Mapping[int, float]
 """The entries of a row that are not zero, by column."""
 
 
 def _jacobian(
-    functions: Sequence[sp.Expr], variables: Sequence[sp.Symbol], point: Point
-) -> list[Doubles]:
+    functions: Sequence[sp.Expr], variables: Sequence[sp.Symbol], point: SymbolValues
+) -> list[DoubleRow]:
     """∂functions/∂variables at a point by rows; the largest entry of a row is 1."""
     varied = set(variables)
     inputs = [*variables, *(s for s in point if s not in varied)]
@@ -58,13 +58,13 @@ def _jacobian(
     return [run.slopes(k, len(variables)) for k in range(len(functions))]
 
 
-def scaled_doubles(row: Mapping[int, mpf]) -> Doubles:
+def normalized_row(row: Mapping[int, mpf]) -> DoubleRow:
     """A row as doubles, divided by its largest entry."""
     largest = max((abs(x) for x in row.values()), default=mpf(0))
-    return {j: double(x / largest) for j, x in row.items() if x}
+    return {j: to_double(x / largest) for j, x in row.items() if x}
 
 
-def dense(rows: Sequence[Doubles], width: int | None = None) -> Matrix:
+def dense_matrix(rows: Sequence[DoubleRow], width: int | None = None) -> Matrix:
     """The rows with their zeros; as many columns as are held where no width is given."""
     if width is None:
         width = 1 + max((j for row in rows for j in row), default=-1)
@@ -85,14 +85,14 @@ def rank(matrix: Matrix, tolerance: float) -> int:
     return int(np.count_nonzero(sizes > tolerance * sizes.max()))
 
 
-def alike(rows: Sequence[Doubles], width: int) -> list[float]:
+def column_factors(rows: Sequence[DoubleRow], width: int) -> list[float]:
     """Factors of columns that make their largest entries alike, beside those of their rows.
 
     A radius stands beside an angle where a wheel rolls: without them, rows of large wheels
     differ by little more than rounding, and those of small ones hardly hold the angle.
     """
     factors = np.ones(width)
-    entries = np.abs(dense(rows, width))
+    entries = np.abs(dense_matrix(rows, width))
     for _ in range(_ROUNDS):
         scaled = entries * factors
         scaled /= np.maximum(scaled.max(axis=1, keepdims=True, initial=0.0), 1e-300)
@@ -101,13 +101,13 @@ def alike(rows: Sequence[Doubles], width: int) -> list[float]:
     return [float(x) for x in factors]
 
 
-def in_units(rows: Sequence[Doubles], factors: Sequence[float]) -> list[Doubles]:
+def scale_columns(rows: Sequence[DoubleRow], factors: Sequence[float]) -> list[DoubleRow]:
     """Rows whose columns are multiplied by factors."""
     return [{j: x * factors[j] for j, x in row.items()} for row in rows]
 
 
 def dependent_columns(
-    functions: Sequence[sp.Expr], variables: Sequence[sp.Symbol], points: Sequence[Point]
+    functions: Sequence[sp.Expr], variables: Sequence[sp.Symbol], points: Sequence[SymbolValues]
 ) -> Matrix | None:
     """Directions in which the variables move no function, at every point.
 
@@ -118,11 +118,11 @@ def dependent_columns(
     """
     null: Matrix | None = None
     for point in points:
-        matrix = dense(_jacobian(functions, variables, point), len(variables))
+        matrix = dense_matrix(_jacobian(functions, variables, point), len(variables))
         scaled = matrix / np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
         # Vectors cost far more than values, and are seldom needed.
         sizes = np.linalg.svd(scaled, compute_uv=False)
-        held = int(np.sum(sizes > TOLERANCE * max(sizes[0], 1e-300)))
+        held = int(np.sum(sizes > RANK_TOLERANCE * max(sizes[0], 1e-300)))
         if held == len(variables):
             return None
         null = np.linalg.svd(scaled, full_matrices=True)[2][held:]
@@ -133,7 +133,7 @@ def dependent_gradients(
     functions: Sequence[sp.Expr],
     resolved: Mapping[sp.Symbol, sp.Expr],
     coordinates: Sequence[sp.Symbol],
-    points: Sequence[Point],
+    points: Sequence[SymbolValues],
 ) -> dict[int, tuple[int, ...]]:
     """Functions of position whose gradients depend on earlier ones' at every point.
 
@@ -153,15 +153,15 @@ def dependent_gradients(
     for point in points:
         everywhere = dict(point)
         symbols = [s for s in resolved if s not in everywhere]
-        positions = values([resolved[s] for s in symbols], point)
+        positions = evaluate([resolved[s] for s in symbols], point)
         everywhere.update(zip(symbols, positions, strict=True))
         rows = _jacobian(functions, variables, everywhere)
-        here = dependent_rows(in_units(rows, alike(rows, len(variables))))
+        here = dependent_rows(scale_columns(rows, column_factors(rows, len(variables))))
         found = here if found is None else {k: v for k, v in found.items() if k in here}
     return found or {}
 
 
-def clearly_independent(rows: Sequence[Doubles]) -> bool:
+def clearly_independent(rows: Sequence[DoubleRow]) -> bool:
     """Whether the pivots of A Aᵀ tell, by sparse elimination, that the rows of A are independent.
 
     A pivot is the square of a row's distance from what the rows before it span.
@@ -189,7 +189,7 @@ def clearly_independent(rows: Sequence[Doubles]) -> bool:
 
 
 def dependent_rows(
-    rows: Sequence[Doubles], tolerance: float = TOLERANCE
+    rows: Sequence[DoubleRow], tolerance: float = RANK_TOLERANCE
 ) -> dict[int, tuple[int, ...]]:
     """Rows that are combinations of earlier independent rows, with the rows that take part.
 
@@ -199,7 +199,7 @@ def dependent_rows(
     """
     if len(rows) > _LARGE and clearly_independent(rows):
         return {}
-    matrix = dense(rows)
+    matrix = dense_matrix(rows)
     directions = np.zeros((min(matrix.shape), matrix.shape[1]))
     basis: list[int] = []
     dependent: dict[int, tuple[int, ...]] = {}

@@ -16,17 +16,17 @@ from mpmath import mpf
 
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
 
-__all__ = ["Drawn", "Sampler", "double", "typical_length", "working_digits"]
+__all__ = ["SamplePoint", "Sampler", "to_double", "typical_length", "working_digits"]
 
 _ONE = mpf(1)
 
-Drawn = dict[sp.Symbol, mpf]
+SamplePoint = dict[sp.Symbol, mpf]
 """A value for each symbol."""
 
 #: Draws before a scene is said to have no configuration.
-STARTS = 200
+DRAWS = 200
 #: The same where each is the start of a search for a point on closures.
-PLACED_STARTS = 48
+PLACED_DRAWS = 48
 
 #: Above this number of coordinates points on closures are drawn close to the initial
 #: configuration: from far away, where no link has its length, Newton's method goes astray.
@@ -78,14 +78,14 @@ class Sampler:
         spread: Mapping[sp.Symbol, mpf],
         domain: Sequence[sp.Expr],
         seed: str,
-        place: Callable[[Drawn, Sequence[int] | None], Drawn | None] | None = None,
+        place: Callable[[SamplePoint, Sequence[int] | None], SamplePoint | None] | None = None,
     ) -> None:
         self.t = t
         self._place = place
         self.many = place is not None and len(coordinates) > _LARGE
         # Where no configuration is given, all coordinates are about 0, and no rod has its length.
         self._placed = any(center[q] != 0 for q in coordinates)
-        self._starts = STARTS if place is None else PLACED_STARTS
+        self._starts = DRAWS if place is None else PLACED_DRAWS
         self.coordinates = list(coordinates)
         self._values = dict(values)
         self._free = list(free)
@@ -101,8 +101,8 @@ class Sampler:
         vary_parameters: bool = False,
         width: mpf = _ONE,
         closures: Sequence[int] | None = None,
-    ) -> Drawn | None:
-        """One feasible point, or None after :data:`STARTS` (:data:`PLACED_STARTS`) draws.
+    ) -> SamplePoint | None:
+        """One feasible point, or None after :data:`DRAWS` (:data:`PLACED_DRAWS`) draws.
 
         ``vary_parameters`` multiplies values of parameters by factors in (1/2, 3/2)
         as long as that leaves the point feasible; ``width`` scales the spread; of the
@@ -112,7 +112,7 @@ class Sampler:
             width = width / (8 * len(self.coordinates))
         for attempt in range(self._starts):
             varied = vary_parameters and attempt < (1 if self.many else self._starts // 4)
-            point: Drawn | None = self.candidate(width, varied)
+            point: SamplePoint | None = self.candidate(width, varied)
             if point is not None and self._place is not None:
                 point = self._place(point, closures)
             if point is not None and self._is_real(point):
@@ -121,21 +121,21 @@ class Sampler:
             width = width * 3 / 4 if attempt % 4 == 3 and width > mpf(2) ** -20 else width
         return None
 
-    def _is_real(self, point: Drawn) -> bool:
+    def _is_real(self, point: SamplePoint) -> bool:
         try:
             self._tape.run([(point[s], mpf(0), mpf(0)) for s in self._symbols], order=0)
         except (DomainError, ZeroDivisionError, OverflowError):
             return False
         return True
 
-    def near(self, point: Drawn, width: mpf) -> Drawn:
+    def near(self, point: SamplePoint, width: mpf) -> SamplePoint:
         """The point with its coordinates moved at random by ``width`` times their spread."""
         moved = dict(point)
         for q in self.coordinates:
             moved[q] += width * self._spread[q] * self._uniform(-1, 1)
         return moved
 
-    def around(self, point: Drawn, width: mpf) -> tuple[Drawn, Drawn]:
+    def around(self, point: SamplePoint, width: mpf) -> tuple[SamplePoint, SamplePoint]:
         """The point moved at random, and moved as far the other way.
 
         A border through the point separates the two.
@@ -148,7 +148,7 @@ class Sampler:
         # 53 random bits and more, so that points are not special in any digit.
         return low + (high - low) * mpf(self._random.getrandbits(120)) / mpf(2) ** 120
 
-    def candidate(self, width: mpf, varied: bool = False) -> Drawn:
+    def candidate(self, width: mpf, varied: bool = False) -> SamplePoint:
         """A random point that need not be feasible."""
         point = {self.t: self._uniform(0, 1)}
         for q in self.coordinates:
@@ -175,7 +175,7 @@ def working_digits(digits: int) -> int:
     return digits + 20
 
 
-def double(x: mpf) -> float:
+def to_double(x: mpf) -> float:
     """The nearest double, ±inf beyond range."""
     try:
         return float(x)

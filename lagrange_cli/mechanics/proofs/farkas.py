@@ -21,8 +21,8 @@ from mpmath import mpf
 from numpy.typing import NDArray
 
 from lagrange_cli.mechanics.algebra.expand import expand_terms
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
-from lagrange_cli.mechanics.numerics.rank import TOLERANCE
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE
 
 __all__ = ["FalseSum", "false_sum"]
 
@@ -109,7 +109,7 @@ class _Rows:
             (numbers if known else rest).append(factor)
         number = sp.Mul(*numbers)
         held = {s: self.constants[s] for s in number.free_symbols}
-        return values([number], held)[0], sp.Mul(*rest)
+        return evaluate([number], held)[0], sp.Mul(*rest)
 
     def bound(self) -> None:
         """Add what is known of terms by themselves."""
@@ -253,7 +253,7 @@ def _checked(rows: _Rows, shares: _Array, strict: bool) -> FalseSum | None:
     products = [exact[k] * rows.constant[k] for k in part]
     rest = -sum(products, mpf(0))
     size = sum(map(abs, products), mpf(0))
-    holds = rest >= -_ROUNDING * size if strict else rest > TOLERANCE * size
+    holds = rest >= -_ROUNDING * size if strict else rest > RANK_TOLERANCE * size
     if not holds:
         return None
     named = {o: exact[k] / rows.units[k] for k in part if isinstance(o := rows.origin[k], int)}

@@ -20,7 +20,7 @@ from typing import Any
 
 import sympy as sp
 
-__all__ = ["Atom", "FieldProgram", "UndecidableError"]
+__all__ = ["FieldProgram", "Indeterminate", "UndecidableError"]
 
 #: Operations in an argument of sin or exp above which it is not multiplied out.
 _ARGUMENT_BUDGET = 300
@@ -39,7 +39,7 @@ class UndecidableError(Exception):
 
 
 @dataclass(eq=False)
-class Atom:
+class Indeterminate:
     """What an angle, an exponent or a root is a rational multiple of.
 
     Attributes
@@ -79,9 +79,9 @@ class FieldProgram:
 
     operations: list[tuple[str, Any]] = field(default_factory=list)
     outputs: list[int] = field(default_factory=list)
-    roots: dict[sp.Expr, Atom] = field(default_factory=dict)
-    angles: dict[sp.Expr, Atom] = field(default_factory=dict)
-    exponents: dict[sp.Expr, Atom] = field(default_factory=dict)
+    roots: dict[sp.Expr, Indeterminate] = field(default_factory=dict)
+    angles: dict[sp.Expr, Indeterminate] = field(default_factory=dict)
+    exponents: dict[sp.Expr, Indeterminate] = field(default_factory=dict)
     _index: dict[sp.Expr, int] = field(default_factory=dict)
     _circles: dict[sp.Expr, int] = field(default_factory=dict)
     _radicals: dict[sp.Expr, int] = field(default_factory=dict)
@@ -194,7 +194,9 @@ class FieldProgram:
             return self.number(split)
         rough = base.has(sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside)
         if base not in self.roots:
-            self.roots[base] = Atom(1, bool(base.is_Rational), not base.free_symbols, rough)
+            self.roots[base] = Indeterminate(
+                1, bool(base.is_Rational), not base.free_symbols, rough
+            )
             operands = (self.number(base), self.roots[base])
             self._radicals[base] = self._append("radical", operands)
         atom = self.roots[base]
@@ -236,9 +238,9 @@ def _factors(e: sp.Expr) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
 
 
 def _atoms(
-    multiples: Mapping[sp.Expr, sp.Rational], table: dict[sp.Expr, Atom]
-) -> list[tuple[Atom, sp.Rational]]:
-    pairs = [(table.setdefault(e, Atom()), c) for e, c in multiples.items()]
+    multiples: Mapping[sp.Expr, sp.Rational], table: dict[sp.Expr, Indeterminate]
+) -> list[tuple[Indeterminate, sp.Rational]]:
+    pairs = [(table.setdefault(e, Indeterminate()), c) for e, c in multiples.items()]
     return [(atom, atom.divide(c)) for atom, c in pairs]
 
 

@@ -9,21 +9,21 @@ coefficient is too small to be seen.
 from __future__ import annotations
 
 __all__ = [
-    "PRIMES",
-    "Circle",
+    "SAFE_PRIMES",
+    "CirclePoint",
     "NoValueError",
+    "add_angles",
     "circle_point",
-    "inverse",
-    "power",
-    "product",
-    "radical",
-    "sign_of_number",
-    "turned",
+    "field_inverse",
+    "field_power",
+    "field_root",
+    "multiple_angle",
+    "sign_of_fraction",
 ]
 
 #: Primes p = 2r + 1 with r prime, p ≡ 7 (mod 8): −1 is no square, every odd root is unique,
 #: and 2, 3, 5, 7, 11, 13 are squares.
-PRIMES = (
+SAFE_PRIMES = (
     2282378877958138110872710594916919599,
     2284563664648514326049980794932141519,
     2285939845523290920912371081319143999,
@@ -35,7 +35,7 @@ PRIMES = (
 #: Numerators and denominators of numbers that are told from elements by chance.
 _SMALL = 2**40
 
-Circle = tuple[int, int]
+CirclePoint = tuple[int, int]
 """Cosine and sine: a point with c² + s² = 1."""
 
 
@@ -43,21 +43,21 @@ class NoValueError(ArithmeticError):
     """An expression has no value at this point of the field: 1/0, or a root that is not in it."""
 
 
-def inverse(x: int, p: int) -> int:
+def field_inverse(x: int, p: int) -> int:
     """1/x."""
     if x % p == 0:
         raise NoValueError
     return pow(x, -1, p)
 
 
-def power(x: int, n: int, p: int) -> int:
+def field_power(x: int, n: int, p: int) -> int:
     """x to an integer power."""
     if n < 0 and x % p == 0:
         raise NoValueError
     return pow(x, n, p)
 
 
-def radical(x: int, q: int, p: int) -> int:
+def field_root(x: int, q: int, p: int) -> int:
     """A q-th root of x, itself a square where q is even.
 
     Raises
@@ -75,7 +75,7 @@ def radical(x: int, q: int, p: int) -> int:
     return root if odd == 1 else pow(root, pow(odd, -1, p - 1), p)
 
 
-def sign_of_number(x: int, p: int) -> int:
+def sign_of_fraction(x: int, p: int) -> int:
     """The sign of the fraction with small numerator and denominator that x is; 0 for none.
 
     By chance an element is one with a probability of 1e-12 (P. Wang, SYMSAC 1981, has the
@@ -91,25 +91,25 @@ def sign_of_number(x: int, p: int) -> int:
     return 1 if following > 0 else -1
 
 
-def circle_point(u: int, p: int) -> Circle:
+def circle_point(u: int, p: int) -> CirclePoint:
     """The point of the unit circle whose half-angle has the tangent u (1 + u² has an inverse
     since −1 is no square)."""
-    scale = inverse(1 + u * u, p)
+    scale = field_inverse(1 + u * u, p)
     return (1 - u * u) * scale % p, 2 * u * scale % p
 
 
-def product(a: Circle, b: Circle, p: int) -> Circle:
+def add_angles(a: CirclePoint, b: CirclePoint, p: int) -> CirclePoint:
     """Cosine and sine of the sum of two angles."""
     return (a[0] * b[0] - a[1] * b[1]) % p, (a[0] * b[1] + a[1] * b[0]) % p
 
 
-def turned(a: Circle, n: int, p: int) -> Circle:
+def multiple_angle(a: CirclePoint, n: int, p: int) -> CirclePoint:
     """Cosine and sine of n times an angle."""
     if n < 0:
         a, n = (a[0], -a[1]), -n
-    result: Circle = (1, 0)
+    result: CirclePoint = (1, 0)
     while n:
         if n & 1:
-            result = product(result, a, p)
-        a, n = product(a, a, p), n >> 1
+            result = add_angles(result, a, p)
+        a, n = add_angles(a, a, p), n >> 1
     return result

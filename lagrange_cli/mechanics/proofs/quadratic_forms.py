@@ -15,14 +15,14 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.mechanics.algebra.expand import expand_terms
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
-__all__ = ["Form", "Quadrics", "TooLargeError"]
+__all__ = ["FormBudgetError", "QuadraticForm", "QuadraticForms"]
 
 #: Terms that an equation may be multiplied out to; generators of all; factors of a term.
 _TERM_BUDGET, _GENERATOR_BUDGET, _DEGREE_BUDGET = 80, 60, 8
 
-Form = dict[tuple[int, int], mpf]
+QuadraticForm = dict[tuple[int, int], mpf]
 """Coefficients fᵢⱼ, i ≤ j, of a quadratic form over generators."""
 
 _NONE, _ONE = mpf(0), mpf(1)
@@ -36,12 +36,12 @@ _RANGES = {
 }
 
 
-class TooLargeError(Exception):
+class FormBudgetError(Exception):
     """More than the budget."""
 
 
 @dataclass
-class Quadrics:
+class QuadraticForms:
     """Generators, and what equations are over them.
 
     Attributes
@@ -58,12 +58,12 @@ class Quadrics:
 
     constants: Mapping[sp.Symbol, mpf]
     monomials: list[tuple[int, ...]] = field(default_factory=lambda: [()])
-    relations: list[Form] = field(default_factory=list)
-    domains: list[Form] = field(default_factory=list)
+    relations: list[QuadraticForm] = field(default_factory=list)
+    domains: list[QuadraticForm] = field(default_factory=list)
     _atoms: dict[sp.Expr, tuple[int, ...]] = field(default_factory=dict)
     _products: dict[tuple[int, ...], int] = field(default_factory=dict)
 
-    def form(self, expr: sp.Expr) -> Form:
+    def form(self, expr: sp.Expr) -> QuadraticForm:
         """An expression as a quadratic form.
 
         Raises
@@ -73,27 +73,27 @@ class Quadrics:
         """
         terms = expand_terms(expr, _TERM_BUDGET)
         if terms is None:
-            raise TooLargeError
-        found: Form = {}
+            raise FormBudgetError
+        found: QuadraticForm = {}
         for term in terms:
             number, factors = self._factors(term)
             pair = self._pair(sorted(factors))
             found[pair] = found.get(pair, _NONE) + number
         return {pair: x for pair, x in found.items() if x}
 
-    def multiply(self, form: Form, generator: int) -> Form:
+    def multiply(self, form: QuadraticForm, generator: int) -> QuadraticForm:
         """A form times a generator."""
-        found: Form = {}
+        found: QuadraticForm = {}
         for (i, j), x in form.items():
             factors = [*self.monomials[i], *self.monomials[j], *self.monomials[generator]]
             pair = self._pair(sorted(factors))
             found[pair] = found.get(pair, _NONE) + x
         return {pair: x for pair, x in found.items() if x}
 
-    def coincidences(self) -> list[Form]:
+    def coincidences(self) -> list[QuadraticForm]:
         """Pairs of generators that have the same product, in all ways."""
         ways: dict[tuple[int, ...], tuple[int, int]] = {}
-        found: list[Form] = []
+        found: list[QuadraticForm] = []
         for j, second in enumerate(self.monomials):
             for i, first in enumerate(self.monomials[: j + 1]):
                 product = tuple(sorted((*first, *second)))
@@ -121,18 +121,18 @@ class Quadrics:
                 base, exponent = factor, sp.Integer(1)
             factors += self._atom(base) * int(min(exponent, _DEGREE_BUDGET + 1))
         if len(factors) > _DEGREE_BUDGET:
-            raise TooLargeError
+            raise FormBudgetError
         return number, factors
 
     def _value(self, expr: sp.Expr) -> mpf:
         try:
-            return values([expr], {s: self.constants[s] for s in expr.free_symbols})[0]
+            return evaluate([expr], {s: self.constants[s] for s in expr.free_symbols})[0]
         except DomainError as error:
-            raise TooLargeError from error
+            raise FormBudgetError from error
 
     def _new(self, monomial: tuple[int, ...]) -> int:
         if len(self.monomials) >= _GENERATOR_BUDGET:
-            raise TooLargeError
+            raise FormBudgetError
         self.monomials.append(monomial)
         return len(self.monomials) - 1
 
@@ -173,7 +173,7 @@ class Quadrics:
                 form = self.multiply(form, k)
             self.domains.append(_sum(form, {(0, 0): -_ONE}))
 
-    def _vanish(self, form: Form, constant: mpf = _NONE) -> None:
+    def _vanish(self, form: QuadraticForm, constant: mpf = _NONE) -> None:
         """Add the relation that a form and a number are zero together."""
         self.relations.append(_sum(form, {(0, 0): constant}))
 
@@ -217,7 +217,7 @@ def _is_root(expr: sp.Expr) -> bool:
     return bool(expr.is_Pow and expr.exp.is_Rational and expr.exp.q == 2)
 
 
-def _sum(form: Form, other: Form) -> Form:
+def _sum(form: QuadraticForm, other: QuadraticForm) -> QuadraticForm:
     found = dict(form)
     for pair, x in other.items():
         found[pair] = found.get(pair, _NONE) + x

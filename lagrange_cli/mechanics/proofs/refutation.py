@@ -13,7 +13,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, values
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, evaluate
 
 __all__ = ["depends", "is_nonzero", "jumps", "states_for", "values_at"]
 
@@ -31,10 +31,10 @@ _APART, _JUMP = mpf(10) ** -95, 70
 
 _key = sp.default_sort_key
 
-State = dict[sp.Symbol, mpf]
+_State = dict[sp.Symbol, mpf]
 
 
-def states(symbols: Sequence[sp.Symbol], number: int = _STATES) -> Iterator[State]:
+def _states(symbols: Sequence[sp.Symbol], number: int = _STATES) -> Iterator[_State]:
     """Random states: of order one, then of magnitudes between 1e-6 and 1e9."""
     source = random.Random(1788)
     for k in range(number):
@@ -89,14 +89,14 @@ def _differs(terms: Sequence[sp.Expr]) -> bool:
     return False
 
 
-def values_at(expressions: Sequence[sp.Expr], points: Iterable[State]) -> Iterator[list[mpf]]:
+def values_at(expressions: Sequence[sp.Expr], points: Iterable[_State]) -> Iterator[list[mpf]]:
     """Values of expressions, in many digits, at those states where all are finite and real."""
     return (found for _, found in _seen(expressions, points, _DIGITS))
 
 
 def _seen(
-    expressions: Sequence[sp.Expr], points: Iterable[State], digits: int
-) -> Iterator[tuple[State, list[mpf]]]:
+    expressions: Sequence[sp.Expr], points: Iterable[_State], digits: int
+) -> Iterator[tuple[_State, list[mpf]]]:
     symbols = sorted(_symbols(expressions), key=_key)
     with mpmath.workdps(digits):
         try:
@@ -117,7 +117,7 @@ def _symbols(expressions: Iterable[sp.Expr]) -> set[sp.Symbol]:
 
 def states_for(
     expressions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol] | None = None
-) -> Iterator[State]:
+) -> Iterator[_State]:
     """States over many magnitudes, and at and beside the surfaces of switching functions.
 
     Parameters
@@ -127,7 +127,7 @@ def states_for(
     """
     named = symbols if symbols is not None else sorted(_symbols(expressions), key=_key)
     with mpmath.workdps(_DIGITS):
-        yield from states(named)
+        yield from _states(named)
         source = random.Random(1687)
         for surface, symbol in _surfaces(expressions):
             for state in _on(surface, symbol, named):
@@ -135,14 +135,14 @@ def states_for(
                 yield {**state, symbol: state[symbol] + away}
 
 
-def _on(surface: sp.Expr, symbol: sp.Symbol, symbols: Sequence[sp.Symbol]) -> Iterator[State]:
+def _on(surface: sp.Expr, symbol: sp.Symbol, symbols: Sequence[sp.Symbol]) -> Iterator[_State]:
     """States on a surface, which is linear in one of the symbols."""
     with mpmath.workdps(_DIGITS):
         slope = surface.diff(symbol)
-        for state in states(symbols, _BESIDE):
+        for state in _states(symbols, _BESIDE):
             there = {**state, symbol: _ZERO}
             try:
-                level, rate = values([surface, slope], there)
+                level, rate = evaluate([surface, slope], there)
             except (DomainError, ZeroDivisionError, OverflowError):
                 continue
             if rate:

@@ -18,11 +18,15 @@ import sympy as sp
 from mpmath import mpf
 from numpy.typing import NDArray
 
-from lagrange_cli.mechanics.numerics.rank import TOLERANCE
-from lagrange_cli.mechanics.proofs.quadratic_forms import Form, Quadrics, TooLargeError
+from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE
+from lagrange_cli.mechanics.proofs.quadratic_forms import (
+    FormBudgetError,
+    QuadraticForm,
+    QuadraticForms,
+)
 from lagrange_cli.stages import announce
 
-__all__ = ["contradicting"]
+__all__ = ["contradicting_equations"]
 
 #: Forms, those of relations included; equations and symbols whose products are tried too.
 _FORM_BUDGET, _SMALL = 160, 5
@@ -39,7 +43,7 @@ _SETTLED, _SHORTEST = 1e-6, 1e-12
 _Array = NDArray[np.float64]
 
 
-def contradicting(
+def contradicting_equations(
     equations: Sequence[sp.Expr],
     constants: Mapping[sp.Symbol, mpf],
     products: Sequence[bool] = (False, True),
@@ -56,7 +60,7 @@ def contradicting(
     for multiplied in products:
         try:
             combinations = _forms(equations, constants, multiplied)
-        except TooLargeError:
+        except FormBudgetError:
             return None
         owners = _number(combinations) or _squares(combinations)
         if owners is not None:
@@ -71,19 +75,19 @@ class _Combination:
     ``size`` is the sum of what its constant was added up from.
     """
 
-    form: Form
+    form: QuadraticForm
     owners: frozenset[int]
     size: mpf
 
 
-def _combination(form: Form, owner: int) -> _Combination:
+def _combination(form: QuadraticForm, owner: int) -> _Combination:
     return _Combination(form, frozenset([owner]), abs(form.get((0, 0), mpf(0))))
 
 
 def _forms(
     equations: Sequence[sp.Expr], constants: Mapping[sp.Symbol, mpf], products: bool
 ) -> list[_Combination]:
-    quadrics = Quadrics(constants)
+    quadrics = QuadraticForms(constants)
     forms, found = [], list[_Combination]()
     for k, equation in enumerate(equations):
         forms.append(quadrics.form(equation))
@@ -92,7 +96,7 @@ def _forms(
     if products:
         atoms = [i for i, m in enumerate(quadrics.monomials) if len(m) == 1]
         if max(len(equations), len(atoms)) > _SMALL:
-            raise TooLargeError
+            raise FormBudgetError
         quadrics.products_of_two()
         generators = range(1, len(quadrics.monomials))
         found += [
@@ -103,7 +107,7 @@ def _forms(
         quadrics.relations += quadrics.coincidences()
     found += [_combination(f, -1) for f in quadrics.relations]
     if len(found) > _FORM_BUDGET:
-        raise TooLargeError
+        raise FormBudgetError
     return found
 
 
@@ -113,7 +117,7 @@ def _number(combinations: Sequence[_Combination]) -> frozenset[int] | None:
     while lone := {p for c in left for p in c.form} - {(0, 0)}:
         left = _without(left, min(lone))
     for c in left:
-        if abs(c.form[0, 0]) > TOLERANCE * c.size:
+        if abs(c.form[0, 0]) > RANK_TOLERANCE * c.size:
             return c.owners
     return None
 
@@ -132,7 +136,7 @@ def _squares(combinations: Sequence[_Combination]) -> frozenset[int] | None:
     found[np.abs(found) < _NOTHING * np.abs(found).max()] = 0.0
     shares = [mpf(x) * w for x, w in zip(found.tolist(), weights, strict=True)]
     size = sum((abs(x) * c.size for c, x in zip(combinations, shares, strict=True)), mpf(0))
-    if not _is_proof(forms, shares, len(kept), TOLERANCE * size):
+    if not _is_proof(forms, shares, len(kept), RANK_TOLERANCE * size):
         return None
     return frozenset().union(*(c.owners for c, x in zip(combinations, shares, strict=True) if x))
 
@@ -165,20 +169,22 @@ def _without(combinations: Sequence[_Combination], pair: tuple[int, int]) -> lis
     return found
 
 
-def _difference(form: Form, ratio: mpf, other: Form, gone: tuple[int, int]) -> Form | None:
+def _difference(
+    form: QuadraticForm, ratio: mpf, other: QuadraticForm, gone: tuple[int, int]
+) -> QuadraticForm | None:
     """form − ratio·other; None where it is nothing, or cancels to within the tolerance."""
     found = dict(form)
     for p, x in other.items():
         left = found.pop(p, mpf(0)) - ratio * x
         if p == gone or abs(left) <= _ROUNDING * abs(ratio * x):
             continue
-        if abs(left) <= TOLERANCE * abs(ratio * x):
+        if abs(left) <= RANK_TOLERANCE * abs(ratio * x):
             return None
         found[p] = left
     return found or None
 
 
-def _pivots(forms: Sequence[Form]) -> list[int]:
+def _pivots(forms: Sequence[QuadraticForm]) -> list[int]:
     """Generators that the others do not move with: along the rest no form changes.
 
     Sparse elimination on the rows of all forms. The form that is left when the others are
@@ -213,12 +219,12 @@ def _reduce(rows: dict[int, dict[int, mpf]], row: dict[int, mpf]) -> None:
             return
 
 
-def _restricted(form: Form, kept: Sequence[int]) -> Form:
+def _restricted(form: QuadraticForm, kept: Sequence[int]) -> QuadraticForm:
     places = {k: n for n, k in enumerate(kept)}
     return {(places[i], places[j]): x for (i, j), x in form.items() if i in places and j in places}
 
 
-def _equilibrated(forms: Sequence[Form], size: int) -> tuple[_Array, list[mpf]]:
+def _equilibrated(forms: Sequence[QuadraticForm], size: int) -> tuple[_Array, list[mpf]]:
     """Matrices of the forms in units in which entries are near 1, and a factor for each.
 
     Logarithms of units and factors by least squares (Curtis and Reid, On the automatic scaling
@@ -300,7 +306,7 @@ def _inside(matrices: _Array, c: _Array, tau: float) -> bool:
     return bool((np.abs(c) < 1).all() and _least(matrices, c) > tau)
 
 
-def _is_proof(forms: Sequence[Form], c: Sequence[mpf], size: int, least: mpf) -> bool:
+def _is_proof(forms: Sequence[QuadraticForm], c: Sequence[mpf], size: int, least: mpf) -> bool:
     """Whether Σ c·form is a sum of squares plus a number greater than ``least``.
 
     Elimination in the digits carried; the constant comes last.

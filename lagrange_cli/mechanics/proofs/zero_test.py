@@ -16,23 +16,34 @@ from itertools import count
 
 import sympy as sp
 
-from lagrange_cli.mechanics.proofs.field_program import Atom, FieldProgram, UndecidableError
+from lagrange_cli.mechanics.proofs.field_program import (
+    FieldProgram,
+    Indeterminate,
+    UndecidableError,
+)
 from lagrange_cli.mechanics.proofs.finite_field import (
-    PRIMES,
-    Circle,
+    SAFE_PRIMES,
+    CirclePoint,
     NoValueError,
+    add_angles,
     circle_point,
-    inverse,
-    power,
-    product,
-    radical,
-    sign_of_number,
-    turned,
+    field_inverse,
+    field_power,
+    field_root,
+    multiple_angle,
+    sign_of_fraction,
 )
 
-__all__ = ["UndecidableError", "does_not_depend", "holds", "same", "sides", "vanish"]
+__all__ = [
+    "UndecidableError",
+    "are_equal",
+    "does_not_depend",
+    "relation_holds",
+    "values_on_sides",
+    "vanish",
+]
 
-Relation = Callable[[Sequence[int], int], bool]
+_Relation = Callable[[Sequence[int], int], bool]
 """What values of expressions, modulo a prime, must satisfy."""
 
 #: Operations in the field that one question may take.
@@ -63,7 +74,7 @@ class _Point:
     """
 
     def __init__(
-        self, p: int, seed: str, signs: Sequence[int], formal: bool, free: set[Atom]
+        self, p: int, seed: str, signs: Sequence[int], formal: bool, free: set[Indeterminate]
     ) -> None:
         self.p = p
         self.random = random.Random(seed)
@@ -72,13 +83,13 @@ class _Point:
         self.formal = formal
         self.free = free
         self.table: dict[object, int] = {}
-        self.circles: dict[Atom, Circle] = {}
+        self.circles: dict[Indeterminate, CirclePoint] = {}
         self.sides: dict[int, int] = {}
         self.roots: dict[tuple[int, int], int] = {}
         #: The root that has no value here, those that have, and those that were had before.
-        self.failed: Atom | None = None
-        self.passed: list[Atom] = []
-        self.known: list[Atom] = []
+        self.failed: Indeterminate | None = None
+        self.passed: list[Indeterminate] = []
+        self.known: list[Indeterminate] = []
         self.work = 0
 
     def _sign(self) -> int:
@@ -106,7 +117,7 @@ class _Point:
         return [values[k] for k in program.outputs]
 
     def _number(self, fraction: tuple[int, int], values: list[int]) -> int:
-        return fraction[0] * inverse(fraction[1], self.p) % self.p
+        return fraction[0] * field_inverse(fraction[1], self.p) % self.p
 
     def _symbol(self, symbol: sp.Symbol, values: list[int]) -> int:
         return self._value(symbol)
@@ -121,33 +132,33 @@ class _Point:
         return result
 
     def _power(self, operands: tuple[int, int], values: list[int]) -> int:
-        return power(values[operands[0]], operands[1], self.p)
+        return field_power(values[operands[0]], operands[1], self.p)
 
     def _circle(
         self,
-        operands: tuple[list[tuple[Atom, sp.Rational]], tuple[int, ...]],
+        operands: tuple[list[tuple[Indeterminate, sp.Rational]], tuple[int, ...]],
         values: list[int],
-    ) -> Circle:
+    ) -> CirclePoint:
         parts, exact = operands
-        total: Circle = (values[exact[0]], values[exact[1]]) if exact else (1, 0)
+        total: CirclePoint = (values[exact[0]], values[exact[1]]) if exact else (1, 0)
         for atom, c in parts:
             if atom not in self.circles:
                 self.circles[atom] = circle_point(self._value(atom), self.p)
             n = int(c.p) * (atom.parts // int(c.q))
-            total = product(total, turned(self.circles[atom], n, self.p), self.p)
+            total = add_angles(total, multiple_angle(self.circles[atom], n, self.p), self.p)
         return total
 
-    def _coordinate(self, operands: tuple[int, bool], values: list[Circle]) -> int:
+    def _coordinate(self, operands: tuple[int, bool], values: list[CirclePoint]) -> int:
         return values[operands[0]][operands[1]]
 
-    def _growth(self, parts: list[tuple[Atom, sp.Rational]], values: list[int]) -> int:
+    def _growth(self, parts: list[tuple[Indeterminate, sp.Rational]], values: list[int]) -> int:
         total = 1
         for atom, c in parts:
             n = int(c.p) * (atom.parts // int(c.q))
-            total = total * power(self._value(atom), n, self.p) % self.p
+            total = total * field_power(self._value(atom), n, self.p) % self.p
         return total
 
-    def _radical(self, operands: tuple[int, Atom], values: list[int]) -> int:
+    def _radical(self, operands: tuple[int, Indeterminate], values: list[int]) -> int:
         x, atom = values[operands[0]], operands[1]
         key = x, atom.parts
         if key in self.roots:
@@ -156,9 +167,9 @@ class _Point:
         self.roots[key] = self._new_root(x, atom)
         return self.roots[key]
 
-    def _new_root(self, x: int, atom: Atom) -> int:
+    def _new_root(self, x: int, atom: Indeterminate) -> int:
         try:
-            root = radical(x, atom.parts, self.p)
+            root = field_root(x, atom.parts, self.p)
         except NoValueError:
             self.failed = atom
             raise
@@ -167,16 +178,16 @@ class _Point:
             return root
         return self._sign() * root
 
-    def _part(self, operands: tuple[int, Atom, sp.Rational], values: list[int]) -> int:
+    def _part(self, operands: tuple[int, Indeterminate, sp.Rational], values: list[int]) -> int:
         root, atom, exponent = operands
-        return power(values[root], int(exponent.p) * (atom.parts // int(exponent.q)), self.p)
+        return field_power(values[root], int(exponent.p) * (atom.parts // int(exponent.q)), self.p)
 
     def _side(self, operand: int, values: list[int]) -> int:
         x = values[operand]
         if x == 0:
             return 0
         if x not in self.sides:
-            side = sign_of_number(x, self.p) or self._open_side()
+            side = sign_of_fraction(x, self.p) or self._open_side()
             self.sides[x], self.sides[self.p - x] = side, -side
         return self.sides[x]
 
@@ -186,7 +197,7 @@ class _Point:
     def _select(self, operands: tuple[int, int, int, int], values: list[int]) -> int:
         side, first, rest, larger = operands
         a, b, s = values[first], values[rest], larger * values[side]
-        return (a + b + s * (a - b)) * inverse(2, self.p) % self.p
+        return (a + b + s * (a - b)) * field_inverse(2, self.p) % self.p
 
     def _function(self, operands: tuple[str, list[int]], values: list[int]) -> int:
         name, arguments = operands
@@ -200,8 +211,8 @@ class _Survey:
         self.program = program
         self.work = 0
         self.even = {a for a in program.roots.values() if a.parts % 2 == 0 and not a.constant}
-        self.free: set[Atom] = set()
-        self.primes = [p for p in PRIMES if self._has_constants(p)]
+        self.free: set[Indeterminate] = set()
+        self.primes = [p for p in SAFE_PRIMES if self._has_constants(p)]
         if not self.primes:
             raise UndecidableError
 
@@ -272,7 +283,7 @@ class _Survey:
                 arrivals[atom] += 1
 
 
-def sides(expressions: Sequence[sp.Expr]) -> Iterator[tuple[list[int], int]]:
+def values_on_sides(expressions: Sequence[sp.Expr]) -> Iterator[tuple[list[int], int]]:
     """Values, modulo the prime that stands with them, on every combination of sides.
 
     Raises
@@ -300,7 +311,7 @@ def _next(signs: Sequence[int]) -> list[int] | None:
     return None if last is None else [*signs[:last], -1]
 
 
-def holds(expressions: Sequence[sp.Expr], relation: Relation) -> bool:
+def relation_holds(expressions: Sequence[sp.Expr], relation: _Relation) -> bool:
     """Whether a polynomial relation between expressions is proven.
 
     Parameters
@@ -316,7 +327,7 @@ def holds(expressions: Sequence[sp.Expr], relation: Relation) -> bool:
     return any(_holds(program, relation, formal) for formal in ways)
 
 
-def _holds(program: FieldProgram, relation: Relation, formal: bool) -> bool:
+def _holds(program: FieldProgram, relation: _Relation, formal: bool) -> bool:
     try:
         return all(relation(values, p) for values, p in _sides(program, formal))
     except UndecidableError:
@@ -326,12 +337,12 @@ def _holds(program: FieldProgram, relation: Relation, formal: bool) -> bool:
 def vanish(*expressions: sp.Expr) -> bool:
     """Whether all expressions are proven to be zero wherever they have a value."""
     pending = [e for e in expressions if e != 0]
-    return not pending or holds(pending, lambda values, p: not any(v % p for v in values))
+    return not pending or relation_holds(pending, lambda values, p: not any(v % p for v in values))
 
 
-def same(a: sp.Expr, b: sp.Expr) -> bool:
+def are_equal(a: sp.Expr, b: sp.Expr) -> bool:
     """Whether two expressions are proven to be equal wherever both have a value."""
-    return a == b or holds([a, b], lambda values, p: (values[0] - values[1]) % p == 0)
+    return a == b or relation_holds([a, b], lambda values, p: (values[0] - values[1]) % p == 0)
 
 
 def does_not_depend(expression: sp.Expr, symbol: sp.Symbol) -> bool:
@@ -345,4 +356,4 @@ def does_not_depend(expression: sp.Expr, symbol: sp.Symbol) -> bool:
         return True
     elsewhere = sp.Dummy(symbol.name, **symbol.assumptions0)
     first = sp.Add(*held)
-    return same(first, first.xreplace({symbol: elsewhere}))
+    return are_equal(first, first.xreplace({symbol: elsewhere}))

@@ -24,14 +24,14 @@ from mpmath import mpf
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
 from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
 from lagrange_cli.mechanics.algebra.polynomials import factored_form
-from lagrange_cli.mechanics.algebra.shorten import shortened, size_along
+from lagrange_cli.mechanics.algebra.shorten import length_factor, shortened
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.certify.constraints import Restraints
 from lagrange_cli.mechanics.certify.routes import Point, Tapes
 from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations
 from lagrange_cli.mechanics.dynamics.lagrange import Derivation
 from lagrange_cli.mechanics.equations import Equations, tagged
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reaction_values import BodyReaction, ConstraintForces, Reaction
 from lagrange_cli.mechanics.reactions.applied_forces import Loads, loads, velocity_slopes
@@ -190,7 +190,7 @@ def _bodies(derivation: Derivation, applied: Loads, forces: _Forces) -> Iterator
             seen.add(s)
         if mass is not None or any(components):
             x, y, z = components
-            yield BodyReaction(body.name, (x, y, z), size_along((x, y, z)))
+            yield BodyReaction(body.name, (x, y, z), length_factor((x, y, z)))
 
 
 # Multipliers.
@@ -356,8 +356,8 @@ class _Check:
             masses[k] += mass
         lacking = self._lacking(point)
         symbols = [s for s in tapes.symbols if s in forces.along]
-        found = values([forces.along[s] for s in symbols], point)
-        others = values([self.applied.other.get(s, sp.Integer(0)) for s in symbols], point)
+        found = evaluate([forces.along[s] for s in symbols], point)
+        others = evaluate([self.applied.other.get(s, sp.Integer(0)) for s in symbols], point)
         seeds: dict[int, tuple[mpf, mpf, mpf]] = {}
         differences, scale = [], _ZERO
         for s, force, other in zip(symbols, found, others, strict=True):
@@ -376,7 +376,7 @@ class _Check:
 
     def _require_work(self, point: Point, work: Sequence[mpf], scale: mpf) -> None:
         """Σ f ∂r/∂q and what acts on coordinates alone must be M a − f."""
-        direct = values([self.applied.of(q) for q in self._alone()], point)
+        direct = evaluate([self.applied.of(q) for q in self._alone()], point)
         alone = dict(zip(self._alone(), direct, strict=True))
         for q, done, (residual, size) in zip(
             self.tapes.q, work, self._residuals(point), strict=True
@@ -412,9 +412,9 @@ class _Check:
         self, point: Point, rows: Sequence[Row], multipliers: Mapping[int, sp.Expr], scale: mpf
     ) -> None:
         numbers = sorted(multipliers)
-        known = dict(zip(numbers, values([multipliers[k] for k in numbers], point), strict=True))
+        known = dict(zip(numbers, evaluate([multipliers[k] for k in numbers], point), strict=True))
         for row in rows:
-            force, *slopes = values([row.force, *row.gradient.values()], point)
+            force, *slopes = evaluate([row.force, *row.gradient.values()], point)
             parts = [known[k] * g for k, g in zip(row.gradient, slopes, strict=True)]
             self._require(force - sum(parts, _ZERO), sum(map(abs, parts), scale))
 

@@ -22,7 +22,7 @@ from mpmath import mpf
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.mechanics.certify.routes import Point
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 
 __all__ = ["Equation", "Row", "multipliers", "rows_of"]
@@ -128,7 +128,7 @@ class _Search:
     def explains(self, row: Row) -> bool:
         """Whether the multipliers found make up the force along a row."""
         parts = [self.found[k] * g for k, g in row.gradient.items() if k in self.found]
-        total, *sizes = values([row.force - sp.Add(*parts), row.force, *parts], self.point)
+        total, *sizes = evaluate([row.force - sp.Add(*parts), row.force, *parts], self.point)
         return bool(abs(total) <= _NOTHING * sum(map(abs, sizes), self.scale))
 
 
@@ -222,7 +222,7 @@ def _chained(
 
 def _is_zero(expr: sp.Expr, point: Point) -> bool:
     """Whether a sum vanishes at a point."""
-    value, *parts = values([expr, *sp.Add.make_args(expr)], point)
+    value, *parts = evaluate([expr, *sp.Add.make_args(expr)], point)
     return bool(abs(value) <= _NOTHING * sum(map(abs, parts), mpf(0)))
 
 

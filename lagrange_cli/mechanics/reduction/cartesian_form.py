@@ -19,16 +19,16 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.mechanics.elimination.implicitization import (
-    Angle,
-    Relation,
-    System,
-    angle_of,
+    AngleSymbols,
+    ImplicitEquation,
+    ImplicitSystem,
+    angle_symbols,
     in_single_angles,
 )
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
-from lagrange_cli.mechanics.numerics.rank import TOLERANCE, dependent_rows, scaled_doubles
-from lagrange_cli.mechanics.numerics.sampling import Drawn, working_digits
+from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE, dependent_rows, normalized_row
+from lagrange_cli.mechanics.numerics.sampling import SamplePoint, working_digits
 from lagrange_cli.mechanics.reduction.angles import periodic_symbols
 from lagrange_cli.mechanics.reduction.geometry import Restriction
 from lagrange_cli.mechanics.reduction.reduce import POINTS, Reduced, in_coordinates
@@ -115,7 +115,7 @@ class _Form:
         relations = list(self.relations())
         return self._without_unused(relations) or self._eliminated(relations)
 
-    def _without_unused(self, relations: Sequence[Relation]) -> Reduced | None:
+    def _without_unused(self, relations: Sequence[ImplicitEquation]) -> Reduced | None:
         """The form of the equations that hold no coordinate which nothing else asks for."""
         asked = {s for e in self.uses.expressions for s in e.free_symbols}
         asked |= {q for q in self.own if q.name in self.uses.rates} | set(self.known.values())
@@ -123,11 +123,11 @@ class _Form:
         rest = [r for r in relations if r.expression.free_symbols.isdisjoint(unused)]
         return self._reduced(rest, unused, _unchanged) if unused else None
 
-    def _eliminated(self, relations: Sequence[Relation]) -> Reduced | None:
+    def _eliminated(self, relations: Sequence[ImplicitEquation]) -> Reduced | None:
         """The form with as many coordinates eliminated as can be."""
         angles = self._angles(relations)
         held = [self._in_angles(r, angles) for r in relations]
-        system = System(held, self._moving(angles), self.names.parameters.values())
+        system = ImplicitSystem(held, self._moving(angles), self.names.parameters.values())
         system.square_roots()
         dropped = [a.q for a in self._in_order(angles, system) if self._drops_angle(system, a)]
         lengths = [q for q in self.own if q not in {a.q for a in angles}]
@@ -143,7 +143,7 @@ class _Form:
 
     # Equations.
 
-    def relations(self) -> Iterator[Relation]:
+    def relations(self) -> Iterator[ImplicitEquation]:
         """Definitions and stated equations between names that move."""
         bodies = {
             s: body.name
@@ -153,20 +153,22 @@ class _Form:
         for s, e in self.names.given.items():
             if s not in self.known:
                 expression = self._put(s - e)
-                yield Relation(bodies[s], expression, f"{s} = {_written(e)}", stated=False)
+                yield ImplicitEquation(bodies[s], expression, f"{s} = {_written(e)}", stated=False)
         for stated in self.reduced.chart.geometry.found.stated:
             expression = self._put(stated.phi)
             if expression != 0:
-                yield Relation(stated.constraint, expression, stated.equation.text, stated=True)
+                yield ImplicitEquation(
+                    stated.constraint, expression, stated.equation.text, stated=True
+                )
 
     def _put(self, expr: sp.Expr) -> sp.Expr:
         present = {s: self.known[s] for s in expr.free_symbols if s in self.known}
         return expr.xreplace(present) if present else expr
 
-    def _angles(self, relations: Sequence[Relation]) -> list[Angle]:
+    def _angles(self, relations: Sequence[ImplicitEquation]) -> list[AngleSymbols]:
         """Coordinates that stand in the equations under sines and cosines only."""
         periodic = periodic_symbols(r.expression for r in relations)
-        found = [angle_of(q) for q in self.own if q in periodic]
+        found = [angle_symbols(q) for q in self.own if q in periodic]
         while True:
             bad = {
                 a.q
@@ -178,12 +180,14 @@ class _Form:
                 return found
             found = [a for a in found if a.q not in bad]
 
-    def _in_angles(self, relation: Relation, angles: Sequence[Angle]) -> Relation:
+    def _in_angles(
+        self, relation: ImplicitEquation, angles: Sequence[AngleSymbols]
+    ) -> ImplicitEquation:
         expression = in_single_angles(relation.expression, angles)
         assert expression is not None  # as every angle alone is, all are
         return replace(relation, expression=expression)
 
-    def _moving(self, angles: Sequence[Angle]) -> list[sp.Symbol]:
+    def _moving(self, angles: Sequence[AngleSymbols]) -> list[sp.Symbol]:
         raw = [s for s in self.names.cartesian.values() if s not in self.known]
         parts = [s for a in angles for s in (a.sine, a.cosine)]
         return [*raw, *self.own, *parts]
@@ -191,11 +195,11 @@ class _Form:
     # What is eliminated.
 
     @staticmethod
-    def _in_order(angles: Sequence[Angle], system: System) -> list[Angle]:
+    def _in_order(angles: Sequence[AngleSymbols], system: ImplicitSystem) -> list[AngleSymbols]:
         """Angles of few equations first."""
         return sorted(angles, key=lambda a: len(system.holding(a.sine, a.cosine)))
 
-    def _drops_angle(self, system: System, angle: Angle) -> bool:
+    def _drops_angle(self, system: ImplicitSystem, angle: AngleSymbols) -> bool:
         if angle.q.name in self.uses.rates:
             return False
         needed: set[sp.Symbol] = set()
@@ -206,7 +210,7 @@ class _Form:
             needed |= single.free_symbols & {angle.sine, angle.cosine}
         return system.drop_angle(angle, needed)
 
-    def _drops_length(self, system: System, q: sp.Symbol) -> bool:
+    def _drops_length(self, system: ImplicitSystem, q: sp.Symbol) -> bool:
         if q.name in self.uses.rates or q in self.known.values():
             return False
         used = any(q in e.free_symbols for e in self.uses.expressions)
@@ -216,7 +220,7 @@ class _Form:
 
     def _reduced(
         self,
-        relations: Sequence[Relation],
+        relations: Sequence[ImplicitEquation],
         dropped: frozenset[sp.Symbol],
         rewrite: Callable[[sp.Expr], sp.Expr],
     ) -> Reduced | None:
@@ -241,8 +245,8 @@ class _Form:
         )
 
     def _independent(
-        self, coordinates: Sequence[sp.Symbol], relations: Sequence[Relation]
-    ) -> list[Relation] | None:
+        self, coordinates: Sequence[sp.Symbol], relations: Sequence[ImplicitEquation]
+    ) -> list[ImplicitEquation] | None:
         """Relations that hold, one for each coordinate too many; None where they do not suffice."""
         wanted = len(coordinates) - len(self.reduced.coordinates)
         sampler = self.reduced.sampler([])
@@ -260,22 +264,22 @@ class _Form:
         for number, point in enumerate(points):
             try:
                 there = self._everywhere(point)
-                if any(x > TOLERANCE for x in manifold.violations(there)):
+                if any(x > RANK_TOLERANCE for x in manifold.violations(there)):
                     return None
                 slopes = manifold.slopes(there)
             except (DomainError, ZeroDivisionError):
                 return None
-            dependent = dependent_rows([scaled_doubles(row) for row in slopes], _DEPENDENT)
+            dependent = dependent_rows([normalized_row(row) for row in slopes], _DEPENDENT)
             if number and dependent.keys() != dropped:
                 return None
             dropped = set(dependent)
         kept = [r for k, r in enumerate(relations) if k not in dropped]
         return kept if points and len(kept) == wanted else None
 
-    def _everywhere(self, point: Mapping[sp.Symbol, mpf]) -> Drawn:
+    def _everywhere(self, point: Mapping[sp.Symbol, mpf]) -> SamplePoint:
         """A point of the reduced scene with the values of all names."""
         symbols = [s for s in self.names.cartesian.values() if s not in point]
-        placed = values([self.reduced.resolved[s] for s in symbols], point)
+        placed = evaluate([self.reduced.resolved[s] for s in symbols], point)
         return {**point, **dict(zip(symbols, placed, strict=True))}
 
     def _reference(self, coordinates: Sequence[sp.Symbol]) -> dict[sp.Symbol, mpf]:
@@ -284,14 +288,14 @@ class _Form:
         for s, e in self.reduced.resolved.items():
             if s not in known and e.free_symbols <= known.keys():
                 try:
-                    known[s] = values([e], {x: known[x] for x in e.free_symbols})[0]
+                    known[s] = evaluate([e], {x: known[x] for x in e.free_symbols})[0]
                 except (DomainError, ZeroDivisionError):
                     continue
         gone = set(self.own) - set(coordinates)
         return {s: x for s, x in known.items() if s not in gone}
 
 
-def _restriction(relation: Relation, scene: Scene) -> Restriction:
+def _restriction(relation: ImplicitEquation, scene: Scene) -> Restriction:
     places = {c.name: e.mark() for c in scene.constraints for e in c.equations[:1]}
     if not relation.stated:
         places = {p.name: p.mark for p in scene.particles}
@@ -304,7 +308,7 @@ def _unchanged(expr: sp.Expr) -> sp.Expr:
     return expr
 
 
-def _put_back(expr: sp.Expr, angles: Sequence[Angle]) -> sp.Expr:
+def _put_back(expr: sp.Expr, angles: Sequence[AngleSymbols]) -> sp.Expr:
     for angle in angles:
         expr = angle.put_back(expr)
     return expr
@@ -312,7 +316,7 @@ def _put_back(expr: sp.Expr, angles: Sequence[Angle]) -> sp.Expr:
 
 def _rewritten(
     expr: sp.Expr,
-    angles: Sequence[Angle],
+    angles: Sequence[AngleSymbols],
     given: Mapping[sp.Symbol, sp.Expr],
     dropped: frozenset[sp.Symbol],
 ) -> sp.Expr:

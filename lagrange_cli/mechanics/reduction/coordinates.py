@@ -13,7 +13,7 @@ from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.sampling import Sampler, typical_length
 from lagrange_cli.mechanics.reduction.angles import periodic_symbols
 from lagrange_cli.mechanics.reduction.geometry import Geometry, Restriction
-from lagrange_cli.mechanics.symbols.values import Values
+from lagrange_cli.mechanics.symbols.values import ParameterValues
 
 __all__ = ["Chart", "generalized", "manifold_of", "sampler_of", "scales"]
 
@@ -22,7 +22,7 @@ __all__ = ["Chart", "generalized", "manifold_of", "sampler_of", "scales"]
 class Chart:
     """Coordinates of a geometry, with what points are drawn from."""
 
-    values: Values
+    values: ParameterValues
     geometry: Geometry
     coordinates: tuple[Coordinate, ...]
 

@@ -17,12 +17,12 @@ import sympy as sp
 
 from lagrange_cli.errors import Problem
 from lagrange_cli.mechanics.diagnosis import errors as refusals
-from lagrange_cli.mechanics.diagnosis.inconsistency import explained
-from lagrange_cli.mechanics.elimination.eliminate import Stated
+from lagrange_cli.mechanics.diagnosis.inconsistency import proven_inconsistency
+from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
 from lagrange_cli.mechanics.equations import Account, ConstraintLine
 from lagrange_cli.mechanics.numerics.rank import (
     Matrix,
-    Point,
+    SymbolValues,
     dependent_columns,
     dependent_gradients,
 )
@@ -46,7 +46,7 @@ __all__ = [
 
 
 def balance(
-    geometry: Geometry, points: Sequence[Point], kept: Sequence[int], holding: Holding
+    geometry: Geometry, points: Sequence[SymbolValues], kept: Sequence[int], holding: Holding
 ) -> tuple[Account, list[Problem]]:
     """DOF = 3N + E − K with the status of each constraint; warnings for redundant ones.
 
@@ -80,7 +80,7 @@ def on_a_part(
     geometry: Geometry,
     account: Account,
     warnings: Sequence[Problem],
-    violated: Mapping[int, Point],
+    violated: Mapping[int, SymbolValues],
 ) -> tuple[Account, list[Problem]]:
     """The account and its warnings, with what holds on a part of the configurations only.
 
@@ -111,7 +111,7 @@ def on_a_part(
     return replace(account, lines=lines), kept
 
 
-def _partial(stated: Stated, what: str, is_solved: bool, place: str) -> Problem:
+def _partial(stated: StatedEquation, what: str, is_solved: bool, place: str) -> Problem:
     how = " as it was solved" if is_solved else ""
     return Problem(
         f"constraint '{stated.constraint}' {what} on a part of the configurations only{how}:"
@@ -124,7 +124,7 @@ def _partial(stated: Stated, what: str, is_solved: bool, place: str) -> Problem:
     )
 
 
-def _values_at(geometry: Geometry, number: int, point: Point) -> str:
+def _values_at(geometry: Geometry, number: int, point: SymbolValues) -> str:
     sides = {**geometry.found.pending, **geometry.solved_sides}[number]
     held = sides[0].free_symbols | sides[1].free_symbols
     shown = [s for s in (*geometry.coordinates, geometry.names.t) if s in held]
@@ -220,7 +220,9 @@ def _satisfied(leftovers: set[int], dependent: Mapping[int, tuple[int, ...]]) ->
     return satisfied
 
 
-def _require_solutions(geometry: Geometry, points: Sequence[Point], holding: Holding) -> None:
+def _require_solutions(
+    geometry: Geometry, points: Sequence[SymbolValues], holding: Holding
+) -> None:
     """Refuse solutions that do not solve their equation (an inverse function's other branch)."""
     found, solved = geometry.found, geometry.solved_sides
     wrong = [r.number for r in examine(solved, points) if not r.identity]
@@ -228,8 +230,8 @@ def _require_solutions(geometry: Geometry, points: Sequence[Point], holding: Hol
     for number in wrong:
         if number not in held:
             names = geometry.names
-            proven = explained(names, found.stated, [number], geometry.reference)
-            raise proven or refusals.no_solution(found.stated[number])
+            proven = proven_inconsistency(names, found.stated, [number], geometry.reference)
+            raise proven or refusals.no_solution_error(found.stated[number])
 
 
 def _account(
@@ -260,7 +262,9 @@ def _account(
     )
 
 
-def _require_independent(geometry: Geometry, points: Sequence[Point], kept: Sequence[int]) -> None:
+def _require_independent(
+    geometry: Geometry, points: Sequence[SymbolValues], kept: Sequence[int]
+) -> None:
     """Refuse coordinates that move the particles in fewer independent ways than there are.
 
     A closure that a motion violates counts as a way, and so does the rate of a coordinate
@@ -277,7 +281,7 @@ def _require_independent(geometry: Geometry, points: Sequence[Point], kept: Sequ
         return
     weights = np.abs(null).max(axis=0)
     mixed = [q for q, w in zip(moving, weights, strict=True) if w > 1e-6]
-    raise refusals.dependent_coordinates(
+    raise refusals.dependence_error(
         geometry.names.scene,
         [q.name for q in geometry.coordinates],
         [q.name for q in mixed],
@@ -285,7 +289,7 @@ def _require_independent(geometry: Geometry, points: Sequence[Point], kept: Sequ
     )
 
 
-def _extra(geometry: Geometry, points: Sequence[Point]) -> int:
+def _extra(geometry: Geometry, points: Sequence[SymbolValues]) -> int:
     """E: how many independent changes of the coordinates move no particle."""
     moving = _moving(geometry, ())
     outside = len(geometry.coordinates) - len(moving)
@@ -325,7 +329,7 @@ def _spinning(geometry: Geometry, coordinates: Sequence[sp.Symbol]) -> list[sp.S
 
 
 def _unmoved(
-    r: Sequence[sp.Expr], moving: Sequence[sp.Symbol], points: Sequence[Point]
+    r: Sequence[sp.Expr], moving: Sequence[sp.Symbol], points: Sequence[SymbolValues]
 ) -> Matrix | None:
     """Directions of the coordinates that change nothing of ``r``; None where there are none."""
     if {*moving} <= {*r}:

@@ -13,17 +13,17 @@ from mpmath import mpf
 from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.diagnosis import errors as refusals
-from lagrange_cli.mechanics.diagnosis.inconsistency import contradiction
+from lagrange_cli.mechanics.diagnosis.inconsistency import contradiction_error
 from lagrange_cli.mechanics.elimination.eliminate import Elimination
 from lagrange_cli.mechanics.elimination.solve_equation import (
     linear_parts,
     solutions,
     solves_everywhere,
 )
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
-from lagrange_cli.mechanics.numerics.rank import TOLERANCE, Point
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE, SymbolValues
 from lagrange_cli.mechanics.symbols.names import Names
-from lagrange_cli.mechanics.symbols.yaml_snippets import is_held
+from lagrange_cli.mechanics.symbols.yaml_snippets import must_stay
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Unilateral
 
@@ -155,7 +155,7 @@ def gap_over_names(names: Names, one_sided: Unilateral) -> sp.Expr:
 
 
 def related(
-    geometry: Geometry, points: Sequence[Point], holding: Holding = lambda _: frozenset()
+    geometry: Geometry, points: Sequence[SymbolValues], holding: Holding = lambda _: frozenset()
 ) -> tuple[int, ...]:
     """Numbers of the pending equations that restrict the coordinates: they are to stay.
 
@@ -183,13 +183,13 @@ def related(
 
 
 def examine(
-    equations: Mapping[int, tuple[sp.Expr, sp.Expr]], points: Sequence[Point]
+    equations: Mapping[int, tuple[sp.Expr, sp.Expr]], points: Sequence[SymbolValues]
 ) -> list[Leftover]:
     """Evaluate reduced equations: identities, contradictions or relations."""
     asked = {number: _terms(*sides) for number, sides in equations.items()}
     everything = [e for terms in asked.values() for e in terms]
     try:
-        samples = [iter(values(everything, point)) for point in points]
+        samples = [iter(evaluate(everything, point)) for point in points]
     except DomainError:
         if len(asked) > 1:
             return [examine({k: sides}, points)[0] for k, sides in equations.items()]
@@ -217,9 +217,9 @@ def _terms(left: sp.Expr, right: sp.Expr) -> list[sp.Expr]:
 def _leftover(number: int, phi: sp.Expr, samples: Sequence[Sequence[mpf]]) -> Leftover:
     totals = [total for *_, total in samples]
     sizes = [sum(map(abs, parts), mpf(0)) for *parts, _ in samples]
-    identity = all(abs(x) <= TOLERANCE * size for x, size in zip(totals, sizes, strict=True))
+    identity = all(abs(x) <= RANK_TOLERANCE * size for x, size in zip(totals, sizes, strict=True))
     spread = max(totals) - min(totals)
-    return Leftover(number, phi, identity, constant=bool(spread <= TOLERANCE * max(sizes)))
+    return Leftover(number, phi, identity, constant=bool(spread <= RANK_TOLERANCE * max(sizes)))
 
 
 def _sensitivities(product: sp.Expr) -> list[sp.Expr]:
@@ -243,14 +243,14 @@ def _require_relation(geometry: Geometry, leftover: Leftover) -> None:
     present = leftover.reduced.free_symbols
     involved = sorted(present & geometry.order.keys(), key=geometry.order.__getitem__)
     if leftover.constant or not involved:
-        raise contradiction(
+        raise contradiction_error(
             geometry.names, found, leftover.number, leftover.reduced, geometry.reference
         )
     if found.stated[leftover.number].integral or any(q in found.unknowns for q in involved):
         return
     constants = frozenset(geometry.names.parameters.values())
     if any(_is_given(leftover.reduced, q, set(involved), constants) for q in involved):
-        raise refusals.too_many(
+        raise refusals.too_many_error(
             geometry.names.scene,
             found.stated[leftover.number],
             involved,
@@ -271,7 +271,7 @@ def _surplus(
 
     def rank(q: sp.Symbol) -> tuple[bool, bool, bool, bool]:
         alone = len(ways[q]) == 1
-        return is_held(scene, q.name), not ways[q], not alone, q not in geometry.resolved
+        return must_stay(scene, q.name), not ways[q], not alone, q not in geometry.resolved
 
     q = min(reversed(involved), key=rank)
     branches = sorted(ways[q] or [sp.Integer(1)], key=lambda b: _is_elsewhere(b, q, reference))
@@ -286,7 +286,7 @@ def _is_elsewhere(
     if q not in reference or not held <= reference.keys():
         return True, mpf(0)
     try:
-        value = values([branch], {s: reference[s] for s in held})[0]
+        value = evaluate([branch], {s: reference[s] for s in held})[0]
     except (DomainError, ZeroDivisionError):
         return True, mpf(0)
     return False, abs(value - reference[q])

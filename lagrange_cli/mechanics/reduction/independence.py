@@ -9,15 +9,15 @@ from mpmath import mpf
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics.diagnosis import errors as refusals
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
-from lagrange_cli.mechanics.numerics.gauss_newton import Row
+from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.numerics.rank import (
-    TOLERANCE,
-    dense,
+    RANK_TOLERANCE,
+    dense_matrix,
     dependent_rows,
+    normalized_row,
     rank,
-    scaled_doubles,
 )
-from lagrange_cli.mechanics.numerics.sampling import Drawn, Sampler, double
+from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler, to_double
 from lagrange_cli.mechanics.reduction.geometry import Geometry
 from lagrange_cli.mechanics.reduction.local_identities import hold_around
 
@@ -36,7 +36,7 @@ def independent_closures(
     related: Sequence[int],
     manifold: Manifold,
     sampler: Sampler,
-    points: Sequence[Drawn],
+    points: Sequence[SamplePoint],
 ) -> tuple[int, ...]:
     """Numbers of the stated equations that are kept beside the coordinates.
 
@@ -61,7 +61,7 @@ def independent_closures(
         steepest = max(_size(off[k]) for off in beside)
         if all(_size(on[k]) <= _FLAT * steepest for on in slopes):
             raise _without_slope(geometry, number, sampler, [*points, *places])
-    everywhere = [dependent_rows([*map(scaled_doubles, rows)], _DEPENDENT) for rows in slopes]
+    everywhere = [dependent_rows([*map(normalized_row, rows)], _DEPENDENT) for rows in slopes]
     dropped = {k: by for k, by in everywhere[0].items() if all(k in other for other in everywhere)}
     kept = [k for k in manifold.all if k not in dropped]
     _require_implied(geometry, related, manifold, sampler, points, dropped)
@@ -69,21 +69,21 @@ def independent_closures(
 
 
 def _without_slope(
-    geometry: Geometry, number: int, sampler: Sampler, places: Sequence[Drawn]
+    geometry: Geometry, number: int, sampler: Sampler, places: Sequence[SamplePoint]
 ) -> InputError:
     """The error of an equation whose gradient vanishes wherever it holds, or on a part of it."""
     sides = geometry.found.pending[number]
     held = [q for q in geometry.coordinates if q in (sides[0] - sides[1]).free_symbols]
     for place in places:
-        values = {q: mpf(f"{double(place[q]):.2g}") for q in held}
+        values = {q: mpf(f"{to_double(place[q]):.2g}") for q in held}
         if hold_around({number: sides}, sampler, {**place, **values}):
-            shown = {q.name: f"{double(x):.2g}" for q, x in values.items()}
+            shown = {q.name: f"{to_double(x):.2g}" for q, x in values.items()}
             stated = geometry.found.stated[number]
-            return refusals.satisfied_elsewhere(geometry.names.scene, stated, shown)
-    return refusals.singular(geometry.names.scene, geometry.found, [number])
+            return refusals.satisfied_elsewhere_error(geometry.names.scene, stated, shown)
+    return refusals.singular_error(geometry.names.scene, geometry.found, [number])
 
 
-def _size(row: Row) -> mpf:
+def _size(row: SparseRow) -> mpf:
     return max(map(abs, row.values()), default=mpf(0))
 
 
@@ -92,7 +92,7 @@ def _require_implied(
     related: Sequence[int],
     manifold: Manifold,
     sampler: Sampler,
-    points: Sequence[Drawn],
+    points: Sequence[SamplePoint],
     dropped: dict[int, tuple[int, ...]],
 ) -> None:
     """Refuse equations whose gradients depend on others' though the others do not imply them."""
@@ -105,14 +105,14 @@ def _require_implied(
         for k, by in dropped.items():
             # Each of the equations may be off by the tolerance, as decimals are; one that
             # does not follow is off by the square of the distance around.
-            if violations[k] > TOLERANCE * (1 + len(by)):
-                raise refusals.singular(
+            if violations[k] > RANK_TOLERANCE * (1 + len(by)):
+                raise refusals.singular_error(
                     geometry.names.scene, geometry.found, [related[j] for j in (*by, k)]
                 )
 
 
 def require_determined(
-    geometry: Geometry, manifold: Manifold, draw: Callable[[], Sequence[Drawn]]
+    geometry: Geometry, manifold: Manifold, draw: Callable[[], Sequence[SamplePoint]]
 ) -> None:
     """Refuse declared coordinates beside which closures leave a name undetermined.
 
@@ -132,10 +132,10 @@ def require_determined(
         return
     ranks = [_rank(manifold.slopes(p), opened) for p in draw()]
     if max(ranks) < len(opened):
-        raise refusals.too_few(names.scene, found, len(opened) - max(ranks))
+        raise refusals.too_few_error(names.scene, found, len(opened) - max(ranks))
 
 
-def _rank(rows: Sequence[Row], columns: Sequence[int]) -> int:
+def _rank(rows: Sequence[SparseRow], columns: Sequence[int]) -> int:
     place = {j: k for k, j in enumerate(columns)}
     held = [{place[j]: x for j, x in row.items() if j in place} for row in rows]
-    return rank(dense([scaled_doubles(row) for row in held], len(columns)), TOLERANCE)
+    return rank(dense_matrix([normalized_row(row) for row in held], len(columns)), RANK_TOLERANCE)

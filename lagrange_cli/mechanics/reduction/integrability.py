@@ -20,9 +20,9 @@ from sympy.integrals.manualintegrate import manualintegrate
 
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.expand import expand_terms
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
-from lagrange_cli.mechanics.numerics.rank import TOLERANCE, Matrix, Point
-from lagrange_cli.mechanics.numerics.sampling import double
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE, Matrix, SymbolValues
+from lagrange_cli.mechanics.numerics.sampling import to_double
 
 __all__ = ["Form", "integrable_rank", "integral"]
 
@@ -49,7 +49,7 @@ class Form:
         return found
 
 
-def integral(form: Form, points: Sequence[Point]) -> sp.Expr | None:
+def integral(form: Form, points: Sequence[SymbolValues]) -> sp.Expr | None:
     """F with dF = ω; None where ω is not closed, or F not found in closed form.
 
     Parameters
@@ -93,19 +93,21 @@ def _antiderivative(expr: sp.Expr, variable: sp.Symbol) -> sp.Expr | None:
     return sp.Add(*found)
 
 
-def _vanishes(terms: Sequence[sp.Expr], points: Sequence[Point]) -> bool:
+def _vanishes(terms: Sequence[sp.Expr], points: Sequence[SymbolValues]) -> bool:
     """Whether a sum is zero at every point, beside the size of its terms."""
     for point in points:
         try:
-            numbers = values(list(terms), point)
+            numbers = evaluate(list(terms), point)
         except DomainError:
             return False
-        if abs(sum(numbers, mpf(0))) > TOLERANCE * sum(map(abs, numbers), mpf(0)):
+        if abs(sum(numbers, mpf(0))) > RANK_TOLERANCE * sum(map(abs, numbers), mpf(0)):
             return False
     return True
 
 
-def integrable_rank(forms: Sequence[Form], points: Sequence[Point], scale: Sequence[float]) -> int:
+def integrable_rank(
+    forms: Sequence[Form], points: Sequence[SymbolValues], scale: Sequence[float]
+) -> int:
     """Dimension of the largest integrable system that constant combinations of the forms span.
 
     Parameters
@@ -143,16 +145,16 @@ def _weighted(numbers: _Numbers, weights: Matrix) -> _Numbers:
     return weights[:, None] * rows, [w * d for w, d in zip(weights, curls, strict=True)]
 
 
-def _numbers(forms: Sequence[Form], point: Point, scale: Matrix) -> _Numbers:
+def _numbers(forms: Sequence[Form], point: SymbolValues, scale: Matrix) -> _Numbers:
     """Rows ω and matrices dω at a point, for variables in units of a scale."""
     n = len(forms[0].variables)
     rows, curls = np.zeros((len(forms), n)), []
     for k, form in enumerate(forms):
-        rows[k] = [double(x) for x in values(list(form.coefficients), point)]
+        rows[k] = [to_double(x) for x in evaluate(list(form.coefficients), point)]
         entries = form.curl()
         matrix = np.zeros((n, n))
-        for (i, j), value in zip(entries, values(list(entries.values()), point), strict=True):
-            matrix[i, j], matrix[j, i] = double(value), -double(value)
+        for (i, j), value in zip(entries, evaluate(list(entries.values()), point), strict=True):
+            matrix[i, j], matrix[j, i] = to_double(value), -to_double(value)
         curls.append(matrix * np.outer(scale, scale))
     return rows * scale, curls
 
@@ -171,7 +173,7 @@ def _annulled(spans: Matrix, rows: Matrix, curls: Sequence[Matrix]) -> Matrix:
     if not matrix.size:
         return np.eye(len(spans))
     _, found, vectors = np.linalg.svd(matrix, full_matrices=True)
-    rank = int(np.sum(found > TOLERANCE * size))
+    rank = int(np.sum(found > RANK_TOLERANCE * size))
     return _reduced(vectors[rank:])
 
 
@@ -183,7 +185,7 @@ def _reduced(matrix: Matrix) -> Matrix:
         if done == len(rows):
             break
         pivot = done + int(np.abs(rows[done:, column]).argmax())
-        if abs(rows[pivot, column]) < TOLERANCE:
+        if abs(rows[pivot, column]) < RANK_TOLERANCE:
             continue
         rows[[done, pivot]] = rows[[pivot, done]]
         rows[done] /= rows[done, column]

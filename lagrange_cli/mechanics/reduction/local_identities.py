@@ -14,8 +14,8 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
-from lagrange_cli.mechanics.numerics.sampling import Drawn, Sampler
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler
 from lagrange_cli.mechanics.reduction.geometry import Restriction
 
 __all__ = ["Sides", "has_branches", "hold_around", "violated_at"]
@@ -106,9 +106,9 @@ def _misses(sides: Sides, point: Mapping[sp.Symbol, mpf]) -> tuple[mpf, mpf, mpf
     """|left − right| with the digits carried and with more, and Σ |terms|; None if not real."""
     terms = [e for side in sides for e in sp.Add.make_args(side)]
     try:
-        left, right = values(sides, point)
+        left, right = evaluate(sides, point)
         with mpmath.workdps(_MORE * mpmath.mp.dps):
-            more_left, more_right, *parts = values([*sides, *terms], point)
+            more_left, more_right, *parts = evaluate([*sides, *terms], point)
             fine, size = abs(more_left - more_right), sum(map(abs, parts), mpf(0))
     except (DomainError, ZeroDivisionError, OverflowError):
         return None
@@ -117,7 +117,7 @@ def _misses(sides: Sides, point: Mapping[sp.Symbol, mpf]) -> tuple[mpf, mpf, mpf
 
 def violated_at(
     equations: Mapping[int, Sides], sampler: Sampler, gaps: Sequence[Restriction]
-) -> dict[int, Drawn]:
+) -> dict[int, SamplePoint]:
     """Configurations that violate equations which hold identically around the start, by number.
 
     Only equations with branches are tried; none that is missing here is proven to hold.
@@ -133,7 +133,7 @@ def violated_at(
     if not tried:
         return {}
     openings = [gap.left - gap.right for gap in gaps]
-    violated = dict[int, Drawn]()
+    violated = dict[int, SamplePoint]()
     for width in _FAR:
         worst = dict[int, mpf]()
         for point in _allowed(sampler, mpf(width), openings):
@@ -144,9 +144,9 @@ def violated_at(
     return violated
 
 
-def _allowed(sampler: Sampler, width: mpf, openings: Sequence[sp.Expr]) -> Iterator[Drawn]:
+def _allowed(sampler: Sampler, width: mpf, openings: Sequence[sp.Expr]) -> Iterator[SamplePoint]:
     """Random configurations that leave all gaps open."""
     for _ in range(_TRIALS):
         point = sampler.draw(width=width)
-        if point is not None and all(x >= 0 for x in values(openings, point)):
+        if point is not None and all(x >= 0 for x in evaluate(openings, point)):
             yield point

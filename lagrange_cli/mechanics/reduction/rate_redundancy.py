@@ -18,19 +18,19 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.diagnosis.errors import coordinates_left
-from lagrange_cli.mechanics.diagnosis.inconsistency import explained
-from lagrange_cli.mechanics.elimination.eliminate import Elimination, Stated, substitute
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.diagnosis.errors import remaining_coordinates
+from lagrange_cli.mechanics.diagnosis.inconsistency import proven_inconsistency
+from lagrange_cli.mechanics.elimination.eliminate import Elimination, StatedEquation, substitute
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import (
-    TOLERANCE,
-    Point,
-    alike,
+    RANK_TOLERANCE,
+    SymbolValues,
+    column_factors,
     dependent_rows,
-    in_units,
-    scaled_doubles,
+    normalized_row,
+    scale_columns,
 )
-from lagrange_cli.mechanics.numerics.sampling import Drawn
+from lagrange_cli.mechanics.numerics.sampling import SamplePoint
 from lagrange_cli.mechanics.symbols.convert import total_derivative
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
@@ -65,7 +65,7 @@ class _Row:
     equation: Equation
     slopes: Mapping[sp.Symbol, sp.Expr]
     rest: sp.Expr
-    position: Stated | None = None
+    position: StatedEquation | None = None
 
 
 class _Rates:
@@ -94,7 +94,11 @@ class _Rates:
         return total_derivative(self.put_in(expr), self.names.t, self.rates.items())
 
     def row(
-        self, constraint: str, equation: Equation, psi: sp.Expr, position: Stated | None = None
+        self,
+        constraint: str,
+        equation: Equation,
+        psi: sp.Expr,
+        position: StatedEquation | None = None,
     ) -> _Row | None:
         """ψ as a row; None where it is not linear in rates."""
         present = psi.free_symbols
@@ -105,7 +109,7 @@ class _Rates:
         rest = psi.xreplace({v: _ZERO for v in self.rates.values() if v in present})
         return _Row(constraint, equation, slopes, rest, position)
 
-    def of_position(self, stated: Stated) -> _Row | None:
+    def of_position(self, stated: StatedEquation) -> _Row | None:
         return self.row(stated.constraint, stated.equation, self.rate(stated.phi), stated)
 
     def of_velocity(self, constraint: str, equation: Equation) -> _Row | None:
@@ -121,7 +125,7 @@ def redundant_rates(
     found: Elimination,
     open_ones: Sequence[tuple[str, Equation]],
     resolved: Mapping[sp.Symbol, sp.Expr],
-    points: Sequence[Drawn],
+    points: Sequence[SamplePoint],
     reference: Mapping[sp.Symbol, mpf],
 ) -> dict[int, Redundant]:
     """Constraints on velocities that those on positions, or earlier ones, imply; by number.
@@ -164,17 +168,17 @@ def redundant_rates(
     return implied
 
 
-def _everywhere(resolved: Mapping[sp.Symbol, sp.Expr], point: Point) -> dict[sp.Symbol, mpf]:
+def _everywhere(resolved: Mapping[sp.Symbol, sp.Expr], point: SymbolValues) -> dict[sp.Symbol, mpf]:
     """Values of all names at a configuration."""
     names = [s for s in resolved if s not in point]
-    placed = values([resolved[s] for s in names], point)
+    placed = evaluate([resolved[s] for s in names], point)
     return {**point, **dict(zip(names, placed, strict=True))}
 
 
 class _Seen:
     """Rows at one configuration."""
 
-    def __init__(self, rows: Sequence[_Row], point: Point) -> None:
+    def __init__(self, rows: Sequence[_Row], point: SymbolValues) -> None:
         self.is_real = True
         place: dict[sp.Symbol, int] = {}
         for row in rows:
@@ -182,7 +186,7 @@ class _Seen:
                 place.setdefault(s, len(place))
         everything = [e for row in rows for e in (*row.slopes.values(), row.rest)]
         try:
-            pending = iter(values(everything, _held(everything, point)))
+            pending = iter(evaluate(everything, _held(everything, point)))
         except (DomainError, KeyError):
             self.is_real = False
             return
@@ -194,9 +198,9 @@ class _Seen:
         self._compare()
 
     def _compare(self) -> None:
-        rows = [scaled_doubles(row) for row in self._slopes]
+        rows = [normalized_row(row) for row in self._slopes]
         width = 1 + max((j for row in rows for j in row), default=-1)
-        self.dependent = dependent_rows(in_units(rows, alike(rows, width)))
+        self.dependent = dependent_rows(scale_columns(rows, column_factors(rows, width)))
 
     def without(self, number: int) -> _Seen:
         """The other rows."""
@@ -222,10 +226,10 @@ class _Seen:
             shares = mpmath.lu_solve(matrix, target)
             parts += [x * self._rest[k] for x, k in zip(shares, circuit, strict=True)]
             rest -= sum(parts[1:], mpf(0))
-        return bool(abs(rest) > TOLERANCE * sum(map(abs, parts), mpf(0)))
+        return bool(abs(rest) > RANK_TOLERANCE * sum(map(abs, parts), mpf(0)))
 
 
-def _held(expressions: Sequence[sp.Expr], point: Point) -> dict[sp.Symbol, mpf]:
+def _held(expressions: Sequence[sp.Expr], point: SymbolValues) -> dict[sp.Symbol, mpf]:
     held = set().union(*(e.free_symbols for e in expressions))
     return {s: point[s] for s in sorted(held, key=str)}
 
@@ -272,17 +276,20 @@ class _Combination:
                 used = [self._found.stated[k] for k in sorted(self._found.sources_of(outcome))]
                 beside = [s for s in used if s not in self._positions]
                 return self._contradiction(value, beside, mending)
-            stated = [*self._found.stated, Stated(last.constraint, last.equation, outcome, _ZERO)]
-            proven = explained(names, stated, range(len(stated)), reference)
+            stated = [
+                *self._found.stated,
+                StatedEquation(last.constraint, last.equation, outcome, _ZERO),
+            ]
+            proven = proven_inconsistency(names, stated, range(len(stated)), reference)
             return proven or self._elsewhere(outcome)
         return self._contradiction(outcome, [], mending)
 
     @property
-    def _positions(self) -> list[Stated]:
+    def _positions(self) -> list[StatedEquation]:
         return [row.position for row in self._rows if row.position is not None]
 
     def _contradiction(
-        self, outcome: sp.Expr | None, beside: Sequence[Stated], mending: Sequence[str]
+        self, outcome: sp.Expr | None, beside: Sequence[StatedEquation], mending: Sequence[str]
     ) -> InputError:
         last = self._rows[-1]
         named = [*(row.constraint for row in self._rows), *(s.constraint for s in beside)]
@@ -308,7 +315,7 @@ class _Combination:
             )
         )
 
-    def _rate(self, stated: Stated) -> str:
+    def _rate(self, stated: StatedEquation) -> str:
         left, right = (self._rates.rate(side) for side in (stated.left, stated.right))
         return f"{written(left)} = {written(right)}"
 
@@ -331,7 +338,7 @@ class _Combination:
                 f" a constraint on positions, to be stated in place of '{last.constraint}'",
                 last.equation.mark(),
                 hint="\n".join(
-                    [f"{last.constraint}: {equation}", *coordinates_left(names.scene, outcome)]
+                    [f"{last.constraint}: {equation}", *remaining_coordinates(names.scene, outcome)]
                 ),
                 rule="inconsistent",
             )

@@ -18,18 +18,21 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, Problem, SingularError
 from lagrange_cli.mechanics.algebra.collect import tidy
-from lagrange_cli.mechanics.diagnosis.errors import coordinates_left, require_enough
-from lagrange_cli.mechanics.diagnosis.inconsistency import explained, nowhere
-from lagrange_cli.mechanics.elimination.branches import SeveralWaysError
+from lagrange_cli.mechanics.diagnosis.errors import remaining_coordinates, require_enough
+from lagrange_cli.mechanics.diagnosis.inconsistency import (
+    diagnose_no_configuration,
+    proven_inconsistency,
+)
+from lagrange_cli.mechanics.elimination.branches import AmbiguousFactorError
 from lagrange_cli.mechanics.elimination.eliminate import (
     Elimination,
-    ImpossibleError,
-    Stated,
+    NoRealSolutionError,
+    StatedEquation,
     eliminate,
 )
 from lagrange_cli.mechanics.equations import Account, Coordinate
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
-from lagrange_cli.mechanics.numerics.sampling import Drawn, Sampler, working_digits
+from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler, working_digits
 from lagrange_cli.mechanics.reduction.coordinates import (
     Chart,
     generalized,
@@ -56,9 +59,9 @@ from lagrange_cli.mechanics.reduction.velocity_constraints import (
     integrals,
 )
 from lagrange_cli.mechanics.symbols.convert import Rate, total_derivative
-from lagrange_cli.mechanics.symbols.masses import mass_of
+from lagrange_cli.mechanics.symbols.masses import particle_mass
 from lagrange_cli.mechanics.symbols.names import Names
-from lagrange_cli.mechanics.symbols.values import Values, evaluated
+from lagrange_cli.mechanics.symbols.values import ParameterValues, evaluated
 from lagrange_cli.scene.language.expression import Equation
 from lagrange_cli.scene.model import Scene
 
@@ -97,7 +100,7 @@ class Reduced:
 
     scene: Scene
     names: Names
-    values: Values
+    values: ParameterValues
     coordinates: tuple[Coordinate, ...]
     resolved: Mapping[sp.Symbol, sp.Expr]
     masses: tuple[sp.Expr, ...]
@@ -225,14 +228,14 @@ class _Problem:
 
     scene: Scene
     names: Names
-    values: Values
+    values: ParameterValues
     masses: tuple[sp.Expr, ...]
     reference: dict[sp.Symbol, mpf]
 
 
 def _problem(scene: Scene) -> _Problem:
-    names, values = Names(scene), Values(scene)
-    masses = tuple(mass_of(names, values, p) for p in scene.particles)
+    names, values = Names(scene), ParameterValues(scene)
+    masses = tuple(particle_mass(names, values, p) for p in scene.particles)
     return _Problem(scene, names, values, masses, _reference(names, values, scene))
 
 
@@ -292,7 +295,7 @@ def _integrated(problem: _Problem) -> _Integrated:
 
 
 def _implied(
-    reduced: Reduced, open_ones: Sequence[_Written], points: Sequence[Drawn]
+    reduced: Reduced, open_ones: Sequence[_Written], points: Sequence[SamplePoint]
 ) -> dict[int, Redundant]:
     found, reference = reduced.chart.geometry.found, reduced.reference
     return redundant_rates(reduced.names, found, open_ones, reduced.resolved, points, reference)
@@ -315,7 +318,7 @@ def _levels(reduced: Reduced, equations: Sequence[_Written]) -> list[Level]:
     ]
 
 
-def _reduced(problem: _Problem, stated: list[Stated], strict: bool) -> Reduced:
+def _reduced(problem: _Problem, stated: list[StatedEquation], strict: bool) -> Reduced:
     """The scene without its velocity constraints; names may be open unless ``strict``."""
     scene, names, reference = problem.scene, problem.names, problem.reference
     found = _eliminate(names, scene, stated, reference, strict)
@@ -359,7 +362,7 @@ def _with_levels(reduced: Reduced, levels: Sequence[Level]) -> Reduced:
     )
 
 
-def _restricted(chart: Chart) -> tuple[Chart, list[Drawn], tuple[int, ...]]:
+def _restricted(chart: Chart) -> tuple[Chart, list[SamplePoint], tuple[int, ...]]:
     """The chart, feasible points of it, and the numbers of the equations that it keeps."""
     geometry = chart.geometry
     points = _drawn(geometry, sampler_of(chart, [], manifold_of(chart, ())), ())
@@ -384,7 +387,7 @@ def _held_around(chart: Chart, equations: Mapping[int, Sides]) -> set[int]:
     return hold_around(equations, sampler, chart.geometry.reference)
 
 
-def _violated(chart: Chart, kept: Sequence[int]) -> dict[int, Drawn]:
+def _violated(chart: Chart, kept: Sequence[int]) -> dict[int, SamplePoint]:
     """Configurations that violate equations which need not be kept, by number."""
     geometry = chart.geometry
     equations = {k: sides for k, sides in geometry.found.pending.items() if k not in kept}
@@ -395,12 +398,12 @@ def _violated(chart: Chart, kept: Sequence[int]) -> dict[int, Drawn]:
 
 def _drawn(
     geometry: Geometry, sampler: Sampler, restricting: Sequence[int], wanted: int | None = None
-) -> list[Drawn]:
+) -> list[SamplePoint]:
     wanted = wanted or (FEWEST_POINTS if sampler.many else POINTS)
     points = [p for p in (sampler.draw() for _ in range(wanted)) if p is not None]
     if len(points) < wanted:
         found, reference = geometry.found, geometry.reference
-        raise nowhere(geometry.names, found, restricting, sampler, reference)
+        raise diagnose_no_configuration(geometry.names, found, restricting, sampler, reference)
     return points
 
 
@@ -411,12 +414,14 @@ def _placed(found: Elimination, symbol: sp.Symbol) -> sp.Expr:
     return tidy(expr) if rooted else expr
 
 
-def _stated(names: Names, written: _Written) -> Stated:
+def _stated(names: Names, written: _Written) -> StatedEquation:
     name, equation = written
-    return Stated(name, equation, names.convert(equation.left), names.convert(equation.right))
+    return StatedEquation(
+        name, equation, names.convert(equation.left), names.convert(equation.right)
+    )
 
 
-def _reference(names: Names, values: Values, scene: Scene) -> dict[sp.Symbol, mpf]:
+def _reference(names: Names, values: ParameterValues, scene: Scene) -> dict[sp.Symbol, mpf]:
     """Values of symbols at ``initial`` and ``near`` (``initial`` wins), and of parameters."""
     found: dict[sp.Symbol, mpf] = {}
     for entry in (*scene.near, *scene.initial):
@@ -435,7 +440,7 @@ def _reference(names: Names, values: Values, scene: Scene) -> dict[sp.Symbol, mp
 def _eliminate(
     names: Names,
     scene: Scene,
-    stated: list[Stated],
+    stated: list[StatedEquation],
     reference: dict[sp.Symbol, mpf],
     strict: bool,
 ) -> Elimination:
@@ -452,11 +457,11 @@ def _eliminate(
             check=partial(require_enough, scene) if strict else lambda _: None,
             declared=scene.coordinates is not None,
         )
-    except SeveralWaysError as error:
-        left = {tuple(coordinates_left(scene, factor)) for factor in error.factors}
+    except AmbiguousFactorError as error:
+        left = {tuple(remaining_coordinates(scene, factor)) for factor in error.factors}
         raise error.with_coordinates(left.pop() if len(left) == 1 else ()) from None
-    except ImpossibleError as error:
-        raise explained(names, stated, error.numbers, reference) or error from None
+    except NoRealSolutionError as error:
+        raise proven_inconsistency(names, stated, error.numbers, reference) or error from None
 
 
 def _coordinate_symbols(names: Names, found: Elimination) -> list[sp.Symbol]:

@@ -14,24 +14,24 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, InputError, MissingStartError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.elimination.eliminate import Stated
+from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
 from lagrange_cli.mechanics.equations import Coordinate
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, values
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.rank import (
-    TOLERANCE,
-    Doubles,
-    Point,
-    alike,
+    RANK_TOLERANCE,
+    DoubleRow,
+    SymbolValues,
+    column_factors,
     dependent_rows,
-    in_units,
+    scale_columns,
 )
-from lagrange_cli.mechanics.numerics.sampling import Drawn, double
+from lagrange_cli.mechanics.numerics.sampling import SamplePoint, to_double
 from lagrange_cli.mechanics.reduction.geometry import Restriction
 from lagrange_cli.mechanics.reduction.integrability import Form, integrable_rank, integral
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted
-from lagrange_cli.mechanics.symbols.yaml_snippets import initial_line
+from lagrange_cli.mechanics.symbols.yaml_snippets import initial_snippet
 from lagrange_cli.scene.language.expression import Equation
 
 __all__ = ["Independent", "Level", "independent_levels", "integrals"]
@@ -88,9 +88,9 @@ def integrals(
     names: Names,
     levels: Sequence[Level],
     coordinates: Sequence[Coordinate],
-    points: Sequence[Point],
-    reference: Point,
-) -> tuple[dict[int, Stated], list[str]]:
+    points: Sequence[SymbolValues],
+    reference: SymbolValues,
+) -> tuple[dict[int, StatedEquation], list[str]]:
     """Constraints on positions that have some of the levels as their rates, by number; remarks.
 
     Parameters
@@ -105,7 +105,7 @@ def integrals(
     InputError
         A level is not linear in velocities, or ``initial`` does not give the constant.
     """
-    found: dict[int, Stated] = {}
+    found: dict[int, StatedEquation] = {}
     remarks = []
     for number, level in enumerate(levels):
         whole = integral(level.form(coordinates, names.t), points)
@@ -125,11 +125,13 @@ def integrals(
                 f"constraint '{level.constraint}' is the rate of {shown} = constant,"
                 " which 'initial' gives: it counts to K"
             )
-        found[number] = Stated(level.constraint, level.equation, whole, constant, integral=True)
+        found[number] = StatedEquation(
+            level.constraint, level.equation, whole, constant, integral=True
+        )
     return found, remarks
 
 
-def _real_branch(whole: sp.Expr, reference: Point) -> sp.Expr | None:
+def _real_branch(whole: sp.Expr, reference: SymbolValues) -> sp.Expr | None:
     """The integral with log(−u) for log(u) where u < 0 at the reference; None if it is not real.
 
     Both have the rate u̇/u, which no motion carries through u = 0.
@@ -147,16 +149,16 @@ def _real_branch(whole: sp.Expr, reference: Point) -> sp.Expr | None:
     return whole
 
 
-def _known(expr: sp.Expr, reference: Point) -> bool:
+def _known(expr: sp.Expr, reference: SymbolValues) -> bool:
     return all(s in reference for s in expr.free_symbols)
 
 
-def _value(expr: sp.Expr, reference: Point) -> mpf:
-    return values([expr], {s: reference[s] for s in expr.free_symbols})[0]
+def _value(expr: sp.Expr, reference: SymbolValues) -> mpf:
+    return evaluate([expr], {s: reference[s] for s in expr.free_symbols})[0]
 
 
 def _constant(
-    names: Names, level: Level, whole: sp.Expr, q: Sequence[sp.Symbol], point: Point
+    names: Names, level: Level, whole: sp.Expr, q: Sequence[sp.Symbol], point: SymbolValues
 ) -> sp.Expr | None:
     """The integral at the initial state, over parameters; None where there is none.
 
@@ -182,7 +184,7 @@ def _constant(
                 f"constraint '{level.constraint}' is the rate of {shown} = constant,"
                 f" and 'initial' does not give {listed}",
                 level.equation.mark(),
-                hint=initial_line(scene, {s.name: _short(point[s]) for s in missing}, (0, 1)),
+                hint=initial_snippet(scene, {s.name: _short(point[s]) for s in missing}, (0, 1)),
                 rule="initial-missing",
             )
         )
@@ -218,7 +220,7 @@ def independent_levels(
     closures: Sequence[Restriction],
     t: sp.Symbol,
     manifold: Manifold,
-    points: Sequence[Drawn],
+    points: Sequence[SamplePoint],
 ) -> Independent:
     """Rank of the levels beside the positional closures, and their integrable part.
 
@@ -236,8 +238,8 @@ def independent_levels(
     """
     names = [*(c.name for c in closures), *(x.constraint for x in levels)]
     unscaled = [_slopes(manifold, coordinates, p) for p in points]
-    units = alike(unscaled[0], len(coordinates))
-    slopes = [in_units(rows, units) for rows in unscaled]
+    units = column_factors(unscaled[0], len(coordinates))
+    slopes = [scale_columns(rows, units) for rows in unscaled]
     everywhere = [dependent_rows(rows) for rows in slopes]
     dropped = {
         k: by
@@ -253,7 +255,7 @@ def independent_levels(
         Form((*(c.q for c in coordinates), t), _slope(c, coordinates, t)) for c in closures
     ]
     forms = [*positional, *(levels[k].form(coordinates, t) for k in kept)]
-    scale = _curving(forms, [u * double(x) for u, x in zip(units, manifold.scale, strict=True)])
+    scale = _curving(forms, [u * to_double(x) for u, x in zip(units, manifold.scale, strict=True)])
     integrable = integrable_rank(forms, points, [*scale, 1.0]) - len(closures)
     redundant = {k - first: tuple(names[j] for j in by) for k, by in dropped.items()}
     return Independent(kept, max(0, integrable), redundant)
@@ -274,18 +276,20 @@ def _slope(
     return tuple(derivative(phi, s) for s in (*(c.q for c in coordinates), t))
 
 
-def _slopes(manifold: Manifold, coordinates: Sequence[Coordinate], point: Drawn) -> list[Doubles]:
+def _slopes(
+    manifold: Manifold, coordinates: Sequence[Coordinate], point: SamplePoint
+) -> list[DoubleRow]:
     at_rest = {**point, **{c.v: mpf(0) for c in coordinates}}
     _, _, gradients = manifold.motion(at_rest, [mpf(0)] * len(coordinates))
     scale = manifold.scale
-    return [{j: double(x * scale[j]) for j, x in row.items()} for row in gradients]
+    return [{j: to_double(x * scale[j]) for j, x in row.items()} for row in gradients]
 
 
 def _require_consistent(
     restrictions: Sequence[Restriction],
     dependent: Sequence[Mapping[int, tuple[int, ...]]],
     manifold: Manifold,
-    points: Sequence[Drawn],
+    points: Sequence[SamplePoint],
 ) -> None:
     """Refuse levels that no velocities satisfy together.
 
@@ -299,7 +303,7 @@ def _require_consistent(
         at_rest = {**point, **dict.fromkeys(manifold.v, mpf(0))}
         before, _, _ = manifold.motion(at_rest, still)
         after, _, _ = manifold.motion(manifold.tangent(at_rest), still)
-        least = TOLERANCE * max(map(abs, before), default=mpf(1))
+        least = RANK_TOLERANCE * max(map(abs, before), default=mpf(1))
         wrong = [k for k, x in enumerate(after) if abs(x) > least]
         if wrong:
             circuits = ([*by, k] for k, by in rows.items() if k in wrong)

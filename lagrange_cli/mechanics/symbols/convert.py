@@ -29,9 +29,9 @@ from lagrange_cli.scene.language.expression import (
     walk,
 )
 
-__all__ = ["Lookup", "Rate", "decimal_literals", "to_sympy", "total_derivative"]
+__all__ = ["Rate", "decimal_literals", "to_sympy", "total_derivative"]
 
-Lookup = Callable[[str], "sp.Expr | None"]
+_Lookup = Callable[[str], "sp.Expr | None"]
 """What a name stands for; None if it is unknown."""
 
 Rate = Callable[[sp.Expr], sp.Expr]
@@ -63,7 +63,7 @@ _FUNCTIONS: dict[str, Callable[..., sp.Expr]] = {
 }
 
 
-def to_sympy(expression: Expression, lookup: Lookup, rate: Rate | None = None) -> sp.Expr:
+def to_sympy(expression: Expression, lookup: _Lookup, rate: Rate | None = None) -> sp.Expr:
     """Convert an expression with exact numbers.
 
     Parameters
@@ -94,7 +94,7 @@ def to_sympy(expression: Expression, lookup: Lookup, rate: Rate | None = None) -
 class _Conversion:
     """One conversion; keeps the expression for the places of errors."""
 
-    def __init__(self, expression: Expression, lookup: Lookup, rate: Rate | None) -> None:
+    def __init__(self, expression: Expression, lookup: _Lookup, rate: Rate | None) -> None:
         self.expression = expression
         self.lookup = lookup
         self.rate = rate

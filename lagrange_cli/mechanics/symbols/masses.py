@@ -6,13 +6,13 @@ import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.symbols.names import Names
-from lagrange_cli.mechanics.symbols.values import Values
+from lagrange_cli.mechanics.symbols.values import ParameterValues
 from lagrange_cli.scene.model import Particle
 
-__all__ = ["mass_of"]
+__all__ = ["particle_mass"]
 
 
-def mass_of(names: Names, values: Values, particle: Particle) -> sp.Expr:
+def particle_mass(names: Names, values: ParameterValues, particle: Particle) -> sp.Expr:
     """The mass of a particle over parameters.
 
     Raises

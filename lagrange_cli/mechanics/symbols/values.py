@@ -15,13 +15,13 @@ from lagrange_cli.scene.language.expression import Expression, names_in
 from lagrange_cli.scene.language.tokens import MAX_EXPONENT, ExpressionError
 from lagrange_cli.scene.model import Scene
 
-__all__ = ["Values", "evaluated", "nearest_double"]
+__all__ = ["ParameterValues", "evaluated", "nearest_double"]
 
 #: The least magnitude that constants of a scene have.
 _LEAST = mpf(10) ** -MAX_EXPONENT
 
 
-class Values:
+class ParameterValues:
     """Exact values of the parameters that have one.
 
     Attributes

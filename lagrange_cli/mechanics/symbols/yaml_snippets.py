@@ -11,61 +11,63 @@ from lagrange_cli.scene.language.expression import Expression, Name, names_in
 from lagrange_cli.scene.model import InitialValue, Scene, Unilateral
 
 __all__ = [
-    "changed_start",
-    "coordinates_line",
-    "fewer_coordinates",
-    "initial_line",
-    "is_held",
-    "near_line",
-    "one_sided_line",
-    "section_line",
+    "changed_initial",
+    "coordinates_snippet",
+    "fewer_coordinates_snippet",
+    "initial_snippet",
+    "must_stay",
+    "near_snippet",
+    "one_sided_snippet",
+    "section_snippet",
 ]
 
 #: Text that needs no quotes within braces.
 _PLAIN = re.compile(r"[\w.+\-*/^() ]+", re.ASCII)
 
 
-def initial_line(scene: Scene, values: Mapping[str, str], orders: Sequence[int]) -> str:
+def initial_snippet(scene: Scene, values: Mapping[str, str], orders: Sequence[int]) -> str:
     """The section ``initial``: values beside what it has of positions (0) and velocities (1)."""
     given = _values(e for e in scene.initial if e.order in orders)
-    return section_line("initial", {**given, **{k: v for k, v in values.items() if k not in given}})
+    return section_snippet(
+        "initial", {**given, **{k: v for k, v in values.items() if k not in given}}
+    )
 
 
-def changed_start(scene: Scene, values: Mapping[str, str]) -> str:
+def changed_initial(scene: Scene, values: Mapping[str, str]) -> str:
     """The section ``initial`` with other values of some positions."""
-    return section_line("initial", {**_values(scene.initial), **values})
+    return section_snippet("initial", {**_values(scene.initial), **values})
 
 
-def near_line(scene: Scene, values: Mapping[str, str]) -> str:
+def near_snippet(scene: Scene, values: Mapping[str, str]) -> str:
     """The section ``near`` with these values too."""
-    return section_line("near", {**{e.name: e.value.text for e in scene.near}, **values})
+    return section_snippet("near", {**{e.name: e.value.text for e in scene.near}, **values})
 
 
-def coordinates_line(names: Sequence[str]) -> str:
+def coordinates_snippet(names: Sequence[str]) -> str:
     """The section ``coordinates``."""
     return f"coordinates: [{', '.join(map(_quoted, names))}]"
 
 
-def fewer_coordinates(scene: Scene, rest: Sequence[str], dropped: Mapping[str, str]) -> str:
+def fewer_coordinates_snippet(scene: Scene, rest: Sequence[str], dropped: Mapping[str, str]) -> str:
     """The section ``coordinates`` without some names, and sections that would not fit beside it.
 
     Those that are no Cartesian names need a value from then on, which a definition gives, and
     are given none by ``initial`` and ``near``.
     """
-    lines, used = [coordinates_line(rest)], _used(scene)
+    lines, used = [coordinates_snippet(rest)], _used(scene)
     own = {name: value for name, value in dropped.items() if name not in _cartesian(scene)}
     if not own.keys().isdisjoint(used):
         given = {d.name: d.expression.text for d in scene.definitions}
         needed = {name: value for name, value in own.items() if name in used}
-        lines.append(section_line("definitions", {**needed, **given}))
+        lines.append(section_snippet("definitions", {**needed, **given}))
     for section, entries in (("initial", scene.initial), ("near", scene.near)):
         left = [e for e in entries if e.name not in own]
         if len(left) < len(entries):
-            lines.append(section_line(section, _values(left)))
+            lines.append(section_snippet(section, _values(left)))
     return "\n".join(lines)
 
 
-def is_held(scene: Scene, name: str) -> bool:
+def must_stay(scene: Scene, name: str) -> bool:
     """Whether a section names a coordinate as one, so that it has to stay: a force, ``expect``."""
     expect = scene.expect
     stated = (v.name for state in expect.states for v in state.values)
@@ -102,7 +104,7 @@ def _used(scene: Scene) -> set[str]:
     return {n.name for e in expressions for n in names_in(e.node)}
 
 
-def one_sided_line(one_sided: Unilateral, more: sp.Rational, bound: sp.Expr | None) -> str:
+def one_sided_snippet(one_sided: Unilateral, more: sp.Rational, bound: sp.Expr | None) -> str:
     """A one-sided constraint with ``more`` room; empty where the scene has no line for it alone.
 
     Parameters
@@ -127,7 +129,7 @@ def one_sided_line(one_sided: Unilateral, more: sp.Rational, bound: sp.Expr | No
     return f'{one_sided.name}: {{unilateral: "{text}", restitution: {_quoted(kept)}}}'
 
 
-def section_line(section: str, values: Mapping[str, str]) -> str:
+def section_snippet(section: str, values: Mapping[str, str]) -> str:
     """A section of names and values."""
     entries = ", ".join(f"{_quoted(k)}: {_quoted(v)}" for k, v in values.items())
     return f"{section}: {{{entries}}}"

@@ -100,9 +100,9 @@ def _derived(scene: Scene, forces: bool, formulation: Formulation) -> Model:
 
 def numbers_of(scene: Scene) -> tuple[dict[str, float | None], dict[str, float | None]]:
     """Parameters that have a value, and initial values by ``x`` or ``dot(x)``."""
-    from lagrange_cli.mechanics.symbols.values import Values
+    from lagrange_cli.mechanics.symbols.values import ParameterValues
 
-    values = Values(scene)
+    values = ParameterValues(scene)
     given = {p.name: values.float(p.value) for p in scene.parameters if p.value is not None}
     start = {
         f"dot({entry.name})" if entry.order else entry.name: values.float(entry.value)

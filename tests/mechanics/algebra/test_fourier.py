@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sympy import cos, sin
 
-from lagrange_cli.mechanics.algebra.collect import Splitter, exact, trig_factors
+from lagrange_cli.mechanics.algebra.collect import Splitter, sympy_rational, trig_factors
 from lagrange_cli.mechanics.algebra.trig_polynomials import refined
 
 a, b, c = sp.symbols("a b c", real=True)
@@ -21,7 +21,7 @@ def refine(expression, arguments=ARGUMENTS):
         split = splitter.split(term)
         polynomial[splitter.canonical(split.trig)] = split.number
     found = refined(polynomial, arguments)
-    return sp.Add(*(sp.Mul(exact(n), *trig_factors(m)) for m, n in found.items()))
+    return sp.Add(*(sp.Mul(sympy_rational(n), *trig_factors(m)) for m, n in found.items()))
 
 
 @pytest.mark.parametrize(

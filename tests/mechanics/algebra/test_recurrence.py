@@ -9,14 +9,14 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lagrange_cli.mechanics.algebra.identities import shorten
-from lagrange_cli.mechanics.algebra.shared_products import Moving, recurring_products
+from lagrange_cli.mechanics.algebra.identities import shorten_trigonometric
+from lagrange_cli.mechanics.algebra.shared_products import MovingComponent, recurring_products
 
 A, B, C = sp.symbols("a b c")
 
 parts = st.lists(st.sampled_from([A, B, C]), max_size=3)
 moving = st.builds(
-    lambda rows, convective: Moving(list(enumerate(rows)), convective),
+    lambda rows, convective: MovingComponent(list(enumerate(rows)), convective),
     st.lists(parts, min_size=1, max_size=3),
     parts,
 )
@@ -46,7 +46,10 @@ def test_every_product_is_there_as_often_as_when_written_out(components):
 def chain(links):
     """The x components of a chain: component k holds the terms of links 0 to k."""
     terms = [sp.Symbol(f"s{i}") for i in range(links)]
-    return [Moving([(j, [terms[j]]) for j in range(k + 1)], terms[: k + 1]) for k in range(links)]
+    return [
+        MovingComponent([(j, [terms[j]]) for j in range(k + 1)], terms[: k + 1])
+        for k in range(links)
+    ]
 
 
 def test_work_of_a_chain_grows_with_the_square():
@@ -56,7 +59,7 @@ def test_work_of_a_chain_grows_with_the_square():
 
 
 def test_components_without_anything_in_common_are_not_compared():
-    apart = [Moving([(k, [sp.Symbol(f"s{k}")])], ()) for k in range(500)]
+    apart = [MovingComponent([(k, [sp.Symbol(f"s{k}")])], ()) for k in range(500)]
     assert recurring_products(apart).number == 500
 
 
@@ -73,7 +76,9 @@ def test_differences_begin_with_a_plus_as_sympy_decides(first, second):
     sines = ((("sin", x), 1), (("sin", y), 1))
     group = {cosines: {sp.Integer(1): 1}, sines: {sp.Integer(1): 1}}
     order = {key: k for k, key in enumerate([("cos", x), ("cos", y), ("sin", x), ("sin", y)])}
-    shorten(group, lambda trig: tuple(sorted(trig.items(), key=lambda i: order.get(i[0], 9))))
+    shorten_trigonometric(
+        group, lambda trig: tuple(sorted(trig.items(), key=lambda i: order.get(i[0], 9)))
+    )
     ((monomial, weights),) = group.items()
     (((name, argument), power),) = monomial
     assert (name, power, weights) == ("cos", 1, {sp.Integer(1): 1})

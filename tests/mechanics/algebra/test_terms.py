@@ -13,7 +13,7 @@ from mpmath import mpf
 
 from lagrange_cli.mechanics.algebra.collect import Splitter, TermSum, common_factor, factored
 from lagrange_cli.mechanics.algebra.expand import expand_terms
-from lagrange_cli.mechanics.numerics.autodiff import values
+from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from tests.mechanics.mechanics_support import generated, random_point
 
 a, b, c, x = sp.symbols("a b c x", real=True)
@@ -35,7 +35,7 @@ def difference(first: sp.Expr, second: sp.Expr, size: sp.Expr, seed: int = 1) ->
     with mpmath.workdps(40):
         for k in (seed, seed + 1):
             point = random_point(symbols, k)
-            one, two, scale = values([first, second, size], point)
+            one, two, scale = evaluate([first, second, size], point)
             worst = max(worst, abs(one - two) / max(abs(scale), 1))
     return worst
 

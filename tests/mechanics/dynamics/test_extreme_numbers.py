@@ -16,8 +16,12 @@ from lagrange_cli.emit.registry import emitter
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.certify import certificate
-from lagrange_cli.mechanics.numerics.autodiff import values
-from lagrange_cli.mechanics.numerics.elementary import FUNCTIONS, DomainError, context
+from lagrange_cli.mechanics.numerics.autodiff import evaluate
+from lagrange_cli.mechanics.numerics.elementary import (
+    ELEMENTARY_FUNCTIONS,
+    DomainError,
+    decimal_context,
+)
 from lagrange_cli.mechanics.reactions import constraint_forces as forces
 from lagrange_cli.mechanics.symbols.convert import total_derivative
 from lagrange_cli.mechanics.symbols.exact_roots import LONGEST_ROOT, has_long_root
@@ -119,8 +123,8 @@ def test_towers_with_a_value_are_derived(function, depth):
 
 
 def evaluated(function, x: Decimal) -> tuple[Decimal, Decimal, Decimal]:
-    with mpmath.workdps(30), localcontext(context(35)):
-        return FUNCTIONS[function](x)
+    with mpmath.workdps(30), localcontext(decimal_context(35)):
+        return ELEMENTARY_FUNCTIONS[function](x)
 
 
 @pytest.mark.parametrize("function", [sp.exp, sp.sinh, sp.cosh, sp.sin, sp.cos, sp.tan])
@@ -283,7 +287,7 @@ def test_a_wrong_equation_stays_wrong_with_more_digits(monkeypatch):
 def test_values_of_nothing_real_are_a_domain_error():
     x = sp.Symbol("x", real=True)
     with pytest.raises(DomainError), mpmath.workdps(30):
-        values([sp.exp(sp.exp(sp.exp(sp.exp(sp.exp(x)))))], {x: mpf(10)})
+        evaluate([sp.exp(sp.exp(sp.exp(sp.exp(sp.exp(x)))))], {x: mpf(10)})
 
 
 # Forces that vanish, and starts that are nothing.

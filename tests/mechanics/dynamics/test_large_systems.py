@@ -18,14 +18,14 @@ from mpmath import mpf
 from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.errors import InputError, InternalError
 from lagrange_cli.mechanics import derive, derive_uncertified, reduce
-from lagrange_cli.mechanics.algebra.alpha_equivalence import Families, renamed, shape
+from lagrange_cli.mechanics.algebra.alpha_equivalence import ShapeClasses, rename_symbols, shape
 from lagrange_cli.mechanics.certify.certificate import certify
 from lagrange_cli.mechanics.dynamics import constraints as closures_module
 from lagrange_cli.mechanics.dynamics.lagrange import Derivation
 from lagrange_cli.mechanics.equations import Closure, Coordinate, Equations
 from lagrange_cli.mechanics.numerics.autodiff import Tape
 from lagrange_cli.mechanics.numerics.autodiff_float import DoubleTape
-from lagrange_cli.mechanics.numerics.gauss_newton import smallest
+from lagrange_cli.mechanics.numerics.gauss_newton import least_norm_solution
 from lagrange_cli.mechanics.numerics.rank import clearly_independent, dependent_rows
 from lagrange_cli.mechanics.sparse import SparseRow, entries
 from lagrange_cli.scene import read_text
@@ -159,7 +159,7 @@ FORMS: dict[str, Callable[..., sp.Expr]] = {
 @pytest.mark.parametrize("pair", [(0, 1), (1, 2), (2, 3), (0, 3), (1, 0), (3, 2)])
 def test_members_are_what_their_symbols_say(form: str, pair: tuple[int, int]) -> None:
     """The first of the family is that of q9 and q10."""
-    families = Families(COORDINATES, lambda expr: expr)
+    families = ShapeClasses(COORDINATES, lambda expr: expr)
     families.of(FORMS[form](COORDINATES[0], COORDINATES[1]))
     wanted = FORMS[form](COORDINATES[pair[0]], COORDINATES[pair[1]])
     member = families.of(wanted)
@@ -178,7 +178,7 @@ def test_forms_that_differ_have_shapes_of_their_own() -> None:
 def test_what_is_left_unevaluated_stays_so() -> None:
     x, y, u, w = sp.symbols("x y u w", real=True)
     factored = sp.Mul(2, x - y, evaluate=False)
-    assert str(renamed(factored, {x: w, y: u})) == "2*(-u + w)"
+    assert str(rename_symbols(factored, {x: w, y: u})) == "2*(-u + w)"
 
 
 # Rows without their zeros.
@@ -249,7 +249,7 @@ def test_solutions_of_many_equations_have_all_digits_and_are_least() -> None:
     scale = [mpf(1 + j % 4) for j in range(count + 2)]
     target = [mpf(k * k % 7) - 3 for k in range(count)]
     with mpmath.workdps(40):
-        found = smallest(rows, target, scale)
+        found = least_norm_solution(rows, target, scale)
         matrix = mpmath.zeros(count, count + 2)
         for k, row in enumerate(rows):
             for j, x in row.items():

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mpf
 
-from lagrange_cli.mechanics.proofs.sum_of_squares import contradicting
+from lagrange_cli.mechanics.proofs.sum_of_squares import contradicting_equations
 from tests.mechanics.mechanics_support import generated
 
 x, y, z = sp.symbols("x y z", real=True)
@@ -93,26 +93,26 @@ POSSIBLE = {
 @pytest.mark.parametrize("name", IMPOSSIBLE)
 def test_what_nothing_satisfies_is_proven(name: str) -> None:
     equations = IMPOSSIBLE[name]
-    found = contradicting(equations, {})
+    found = contradicting_equations(equations, {})
     assert found
     # What is named suffices, and something feasible beside it changes nothing.
-    assert contradicting([equations[k] for k in found], {})
+    assert contradicting_equations([equations[k] for k in found], {})
     w = sp.Symbol("w", real=True)
-    among = contradicting([w - x**2, *equations], {})
+    among = contradicting_equations([w - x**2, *equations], {})
     assert among is None or max(among) > 0
 
 
 @pytest.mark.parametrize("name", POSSIBLE)
 def test_nothing_is_proven_of_what_can_hold(name: str) -> None:
-    assert contradicting(POSSIBLE[name], {}) is None
+    assert contradicting_equations(POSSIBLE[name], {}) is None
 
 
 def test_values_of_parameters() -> None:
     r = sp.Symbol("r", real=True)
     equations = [x**2 + z**2 - r**2, x - 2]
-    assert contradicting(equations, {r: mpf(1)}) == [0, 1]
-    assert contradicting(equations, {r: mpf(3)}) is None
-    assert contradicting(equations, {}) is None  # r may be anything
+    assert contradicting_equations(equations, {r: mpf(1)}) == [0, 1]
+    assert contradicting_equations(equations, {r: mpf(3)}) is None
+    assert contradicting_equations(equations, {}) is None  # r may be anything
 
 
 def test_the_bars_of_a_linkage_just_reach() -> None:
@@ -120,8 +120,8 @@ def test_the_bars_of_a_linkage_just_reach() -> None:
         total = sp.Add(*(sp.cos(s) for s in (a, b, c)))
         return [total - reach, sp.Add(*(sp.sin(s) for s in (a, b, c)))]
 
-    assert contradicting(chain(R(301, 100)), {})
-    assert contradicting(chain(R(299, 100)), {}) is None
+    assert contradicting_equations(chain(R(301, 100)), {})
+    assert contradicting_equations(chain(R(299, 100)), {}) is None
 
 
 TERMS = [x, y, z, x * y, x**2, z**2, x**2 * z, sp.sin(x), sp.cos(x), sp.exp(y), sp.sqrt(z**2 + 1)]
@@ -143,16 +143,16 @@ def test_equations_with_a_solution_are_never_proven_to_have_none(
         total = sp.Add(*(k * term for k, term in zip(row, TERMS, strict=True)))
         value = total.xreplace(at).evalf(60)
         equations.append(total - sp.Rational(str(value)) if value else total)
-    assert contradicting(equations, {}) is None
+    assert contradicting_equations(equations, {}) is None
 
 
 def test_many_equations_are_left_alone() -> None:
     """There is a budget, and beyond it no proof."""
     names = sp.symbols("q0:200", real=True)
-    assert contradicting([s**2 + k for k, s in enumerate(names, 1)], {}) is None
+    assert contradicting_equations([s**2 + k for k, s in enumerate(names, 1)], {}) is None
 
 
 def test_an_equation_without_symbols_is_judged_too() -> None:
-    assert contradicting([sp.Integer(1)], {}) == [0]
-    assert contradicting([sp.Integer(0)], {}) is None
-    assert contradicting([], {}) is None
+    assert contradicting_equations([sp.Integer(1)], {}) == [0]
+    assert contradicting_equations([sp.Integer(0)], {}) is None
+    assert contradicting_equations([], {}) is None

@@ -10,7 +10,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.mechanics.proofs.zero_test import does_not_depend, same, vanish
+from lagrange_cli.mechanics.proofs.zero_test import are_equal, does_not_depend, vanish
 
 pytestmark = pytest.mark.slow
 
@@ -142,8 +142,8 @@ def test_dependence_is_looked_at_on_both_sides_at_once() -> None:
 
 def test_equal_functions_of_equal_arguments_are_the_same() -> None:
     argument = sp.sin(X) ** 2 + sp.cos(X) ** 2 + Y**2
-    assert same(sp.atan(argument), sp.atan(1 + Y**2))
-    assert not same(sp.atan(argument), sp.atan(1 + Y**2 * (1 + TINY)))
+    assert are_equal(sp.atan(argument), sp.atan(1 + Y**2))
+    assert not are_equal(sp.atan(argument), sp.atan(1 + Y**2 * (1 + TINY)))
 
 
 def test_questions_beyond_the_budget_are_left_open() -> None:
