@@ -40,7 +40,7 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.scene import read_file
-from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import SimulationOptions, resolve
@@ -148,7 +148,7 @@ def measured(system: System, accuracy: float, reference: Reference) -> Row:
         0,
     )
     try:
-        found = simulate_past_charts(system.model, SimulationOptions(accuracy=accuracy))
+        found = simulate_past_singularities(system.model, SimulationOptions(accuracy=accuracy))
     except InputError as refusal:
         return replace(blank, reason=refusal.problems[0].message)
     if found.t[-1] > reference.times[-1]:

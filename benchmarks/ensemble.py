@@ -39,7 +39,7 @@ import numpy as np
 from double_pendulum import GRAVITY, Array, Release, reference, slopes
 from integration import about
 
-from lagrange_cli.simulate.ensemble.members import Own, Recipe, differ_in_numbers
+from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe, differ_in_numbers
 from lagrange_cli.simulate.ensemble.run import Plan, Task, run_block, run_blocks, tasks_of
 from lagrange_cli.simulate.request import SimulationOptions
 
@@ -86,7 +86,7 @@ def releases(members: int) -> list[Release]:
 
 def plan(how: dict[str, Any]) -> Plan:
     recipe = Recipe("double_pendulum", (SCENE % (GRAVITY, *CENTRE)).encode())
-    own = Own({}, dict(zip(NAMES, map(repr, CENTRE), strict=True)))
+    own = MemberValues({}, dict(zip(NAMES, map(repr, CENTRE), strict=True)))
     model = recipe.model(own)
     alone = differ_in_numbers(recipe, own, model)
     options = SimulationOptions(until=UNTIL, samples=SAMPLES, **how)

@@ -168,7 +168,10 @@ class Derivation:
         **options: Any,
     ) -> Trajectory:
         """Integrate; see :func:`lagrange_cli.simulate.simulate` for the options."""
-        from lagrange_cli.simulate.charts.simulation import other_form, simulate_past_charts
+        from lagrange_cli.simulate.charts.simulation import (
+            multiplier_form,
+            simulate_past_singularities,
+        )
         from lagrange_cli.simulate.request import SimulationOptions
         from lagrange_cli.simulate.simulation import RunContext
 
@@ -176,10 +179,10 @@ class Derivation:
         context = RunContext(functions, cache, stream, checkpoint, progress, reached, stop)
         wanted = "auto" if self.scene is None else self.scene.simulate.formulation or "auto"
         if wanted == "multiplier":
-            return simulate_past_charts(self._with_multipliers(), asked, None, context)
+            return simulate_past_singularities(self._with_multipliers(), asked, None, context)
         model = self.model()
-        other = None if self.scene is None else other_form(model, None, self._with_multipliers)
-        return simulate_past_charts(model, asked, other, context)
+        other = None if self.scene is None else multiplier_form(model, None, self._with_multipliers)
+        return simulate_past_singularities(model, asked, other, context)
 
     def tradeoff(self, **options: Any) -> Trade:
         """Measure speed against accuracy; see

@@ -13,7 +13,7 @@ import lagrange_cli
 from lagrange_cli import InputError, load, loads
 from lagrange_cli.cli.main import lagrange
 from lagrange_cli.cli.session import Session
-from lagrange_cli.simulate.charts.simulation import other_form
+from lagrange_cli.simulate.charts.simulation import multiplier_form
 
 ROOT = Path(__file__).resolve().parents[1]
 HOLE = ROOT / "systems" / "lecture" / "masses_through_hole.yaml"
@@ -103,7 +103,7 @@ def test_coordinates_are_left_only_where_the_formulation_is_free():
         ("multiplier", "auto", False),
     ):
         given = replace(model, defaults=replace(model.defaults, formulation=scenes))
-        assert other_form(given, asked, maker) is (maker if free else None)
+        assert multiplier_form(given, asked, maker) is (maker if free else None)
 
 
 def test_formulation_of_the_scene():

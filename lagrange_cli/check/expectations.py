@@ -179,12 +179,12 @@ def _simulated(
     equations: Equations, *, until: float | None = None, accuracy: float | None = None
 ) -> Trajectory:
     """Integrate; SciPy is imported only for scenes that ask for this."""
-    from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+    from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
     from lagrange_cli.simulate.model.build import model_of
     from lagrange_cli.simulate.request import SimulationOptions
 
     options = SimulationOptions(until=until, accuracy=accuracy)
-    return simulate_past_charts(model_of(equations), options)
+    return simulate_past_singularities(model_of(equations), options)
 
 
 def _state(expect: Expect, equations: Equations) -> Iterator[Problem]:

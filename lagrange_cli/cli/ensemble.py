@@ -22,7 +22,7 @@ from lagrange_cli.errors import InputError, Mark, Problem
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import Formulation, Scene
     from lagrange_cli.simulate.ensemble.input_file import Members
-    from lagrange_cli.simulate.ensemble.members import Own, Recipe
+    from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
     from lagrange_cli.simulate.ensemble.run import Plan
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.request import SimulationOptions
@@ -205,14 +205,14 @@ def simulate_ensemble(session: Session, asked: Asked) -> int:
 # What all members share.
 
 
-def _require_common_times(scene: Scene, own: Own, members: Members) -> None:
+def _require_common_times(scene: Scene, own: MemberValues, members: Members) -> None:
     """Refuse sample times that differ between members."""
     from dataclasses import fields
 
     from lagrange_cli.scene.language.expression import names_in
-    from lagrange_cli.simulate.ensemble.members import varied
+    from lagrange_cli.simulate.ensemble.members import varied_parameters
 
-    different = varied(scene, own)
+    different = varied_parameters(scene, own)
     for entry in fields(scene.simulate):
         expression = getattr(scene.simulate, entry.name)
         node = getattr(expression, "node", None)
@@ -230,11 +230,11 @@ def _require_common_times(scene: Scene, own: Own, members: Members) -> None:
 
 def _plan(session: Session, asked: Asked, members: Members, scene: Scene) -> tuple[Plan, Any]:
     """The plan, and the times of the samples."""
-    from lagrange_cli.simulate.ensemble.members import Own
+    from lagrange_cli.simulate.ensemble.members import MemberValues
     from lagrange_cli.simulate.ensemble.run import Plan
     from lagrange_cli.simulate.request import resolve
 
-    _require_common_times(scene, Own.of(members.values(0), scene), members)
+    _require_common_times(scene, MemberValues.of(members.values(0), scene), members)
     own, model = _first_model(session, asked, members, scene)
     times = resolve(model, asked.member_options).times
     plan = Plan(
@@ -256,7 +256,7 @@ def _plan(session: Session, asked: Asked, members: Members, scene: Scene) -> tup
 
 def _first_model(
     session: Session, asked: Asked, members: Members, scene: Scene
-) -> tuple[Own, Model]:
+) -> tuple[MemberValues, Model]:
     """The first of a few members that can be derived, and its model.
 
     Raises
@@ -264,11 +264,11 @@ def _first_model(
     InputError
         None of them can; that of the first, located where its values are.
     """
-    from lagrange_cli.simulate.ensemble.members import Own
+    from lagrange_cli.simulate.ensemble.members import MemberValues
 
     refusals = []
     for member in list(dict.fromkeys((0, len(members) - 1, len(members) // 2)))[:MOST_TRIED]:
-        own = Own.of(members.values(member), scene)
+        own = MemberValues.of(members.values(member), scene)
         try:
             return own, model_of_scene(
                 session,
@@ -300,7 +300,7 @@ def _located(refusal: InputError, members: Members, member: int, scene: Scene) -
     return InputError(*problems)
 
 
-def _alone(session: Session, asked: Asked, own: Own, model: Model) -> bool:
+def _alone(session: Session, asked: Asked, own: MemberValues, model: Model) -> bool:
     """Whether members differ in numbers alone; what was found before is remembered."""
 
     def work() -> Answer:

@@ -204,9 +204,9 @@ def simulate(
     model = _model_within(session, wanted.budget, partial(model_in, formulation=formulation))
     derive_seconds = perf_counter() - started
     wanted = replace(wanted, budget=_left_of(wanted.budget, derive_seconds))
-    from lagrange_cli.simulate.charts.simulation import other_form
+    from lagrange_cli.simulate.charts.simulation import multiplier_form
 
-    other = other_form(model, formulation, partial(model_in, formulation="multiplier"))
+    other = multiplier_form(model, formulation, partial(model_in, formulation="multiplier"))
     with _alone(None if kept is None else kept.path):
         files = output, columns, plot is not None
         trajectory, interrupt = _integrated(session, model, other, wanted, files, kept)
@@ -288,7 +288,7 @@ def _integrated(
     files
         The output with its further columns, and whether there is to be a picture.
     """
-    from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+    from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
     from lagrange_cli.simulate.results.streaming import Stream
     from lagrange_cli.simulate.results.trajectory import require_forces
     from lagrange_cli.simulate.simulation import RunContext
@@ -304,7 +304,7 @@ def _integrated(
             None, session.cache, Stream(*files), checkpoint, progress, progress.reached, stop
         )
         with heard_by(Listener(ends=stop)):
-            trajectory = simulate_past_charts(model, wanted, other, context)
+            trajectory = simulate_past_singularities(model, wanted, other, context)
     session.explain_code()
     session.detail(f"method: {trajectory.choice}")
     return trajectory, interrupt

@@ -24,18 +24,18 @@ from typing import TypeVar
 __all__ = ["Aside", "in_any_order", "in_threads"]
 
 #: Seconds between two looks at whether results are still wanted.
-GLANCE = 0.1
+_GLANCE = 0.1
 
 #: Tasks that are given to each thread, so that none waits for the next one.
-AHEAD = 2
+_AHEAD = 2
 
-Task = TypeVar("Task")
-Result = TypeVar("Result")
+_Task = TypeVar("_Task")
+_Result = TypeVar("_Result")
 
 
 def in_any_order(
-    function: Callable[[Task], Result], tasks: Iterable[Task], jobs: int | None
-) -> Iterator[Result]:
+    function: Callable[[_Task], _Result], tasks: Iterable[_Task], jobs: int | None
+) -> Iterator[_Result]:
     """Results as they are found.
 
     One job runs here. More run through joblib where it is installed, by whatever backend is
@@ -56,15 +56,15 @@ def in_any_order(
 
 
 def _by_joblib(
-    function: Callable[[Task], Result], tasks: Iterable[Task], jobs: int | None
-) -> Iterator[Result]:
+    function: Callable[[_Task], _Result], tasks: Iterable[_Task], jobs: int | None
+) -> Iterator[_Result]:
     from joblib import Parallel, delayed
 
     parallel = Parallel(n_jobs=jobs, return_as="generator_unordered")
     yield from parallel(delayed(_shielded)(function, task) for task in tasks)
 
 
-def _shielded(function: Callable[[Task], Result], task: Task) -> Result:
+def _shielded(function: Callable[[_Task], _Result], task: _Task) -> _Result:
     """A result, in a process that does not end in the midst of sending it.
 
     Signals to all processes of a group would end those of joblib's own backend, whose parent then
@@ -78,8 +78,8 @@ def _shielded(function: Callable[[Task], Result], task: Task) -> Result:
 
 
 def _by_processes(
-    function: Callable[[Task], Result], tasks: Iterable[Task], jobs: int | None
-) -> Iterator[Result]:
+    function: Callable[[_Task], _Result], tasks: Iterable[_Task], jobs: int | None
+) -> Iterator[_Result]:
     with _processes(jobs) as executor:
         futures = [executor.submit(function, task) for task in tasks]
         for future in as_completed(futures):
@@ -124,15 +124,15 @@ class Aside:
         self._executor, self._stop = executor, threading.Event()
         self.stopped = self._stop.is_set
 
-    def run(self, function: Callable[[Task], Result], tasks: Iterable[Task]) -> list[Result]:
+    def run(self, function: Callable[[_Task], _Result], tasks: Iterable[_Task]) -> list[_Result]:
         futures = [self._executor.submit(function, task) for task in tasks]
-        pending: AbstractSet[Future[Result]] = set(futures)
+        pending: AbstractSet[Future[_Result]] = set(futures)
         while pending:
             if self.stopped():
                 for future in pending:
                     future.cancel()
                 raise CancelledError
-            pending = wait(pending, timeout=GLANCE).not_done
+            pending = wait(pending, timeout=_GLANCE).not_done
         return [future.result() for future in futures]
 
     def stop(self) -> None:
@@ -140,8 +140,8 @@ class Aside:
 
 
 def in_threads(
-    function: Callable[[Task, Aside], Result], tasks: Iterable[Task], jobs: int
-) -> Iterator[Result]:
+    function: Callable[[_Task, Aside], _Result], tasks: Iterable[_Task], jobs: int
+) -> Iterator[_Result]:
     """Results, as they are found, of a function that spends its time outside of Python.
 
     So many threads share the memory of this process; there are as many processes for what
@@ -153,10 +153,10 @@ def in_threads(
         aside = Aside(executor)
         threads = ThreadPoolExecutor(jobs)
         waiting = iter(tasks)
-        pending: set[Future[Result]] = set()
+        pending: set[Future[_Result]] = set()
         try:
             while True:
-                some = islice(waiting, AHEAD * jobs - len(pending))
+                some = islice(waiting, _AHEAD * jobs - len(pending))
                 pending |= {threads.submit(function, task, aside) for task in some}
                 if not pending:
                     return

@@ -22,24 +22,24 @@ __all__ = ["AUTO", "Request", "SimulationOptions", "method_of", "require_fit", "
 #: The name of the method that is chosen by the program.
 AUTO = "auto"
 
-DEFAULT_ACCURACY = 1e-6
-DEFAULT_SAMPLES = 501
+_DEFAULT_ACCURACY = 1e-6
+_DEFAULT_SAMPLES = 501
 
 #: Samples whose states are all in memory, and samples of any run.
-MOST_SAMPLES, MOST_STREAMED = 1_000_000, 10_000_000_000
+MOST_SAMPLES, _MOST_STREAMED = 1_000_000, 10_000_000_000
 
 #: What methods need, by the name of the fact.
-NEEDS = {
+_NEEDS = {
     "separable": "forces of positions alone beside a constant mass matrix, and no constraints kept",
     "separable_on_closures": "forces of positions alone beside a constant mass matrix, and"
     " constraints of positions that do not move",
 }
 
 #: Steps of a fixed size between two samples.
-MOST_STEPS = 1e9
+_MOST_STEPS = 1e9
 
 #: Numbers in all samples of a run (several runs are held at a time).
-MOST_NUMBERS = 20_000_000
+_MOST_NUMBERS = 20_000_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,7 +180,7 @@ def _resolved(
     until = _until(model, options.until)
     _check_numbers(options)
     if accuracy is None and uncontrolled:
-        accuracy = DEFAULT_ACCURACY
+        accuracy = _DEFAULT_ACCURACY
     grid = _grid(model, until, method, step, options.samples)
     fixed = method is not None and not method.adaptive
     times = _times(model, grid, step, fixed=fixed, in_memory=in_memory)
@@ -289,9 +289,9 @@ def _grid(
     if samples is None and step is not None:
         intervals = (until - start) / step * (1 - 1e-12)
         # Beyond the largest number of samples it only matters that there are too many.
-        return Grid(start, until, step, math.ceil(min(intervals, 10.0 * MOST_STREAMED)) + 1)
-    samples = DEFAULT_SAMPLES if samples is None else samples
-    if not 2 <= samples <= MOST_STREAMED:
+        return Grid(start, until, step, math.ceil(min(intervals, 10.0 * _MOST_STREAMED)) + 1)
+    samples = _DEFAULT_SAMPLES if samples is None else samples
+    if not 2 <= samples <= _MOST_STREAMED:
         raise _not_so_many(samples, MOST_SAMPLES)
     return Grid(start, until, (until - start) / (samples - 1), samples)
 
@@ -302,7 +302,7 @@ def _times(
     """The sample times, as an array where the states of all are to be in memory."""
     width = 2 * len(model.coordinates)
     many = in_memory is not None and len(grid) * width > in_memory
-    most = MOST_STREAMED if many else MOST_SAMPLES
+    most = _MOST_STREAMED if many else MOST_SAMPLES
     if len(grid) > most and grid.step != step:
         raise _not_so_many(len(grid), most)
     if len(grid) > most:
@@ -310,7 +310,7 @@ def _times(
             f"step {step:g} makes {len(grid):.3g} samples, more than {most:,}",
             "--samples 501" if fixed else f"--step {(grid.until - grid.start) / 500:g}",
         )
-    if not many and len(grid) * width > MOST_NUMBERS:
+    if not many and len(grid) * width > _MOST_NUMBERS:
         raise _refused(f"{len(grid):,} samples of this system are too many", "--samples 501")
     between = min(grid.step, grid.until - grid[len(grid) - 2])
     if not between > np.spacing(max(abs(grid.start), abs(grid.until))):
@@ -340,7 +340,7 @@ def require_fit(model: Model, method: type[Integrator]) -> None:
     if unmet:
         raise _refused(
             f"{method.name} needs what this system has not:"
-            f" {', '.join(NEEDS.get(need, need.replace('_', ' ')) for need in unmet)}",
+            f" {', '.join(_NEEDS.get(need, need.replace('_', ' ')) for need in unmet)}",
             "--method DOP853 --rtol 1e-9",
         )
     if model.multipliers and not method.projects:
@@ -384,7 +384,7 @@ def _check_control(
 def _dividing(spacing: float, step: float) -> float:
     """The largest step up to ``step`` that divides the time between samples."""
     parts = spacing / step * (1 - 1e-12)
-    if parts > MOST_STEPS:
+    if parts > _MOST_STEPS:
         raise _refused(
             f"step {step:g} is too small beside {spacing:g} between samples", "--step 0.01"
         )

@@ -14,8 +14,8 @@ import numpy as np
 from lagrange_cli.errors import InputError, Mark, placed
 from lagrange_cli.simulate.accuracy.controller import Measured, integrate_to_accuracy
 from lagrange_cli.simulate.accuracy.user_method import integrate_with_method
-from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint, Keeper, identity
-from lagrange_cli.simulate.checkpoint.progress import Deadline, Progress, Watch
+from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint, CheckpointWriter, identity
+from lagrange_cli.simulate.checkpoint.progress import Deadline, RunProgress, Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.external.heyoka_method import Taylor
 from lagrange_cli.simulate.integrators.native.methods import COMPILED
@@ -23,7 +23,12 @@ from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import Request, SimulationOptions, resolve
 from lagrange_cli.simulate.results.columns import sampled, state_columns
 from lagrange_cli.simulate.results.outcome import reason, status
-from lagrange_cli.simulate.results.streaming import Stream, picked, spooled, streamed
+from lagrange_cli.simulate.results.streaming import (
+    Stream,
+    buffers,
+    shown_samples,
+    written_in_windows,
+)
 from lagrange_cli.simulate.results.trajectory import Event, Trajectory
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.start_checks import require_a_start
@@ -33,9 +38,9 @@ from lagrange_cli.simulate.sharpness.unwatched import unseen_forces
 from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_side
 from lagrange_cli.simulate.system.singular_guard import guards
 from lagrange_cli.simulate.verification.branching import without_branches
-from lagrange_cli.simulate.verification.contact_history import Along, along
-from lagrange_cli.simulate.verification.disproof import energy_drift, undisproved
-from lagrange_cli.simulate.verification.uniqueness import require_unique_start, steep
+from lagrange_cli.simulate.verification.contact_history import MotionFunctions, functions_along
+from lagrange_cli.simulate.verification.disproof import cut_at_disproof, energy_drift
+from lagrange_cli.simulate.verification.uniqueness import require_unique_start, unbounded_slopes
 
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
@@ -163,15 +168,15 @@ def integrate(
     stream, checkpoint = context.stream, context.checkpoint
     if checkpoint is not None and request.method is not None:
         # Before any file is made.
-        Keeper.require(request.method)
+        CheckpointWriter.require(request.method)
     span = float(request.times[0]), float(request.times[-1])
-    progress = Progress(context.progress, context.reached, span)
+    progress = RunProgress(context.progress, context.reached, span)
     watch = Watch(progress, Deadline.after(request.budget), context.stop)
     with _at_the_scene(request.mark):
         if stream is None or not isinstance(request.times, Grid):
             context = replace(context, stream=None)
             return _simulated(model, request.refined(every), watch, context)
-        with spooled(stream, model, request, checkpoint) as room:
+        with buffers(stream, model, request, checkpoint) as room:
             return _simulated(model, request, watch, context, room, look)
 
 
@@ -199,11 +204,11 @@ def _simulated(
     if functions.drive is not None:
         functions.drive.require(problem.start, problem.until)
     require_a_start(model, problem)
-    places = steep(model, functions)
+    places = unbounded_slopes(model, functions)
     require_unique_start(places, problem.start, problem.y0)
     keeper = None
     if checkpoint is not None:
-        keeper = Keeper(checkpoint, identity(model, request, functions))
+        keeper = CheckpointWriter(checkpoint, identity(model, request, functions))
     compile_seconds = time.perf_counter() - started
     if request.accuracy is not None:
         measured = integrate_to_accuracy(problem, request.accuracy, watch, keeper)
@@ -211,8 +216,8 @@ def _simulated(
             measured = without_branches(places, problem, measured, request.accuracy, watch)
     else:
         measured = integrate_with_method(problem, request, watch, keeper)
-    seen = along(model, functions, problem.start, measured)
-    measured = undisproved(model, seen, problem.times, measured, request.accuracy)
+    seen = functions_along(model, functions, problem.start, measured)
+    measured = cut_at_disproof(model, seen, problem.times, measured, request.accuracy)
     if not measured.stopped:
         watch.progress.done()
     found = _trajectory(model, request, seen, problem, measured, compile_seconds)
@@ -220,7 +225,7 @@ def _simulated(
         look(problem.times, measured.states, found)
     if stream is not None:
         columns = partial(sampled, model, seen)
-        found = streamed(stream, found, problem.times, measured.states, columns)
+        found = written_in_windows(stream, found, problem.times, measured.states, columns)
     if checkpoint is not None and not (checkpoint.lasting or measured.stopped):
         checkpoint.remove()
     return found
@@ -279,15 +284,15 @@ def trajectory_of(
 ) -> Trajectory:
     """What was measured, as far as nothing disproves it, with all that is known besides."""
     problem = problem_of(model, request, functions)
-    seen = along(model, functions, problem.start, measured)
-    kept = undisproved(model, seen, problem.times, measured, request.accuracy)
+    seen = functions_along(model, functions, problem.start, measured)
+    kept = cut_at_disproof(model, seen, problem.times, measured, request.accuracy)
     return _trajectory(model, request, seen, problem, kept, 0.0)
 
 
 def _trajectory(
     model: Model,
     request: Request,
-    seen: Along,
+    seen: MotionFunctions,
     problem: InitialValueProblem,
     measured: Measured,
     compile_seconds: float,
@@ -296,7 +301,7 @@ def _trajectory(
     names = [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
     promised = request.accuracy is not None
     held = float(times[len(states) - 1])
-    part = sampled(model, seen, *picked(times, states))
+    part = sampled(model, seen, *shown_samples(times, states))
     return Trajectory(
         name=model.name,
         status=status(problem, measured),

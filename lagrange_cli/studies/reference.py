@@ -17,42 +17,42 @@ import numpy as np
 
 from lagrange_cli.errors import AccuracyError, Problem, StoppedError
 from lagrange_cli.simulate.accuracy.coarse_run import LEAST
-from lagrange_cli.simulate.accuracy.event_agreement import agreement, end_of_bounces
-from lagrange_cli.simulate.accuracy.method_selection import Pilot
+from lagrange_cli.simulate.accuracy.event_agreement import event_agreement, first_zeno_time
+from lagrange_cli.simulate.accuracy.method_selection import CoarseResult
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.checkpoint.progress import Deadline, Progress, Watch
+from lagrange_cli.simulate.checkpoint.progress import Deadline, RunProgress, Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
 from lagrange_cli.simulate.integrators.base import projection
 from lagrange_cli.simulate.integrators.hybrid.contact_system import Switch
-from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales, spacing
+from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales, ulps
 from lagrange_cli.simulate.runs.run import Failure, Run
 
 __all__ = ["Motion", "Reference", "errors", "motion_of", "no_time", "reference"]
 
 #: Tolerances of the two runs in wider arithmetic, in parts of the scales.
-WIDER_TOLERANCES = (1e-19, 2e-18)
+_WIDER_TOLERANCES = (1e-19, 2e-18)
 
 #: Tolerances in doubles, of methods for smooth and of those for stiff systems.
-TOLERANCES = {False: 1e-16, True: 1e-13}
+_TOLERANCES = {False: 1e-16, True: 1e-13}
 
 #: What the distance of two runs counts: one of them may be all of it, and a little more.
-WEIGHT = 2.0
+_WEIGHT = 2.0
 
 #: Part of the rounding error of a step that its error estimate feels.
-NOISE_PART = 1 / 16
+_NOISE_PART = 1 / 16
 
 #: Evaluations of the coarse run per step.
-PER_STEP = 12
+_PER_STEP = 12
 
 #: A reference that is worse is of no use to anyone, and the error that shorter ones, which
 #: are suggested, are to have.
-WORST, SUGGESTED = 1e-4, 1e-8
+_WORST, _SUGGESTED = 1e-4, 1e-8
 
 #: Part of the way to a singularity after which it is near.
-CLEAR = 0.99
+_CLEAR = 0.99
 
 #: How far a run by another method in doubles may be away: rounding grows there sooner.
-FARTHEST = 1e-2
+_FARTHEST = 1e-2
 
 
 class Motion(NamedTuple):
@@ -101,7 +101,7 @@ def errors(problem: InitialValueProblem, scales: Array, one: Motion, other: Moti
     ratios = np.where(np.isfinite(ratios), ratios, np.inf)
     if not (one.switches or other.switches):
         return np.asarray(np.maximum.accumulate(ratios.max(axis=1)))
-    events = agreement([one.switches, other.switches], [one.t, other.t], (0.0, 1.0))
+    events = event_agreement([one.switches, other.switches], [one.t, other.t], (0.0, 1.0))
     ratios[events.exempt(times), n:] = 0.0
     of_events = events.ratios(times, problem.span)
     return np.asarray(np.maximum(np.maximum.accumulate(ratios.max(axis=1)), of_events))
@@ -109,7 +109,7 @@ def errors(problem: InitialValueProblem, scales: Array, one: Motion, other: Moti
 
 def reference(
     problem: InitialValueProblem,
-    found: Pilot,
+    found: CoarseResult,
     budget: float,
     progress: Callable[[float], None] | None = None,
 ) -> Reference:
@@ -141,7 +141,7 @@ def reference(
         return sure
     check, other = doubles[0]
     ratios = errors(problem, sure.scales, sure.motion, motion_of(check))
-    _require_agreement(problem, ratios, FARTHEST)
+    _require_agreement(problem, ratios, _FARTHEST)
     return Reference(sure.motion, sure.scales, sure.method, sure.error, other, float(ratios[-1]))
 
 
@@ -155,7 +155,7 @@ class _Makers:
     def __init__(
         self,
         problem: InitialValueProblem,
-        found: Pilot,
+        found: CoarseResult,
         budget: float,
         progress: Callable[[float], None] | None,
     ) -> None:
@@ -170,9 +170,9 @@ class _Makers:
         if wider is None:
             return []
         finer = self._found.finer(wider.epsilon / self._problem.epsilon)
-        made = [self._run("DOP853", wider, finer, x) for x in WIDER_TOLERANCES]
+        made = [self._run("DOP853", wider, finer, x) for x in _WIDER_TOLERANCES]
         ended = [(run, "DOP853") for run in made if run is not None]
-        return ended if len(ended) == len(WIDER_TOLERANCES) else []
+        return ended if len(ended) == len(_WIDER_TOLERANCES) else []
 
     def doubles(self, number: int) -> Iterator[_Ended]:
         """So many runs in doubles by different methods, fewer where they do not end."""
@@ -180,7 +180,7 @@ class _Makers:
             if number == 0:
                 return
             implicit = INTEGRATORS[name].implicit
-            run = self._run(name, self._problem, self._found, TOLERANCES[implicit])
+            run = self._run(name, self._problem, self._found, _TOLERANCES[implicit])
             if run is not None:
                 number -= 1
                 yield run, name
@@ -192,13 +192,13 @@ class _Makers:
         return ("DOP853", "Radau", "BDF" if projects else "LSODA")
 
     def _run(
-        self, name: str, problem: InitialValueProblem, found: Pilot, tolerance: float
+        self, name: str, problem: InitialValueProblem, found: CoarseResult, tolerance: float
     ) -> Run | None:
         """A run that reached the end, or None."""
         absolute = np.maximum(tolerance * found.scales[-1], _noise(problem, found) + LEAST)
         control = Control(np.zeros_like(absolute), absolute, found.first_step, problem.longest_step)
         run = Run(INTEGRATORS[name], problem, control)
-        watch = Watch(Progress(self._progress), Deadline.after(self._budget))
+        watch = Watch(RunProgress(self._progress), Deadline.after(self._budget))
         try:
             while run.go(len(problem.times)):
                 watch((run.t - problem.start) / problem.span)
@@ -211,27 +211,29 @@ class _Makers:
         return run
 
 
-def _noise(problem: InitialValueProblem, found: Pilot) -> Array:
+def _noise(problem: InitialValueProblem, found: CoarseResult) -> Array:
     """What steps cannot be better than: what the last place of each number of the start does
     to a step, and the rounding of coordinates that are large beside their scales."""
     y0, t0, n = problem.y0, problem.start, len(problem.kinds)
-    ulps, h = spacing(y0), PER_STEP * problem.span / found.evaluations
-    moved = [np.abs(problem.rhs(t0, y0 + row) - problem.rhs(t0, y0)) for row in np.diag(ulps)]
+    last_places, h = ulps(y0), _PER_STEP * problem.span / found.evaluations
+    moved = [
+        np.abs(problem.rhs(t0, y0 + row) - problem.rhs(t0, y0)) for row in np.diag(last_places)
+    ]
     of_start = h * np.sum(moved, axis=0)
     of_start = np.where(np.isfinite(of_start), of_start, 0.0)
     finer = problem.epsilon / float(np.finfo(float).eps)
     noise = np.maximum(found.noise_so_far(len(found.scales)), finer * of_start)
-    noise[:n] = np.maximum(noise[:n], finer * ulps[:n])
-    return np.asarray(NOISE_PART * noise)
+    noise[:n] = np.maximum(noise[:n], finer * last_places[:n])
+    return np.asarray(_NOISE_PART * noise)
 
 
 def _compared(problem: InitialValueProblem, best: Run, second: Run, method: str) -> Reference:
     """The first of two runs, whose error is what lies between them."""
     motion = motion_of(best)
     scales = running_scales(problem, best.states)[-1]
-    ratios = WEIGHT * errors(problem, scales, motion, motion_of(second))
-    _require_agreement(problem, ratios, WORST)
-    floor = spacing(np.abs(best.states).max(axis=0)) / scales
+    ratios = _WEIGHT * errors(problem, scales, motion, motion_of(second))
+    _require_agreement(problem, ratios, _WORST)
+    floor = ulps(np.abs(best.states).max(axis=0)) / scales
     return Reference(motion, scales, method, max(float(ratios[-1]), float(floor.max())))
 
 
@@ -239,7 +241,7 @@ def _require(
     problem: InitialValueProblem, ended: Sequence[Run], makers: _Makers, number: int
 ) -> None:
     """Refuse where fewer runs than needed reached the end, or what follows is not determined."""
-    bounces = min((end_of_bounces(run.switches) for run in ended), default=math.inf)
+    bounces = min((first_zeno_time(run.switches) for run in ended), default=math.inf)
     if bounces < problem.until:
         raise _refused(
             f"bounces become infinitely many by t = {bounces:.9g}, and no reference is past that",
@@ -273,13 +275,13 @@ def _require_agreement(problem: InitialValueProblem, ratios: Array, most: float)
 
 def _before(problem: InitialValueProblem, end: float) -> Array:
     """Nothing clearly before an end, infinity from there on."""
-    clear = problem.start + CLEAR * (end - problem.start)
+    clear = problem.start + _CLEAR * (end - problem.start)
     return np.where(problem.times[:] < clear, 0.0, np.inf)
 
 
 def _until(problem: InitialValueProblem, ratios: Array) -> str:
     """An end that has a reference, as an option; nothing where there is none."""
-    good = problem.times[: len(ratios)][ratios <= SUGGESTED]
+    good = problem.times[: len(ratios)][ratios <= _SUGGESTED]
     if len(good) < 2:
         return ""
     digits = math.floor(math.log10(good[-1] - problem.start)) - 2

@@ -15,7 +15,7 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import Switch
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales
 from lagrange_cli.studies.reference import Motion, errors, reference
 from lagrange_cli.studies.tradeoff.measure import trade
-from lagrange_cli.studies.tradeoff.pareto import behind, cheapest, pareto
+from lagrange_cli.studies.tradeoff.pareto import cheapest, cost_ratio, pareto
 from tests.studies.trade_systems import (
     BALL,
     DOUBLE,
@@ -63,7 +63,7 @@ def test_the_front_of_anything_has_finite_points_only(points):
 @given(number, st.floats(0.1, 10), st.lists(st.tuples(number, st.floats(0.1, 10)), max_size=8))
 def test_behind_is_a_factor_over_the_cheapest_that_is_as_good(error, cost, points):
     good = [c for e, c in points if e <= error]
-    found = behind(error, cost, points)
+    found = cost_ratio(error, cost, points)
     assert (found is None) == (not good)
     if found is not None:
         assert found * min(good) == pytest.approx(cost)

@@ -92,7 +92,7 @@ def spoiled(simulate, column, error):
     [(0.0, "holds", False), (1e-10, "holds", True), (1e-6, "wrong", False)],
 )
 def test_a_wrong_result_is_called_wrong(monkeypatch, error, outcome, underestimated):
-    simulate = spoiled(stress_runs.simulate_past_charts, "x", error)
+    simulate = spoiled(stress_runs.simulate_past_singularities, "x", error)
     monkeypatch.setattr(stress_runs, "simulate_past_charts", simulate)
     result = found("pulleys/atwood", "degenerate")
     (run,) = [run for run in result.runs if run.point.parameters == {"g": "0"}]

@@ -12,12 +12,12 @@ import pytest
 from lagrange_cli import loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import INTEGRATORS, simulate
-from lagrange_cli.simulate.accuracy.controller import only_the_start
+from lagrange_cli.simulate.accuracy.controller import start_alone
 from lagrange_cli.studies.reference import reference
 from lagrange_cli.studies.tradeoff import measure as trading
 from lagrange_cli.studies.tradeoff import runs as trade_runs
 from lagrange_cli.studies.tradeoff.measure import trade
-from lagrange_cli.studies.tradeoff.runs import Bench, Setting, at_the_end, ladder
+from lagrange_cli.studies.tradeoff.runs import Bench, Setting, has_stagnated, ladder
 from tests.simulate.available import INSTALLED
 from tests.studies.trade_systems import (
     ANGLE,
@@ -140,7 +140,7 @@ def test_a_run_beyond_the_budget_is_given_up_with_its_count(oscillator):
     assert point.error is None
     assert point.evaluations > 0
     assert "reached" in point.reason
-    assert at_the_end([point])
+    assert has_stagnated([point])
 
 
 @pytest.mark.slow
@@ -152,7 +152,7 @@ def test_the_python_interface_measures_too():
 
 def test_an_interrupt_during_auto_is_not_taken_for_a_spent_budget(oscillator, monkeypatch):
     def interrupted(problem, eps, watch):
-        return only_the_start(problem, 0.0)
+        return start_alone(problem, 0.0)
 
     monkeypatch.setattr(trade_runs, "integrate_to_accuracy", interrupted)
     with pytest.raises(KeyboardInterrupt):
@@ -161,12 +161,12 @@ def test_an_interrupt_during_auto_is_not_taken_for_a_spent_budget(oscillator, mo
 
 def test_the_end_of_a_method_is_where_it_gets_no_better():
     better = [made(10.0**-k) for k in range(2, 8)]
-    assert not any(at_the_end(better[:k]) for k in range(1, 7))
-    assert at_the_end([*better, made(1e-7), made(9e-8), made(2e-7)])
-    assert not at_the_end([*better, made(1e-7), made(9e-8), made(1e-9)])
-    assert at_the_end([made(1e-16, resolved=False)])
+    assert not any(has_stagnated(better[:k]) for k in range(1, 7))
+    assert has_stagnated([*better, made(1e-7), made(9e-8), made(2e-7)])
+    assert not has_stagnated([*better, made(1e-7), made(9e-8), made(1e-9)])
+    assert has_stagnated([made(1e-16, resolved=False)])
     # Nothing is known of motions that are all wrong, or end early.
-    assert not at_the_end([made(3.0), made(4.0), made(2.0), made(5.0), made(None)])
+    assert not has_stagnated([made(3.0), made(4.0), made(2.0), made(5.0), made(None)])
 
 
 def test_ladders_go_from_coarse_to_fine(oscillator):

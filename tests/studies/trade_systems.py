@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from lagrange_cli import loads
-from lagrange_cli.simulate.accuracy.method_selection import pilot
+from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.request import SimulationOptions, resolve
 from lagrange_cli.simulate.simulation import problem_of
 from lagrange_cli.simulate.system.functions import right_hand_side
-from lagrange_cli.studies.tradeoff.runs import Point, Setting
+from lagrange_cli.studies.tradeoff.runs import Setting, WorkPrecisionPoint
 
 OSCILLATOR = """
 name: oscillator
@@ -87,7 +87,7 @@ def problem_and_pilot(of):
     functions = right_hand_side(of)
     problem = problem_of(of, request, functions)
     with np.errstate(all="ignore"):
-        return request, functions, problem, pilot(problem, 1e-9, Watch())
+        return request, functions, problem, coarse_result(problem, 1e-9, Watch())
 
 
 def made(error, seconds=1.0, method="DOP853", evaluations=100, **more):
@@ -95,5 +95,7 @@ def made(error, seconds=1.0, method="DOP853", evaluations=100, **more):
     outcome = "ok" if error is not None else "failed"
     given_seconds = (seconds,) if error is not None else ()
     setting = Setting(method, rtol=1e-6)
-    point = Point(setting, outcome, "", error, True, 9, evaluations, None, given_seconds)
+    point = WorkPrecisionPoint(
+        setting, outcome, "", error, True, 9, evaluations, None, given_seconds
+    )
     return replace(point, **more)

@@ -13,7 +13,7 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.numerics.autodiff import Tape
 from lagrange_cli.scene import read_file
-from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
@@ -122,7 +122,7 @@ def test_motions_agree_within_their_estimates(name):
     start = few.defaults.start
     until = start + 0.2 * (few.defaults.until - start)
     how = {"until": until, "accuracy": 1e-9, "samples": 41}
-    ours, theirs = simulate(few, **how), simulate_past_charts(many, SimulationOptions(**how))
+    ours, theirs = simulate(few, **how), simulate_past_singularities(many, SimulationOptions(**how))
     assert ours.status == theirs.status == "ok"
     assert (ours.formulation, theirs.formulation) == ("minimal", "multiplier")
     assert set(ours.columns) <= set(theirs.columns), "results carry every name of the scene"

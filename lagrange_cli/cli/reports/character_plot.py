@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from lagrange_cli.studies.tradeoff.runs import Point
+    from lagrange_cli.studies.tradeoff.runs import WorkPrecisionPoint
 
 __all__ = ["character_plot"]
 
@@ -17,7 +17,9 @@ WIDTH, HEIGHT, LARGEST = 64, 18, 1.0
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
 
-def character_plot(points: Sequence[Point], width: int = WIDTH, height: int = HEIGHT) -> list[str]:
+def character_plot(
+    points: Sequence[WorkPrecisionPoint], width: int = WIDTH, height: int = HEIGHT
+) -> list[str]:
     """The logarithm of the error over that of the seconds, a letter a method.
 
     Capitals are on the front; they cover what else falls on their place.
@@ -48,7 +50,7 @@ def character_plot(points: Sequence[Point], width: int = WIDTH, height: int = HE
     ]
 
 
-def _letters(points: Sequence[Point]) -> dict[str, str]:
+def _letters(points: Sequence[WorkPrecisionPoint]) -> dict[str, str]:
     names = dict.fromkeys(p.setting.method for p in points)
     return dict(zip(names, LETTERS, strict=False))
 

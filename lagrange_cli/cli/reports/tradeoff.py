@@ -12,8 +12,8 @@ from lagrange_cli.cli.reports.tables import Column, labelled, table
 
 if TYPE_CHECKING:
     from lagrange_cli.studies.reference import Reference
-    from lagrange_cli.studies.tradeoff.measure import Behind, Recommendation, Trade
-    from lagrange_cli.studies.tradeoff.runs import Point, Setting
+    from lagrange_cli.studies.tradeoff.measure import CostRatios, Recommendation, Trade
+    from lagrange_cli.studies.tradeoff.runs import Setting, WorkPrecisionPoint
 
 __all__ = ["FORMATS", "options_of", "summary", "text"]
 
@@ -84,7 +84,7 @@ def _reference(found: Reference) -> dict[str, Any]:
     return {"method": found.method, "error": found.error, "checked": checked}
 
 
-def _measured(point: Point) -> dict[str, Any]:
+def _measured(point: WorkPrecisionPoint) -> dict[str, Any]:
     ok = point.outcome == "ok"
     return {
         "outcome": point.outcome,
@@ -99,7 +99,7 @@ def _measured(point: Point) -> dict[str, Any]:
     }
 
 
-def _run(point: Point) -> dict[str, Any]:
+def _run(point: WorkPrecisionPoint) -> dict[str, Any]:
     setting = point.setting
     return {
         "method": setting.method,
@@ -111,7 +111,7 @@ def _run(point: Point) -> dict[str, Any]:
     }
 
 
-def _automatic(found: Behind) -> dict[str, Any]:
+def _automatic(found: CostRatios) -> dict[str, Any]:
     return {
         "accuracy": found.point.setting.accuracy,
         "method": found.point.chosen,
@@ -179,7 +179,7 @@ def _compared(trade: Trade) -> list[str]:
     ]
 
 
-def _table(points: Sequence[Point]) -> list[str]:
+def _table(points: Sequence[WorkPrecisionPoint]) -> list[str]:
     alike = groupby(points, key=lambda p: (p.setting.method, p.outcome, p.reason))
     rows = [[*map(_row, of)] if key[1] == "ok" else [_without_end([*of])] for key, of in alike]
     return table(_RUNS, [row for group in rows for row in group])
@@ -190,7 +190,7 @@ def _start(setting: Setting) -> list[str]:
     return [setting.method, given]
 
 
-def _without_end(points: Sequence[Point]) -> list[str]:
+def _without_end(points: Sequence[WorkPrecisionPoint]) -> list[str]:
     """Runs of one method that did not come to the end for one reason."""
     first = points[0]
     work = sum(point.evaluations for point in points)
@@ -199,7 +199,7 @@ def _without_end(points: Sequence[Point]) -> list[str]:
     return [*_start(first.setting), what]
 
 
-def _row(point: Point) -> list[str]:
+def _row(point: WorkPrecisionPoint) -> list[str]:
     first, third = point.quartiles
     return [
         *_start(point.setting),
@@ -227,7 +227,7 @@ def _recommendations(trade: Trade) -> list[str]:
     return ["Recommended", *table(_RECOMMENDED, rows, heading=False)]
 
 
-def _automatics(found: Sequence[Behind]) -> list[str]:
+def _automatics(found: Sequence[CostRatios]) -> list[str]:
     """What ``--accuracy`` takes, beside runs that are as good, and those that are good enough."""
     if not found:
         return []
@@ -237,7 +237,7 @@ def _automatics(found: Sequence[Behind]) -> list[str]:
     ]
 
 
-def _automatic_row(found: Behind) -> list[str]:
+def _automatic_row(found: CostRatios) -> list[str]:
     point = found.point
     start = options_of(point.setting)
     if point.outcome != "ok":

@@ -9,16 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from lagrange_cli.simulate.accuracy.coarse_run import COARSE
-from lagrange_cli.simulate.accuracy.error_estimate import Judging, Verdict
+from lagrange_cli.simulate.accuracy.error_estimate import ErrorEstimate, RunningEstimate
 from lagrange_cli.simulate.accuracy.event_agreement import (
-    Agreement,
-    agreement,
-    at_the_end,
-    end_of_bounces,
+    EventAgreement,
+    contacts_near_end,
+    event_agreement,
+    first_zeno_time,
 )
 from lagrange_cli.simulate.accuracy.grazes import Grazes, first_graze
-from lagrange_cli.simulate.accuracy.method_selection import Pilot, suits_gauss
-from lagrange_cli.simulate.accuracy.tolerances import Steering
+from lagrange_cli.simulate.accuracy.method_selection import CoarseResult, suits_gauss
+from lagrange_cli.simulate.accuracy.tolerances import ToleranceSchedule
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import State, projection
@@ -109,37 +109,37 @@ class Attempt:
         self,
         problem: InitialValueProblem,
         eps: float,
-        found: Pilot,
+        coarse: CoarseResult,
         tolerance: float,
         number: int,
         before: Attempt | None = None,
         last: bool = True,
     ) -> None:
-        self._problem, self._eps, self._found = problem, eps, found
+        self._problem, self._eps, self._coarse = problem, eps, coarse
         self.tolerance, self._last, self._given_up = tolerance, last, 0
-        self._steering = Steering(problem, found, number)
-        method = found.method
+        self._tolerances = ToleranceSchedule(problem, coarse, number)
+        method = coarse.method
         # Where the longest step rules instead of the tolerance, it must differ too.
         longer = LOOSER ** (1 / method.order)
         looser = None if before is None else before.looser_for(self.wider)
-        self._longest = found.longest_step
+        self._longest = coarse.longest_step
         if number > 0 and before is not None:
             self._longest = before._longest / (SHORTER if looser is None else longer)
-        self._schedule: dict[Run, tuple[Control, float]] = {}
+        self._controls: dict[Run, tuple[Control, float]] = {}
         self.run = self._start(method, tolerance)
         self._looser = looser or self._start(method, tolerance * LOOSER, longer=longer, off=1)
         vain = before is not None and before._given_up
-        self._disturbed = self._disturb(method if vain else self._other_method())
-        expected = max(found.evaluations, FEW_EVALUATIONS)
+        self._perturbed = self._perturb(method if vain else self._other_method())
+        expected = max(coarse.evaluations, FEW_EVALUATIONS)
         self._most: float = LOST * self._growth(tolerance) * expected
         self._march_at = _March()
-        self._judged: tuple[object, Verdict] | None = None
+        self._estimated: tuple[object, ErrorEstimate] | None = None
         self.run_seconds = 0.0
 
     def _growth(self, tolerance: float) -> float:
         """How many times as many steps as the coarse run one of that tolerance takes."""
         # The coarse run was one of DOP853 where its method was not implicit.
-        order = min(self._found.method.order, INTEGRATORS["DOP853"].order)
+        order = min(self._coarse.method.order, INTEGRATORS["DOP853"].order)
         return float(max(1.0, COARSE / tolerance) ** (1 / order))
 
     def _start(
@@ -148,12 +148,12 @@ class Attempt:
         """A run at a tolerance, with longer steps allowed, or disturbed by a pattern."""
         problem = self._problem
         longest = longer * self._longest
-        first_step = self._found.first_step
-        if self._steering.tame:
+        first_step = self._coarse.first_step
+        if self._tolerances.tame:
             first_step *= longer
         if self.wider:  # where steps are made anew, those of the coarse run are much too long
             first_step /= self._growth(tolerance)
-        control = self._steering.control(method, tolerance, first_step, longest)
+        control = self._tolerances.control(method, tolerance, first_step, longest)
         disturbed = problem.disturbed or (problem.rhs, problem.rhs)
         run = Run(
             method,
@@ -162,12 +162,12 @@ class Attempt:
             rhs=disturbed[off - 1] if off else None,
             y0=off_by_one_ulp(problem.y0, off) if off else None,
         )
-        self._schedule[run] = control, tolerance
+        self._controls[run] = control, tolerance
         return run
 
     def _other_method(self) -> type[Integrator]:
         """A method to compare with, the run's own where no other is as good and as fast."""
-        rhs, stiff = self._problem.rhs, self._found.stiff
+        rhs, stiff = self._problem.rhs, self._coarse.stiff
         if isinstance(rhs, NativeRhs):
             by_gauss = self.run.method is INTEGRATORS["Gauss16"]
             explicit = INTEGRATORS["Gauss16" if suits_gauss(rhs) and not by_gauss else "DOP853"]
@@ -177,21 +177,21 @@ class Attempt:
         possible = possible and surfaces_of(rhs) is None
         return other if possible else self.run.method
 
-    def _disturb(self, method: type[Integrator]) -> Run:
+    def _perturb(self, method: type[Integrator]) -> Run:
         factor = OTHER_STEPS if method is self.run.method else 1.0
         if method is INTEGRATORS["LSODA"]:
             factor = OTHER_TOLERANCE
-        longer = TAME_STEPS if self._steering.tame else 1.0
+        longer = TAME_STEPS if self._tolerances.tame else 1.0
         return self._start(method, self.tolerance * factor, longer=longer, off=2)
 
     @property
     def _runs(self) -> tuple[Run, Run, Run]:
-        return self.run, self._looser, self._disturbed
+        return self.run, self._looser, self._perturbed
 
     @property
     def _own_runs(self) -> list[Run]:
         """Those that are not an earlier attempt's."""
-        return [run for run in self._runs if run in self._schedule]
+        return [run for run in self._runs if run in self._controls]
 
     @property
     def evaluations(self) -> int:
@@ -199,18 +199,18 @@ class Attempt:
 
     @property
     def _by_other_method(self) -> bool:
-        return self._disturbed.method is not self.run.method
+        return self._perturbed.method is not self.run.method
 
     def _allowed(self, run: Run) -> float:
         """Evaluations that a run may take."""
-        if run is self._disturbed and self._by_other_method:
+        if run is self._perturbed and self._by_other_method:
             by_lsoda = run.method is INTEGRATORS["LSODA"]
             cost = LSODA_COST if by_lsoda else OTHER_COST
             return cost * self.run.evaluations + OTHER_START
         return self._most
 
     def _spent(self, run: Run) -> bool:
-        return run in self._schedule and run.evaluations > self._allowed(run)
+        return run in self._controls and run.evaluations > self._allowed(run)
 
     @property
     def lost(self) -> bool:
@@ -226,13 +226,13 @@ class Attempt:
         """Advance the runs side by side until the end, a failure, or a hopeless error."""
         self._march(watch)
         if self._by_other_method and not self.settled and self._other_is_worse():
-            self._given_up += self._disturbed.evaluations
-            self._disturb_alike()
+            self._given_up += self._perturbed.evaluations
+            self._perturb_alike()
             self._march(watch)
 
-    def _disturb_alike(self) -> None:
+    def _perturb_alike(self) -> None:
         """Begin anew with the run's own method for the disturbed run."""
-        self._disturbed = self._disturb(self.run.method)
+        self._perturbed = self._perturb(self.run.method)
         self._march_at = _March()
 
     def _march(self, watch: Callable[[float], None]) -> None:
@@ -242,7 +242,7 @@ class Attempt:
             goal = 1 + (at.blocks + 1) * block
             while at.turn < len(self._runs):
                 run = self._runs[at.turn]
-                if not at.loosened and run in self._schedule:
+                if not at.loosened and run in self._controls:
                     self._loosen(run)
                     at.loosened = True
                 self._advance(run, min(goal, samples), watch)
@@ -253,7 +253,7 @@ class Attempt:
 
     def state(self) -> State:
         """All that the runs go on from."""
-        runs = [(run.state(), self._schedule[run][0].atol) for run in self._own_runs]
+        runs = [(run.state(), self._controls[run][0].atol) for run in self._own_runs]
         return {
             "runs": runs,
             "march": vars(self._march_at),
@@ -264,13 +264,13 @@ class Attempt:
 
     def restore(self, state: State) -> bool:
         """Go on where an attempt at this tolerance stood; False where its samples are lost."""
-        if self._disturbed.method.name != state["methods"][-1]:
-            self._disturb_alike()
+        if self._perturbed.method.name != state["methods"][-1]:
+            self._perturb_alike()
         self._march_at = _March(**state["march"])
         self._given_up, self.run_seconds = state["given_up"], state["seconds"]
         known = True
         for run, (of, atol) in zip(self._own_runs, state["runs"], strict=True):
-            self._schedule[run][0].atol[:] = atol
+            self._controls[run][0].atol[:] = atol
             known = run.restore(of) and known
         return known
 
@@ -282,8 +282,8 @@ class Attempt:
     def _loosen(self, run: Run) -> None:
         """Let the absolute tolerance grow with the motion."""
         if not run.method.implicit:
-            control, tolerance = self._schedule[run]
-            control.atol[:] = self._steering.absolute(tolerance, run.filled)
+            control, tolerance = self._controls[run]
+            control.atol[:] = self._tolerances.absolute(tolerance, run.filled)
 
     def _advance(self, run: Run, samples: int, watch: Callable[[float], None]) -> None:
         started = time.perf_counter()
@@ -302,9 +302,9 @@ class Attempt:
         """Whether it is the other method's cost or its own error that stands in the way."""
         if self.lost:
             return False
-        if self._spent(self._disturbed):
+        if self._spent(self._perturbed):
             return True
-        whole = self._found.scales[-1]
+        whole = self._coarse.scales[-1]
         scales = RunningScales(self._problem, self.run.rows[0])
         worse = 0.0
         for first, last in self._windows():
@@ -332,11 +332,11 @@ class Attempt:
         size = common if isinstance(rows, np.ndarray) else window_rows(len(self._problem.y0))
         return ((k, min(k + size, common)) for k in range(0, common, size))
 
-    def _errors(self, first: int, last: int, events: Agreement | None) -> Array:
+    def _errors(self, first: int, last: int, events: EventAgreement | None) -> Array:
         """Estimated error of some samples that all runs have reached."""
-        own, looser, disturbed = (run.rows[first:last] for run in self._runs)
+        own, looser, perturbed = (run.rows[first:last] for run in self._runs)
         _, looser_weight, weight = self._weights
-        errors = looser_weight * np.abs(looser - own) + weight * np.abs(disturbed - own)
+        errors = looser_weight * np.abs(looser - own) + weight * np.abs(perturbed - own)
         if events is not None:
             errors[events.exempt(self._problem.times[first:last]), len(self._problem.kinds) :] = 0
         return np.asarray(errors)
@@ -344,13 +344,13 @@ class Attempt:
     @property
     def _weights(self) -> tuple[float, float, float]:
         """What the distance of each run from the first counts."""
-        weight = ROUNDING_WEIGHT if self._looser in self._schedule else ONLY_ROUNDING_WEIGHT
+        weight = ROUNDING_WEIGHT if self._looser in self._controls else ONLY_ROUNDING_WEIGHT
         # LSODA's own error is larger than what rounding does.
-        by_lsoda = self._disturbed.method is INTEGRATORS["LSODA"]
+        by_lsoda = self._perturbed.method is INTEGRATORS["LSODA"]
         return 0.0, LOOSER_WEIGHT, 1.0 if by_lsoda else weight
 
     @property
-    def events(self) -> Agreement | None:
+    def events(self) -> EventAgreement | None:
         """What the runs say of the events of contacts, None where there are none."""
         problem, rhs = self._problem, self._problem.rhs
         if not isinstance(rhs, SwitchedRhs):
@@ -358,15 +358,17 @@ class Attempt:
         switches = [run.switches for run in self._runs]
         near = CLOSE * self._eps * problem.span
         reached = [run.t for run in self._runs]
-        found = agreement(switches, reached, self._weights, problem.until, near)
-        grazes = Grazes(rhs, self._eps, self._found.scales[-1], problem.until)
+        found = event_agreement(switches, reached, self._weights, problem.until, near)
+        grazes = Grazes(rhs, self._eps, self._coarse.scales[-1], problem.until)
         dips = [run.grazes for run in self._runs]
         found = found.but(first_graze(dips, self._weights, min(reached), grazes))
         if not self.complete:
             return found
         last, n = len(problem.times) - 1, len(problem.kinds)
         errors = self._errors(last, last + 1, None)[0, :n]
-        return found.also(*at_the_end(rhs, self.run.closed, problem.until, self.run.y, errors))
+        return found.also(
+            *contacts_near_end(rhs, self.run.closed, problem.until, self.run.y, errors)
+        )
 
     def _hopeless(self, first: int) -> bool:
         """Whether the newest errors are (far) beyond eps on any scale to be expected."""
@@ -375,27 +377,27 @@ class Attempt:
             return False
         errors = self._errors(first, last, self.events)
         seen = np.abs(self.run.rows[first:last]).max(axis=0)
-        scales = np.maximum(self._found.scales[-1], seen)
+        scales = np.maximum(self._coarse.scales[-1], seen)
         beyond = MISSED if self._reached < EARLY and not self._last else HOPELESS
         return bool((errors > beyond * self._eps * scales).any())
 
-    def judge(self) -> Verdict:
+    def error_estimate(self) -> ErrorEstimate:
         """How far the estimate stays below eps."""
         key = tuple((run, run.filled, run.t) for run in self._runs)
-        if self._judged is None or self._judged[0] != key:
-            self._judged = key, self._judge()
-        return self._judged[1]
+        if self._estimated is None or self._estimated[0] != key:
+            self._estimated = key, self._estimate()
+        return self._estimated[1]
 
-    def _judge(self) -> Verdict:
-        events, judging = self.events, Judging(self._problem, self._eps, self.run.rows[0])
+    def _estimate(self) -> ErrorEstimate:
+        events, running = self.events, RunningEstimate(self._problem, self._eps, self.run.rows[0])
         for first, last in self._windows():
             times, errors = self._problem.times[first:last], self._errors(first, last, events)
             beside = np.zeros(len(times))
             if events is not None:
                 beside = events.ratios(times, self._problem.span)
-                beside[times >= end_of_bounces(self.run.switches)] = np.inf
-            judging.add(self.run.rows[first:last], errors, beside)
-        return judging.verdict
+                beside[times >= first_zeno_time(self.run.switches)] = np.inf
+            running.add(self.run.rows[first:last], errors, beside)
+        return running.estimate
 
     @property
     def complete(self) -> bool:
@@ -405,7 +407,7 @@ class Attempt:
     def looser_for(self, wider: bool) -> Run | None:
         """The run as the looser one of another attempt, None where it is too far off for that."""
         ended = self.complete and self.failure is None
-        near = ended and self.judge().excess <= REUSED[wider != self.wider]
+        near = ended and self.error_estimate().excess <= REUSED[wider != self.wider]
         return self.run if near else None
 
     @property
@@ -424,8 +426,8 @@ class Attempt:
     @property
     def settled(self) -> bool:
         """Whether a smaller tolerance has nothing to add."""
-        reached = self.judge().samples
-        possible = first_from(self._problem.times, end_of_bounces(self.run.switches))
+        reached = self.error_estimate().samples
+        possible = first_from(self._problem.times, first_zeno_time(self.run.switches))
         if reached == possible or self.lost:
             return True
         return self.failure is not None and reached == self._common
@@ -433,7 +435,7 @@ class Attempt:
     @property
     def loose_at_first(self) -> bool:
         """Whether a smaller scale than the motion so far had bounds the absolute tolerance."""
-        return self._steering.loose_at_first
+        return self._tolerances.loose_at_first
 
     @property
     def reduction(self) -> float:
@@ -444,5 +446,9 @@ class Attempt:
     @property
     def expected_excess(self) -> float:
         """The excess, as it would be at the end."""
-        excess = self.judge().excess if np.isfinite(self.judge().excess) else MOST_EXCESS
+        excess = (
+            self.error_estimate().excess
+            if np.isfinite(self.error_estimate().excess)
+            else MOST_EXCESS
+        )
         return float(min(max(excess, 1.0) / self._reached**2, MOST_EXCESS))

@@ -13,19 +13,19 @@ from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
 from lagrange_cli.simulate.runs.problem import (
     InitialValueProblem,
-    between_samples,
     groups,
     running_scales,
+    unsampled_motion,
 )
 from lagrange_cli.simulate.runs.run import Run
-from lagrange_cli.simulate.sharpness.analyticity import Place, Sight, longest_step
+from lagrange_cli.simulate.sharpness.analyticity import AnalyticDiscs, PathPoint, longest_step
 
 __all__ = [
     "COARSE",
     "COARSE_TOLERANCES",
     "FIRST_STEP",
     "LEAST",
-    "Tracker",
+    "CoarseRun",
     "few_steps",
     "steady_time",
 ]
@@ -36,36 +36,36 @@ COARSE_TOLERANCES = (COARSE, 1e-8, 1e-11)
 
 #: A motion is close to the origin where it takes steps of less than this part of the longest so
 #: far, and too close for a coarse run within so many tolerances of the scales.
-SHORT, TOO_CLOSE = 0.05, 1e3
+_SHORT, _TOO_CLOSE = 0.05, 1e3
 
 #: Least absolute tolerance: scales may underflow, tolerances must not.
 LEAST = 1e-290
 
 #: Steps that are made one by one, until their length has settled; later a few are
 #: made before tolerances are looked at again.
-START, FEW = 12, 16
+_START, _FEW = 12, 16
 
 #: A run is lost that would need more steps than this at the pace of its last ones, so many: where
 #: it is coarse it may fall into a singularity that the motion passes.
-MOST_STEPS, WINDOW = 1e9, 2**14
+_MOST_STEPS, _WINDOW = 1e9, 2**14
 
 #: How much longer than those of other runs its steps may be: it shows scales alone.
-LONGER = 2.0
+_LONGER = 2.0
 
 #: A motion of fewer steps than this, by what is seen of it (:mod:`.sharpness.analyticity`), is
 #: followed at the tolerance to come at once.
-FEW_STEPS = 16
+_FEW_STEPS = 16
 
 #: How much longer than without sight steps must become for it to be worth to look, unless they
 #: are as long as they may be but for such a part.
-WORTH, FULL = 1.5, 0.9
+_WORTH, _FULL = 1.5, 0.9
 
 #: The first step as a part of the span; steps grow tenfold from there.
 FIRST_STEP = 1e-8
 
 #: Part of accelerations that may change in the first step, by how much it is shortened where more
 #: does, and the least part of the time or the span that is tried.
-STEADY, SHRINK, SMALLEST_STEP = 0.5, 0.125, 1e-15
+_STEADY, _SHRINK, _SMALLEST_STEP = 0.5, 0.125, 1e-15
 
 
 def steady_time(problem: InitialValueProblem, most: float) -> float:
@@ -73,14 +73,14 @@ def steady_time(problem: InitialValueProblem, most: float) -> float:
     start, beside the largest of their kind."""
     n, t, y = len(problem.kinds), problem.start, problem.y0
     push, h = problem.rhs(t, y)[n:], most
-    while h > SMALLEST_STEP * max(problem.span, abs(t)):
+    while h > _SMALLEST_STEP * max(problem.span, abs(t)):
         change = np.abs(problem.rhs(t + h, _fallen(y, push, h))[n:] - push)
         if all(
-            change[alike].max() <= STEADY * np.abs(push[alike]).max()
+            change[alike].max() <= _STEADY * np.abs(push[alike]).max()
             for alike in groups(problem.kinds)
         ):
             break
-        h *= SHRINK
+        h *= _SHRINK
     return h
 
 
@@ -98,21 +98,21 @@ def _first_step(problem: InitialValueProblem, push: Array) -> float:
     """
     n, t, y = len(problem.kinds), problem.start, problem.y0
     rest, h = y[n:], FIRST_STEP * problem.span
-    while h > SMALLEST_STEP * max(problem.span, abs(t)):
+    while h > _SMALLEST_STEP * max(problem.span, abs(t)):
         change = np.abs(problem.rhs(t + h, _fallen(y, push, h))[n:] - push)
-        steady = change <= STEADY * np.abs(push)
+        steady = change <= _STEADY * np.abs(push)
         if (steady | (h * np.abs(push) <= np.abs(rest))).all():
             break
-        h *= SHRINK
+        h *= _SHRINK
     return h
 
 
 def few_steps(problem: InitialValueProblem, reach: float) -> bool:
     """Whether few steps lead through a motion of which so much is seen."""
-    return longest_step(problem, reach) * FEW_STEPS > problem.span
+    return longest_step(problem, reach) * _FEW_STEPS > problem.span
 
 
-class Tracker:
+class CoarseRun:
     """Scales that grow with the motion, since nothing is known of it before.
 
     ``tolerance`` is relative to them; ``first_step`` is the length that steps settle at.
@@ -139,7 +139,7 @@ class Tracker:
             rtol=np.repeat([0.0, tolerance], n),
             atol=self._atol,
             first_step=h,
-            max_step=longest if reach else LONGER * longest,
+            max_step=longest if reach else _LONGER * longest,
             autonomous=problem.autonomous,
         )
         self._control = control
@@ -147,7 +147,7 @@ class Tracker:
         self._ends: list[float] = []
         self._steps: list[float] = []
         self.explicit = Run(INTEGRATORS["DOP853"], problem, control)
-        self.places = [Place(problem.start, self.explicit.y, self.explicit.began)]
+        self.places = [PathPoint(problem.start, self.explicit.y, self.explicit.began)]
 
     def seen(self) -> Array:
         """Scales of the motion so far."""
@@ -179,7 +179,7 @@ class Tracker:
         counted, reached = run.steps, run.t
         while evaluations is None or run.evaluations < evaluations:
             before, done = run.t, run.steps - first
-            at_once = 1 if self._reach else min(1 + done // FEW, FEW)
+            at_once = 1 if self._reach else min(1 + done // _FEW, _FEW)
             goes_on = run.advance(len(problem.times), at_once)
             if self._reach:
                 self._go_to(run, before)
@@ -187,14 +187,14 @@ class Tracker:
                 self._end(run)
                 return True
             cut = self._reach and self.places[-2].t > before
-            if first == 0 and done == (0 if self._reach else START - 1) and not cut:
+            if first == 0 and done == (0 if self._reach else _START - 1) and not cut:
                 self.first_step = run.t - before
-            elif done >= START:
+            elif done >= _START:
                 self._note(run, (run.t - before) / max(run.steps - first - done, 1))
                 if self.too_close:
                     return False
-            if run.steps - counted >= WINDOW:
-                if (run.t - reached) * MOST_STEPS < WINDOW * problem.span:
+            if run.steps - counted >= _WINDOW:
+                if (run.t - reached) * _MOST_STEPS < _WINDOW * problem.span:
                     return True
                 counted, reached = run.steps, run.t
             self._watch((run.t - problem.start) / problem.span)
@@ -210,9 +210,9 @@ class Tracker:
         closed = self.places[-1].closed
         newest = list(takewhile(lambda switch: switch.t > before, reversed(run.switches)))
         for switch in reversed(newest):
-            self.places.append(Place(switch.t, switch.before, closed))
+            self.places.append(PathPoint(switch.t, switch.before, closed))
             closed = switch.flags
-        self.places.append(Place(run.t, run.y, closed))
+        self.places.append(PathPoint(run.t, run.y, closed))
         self._spent.append((run.t, run.evaluations))
 
     def spent_until(self, t: float) -> float:
@@ -225,12 +225,12 @@ class Tracker:
         """What steers another run at the same tolerance."""
         return replace(self._control, first_step=self.first_step)
 
-    def see(self, sight: Sight, tolerance: float) -> float:
+    def see(self, sight: AnalyticDiscs, tolerance: float) -> float:
         """How far is seen from where the run has been, 0 where steps at a tolerance to come would
         be short without that."""
         finer = max(1.0, self._tolerance / tolerance) ** (1 / INTEGRATORS["DOP853"].order)
-        limited = self._widest > FULL * longest_step(self._problem, self._reach)
-        if self._widest < finer * WORTH * self._problem.longest_step and not limited:
+        limited = self._widest > _FULL * longest_step(self._problem, self._reach)
+        if self._widest < finer * _WORTH * self._problem.longest_step and not limited:
             return 0.0
         return sight.along(self.places, self._reach, self.seen())
 
@@ -244,12 +244,12 @@ class Tracker:
         self._ends.append(run.t)
         self._steps.append(h)
         self._longest = max(self._longest, h)
-        if h < SHORT * self._longest:
+        if h < _SHORT * self._longest:
             self._see(run.y, h)
 
     def _end(self, run: Run) -> None:
         """The start was close to the origin as well, unless the motion runs away from there."""
-        if run.failure is None and self.first_step < SHORT * self._longest:
+        if run.failure is None and self.first_step < _SHORT * self._longest:
             self._see(self._problem.y0, 0.0)
 
     def _see(self, y: Array, h: float) -> None:
@@ -267,7 +267,7 @@ class Tracker:
         to the wrong side of what attracts them. The finest run is trusted."""
         if self._tolerance == COARSE_TOLERANCES[-1]:
             return False
-        near = self._closest < TOO_CLOSE * self._tolerance
+        near = self._closest < _TOO_CLOSE * self._tolerance
         return bool((near & ~self._problem.angles).any())
 
     @property
@@ -290,4 +290,4 @@ class Tracker:
         """
         if run.failure is not None:
             return np.zeros_like(self._moved[1])
-        return between_samples(self._problem, run.states, self._moved[1])
+        return unsampled_motion(self._problem, run.states, self._moved[1])

@@ -25,55 +25,59 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem, StoppedError
 from lagrange_cli.simulate.accuracy.attempt import Attempt
-from lagrange_cli.simulate.accuracy.error_estimate import FLOOR_ULPS, Verdict
-from lagrange_cli.simulate.accuracy.event_agreement import Agreement, Unclear
-from lagrange_cli.simulate.accuracy.method_selection import Pilot, explicit_method, pilot_or_before
+from lagrange_cli.simulate.accuracy.error_estimate import FLOOR_ULPS, ErrorEstimate
+from lagrange_cli.simulate.accuracy.event_agreement import EventAgreement, UnclearContacts
+from lagrange_cli.simulate.accuracy.method_selection import (
+    CoarseResult,
+    explicit_method,
+    restored_or_coarse_result,
+)
 from lagrange_cli.simulate.accuracy.roundoff import NOISE_PART
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.checkpoint.checkpoint import Keeper
+from lagrange_cli.simulate.checkpoint.checkpoint import CheckpointWriter
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.hybrid.contact_system import Flags, Switch
-from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales, spacing
+from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales, ulps
 from lagrange_cli.simulate.runs.run import Failure
 from lagrange_cli.simulate.samples.rows import Rows, first_rows, windows
 from lagrange_cli.simulate.sharpness.peaks import watching
 
 __all__ = [
     "Disproof",
+    "LimitingComponent",
     "Measured",
-    "Obstacle",
     "integrate_to_accuracy",
-    "obstacle",
-    "only_the_start",
-    "until",
-    "why",
+    "limiting_component",
+    "reason_for_method",
+    "start_alone",
+    "switches_until",
 ]
 
 #: The first tolerance as a part of eps: errors grow over a run.
-FIRST_TOLERANCE = 1e-4
+_FIRST_TOLERANCE = 1e-4
 
 #: The same where coordinates are read off positions later, which may take digits.
-FIRST_READ_OFF = 1e-5
+_FIRST_READ_OFF = 1e-5
 
 #: The largest first tolerance: differences of coarser runs say little of their errors.
-LARGEST_TOLERANCE = 1e-8
+_LARGEST_TOLERANCE = 1e-8
 
 #: A first tolerance that is no larger than this many smallest ones is the smallest.
-NEAR_SMALLEST = 10.0
+_NEAR_SMALLEST = 10.0
 
 #: Smallest useful tolerance of an explicit (compensated) and an implicit run.
-SMALLEST_TOLERANCE = {False: 1e-16, True: 1e-13}
+_SMALLEST_TOLERANCE = {False: 1e-16, True: 1e-13}
 
-MOST_ATTEMPTS = 5
+_MOST_ATTEMPTS = 5
 
 #: A result that misses the accuracy by no more than this factor says what it is close to.
-NEARLY = 1e3
+_NEARLY = 1e3
 
 #: The first tolerance in wider arithmetic is no larger than this, since a larger one
 #: was not enough, and smaller than the last one by the excess, or this factor; further ones
 #: are tried while each gets further by the last factor.
-FIRST_WIDER_TOLERANCE, MOST_EXCESS_WIDER, WORTHWHILE = 1e-15, 10.0, 1.05
+_FIRST_WIDER_TOLERANCE, _MOST_EXCESS_WIDER, _WORTHWHILE = 1e-15, 10.0, 1.05
 
 
 @dataclass(frozen=True)
@@ -89,7 +93,7 @@ class Disproof:
 
 
 @dataclass(frozen=True)
-class Obstacle:
+class LimitingComponent:
     """The number of the state whose error is the largest at the end: of its ``scale``."""
 
     component: int
@@ -109,7 +113,7 @@ class Measured:
     what happened to contacts until the last sample, and the end of bounces that stands
     behind it, ``began`` the contacts that were closed at first, ``unclear`` at which
     contacts the promise ends; velocities at the times
-    ``exempt`` are as close to a jump as the error of its time. ``obstacle`` is what keeps
+    ``exempt`` are as close to a jump as the error of its time. ``limiting_component`` is what keeps
     runs that reach the end from the accuracy. ``steps`` and ``evaluations`` are those of the
     run, ``all_evaluations`` of everything.
     """
@@ -130,13 +134,13 @@ class Measured:
     wider: bool = False
     switches: tuple[Switch, ...] = ()
     began: Flags = ()
-    unclear: Unclear | None = None
+    unclear: UnclearContacts | None = None
     exempt: Array = field(default_factory=lambda: np.empty(0))
-    obstacle: Obstacle | None = None
+    limiting_component: LimitingComponent | None = None
 
 
 def integrate_to_accuracy(
-    problem: InitialValueProblem, eps: float, watch: Watch, keeper: Keeper | None = None
+    problem: InitialValueProblem, eps: float, watch: Watch, keeper: CheckpointWriter | None = None
 ) -> Measured:
     """Integrate so that every sample is within ``eps`` of its scale, as measured.
 
@@ -151,31 +155,31 @@ def integrate_to_accuracy(
     stopped = False
     with np.errstate(all="ignore"):
         try:
-            part = FIRST_READ_OFF if problem.read_off else FIRST_TOLERANCE
-            first = min(part * eps, LARGEST_TOLERANCE)
-            found = pilot_or_before(problem, first, watch, keeper, looks=True)
-            problem = replace(problem, between=found.between)
-            problem = watching(problem) if found.sharp else problem
-            refuse_below_floor(problem, eps, found.scales[-1, : len(problem.kinds)])
+            part = _FIRST_READ_OFF if problem.read_off else _FIRST_TOLERANCE
+            first = min(part * eps, _LARGEST_TOLERANCE)
+            coarse = restored_or_coarse_result(problem, first, watch, keeper, looks=True)
+            problem = replace(problem, between=coarse.between)
+            problem = watching(problem) if coarse.sharp else problem
+            refuse_below_floor(problem, eps, coarse.scales[-1, : len(problem.kinds)])
             if keeper is not None:
                 keeper.keep(
-                    lambda: {"pilot": found.state(), "attempts": [a.state() for a in attempts]}
+                    lambda: {"pilot": coarse.state(), "attempts": [a.state() for a in attempts]}
                 )
-            _attempt(problem, eps, found, first, attempts, watch, keeper)
-            _attempt_wider(problem, eps, found, attempts, watch, keeper)
+            _attempt(problem, eps, coarse, first, attempts, watch, keeper)
+            _attempt_wider(problem, eps, coarse, attempts, watch, keeper)
         except (StoppedError, KeyboardInterrupt):
             stopped = True
     if not attempts:
-        return only_the_start(problem, time.perf_counter() - started)
+        return start_alone(problem, time.perf_counter() - started)
     seconds = time.perf_counter() - started
     with np.errstate(all="ignore"):
-        return _measured(problem, eps, found, attempts, stopped, seconds)
+        return _measured(problem, eps, coarse, attempts, stopped, seconds)
 
 
 def refuse_below_floor(problem: InitialValueProblem, eps: float, scales: Array) -> None:
     """Refuse an ``eps`` below 4 units in the last place of the start values."""
     n = len(problem.kinds)
-    floors = FLOOR_ULPS * spacing(problem.y0[:n]) / scales
+    floors = FLOOR_ULPS * ulps(problem.y0[:n]) / scales
     floor = max(float(floors.max(initial=0.0)), FLOOR_ULPS * float(np.finfo(float).epsneg))
     if eps < floor:
         less = f"ask for --accuracy {_round_up(floor):g} or more, or " if floor < 0.1 else ""
@@ -197,27 +201,27 @@ def _round_up(value: float) -> float:
 def _attempt(
     problem: InitialValueProblem,
     eps: float,
-    found: Pilot,
+    coarse: CoarseResult,
     first: float,
     attempts: list[Attempt],
     watch: Watch,
-    keeper: Keeper | None,
+    keeper: CheckpointWriter | None,
 ) -> None:
     """Try smaller and smaller tolerances; ``attempts`` grows by those that are begun."""
     mine: list[Attempt] = []
-    least = smallest_tolerance(problem, found)
+    least = smallest_tolerance(problem, coarse)
     for tolerance in tolerances(least, first, problem.epsilon, mine):
         watch.progress.next_pass()
         before = attempts[-1] if attempts else None
         last = tolerance == least and not problem.widens
-        mine.append(Attempt(problem, eps, found, tolerance, len(mine), before, last))
+        mine.append(Attempt(problem, eps, coarse, tolerance, len(mine), before, last))
         attempts.append(mine[-1])
         if keeper is not None:
             _go_on(mine[-1], len(attempts) - 1, keeper)
         mine[-1].go(watch if keeper is None else keeper.watched(watch))
 
 
-def _go_on(attempt: Attempt, number: int, keeper: Keeper) -> None:
+def _go_on(attempt: Attempt, number: int, keeper: CheckpointWriter) -> None:
     """Let an attempt stand where it stood before the runs were interrupted, if they were.
 
     Raises
@@ -235,44 +239,44 @@ def _go_on(attempt: Attempt, number: int, keeper: Keeper) -> None:
 def _attempt_wider(
     problem: InitialValueProblem,
     eps: float,
-    found: Pilot,
+    coarse: CoarseResult,
     attempts: list[Attempt],
     watch: Watch,
-    keeper: Keeper | None,
+    keeper: CheckpointWriter | None,
 ) -> None:
     """Try on in wider arithmetic where doubles were not enough."""
-    best = max(attempts, key=lambda attempt: attempt.judge().samples)
-    kept = best.judge().samples == len(problem.times)
-    if kept or best.failure is not None or found.stiff:
+    best = max(attempts, key=lambda attempt: attempt.error_estimate().samples)
+    kept = best.error_estimate().samples == len(problem.times)
+    if kept or best.failure is not None or coarse.stiff:
         return
     wider = problem.wider()
     if wider is not None:
         wider = replace(wider, between=problem.between)
         last = attempts[-1]
-        excess = min(last.expected_excess, MOST_EXCESS_WIDER)
-        first = min(last.tolerance, FIRST_WIDER_TOLERANCE) / excess
+        excess = min(last.expected_excess, _MOST_EXCESS_WIDER)
+        first = min(last.tolerance, _FIRST_WIDER_TOLERANCE) / excess
         method = explicit_method(wider, first)
-        finer = replace(found.finer(wider.epsilon / problem.epsilon), method=method)
+        finer = replace(coarse.finer(wider.epsilon / problem.epsilon), method=method)
         _attempt(wider, eps, finer, first, attempts, watch, keeper)
 
 
-def smallest_tolerance(problem: InitialValueProblem, found: Pilot) -> float:
+def smallest_tolerance(problem: InitialValueProblem, coarse: CoarseResult) -> float:
     """The smallest tolerance that is of use."""
     n = len(problem.kinds)
     finer = problem.epsilon / float(np.finfo(float).eps)
     # Steps finer than the noise of the right-hand side are of no use.
-    ulps = finer * spacing(problem.y0[:n]) / found.scales[-1, :n] / 8
-    noise = max(float(ulps.max(initial=0.0)), NOISE_PART * found.relative_noise)
-    return max(finer * SMALLEST_TOLERANCE[found.stiff], noise)
+    steps = finer * ulps(problem.y0[:n]) / coarse.scales[-1, :n] / 8
+    noise = max(float(steps.max(initial=0.0)), NOISE_PART * coarse.relative_noise)
+    return max(finer * _SMALLEST_TOLERANCE[coarse.stiff], noise)
 
 
 def tolerances(
     smallest: float, first: float, epsilon: float, attempts: list[Attempt]
 ) -> Iterator[float]:
     """Tolerances to try, until the last attempt settles the matter."""
-    tolerance = first if first > NEAR_SMALLEST * smallest else smallest
+    tolerance = first if first > _NEAR_SMALLEST * smallest else smallest
     yield tolerance
-    while not attempts[-1].settled and len(attempts) < MOST_ATTEMPTS:
+    while not attempts[-1].settled and len(attempts) < _MOST_ATTEMPTS:
         if tolerance == smallest and not attempts[-1].loose_at_first:
             return
         if epsilon < float(np.finfo(float).eps) and not _worthwhile(attempts):
@@ -283,46 +287,48 @@ def tolerances(
 
 def _worthwhile(attempts: list[Attempt]) -> bool:
     """Whether the last attempt got clearly further than the one before."""
-    reached = [attempt.judge().samples for attempt in attempts[-2:]]
-    return len(reached) < 2 or reached[1] > WORTHWHILE * reached[0]
+    reached = [attempt.error_estimate().samples for attempt in attempts[-2:]]
+    return len(reached) < 2 or reached[1] > _WORTHWHILE * reached[0]
 
 
 def _measured(
     problem: InitialValueProblem,
     eps: float,
-    found: Pilot,
+    coarse: CoarseResult,
     attempts: list[Attempt],
     stopped: bool,
     seconds: float,
 ) -> Measured:
-    best = max(attempts, key=lambda attempt: attempt.judge().samples)
-    judged = best.judge()
+    best = max(attempts, key=lambda attempt: attempt.error_estimate().samples)
+    estimate = best.error_estimate()
     events = best.events
     return Measured(
-        states=first_rows(best.run.rows, judged.samples),
-        scales=judged.scales,
-        estimate=judged.estimate,
+        states=first_rows(best.run.rows, estimate.samples),
+        scales=estimate.scales,
+        estimate=estimate.estimate,
         failure=best.failure,
         stopped=stopped,
         method=best.run.method.name,
-        choice=why(found, problem.longest_step),
+        choice=reason_for_method(coarse, problem.longest_step),
         steps=best.run.steps,
         evaluations=best.run.evaluations,
-        all_evaluations=found.evaluations + sum(a.evaluations for a in attempts),
+        all_evaluations=coarse.evaluations + sum(a.evaluations for a in attempts),
         run_seconds=best.run_seconds,
         estimate_seconds=seconds - best.run_seconds,
         wider=best.wider,
-        switches=until(best.run.switches, problem, judged.samples),
+        switches=switches_until(best.run.switches, problem, estimate.samples),
         began=best.run.began,
-        unclear=_unclear(best, judged.samples, problem.times),
-        exempt=_exempt(events, problem.times, best.run.rows, judged.samples),
-        obstacle=obstacle([attempt.judge() for attempt in attempts if attempt.complete], eps)
-        if judged.samples < len(problem.times)
+        unclear=_unclear(best, estimate.samples, problem.times),
+        exempt=_exempt(events, problem.times, best.run.rows, estimate.samples),
+        limiting_component=limiting_component(
+            [attempt.error_estimate() for attempt in attempts if attempt.complete], eps
+        )
+        if estimate.samples < len(problem.times)
         else None,
     )
 
 
-def _exempt(events: Agreement | None, times: Rows, states: Rows, samples: int) -> Array:
+def _exempt(events: EventAgreement | None, times: Rows, states: Rows, samples: int) -> Array:
     """The times at which velocities are as close to a jump as the error of its time."""
     if events is None:
         return np.empty(0)
@@ -330,7 +336,7 @@ def _exempt(events: Agreement | None, times: Rows, states: Rows, samples: int) -
     return np.concatenate([part[events.exempt(part)] for part in parts])
 
 
-def _unclear(best: Attempt, samples: int, times: Rows) -> Unclear | None:
+def _unclear(best: Attempt, samples: int, times: Rows) -> UnclearContacts | None:
     """The contacts at which the promise ends, None where it does not, or elsewhere."""
     if best.events is None or samples == len(times):
         return None
@@ -338,19 +344,19 @@ def _unclear(best: Attempt, samples: int, times: Rows) -> Unclear | None:
     return best.events.unclear(kept, lost, best.run.switches)
 
 
-def obstacle(verdicts: Sequence[Verdict], eps: float) -> Obstacle | None:
+def limiting_component(estimates: Sequence[ErrorEstimate], eps: float) -> LimitingComponent | None:
     """Of what came closest of complete attempts, where a little less accuracy could be had."""
-    if not verdicts:
+    if not estimates:
         return None
-    nearest = min(verdicts, key=lambda verdict: verdict.excess)
+    nearest = min(estimates, key=lambda estimate: estimate.excess)
     worst = int(nearest.errors.argmax())
     error, every = float(nearest.errors[worst]), nearest.excess * eps
-    if error < every * (1 - 1e-9) or error > NEARLY * eps:
+    if error < every * (1 - 1e-9) or error > _NEARLY * eps:
         return None
-    return Obstacle(worst, error, float(nearest.last[worst]))
+    return LimitingComponent(worst, error, float(nearest.last[worst]))
 
 
-def until(
+def switches_until(
     switches: Sequence[Switch], problem: InitialValueProblem, samples: int
 ) -> tuple[Switch, ...]:
     """Those up to the last of so many samples, and the end of bounces next behind it."""
@@ -360,14 +366,14 @@ def until(
     return (*inside, *([] if all_of_them else beyond[:1]))
 
 
-def why(found: Pilot, usual: float) -> str:
+def reason_for_method(coarse: CoarseResult, usual: float) -> str:
     """Why the pilot's method is taken, in words; ``usual``: the longest step of most runs."""
-    if found.stiff:
+    if coarse.stiff:
         return "a coarse trial found the system stiff: an implicit method needs fewer evaluations"
-    reason, by_gauss = "an explicit method of high order", found.method is INTEGRATORS["Gauss16"]
-    if found.method is INTEGRATORS["taylor"]:
+    reason, by_gauss = "an explicit method of high order", coarse.method is INTEGRATORS["Gauss16"]
+    if coarse.method is INTEGRATORS["taylor"]:
         reason = "series that are compiled without a compiler of C"
-    if found.longest_step > usual:
+    if coarse.longest_step > usual:
         reason = "collocation at eight points" if by_gauss else reason
         reason += ", in long steps: nothing sharp is near the motion, around which it is analytic"
     elif by_gauss:
@@ -375,7 +381,7 @@ def why(found: Pilot, usual: float) -> str:
     return f"no stiffness was found: {reason}"
 
 
-def only_the_start(problem: InitialValueProblem, seconds: float) -> Measured:
+def start_alone(problem: InitialValueProblem, seconds: float) -> Measured:
     """The start alone, where nothing else was finished before the run was stopped."""
     states = problem.y0[None, :].copy()
     return Measured(

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.runs.problem import InitialValueProblem, RunningScales, spacing
+from lagrange_cli.simulate.runs.problem import InitialValueProblem, RunningScales, ulps
 
-__all__ = ["FLOOR_ULPS", "Judging", "Verdict", "verdict"]
+__all__ = ["FLOOR_ULPS", "ErrorEstimate", "RunningEstimate", "error_estimate"]
 
 #: Units in the last place below which nothing is promised.
 FLOOR_ULPS = 4.0
 
 
 @dataclass(frozen=True)
-class Verdict:
+class ErrorEstimate:
     """How many samples hold, with which estimate; ``excess`` is how far the last is off.
 
     ``errors`` are those of each number of the state at the last sample that all runs
@@ -31,7 +31,7 @@ class Verdict:
     last: Array
 
 
-class Judging:
+class RunningEstimate:
     """Looks at the samples of a run in parts, in order; ``start`` is the first of them."""
 
     def __init__(self, problem: InitialValueProblem, eps: float, start: Array) -> None:
@@ -39,7 +39,7 @@ class Judging:
         self._eps, self._n, self._seen = eps, n, 0
         self._scales = RunningScales(problem, start)
         self._worst, self._size = np.zeros((1, 2 * n)), np.zeros((1, n))
-        self._found: Verdict | None = None
+        self._found: ErrorEstimate | None = None
 
     def add(self, states: Array, errors: Array, beside: Array) -> None:
         """Take further samples.
@@ -55,7 +55,7 @@ class Judging:
         errors = _largest_so_far(self._worst, errors)
         sizes = _largest_so_far(self._size, np.abs(states[:, :n]))
         self._worst, self._size = errors[-1:].copy(), sizes[-1:]
-        errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * spacing(sizes))
+        errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * ulps(sizes))
         scales = self._scales.add(states)
         each = errors / scales
         ratios = np.maximum(each.max(axis=1), beside)
@@ -67,24 +67,24 @@ class Judging:
             at = int(good[-1])
             held = self._seen + at + 1, float(ratios[at]), scales[at]
         else:
-            before = self.verdict
+            before = self.estimate
             held = before.samples, before.estimate, before.scales
-        self._found = Verdict(*held, *rest)
+        self._found = ErrorEstimate(*held, *rest)
         self._seen += len(states)
 
     @property
-    def verdict(self) -> Verdict:
+    def estimate(self) -> ErrorEstimate:
         assert self._found is not None
         return self._found
 
 
-def verdict(
+def error_estimate(
     problem: InitialValueProblem, eps: float, states: Array, errors: Array, beside: Array
-) -> Verdict:
+) -> ErrorEstimate:
     """How far the estimate of a run stays below ``eps``, of all its samples at once."""
-    judging = Judging(problem, eps, states[0])
-    judging.add(states, errors, beside)
-    return judging.verdict
+    estimate_so_far = RunningEstimate(problem, eps, states[0])
+    estimate_so_far.add(states, errors, beside)
+    return estimate_so_far.estimate
 
 
 def _largest_so_far(before: Array, values: Array) -> Array:

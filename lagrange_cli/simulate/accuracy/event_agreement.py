@@ -18,11 +18,17 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     SwitchedRhs,
 )
 
-__all__ = ["Agreement", "Unclear", "agreement", "at_the_end", "end_of_bounces"]
+__all__ = [
+    "EventAgreement",
+    "UnclearContacts",
+    "contacts_near_end",
+    "event_agreement",
+    "first_zeno_time",
+]
 
 
 @dataclass(frozen=True)
-class Unclear:
+class UnclearContacts:
     """When and at which contacts a promise ends: whether runs ``differ`` in what happens, or in
     its consequences alone."""
 
@@ -32,7 +38,7 @@ class Unclear:
 
 
 @dataclass(frozen=True)
-class Agreement:
+class EventAgreement:
     """Events that all runs have, with the estimated errors of their times.
 
     ``times``, ``errors`` and ``jumps`` (whether velocities change) have one entry an
@@ -45,16 +51,18 @@ class Agreement:
     broken: float
     differing: tuple[int, ...] = ()
 
-    def unclear(self, kept: float, lost: float, switches: Sequence[Switch]) -> Unclear | None:
+    def unclear(
+        self, kept: float, lost: float, switches: Sequence[Switch]
+    ) -> UnclearContacts | None:
         """What happens to contacts where a promise ends: between two samples, of which the first
         is kept and the other is not. ``switches`` are those of the first run."""
         if self.differing:
-            return Unclear(self.broken, self.differing, differ=True)
+            return UnclearContacts(self.broken, self.differing, differ=True)
         between = [s for s in switches if kept < s.t <= lost]
         if not between:
             return None
         contacts = {s.contact for s in between}
-        return Unclear(between[0].t, tuple(sorted(contacts)), differ=False)
+        return UnclearContacts(between[0].t, tuple(sorted(contacts)), differ=False)
 
     def ratios(self, t: Array, span: float) -> Array:
         """The largest error of an event up to each time, as a part of the span."""
@@ -63,13 +71,13 @@ class Agreement:
         found = largest[np.searchsorted(self.times[order], t, side="right")]
         return np.where(t < self.broken, found, np.inf)
 
-    def but(self, graze: tuple[float, int] | None) -> Agreement:
+    def but(self, graze: tuple[float, int] | None) -> EventAgreement:
         """With a time from which on runs cannot tell whether a contact is struck."""
         if graze is None or graze[0] >= self.broken:
             return self
         return replace(self, broken=graze[0], differing=(graze[1],))
 
-    def also(self, times: Array, errors: Array) -> Agreement:
+    def also(self, times: Array, errors: Array) -> EventAgreement:
         """With jumps behind the end of the runs."""
         return replace(
             self,
@@ -88,13 +96,13 @@ class Agreement:
         return np.asarray(near.any(axis=1))
 
 
-def agreement(
+def event_agreement(
     runs: Sequence[Sequence[Switch]],
     reached: Sequence[float],
     weights: Sequence[float],
     end: float = np.inf,
     near: float = 0.0,
-) -> Agreement:
+) -> EventAgreement:
     """Compare the events of a run, the first, with those of others, contact by contact.
 
     So events of different contacts at one time may come in any order.
@@ -129,7 +137,7 @@ def agreement(
             broken[contact] = first
     times, off, struck = zip(*matched, strict=True) if matched else ((), (), ())
     begins = min(broken.values(), default=np.inf)
-    return Agreement(
+    return EventAgreement(
         np.array(times),
         np.array(off),
         np.array(struck, dtype=bool),
@@ -138,7 +146,7 @@ def agreement(
     )
 
 
-def at_the_end(
+def contacts_near_end(
     rhs: SwitchedRhs, closed: Flags, t: float, y: Array, errors: Array
 ) -> tuple[Array, Array]:
     """Times of contacts that may as well close before a run ends, at t, as behind that.
@@ -162,6 +170,6 @@ def at_the_end(
     return times, np.abs(times - t) + noise[falls] / np.abs(speeds[falls])
 
 
-def end_of_bounces(switches: Sequence[Switch]) -> float:
+def first_zeno_time(switches: Sequence[Switch]) -> float:
     """When the first sequence of ever shorter bounces ends; infinity where none does."""
     return min((s.t for s in switches if s.kind == "zeno"), default=np.inf)

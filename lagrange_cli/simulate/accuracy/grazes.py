@@ -19,11 +19,11 @@ __all__ = ["Grazes", "first_graze"]
 
 #: Units in the last place of what a gap is the difference of, and of how far things move, to which
 #: no run knows it.
-ROUNDING = 32 * 2.0**-52
+_ROUNDING = 32 * 2.0**-52
 
 #: How far below the accuracy the effect of an impact must be for it not to matter whether there
 #: is one, as what follows may let it grow.
-NEGLIGIBLE = 1e-3
+_NEGLIGIBLE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Grazes:
         """To what a gap's least value is known, of which runs differ by ``spread``."""
         n = len(dip.gradient)
         moves = float(np.abs(dip.gradient) @ self.scales[:n])
-        return spread + ROUNDING * (dip.size + moves)
+        return spread + _ROUNDING * (dip.size + moves)
 
     def most(self, dip: Dip) -> float:
         """As much as a gap can be off where the accuracy is kept."""
@@ -51,7 +51,7 @@ class Grazes:
             return True
         n, speed = len(dip.gradient), np.sqrt(2 * dip.bend * depth)
         change = np.abs(self._impact(dip, speed))
-        allowed = NEGLIGIBLE * self.eps * self.scales
+        allowed = _NEGLIGIBLE * self.eps * self.scales
         kept = (change <= allowed[n:]) & (change * (self.end - dip.t) <= allowed[:n])
         return not bool(kept.all())
 

@@ -11,14 +11,14 @@ import numpy as np
 from lagrange_cli.simulate.accuracy.coarse_run import (
     COARSE,
     COARSE_TOLERANCES,
-    Tracker,
+    CoarseRun,
     few_steps,
     steady_time,
 )
 from lagrange_cli.simulate.accuracy.roundoff import NOISE_PART, noise_of_step
-from lagrange_cli.simulate.accuracy.stiffness import probe
+from lagrange_cli.simulate.accuracy.stiffness import stiffness_trial
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.checkpoint.checkpoint import Keeper
+from lagrange_cli.simulate.checkpoint.checkpoint import CheckpointWriter
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.integrators.base import Rhs, State
@@ -29,33 +29,39 @@ from lagrange_cli.simulate.integrators.piecewise import pieces
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.run import Run
 from lagrange_cli.simulate.samples.rows import Grid, thinned
-from lagrange_cli.simulate.sharpness.analyticity import Sight, longest_step
+from lagrange_cli.simulate.sharpness.analyticity import AnalyticDiscs, longest_step
 from lagrange_cli.simulate.sharpness.peaks import watching
 
-__all__ = ["Pilot", "explicit_method", "pilot", "pilot_or_before", "suits_gauss"]
+__all__ = [
+    "CoarseResult",
+    "coarse_result",
+    "explicit_method",
+    "restored_or_coarse_result",
+    "suits_gauss",
+]
 
 #: Right-hand sides of a motion of few steps from which on another method is tried.
-WORTH_TRYING = 300
+_WORTH_TRYING = 300
 
 #: A step beside the time in which accelerations stay about what they are.
-STEADY_STEPS = 0.1
+_STEADY_STEPS = 0.1
 
 #: States at which rounding of the right-hand side is looked at.
-NOISE_SAMPLES = 16
+_NOISE_SAMPLES = 16
 
 #: Numbers of the samples of the coarse run, where those that are asked for are not in memory.
-MOST = 2**20
+_MOST = 2**20
 
 #: Right-hand sides after which the explicit run pauses to ask whether the system is stiff.
-PROBE_AFTER = 20_000
+_PROBE_AFTER = 20_000
 
 #: The tolerance from which on Gauss16 takes about as few right-hand sides as DOP853, or fewer;
 #: side by side, eight cost little more than one or two.
-FINE = 2e-11
+_FINE = 2e-11
 
 
 @dataclass(frozen=True)
-class Pilot:
+class CoarseResult:
     """What the coarse run found.
 
     ``scales`` of q and q̇ so far at each sample it reached, shape (samples,
@@ -102,7 +108,7 @@ class Pilot:
         part = min(self._own(samples) / len(self.scales), 1.0)
         return np.asarray(self.noise[round(part * (len(self.noise) - 1))])
 
-    def finer(self, factor: float) -> Pilot:
+    def finer(self, factor: float) -> CoarseResult:
         """The same found with arithmetic whose rounding is that part of doubles'."""
         return replace(self, noise=factor * self.noise)
 
@@ -112,7 +118,7 @@ class Pilot:
         return {**numbers, "method": self.method.name}
 
     @classmethod
-    def restored(cls, state: State) -> Pilot:
+    def restored(cls, state: State) -> CoarseResult:
         """What :meth:`state` was made of."""
         return cls(**{**state, "method": INTEGRATORS[state["method"]]})
 
@@ -121,34 +127,34 @@ class Pilot:
         return self.method.implicit
 
 
-def pilot_or_before(
+def restored_or_coarse_result(
     problem: InitialValueProblem,
     tolerance: float,
     watch: Watch,
-    keeper: Keeper | None,
+    keeper: CheckpointWriter | None,
     *,
     looks: bool = False,
-) -> Pilot:
+) -> CoarseResult:
     """What the pilot finds, or found before a run was interrupted that goes on."""
     if keeper is not None and keeper.before is not None:
-        return Pilot.restored(keeper.before["pilot"])
-    return pilot(problem, tolerance, watch, looks=looks)
+        return CoarseResult.restored(keeper.before["pilot"])
+    return coarse_result(problem, tolerance, watch, looks=looks)
 
 
-def pilot(
+def coarse_result(
     problem: InitialValueProblem, tolerance: float, watch: Watch, *, looks: bool = False
-) -> Pilot:
+) -> CoarseResult:
     """Run coarsely over the whole problem; ``tolerance`` is what the finer runs will use.
 
     Where it ``looks``, steps are as long as :mod:`.sharpness.analyticity` shows that they may be.
     """
     many = isinstance(problem.times, Grid)
-    stride = -(-len(problem.times) * len(problem.y0) // MOST) if many else 1
+    stride = -(-len(problem.times) * len(problem.y0) // _MOST) if many else 1
     problem, spent = replace(watching(problem), times=thinned(problem.times, stride)), 0
-    sight = Sight(problem)
+    sight = AnalyticDiscs(problem)
     # What has a kink is analytic in no disc around it.
     looks = looks and surfaces_of(problem.rhs) is None
-    reach = sight.first(Tracker(problem, watch, COARSE).places[0]) if looks else 0.0
+    reach = sight.first(CoarseRun(problem, watch, COARSE).places[0]) if looks else 0.0
     for coarse in COARSE_TOLERANCES:
         tracker, run, method, more = _tracked(problem, coarse, tolerance, reach, watch)
         spent += more
@@ -168,14 +174,16 @@ def pilot(
     closest, first_step = tracker.closest, tracker.first_step
     between = tracker.between(run)
     sharp = tracker.explicit.remade + run.remade > 0
-    return Pilot(scales, noise, closest, method, first_step, longest, spent, between, stride, sharp)
+    return CoarseResult(
+        scales, noise, closest, method, first_step, longest, spent, between, stride, sharp
+    )
 
 
 def _method_of_tame(
     problem: InitialValueProblem,
     method: type[Integrator],
     tolerance: float,
-    tracker: Tracker | None,
+    tracker: CoarseRun | None,
 ) -> tuple[type[Integrator], int]:
     """What takes the fewest right-hand sides where long steps lead through a motion, and what it
     cost to find that; ``tracker``: the one that was at the tolerance to come, if it was.
@@ -185,17 +193,17 @@ def _method_of_tame(
     """
     names, rhs = ("DOP853", "Gauss16"), problem.rhs
     suits = isinstance(rhs, NativeRhs) and pieces(rhs) is None
-    if method.name not in names or not suits or tolerance > FINE:
+    if method.name not in names or not suits or tolerance > _FINE:
         return method, 0
     if tracker is None:
         return INTEGRATORS[names[not suits_gauss(rhs)]], 0
     by_gauss, cost = False, 0
-    if suits_gauss(rhs) and tracker.explicit.evaluations > WORTH_TRYING:
+    if suits_gauss(rhs) and tracker.explicit.evaluations > _WORTH_TRYING:
         by_gauss, cost = _cheaper_by_gauss(problem, tracker)
     return INTEGRATORS[names[by_gauss]], cost
 
 
-def _cheaper_by_gauss(problem: InitialValueProblem, tracker: Tracker) -> tuple[bool, int]:
+def _cheaper_by_gauss(problem: InitialValueProblem, tracker: CoarseRun) -> tuple[bool, int]:
     """Whether Gauss16 takes less than the tracker's run for about half of the way, and what it
     cost to find that."""
     trial = Run(INTEGRATORS["Gauss16"], problem, tracker.control_of_trial)
@@ -209,23 +217,23 @@ def _cheaper_by_gauss(problem: InitialValueProblem, tracker: Tracker) -> tuple[b
 
 def _tracked(
     problem: InitialValueProblem, coarse: float, tolerance: float, reach: float, watch: Watch
-) -> tuple[Tracker, Run, type[Integrator], int]:
+) -> tuple[CoarseRun, Run, type[Integrator], int]:
     """A coarse run with sight of so much, the method for further ones, and what both cost."""
     finer = min(coarse, tolerance) if few_steps(problem, reach) else coarse
-    tracker = Tracker(problem, watch, finer, reach)
+    tracker = CoarseRun(problem, watch, finer, reach)
     run, method, trial = _followed(problem, tracker, tolerance, watch)
     return tracker, run, method, trial + run.evaluations
 
 
 def _followed(
-    problem: InitialValueProblem, tracker: Tracker, tolerance: float, watch: Watch
+    problem: InitialValueProblem, tracker: CoarseRun, tolerance: float, watch: Watch
 ) -> tuple[Run, type[Integrator], int]:
     """A coarse run to the end, the method for further ones, and what it cost to find that."""
     run, method = tracker.explicit, explicit_method(problem, tolerance)
-    if tracker.go(run, PROBE_AFTER) or tracker.too_close:
+    if tracker.go(run, _PROBE_AFTER) or tracker.too_close:
         return run, method, 0
     least = NOISE_PART * noise_of_step(problem, run.t, run.y, tracker.step_at(run.t))
-    probed = probe(problem, run.t, run.y, tolerance, tracker.seen(), least, watch)
+    probed = stiffness_trial(problem, run.t, run.y, tolerance, tracker.seen(), least, watch)
     spent = probed.evaluations
     if probed.stiff:
         method, spent = INTEGRATORS["Radau"], spent + run.evaluations
@@ -251,7 +259,7 @@ def explicit_method(problem: InitialValueProblem, tolerance: float) -> type[Inte
     """The method for motion that is not stiff."""
     if suits_taylor(problem.rhs, len(problem.y0)):
         return INTEGRATORS["taylor"]
-    fits = tolerance <= FINE and suits_gauss(problem.rhs)
+    fits = tolerance <= _FINE and suits_gauss(problem.rhs)
     return INTEGRATORS["Gauss16" if fits else "DOP853"]
 
 
@@ -259,13 +267,13 @@ def _noise(problem: InitialValueProblem, run: Run, step_at: Callable[[float], fl
     """How far rounding moves a step of mean size, or of the size there if smaller, so far."""
     if run.steps == 0:
         return np.zeros((1, len(problem.y0)))
-    picked = np.linspace(0, run.filled - 1, NOISE_SAMPLES).round().astype(int)
+    picked = np.linspace(0, run.filled - 1, _NOISE_SAMPLES).round().astype(int)
     most = min(run.mean_step, problem.longest_step)
     steady, each = steady_time(problem, most), []
     for k in picked.tolist():
         t = float(problem.times[k])
         # At the start steps are short because motion that begins has no scale yet.
-        least = STEADY_STEPS * steady if k == 0 else 0.0
+        least = _STEADY_STEPS * steady if k == 0 else 0.0
         h = min(max(step_at(t), least), most)
         each.append(noise_of_step(problem, t, run.states[k], h))
     return np.maximum.accumulate(np.array(each), axis=0)

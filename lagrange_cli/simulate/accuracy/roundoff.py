@@ -17,7 +17,7 @@ NOISE_PART = 1 / 16
 
 #: Patterns in which the last places of a state are moved: numbers that are close to each other,
 #: and whose difference matters, may move alike in one of them.
-PATTERNS = (1, 2, 3)
+_PATTERNS = (1, 2, 3)
 
 
 def noise_of_step(problem: InitialValueProblem, t: float, y: Array, h: float) -> Array:
@@ -36,7 +36,7 @@ def noise_of_step(problem: InitialValueProblem, t: float, y: Array, h: float) ->
     rhs, *disturbed = _on_one_side(problem.rhs, *problem.disturbed, t=t, y=y)
     exact = rhs(t, y)
     moved = [off(t, y) for off in disturbed]
-    moved += [rhs(t, off_by_one_ulp(y, pattern)) for pattern in PATTERNS]
+    moved += [rhs(t, off_by_one_ulp(y, pattern)) for pattern in _PATTERNS]
     noise = h * np.abs(np.array(moved) - exact).max(axis=0)
     noise = np.where(np.isfinite(noise), noise, 0.0)
     n = len(y) // 2

@@ -12,30 +12,30 @@ from lagrange_cli.simulate.integrators import INTEGRATORS, Control
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.run import Run
 
-__all__ = ["Probe", "probe"]
+__all__ = ["StiffnessTrial", "stiffness_trial"]
 
 #: Right-hand sides that each method may take.
-LONGEST_TRIAL = 4_000
+_LONGEST_TRIAL = 4_000
 
 #: How much farther the implicit method must come: its steps cost more besides.
-AHEAD = 2.0
+_AHEAD = 2.0
 
 #: First step of the trial as a part of the span.
-FIRST_STEP = 1e-8
+_FIRST_STEP = 1e-8
 
 #: Finest tolerance at which the trial is made.
-FINEST = 1e-12
+_FINEST = 1e-12
 
 
 @dataclass(frozen=True)
-class Probe:
+class StiffnessTrial:
     """Whether the implicit method came farther, and what the trial cost."""
 
     stiff: bool
     evaluations: int
 
 
-def probe(
+def stiffness_trial(
     problem: InitialValueProblem,
     t: float,
     y: Array,
@@ -43,27 +43,27 @@ def probe(
     scales: Array,
     least: Array,
     watch: Watch,
-) -> Probe:
+) -> StiffnessTrial:
     """Let both methods start from (t, y), past any initial layer, at the tolerance to come.
 
     ``least``: the smallest absolute tolerance, below which steps only chase rounding.
     """
     rest = replace(problem, y0=y, times=np.array([t, problem.until]))
-    tolerance = max(tolerance, FINEST)
+    tolerance = max(tolerance, _FINEST)
     n = len(problem.kinds)
     reached, evaluations = [], 0
     for name in ("DOP853", "Radau"):
         control = Control(
             rtol=np.repeat([0.0, tolerance], n),
             atol=np.maximum(tolerance * scales, least),
-            first_step=problem.span * FIRST_STEP,
+            first_step=problem.span * _FIRST_STEP,
             max_step=problem.longest_step,
         )
         run = Run(INTEGRATORS[name], rest, control)
-        while run.go(len(rest.times), most_evaluations=LONGEST_TRIAL - run.evaluations):
+        while run.go(len(rest.times), most_evaluations=_LONGEST_TRIAL - run.evaluations):
             watch((t - problem.start) / problem.span)
-            if run.evaluations >= LONGEST_TRIAL:
+            if run.evaluations >= _LONGEST_TRIAL:
                 break
         reached.append(run.t - t)
         evaluations += run.evaluations
-    return Probe(reached[1] > AHEAD * reached[0], evaluations)
+    return StiffnessTrial(reached[1] > _AHEAD * reached[0], evaluations)

@@ -8,29 +8,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.simulate.accuracy.coarse_run import LEAST
-from lagrange_cli.simulate.accuracy.method_selection import Pilot
+from lagrange_cli.simulate.accuracy.method_selection import CoarseResult
 from lagrange_cli.simulate.accuracy.roundoff import NOISE_PART
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import Control, Integrator
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.samples.rows import first_from
 
-__all__ = ["Steering"]
+__all__ = ["ToleranceSchedule"]
 
 #: Part of the tolerance that does not shrink with |y|, usually and at least.
-ABSOLUTE_PART, LEAST_PART = 0.1, 1e-12
+_ABSOLUTE_PART, _LEAST_PART = 0.1, 1e-12
 
 #: How small a scale so far is taken to be beside the last, at each attempt:
 #: motion that grows from almost nothing may need it resolved.
-SMALLEST_SCALE = (1e-9, 1e-60, 0.0)
+_SMALLEST_SCALE = (1e-9, 1e-60, 0.0)
 
 
-class Steering:
+class ToleranceSchedule:
     """Tolerances of the attempt of that ``number`` at a problem of which a pilot found scales."""
 
-    def __init__(self, problem: InitialValueProblem, found: Pilot, number: int) -> None:
-        self._problem, self._found = problem, found
-        self._smallest = SMALLEST_SCALE[min(number, len(SMALLEST_SCALE) - 1)]
+    def __init__(self, problem: InitialValueProblem, coarse: CoarseResult, number: int) -> None:
+        self._problem, self._coarse = problem, coarse
+        self._smallest = _SMALLEST_SCALE[min(number, len(_SMALLEST_SCALE) - 1)]
 
     def control(
         self, method: type[Integrator], tolerance: float, first_step: float, longest: float
@@ -46,39 +46,39 @@ class Steering:
 
     def absolute(self, tolerance: float, samples: int) -> Array:
         """The absolute tolerance after a number of samples, not below the noise."""
-        whole, samples = self._found.scales[-1], max(samples, self._in_first_step)
-        so_far = np.maximum(self._found.scales_so_far(samples), self._smallest * whole)
+        whole, samples = self._coarse.scales[-1], max(samples, self._in_first_step)
+        so_far = np.maximum(self._coarse.scales_so_far(samples), self._smallest * whole)
         absolute = tolerance * np.where(self._sweeping, self._part * so_far, whole)
-        noise = NOISE_PART * self._found.noise_so_far(samples)
+        noise = NOISE_PART * self._coarse.noise_so_far(samples)
         return np.asarray(np.maximum(absolute, noise + LEAST))
 
     @property
     def tame(self) -> bool:
         """Whether the motion is known to have nothing sharp, so that few steps lead through it."""
-        return self._found.longest_step > self._problem.longest_step
+        return self._coarse.longest_step > self._problem.longest_step
 
     @property
     def loose_at_first(self) -> bool:
         """Whether a smaller scale than the motion so far had bounds the absolute tolerance."""
-        return bool((self._found.scales[0] < self._smallest * self._found.scales[-1]).any())
+        return bool((self._coarse.scales[0] < self._smallest * self._coarse.scales[-1]).any())
 
     @cached_property
     def _in_first_step(self) -> int:
         """Samples by whose scale the first step is judged: those in it where it is a long one."""
         if not self.tame:
             return 1
-        first = self._problem.start + self._found.first_step
+        first = self._problem.start + self._coarse.first_step
         return first_from(self._problem.times, first) + 1
 
     @cached_property
     def _sweeping(self) -> NDArray[np.bool_]:
         n = len(self._problem.kinds)
-        sweeping = np.abs(self._problem.y0) <= self._found.scales[-1]
+        sweeping = np.abs(self._problem.y0) <= self._coarse.scales[-1]
         sweeping[:n] &= ~self._problem.angles
         return np.asarray(sweeping)
 
     @cached_property
     def _part(self) -> Array:
         """Part of the tolerance that does not shrink with |y|: less where y comes close to 0."""
-        part = 1.0 if self.tame else ABSOLUTE_PART
-        return np.maximum(part * self._found.closest, LEAST_PART)
+        part = 1.0 if self.tame else _ABSOLUTE_PART
+        return np.maximum(part * self._coarse.closest, _LEAST_PART)

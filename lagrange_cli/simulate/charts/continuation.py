@@ -21,43 +21,43 @@ from numpy.typing import NDArray
 
 from lagrange_cli.simulate.arrays import Array
 
-__all__ = ["Followed", "Samples", "Turning", "follow"]
+__all__ = ["AngleReversal", "ContinuedCoordinates", "KnownMotion", "continue_coordinates"]
 
 #: A function of a chart: t, [q, v] → numbers.
 Function = Callable[[float, Array], Array]
 
 #: Steps of Newton's method, and the last one beside the size of the coordinates.
-NEWTON, SMALLEST = 30, 1e-13
+_NEWTON, _SMALLEST = 30, 1e-13
 
 #: Misfit of a position, beside its size, that no coordinates of the chart account for.
-MISFIT = 1e-6
+_MISFIT = 1e-6
 
 #: Part of a step that its rates may leave open, the smallest step of which that is asked,
 #: and the largest step.
-LOOSE, LEAST, MOST = 0.2, 1e-3, 1.0
+_LOOSE, _LEAST, _MOST = 0.2, 1e-3, 1.0
 
 #: How much alike the tangent planes at the ends of a step must be: the cosine between them.
-ALIKE = 0.25
+_ALIKE = 0.25
 
 #: Values of all coordinates from which they are looked for where no start is given.
-GUESSES = (0.5, -0.5, 1.0, 2.0)
+_GUESSES = (0.5, -0.5, 1.0, 2.0)
 
 #: Halvings of the time between two samples, and positions that are looked at, for each
 #: sample and besides, before coordinates are given up.
-HALVINGS, EACH, BESIDES = 60, 16, 4000
+_HALVINGS, _EACH, _BESIDES = 60, 16, 4000
 
 #: A direction that moves the positions by less than this part of what others do moves nothing.
-NOTHING = 1e-9
+_NOTHING = 1e-9
 
 #: How much more than half a turn an angle may turn where the motion passes a singular place, for
 #: how well positions are known beside it.
-BEYOND = 0.3
+_BEYOND = 0.3
 
 #: How many times the uncertainty of positions a chart must keep away from its singular places.
-CLEAR = 10.0
+_CLEAR = 10.0
 
 
-class Samples(NamedTuple):
+class KnownMotion(NamedTuple):
     """Times (m,), positions and velocities (m, k), and how well the positions are known (k,)."""
 
     t: Array
@@ -67,7 +67,7 @@ class Samples(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Turning:
+class AngleReversal:
     """What is known of the coordinates whose rates move nothing at singular places.
 
     ``angles`` (n,): which coordinates are angles. ``steady`` (n,): whose rates are proven to
@@ -80,7 +80,7 @@ class Turning:
 
 
 @dataclass(frozen=True)
-class Followed:
+class ContinuedCoordinates:
     """Coordinates and rates (m, n) at the samples that were reached; sensitivities; losses.
 
     ``amplification`` (m, n): largest change of each coordinate for a change of the
@@ -103,15 +103,15 @@ class _UnknownError(Exception):
     """Nothing tells which of several coordinates a position has past a singular place."""
 
 
-def follow(
-    samples: Samples,
+def continue_coordinates(
+    samples: KnownMotion,
     start: Array | None,
     number: int,
     positions: Function,
     velocities: Function,
     deadline: float = np.inf,
-    turning: Turning | None = None,
-) -> Followed:
+    turning: AngleReversal | None = None,
+) -> ContinuedCoordinates:
     """Find coordinates and rates of a chart at all samples, or as many as can be followed.
 
     Parameters
@@ -149,11 +149,11 @@ class _Point:
 
 @dataclass
 class _Follower:
-    samples: Samples
+    samples: KnownMotion
     positions: Function
     velocities: Function
     deadline: float
-    turning: Turning | None = None
+    turning: AngleReversal | None = None
     looks: int = 0
     lost: list[tuple[float, float]] = field(default_factory=list)
     unknown: float | None = None
@@ -162,7 +162,7 @@ class _Follower:
     _before: _Point | None = None
     _angle: int = 0
 
-    def run(self, start: Array | None, n: int) -> Followed:
+    def run(self, start: Array | None, n: int) -> ContinuedCoordinates:
         t, r, w, _ = self.samples
         if start is None:
             found = self._begun(n)
@@ -174,14 +174,14 @@ class _Follower:
         try:
             for k in range(len(found), len(t)):
                 between = (k - 1, k)
-                found.append(self._advance(found[-1], float(t[k]), r[k], w[k], between, HALVINGS))
+                found.append(self._advance(found[-1], float(t[k]), r[k], w[k], between, _HALVINGS))
         except _GivenUpError:
             pass
         except _UnknownError:
             # What was chosen since the place was reached is not known either.
             self.unknown = self._before.t if self._before is not None else float(t[0])
             found = [p for p in found if p.t <= self.unknown]
-        return Followed(
+        return ContinuedCoordinates(
             np.array([p.q for p in found]),
             np.array([p.v for p in found]),
             np.array([p.amplification for p in found]),
@@ -200,7 +200,7 @@ class _Follower:
         t, r, w, _ = self.samples
         found: list[_Point] = []
         for k in range(len(t)):
-            guesses = [np.full(n, x) for x in GUESSES]
+            guesses = [np.full(n, x) for x in _GUESSES]
             tried = [self._arrive(float(t[k]), guess, r[k], w[k]) for guess in guesses]
             clear = [p for p in tried if p.clear and np.isfinite(p.amplification).all()]
             if clear:
@@ -215,7 +215,7 @@ class _Follower:
         self._look()
         step = t - here.t
         moved = here.v * step
-        there = self._arrive(t, here.q + np.clip(moved, -MOST, MOST), r, w)
+        there = self._arrive(t, here.q + np.clip(moved, -_MOST, _MOST), r, w)
         if here.clear and self._before is None:
             self._last_clear = here
         if self._is_accounted_for(here, there, step):
@@ -229,7 +229,7 @@ class _Follower:
 
     def _look(self) -> None:
         self.looks += 1
-        most = EACH * len(self.samples.t) + BESIDES
+        most = _EACH * len(self.samples.t) + _BESIDES
         if self.looks > most or time.perf_counter() > self.deadline:
             raise _GivenUpError
 
@@ -284,8 +284,8 @@ class _Follower:
         guess[number] += sense * np.pi
         found = self._arrive(there.t, guess, there.r, there.w)
         turn = sense * float(found.q[number] - before.q[number])
-        alike = _alikeness(before.jacobian, found.jacobian) >= ALIKE
-        if not (before.clear and found.clear and alike and 0 < turn < np.pi + BEYOND):
+        alike = _alikeness(before.jacobian, found.jacobian) >= _ALIKE
+        if not (before.clear and found.clear and alike and 0 < turn < np.pi + _BEYOND):
             raise _UnknownError
         self._before = None
         return found
@@ -294,10 +294,10 @@ class _Follower:
     def _is_accounted_for(here: _Point, there: _Point, step: float) -> bool:
         change = there.q - here.q
         expected = (here.v + there.v) / 2 * step
-        size = np.maximum(np.maximum(np.abs(change), np.abs(expected)), LEAST)
-        near = (np.abs(change - expected) <= LOOSE * size).all()
-        alike = _alikeness(here.jacobian, there.jacobian) >= ALIKE
-        return bool(near and alike and (np.abs(change) <= MOST).all())
+        size = np.maximum(np.maximum(np.abs(change), np.abs(expected)), _LEAST)
+        near = (np.abs(change - expected) <= _LOOSE * size).all()
+        alike = _alikeness(here.jacobian, there.jacobian) >= _ALIKE
+        return bool(near and alike and (np.abs(change) <= _MOST).all())
 
     @staticmethod
     def _is_lost(here: _Point, there: _Point) -> bool:
@@ -319,26 +319,26 @@ class _Follower:
     def _arrive(self, t: float, guess: Array, r: Array, w: Array) -> _Point:
         """The coordinates of a position near a guess, with their rates."""
         q, n = guess.copy(), len(guess)
-        for _ in range(NEWTON):
+        for _ in range(_NEWTON):
             miss = r - self.positions(t, np.concatenate([q, np.zeros(n)]))
             step = _least(self._jacobian(t, q)[0], miss)
             if not np.isfinite(step).all():
                 break
-            q = q + np.clip(step, -MOST, MOST)
-            if (np.abs(step) <= SMALLEST * (1 + np.abs(q))).all():
+            q = q + np.clip(step, -_MOST, _MOST)
+            if (np.abs(step) <= _SMALLEST * (1 + np.abs(q))).all():
                 break
         jacobian, drift = self._jacobian(t, q)
         v = _least(jacobian, w - drift)
         size = np.abs(r).max(initial=1e-300)
         miss = np.abs(r - self.positions(t, np.concatenate([q, np.zeros(n)]))).max()
-        there = bool(miss <= MISFIT * size)
+        there = bool(miss <= _MISFIT * size)
         if not np.isfinite(jacobian).all():
             return _Point(t, r, w, q, v, jacobian, False, np.full(n, np.inf))
         sizes = np.linalg.svd(jacobian, compute_uv=False)
-        clear = bool(sizes[-1] > NOTHING * sizes[0])
+        clear = bool(sizes[-1] > _NOTHING * sizes[0])
         spread = np.abs(np.linalg.pinv(jacobian)) @ self.samples.errors
         amplification = spread if clear and there else np.full(n, np.inf)
-        away = clear and bool((CLEAR * spread < 1).all())
+        away = clear and bool((_CLEAR * spread < 1).all())
         return _Point(t, r, w, q, v, jacobian, away, amplification)
 
     def _jacobian(self, t: float, q: Array) -> tuple[Array, Array]:
@@ -358,7 +358,7 @@ def _moving_nothing(point: _Point) -> NDArray[np.bool_]:
     if not np.isfinite(point.jacobian).all():
         return np.ones(len(point.q), dtype=bool)
     least = np.linalg.svd(point.jacobian)[2][-1]
-    return np.asarray(np.abs(least) > NOTHING)
+    return np.asarray(np.abs(least) > _NOTHING)
 
 
 def _alikeness(one: Array, two: Array) -> float:
@@ -374,4 +374,4 @@ def _least(matrix: Array, right: Array) -> Array:
     """The smallest x with matrix·x = right, NaN where there is none."""
     if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
         return np.full(matrix.shape[1], np.nan)
-    return np.asarray(np.linalg.lstsq(matrix, right, rcond=NOTHING)[0], dtype=np.float64)
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=_NOTHING)[0], dtype=np.float64)

@@ -13,20 +13,27 @@ from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.samples.rows import Rows, windows
 from lagrange_cli.simulate.system.functions import functions_of
 
-__all__ = ["NEAR", "Meeting", "first_met", "parameters_of", "place_at_start", "place_met"]
+__all__ = [
+    "NEAR_SINGULAR",
+    "SingularPassage",
+    "first_passage",
+    "parameters_of",
+    "passage_of_run",
+    "singular_start",
+]
 
 #: A factor this small beside its largest value has vanished at the start.
-VANISHED = 1e-12
+_VANISHED = 1e-12
 
 #: How many more steps between samples, at the last pace, count as having arrived.
-ARRIVED = 3.0
+_ARRIVED = 3.0
 
 #: A factor this small beside its largest value is near the place as well.
-NEAR = 1e-3
+NEAR_SINGULAR = 1e-3
 
 
 @dataclass(frozen=True)
-class Meeting:
+class SingularPassage:
     """A place, the samples before it, and whether the run went past it."""
 
     place: SingularPlace
@@ -45,28 +52,28 @@ def _factors(model: Model, t: Array, states: Array) -> Array:
     return np.array(rows, dtype=float).reshape(len(t), -1)
 
 
-def place_at_start(model: Model) -> SingularPlace | None:
+def singular_start(model: Model) -> SingularPlace | None:
     """The place at which the motion begins, if it does."""
     if model.initial is None:
         return None
     start = np.array([model.initial])
     values = _factors(model, np.array([model.defaults.start]), start)[0]
     for place, value in zip(model.singular, values, strict=True):
-        if not abs(value) > VANISHED:
+        if not abs(value) > _VANISHED:
             return place
     return None
 
 
-def place_met(model: Model, run: Trajectory) -> Meeting | None:
+def passage_of_run(model: Model, run: Trajectory) -> SingularPassage | None:
     """The first place that a run passed or ended at."""
     names = [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
     states = np.column_stack([run.columns[name] for name in names])
-    return first_met(model, run.t, states, run.status, run.requested)
+    return first_passage(model, run.t, states, run.status, run.requested)
 
 
-def first_met(
+def first_passage(
     model: Model, times: Rows, states: Rows, status: Status, accuracy: float | None
-) -> Meeting | None:
+) -> SingularPassage | None:
     """The first place that samples, of shapes (m,) and (m, 2n), passed or ended at."""
     passed, near = _barred(model, times, states)
     found = []
@@ -74,13 +81,13 @@ def first_met(
         if near.moves[number]:
             closest = near.closest[number]
             unresolved = _unresolved(model, times[closest], states[closest], number)
-            if unresolved > (accuracy or NEAR):
+            if unresolved > (accuracy or NEAR_SINGULAR):
                 passed.setdefault(number, closest)
                 passed[number] = min(passed[number], closest)
         if number in passed:
-            found.append(Meeting(place, passed[number] + 1, passed=True))
+            found.append(SingularPassage(place, passed[number] + 1, passed=True))
         elif status not in ("ok", "stopped") and near.ends(number):
-            found.append(Meeting(place, len(states), passed=False))
+            found.append(SingularPassage(place, len(states), passed=False))
     return min(found, key=lambda met: met.samples, default=None)
 
 
@@ -116,10 +123,10 @@ class _Near:
     def ends(self, number: int) -> bool:
         """Whether a factor is about to vanish at the last sample."""
         last = abs(float(self._last[-1, number]))
-        if last <= NEAR * float(self._largest[number]):
+        if last <= NEAR_SINGULAR * float(self._largest[number]):
             return True
         pace = abs(float(self._last[-2, number])) - last if len(self._last) > 1 else 0.0
-        return pace > 0 and last <= ARRIVED * pace
+        return pace > 0 and last <= _ARRIVED * pace
 
 
 def _barred(model: Model, times: Rows, states: Rows) -> tuple[dict[int, int], _Near]:

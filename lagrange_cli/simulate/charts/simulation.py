@@ -21,14 +21,19 @@ from numpy.typing import NDArray
 
 from lagrange_cli.errors import InputError, Problem, SingularError
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.charts.continuation import Followed, Samples, Turning, follow
+from lagrange_cli.simulate.charts.continuation import (
+    AngleReversal,
+    ContinuedCoordinates,
+    KnownMotion,
+    continue_coordinates,
+)
 from lagrange_cli.simulate.charts.detection import (
-    NEAR,
-    Meeting,
-    first_met,
+    NEAR_SINGULAR,
+    SingularPassage,
+    first_passage,
     parameters_of,
-    place_at_start,
-    place_met,
+    passage_of_run,
+    singular_start,
 )
 from lagrange_cli.simulate.model.model import FormerChart, Model, SingularPlace
 from lagrange_cli.simulate.request import Request, SimulationOptions
@@ -38,23 +43,23 @@ from lagrange_cli.simulate.samples.rows import Rows
 from lagrange_cli.simulate.simulation import RunContext, integrate
 from lagrange_cli.simulate.system.functions import functions_of
 
-__all__ = ["other_form", "simulate_past_charts"]
+__all__ = ["multiplier_form", "simulate_past_singularities"]
 
 #: Parts of the time in which places and coordinates are watched at least, in which
 #: coordinates are followed close to such places, and the most.
-WATCHED, FOLLOWED, FINEST = 500, 4000, 2**17
+WATCHED, _FOLLOWED, FINEST = 500, 4000, 2**17
 
 #: Part of the samples between which angles turn by a radian at most.
-USUALLY = 0.9
+_USUALLY = 0.9
 
 #: An angle that usually turns by more from sample to sample is not known.
-UNCERTAIN = 2.0
+_UNCERTAIN = 2.0
 
 #: Part of a budget for a run of which the coordinates are followed afterwards.
-RUNNING = 0.8
+_RUNNING = 0.8
 
 
-def simulate_past_charts(
+def simulate_past_singularities(
     model: Model,
     options: SimulationOptions,
     other: Callable[[], Model] | None = None,
@@ -90,7 +95,7 @@ def simulate_past_charts(
 
     def look(times: Rows, states: Rows, found: Trajectory) -> None:
         looked.append(len(states))
-        _refuse_met(first_met(model, times, states, found.status, found.requested), times)
+        _refuse_met(first_passage(model, times, states, found.status, found.requested), times)
 
     try:
         request = context.resolved(model, options)
@@ -100,7 +105,7 @@ def simulate_past_charts(
         return _from_start(model, options, other, context, refusal)
     if looked:
         return first
-    met = place_met(model, first)
+    met = passage_of_run(model, first)
     if met is None:
         return _thinned(first, every)
     left = _left(options.budget, time.perf_counter() - started)
@@ -113,7 +118,7 @@ def simulate_past_charts(
     return _thinned(_cut(first, met), every)
 
 
-def _refuse_met(met: Meeting | None, times: Rows) -> None:
+def _refuse_met(met: SingularPassage | None, times: Rows) -> None:
     """Refuse more samples than memory holds of a motion past a singular place."""
     if met is None:
         return
@@ -154,7 +159,7 @@ def _from_start(
 ) -> Trajectory:
     """The motion in other coordinates where it begins at a singular place of its own."""
     problem = refusal.problems[0]
-    place = place_at_start(model) if isinstance(refusal, SingularError) else None
+    place = singular_start(model) if isinstance(refusal, SingularError) else None
     if place is None:
         raise refusal
     second = None
@@ -166,7 +171,7 @@ def _from_start(
     return second
 
 
-def _cut(run: Trajectory, met: Meeting) -> Trajectory:
+def _cut(run: Trajectory, met: SingularPassage) -> Trajectory:
     """What is known before a place that was met."""
     where, last = met.place.where, float(run.t[met.samples - 1])
     said = (
@@ -223,14 +228,14 @@ def _with_chart(
 
 def _run_and_followed(
     model: Model, chart: FormerChart, request: Request, context: RunContext
-) -> tuple[Trajectory, Followed, int]:
+) -> tuple[Trajectory, ContinuedCoordinates, int]:
     """A run as fine as its former coordinates need it, these, and every which sample counts."""
     started, spent, grid = time.perf_counter(), 0.0, _grid(request)
     every, before = grid.every(WATCHED), list[Trajectory]()
     deadline = started + (request.budget or np.inf)
     if request.budget is not None:
-        request = replace(request, budget=RUNNING * request.budget)
-    fine = grid.finer(every, FOLLOWED)
+        request = replace(request, budget=_RUNNING * request.budget)
+    fine = grid.finer(every, _FOLLOWED)
     whole = integrate(model, request, context, every=fine)
     while True:
         run = _thinned(whole, fine // every)
@@ -254,7 +259,7 @@ def _run_and_followed(
     return replace(run, seconds={**run.seconds, "follow": spent}), known, every
 
 
-def _moves(chart: FormerChart, found: Followed, run: Trajectory) -> Array:
+def _moves(chart: FormerChart, found: ContinuedCoordinates, run: Trajectory) -> Array:
     """How far angles turn from sample to sample, by the fastest of their rates."""
     turning = [j for j, kind in enumerate(chart.kinds) if kind == "angle"]
     step = float(run.t[-1] - run.t[0]) / max(len(run.t) - 1, 1)
@@ -262,11 +267,13 @@ def _moves(chart: FormerChart, found: Followed, run: Trajectory) -> Array:
     return np.asarray(moves.max(axis=1, initial=0.0))
 
 
-def _wanted(chart: FormerChart, found: Followed, run: Trajectory, intervals: int) -> int:
+def _wanted(
+    chart: FormerChart, found: ContinuedCoordinates, run: Trajectory, intervals: int
+) -> int:
     """Intervals in which coordinates can be followed, where they have been tried in some."""
     passes = found.lost or found.unknown is not None
-    wanted = FOLLOWED if passes and run.status == "ok" else WATCHED
-    most = float(np.quantile(_moves(chart, found, run), USUALLY))
+    wanted = _FOLLOWED if passes and run.status == "ok" else WATCHED
+    most = float(np.quantile(_moves(chart, found, run), _USUALLY))
     if len(found.v) < len(run.t) and found.unknown is None:
         most = max(most, 2.0)
     if most <= 1:
@@ -275,11 +282,13 @@ def _wanted(chart: FormerChart, found: Followed, run: Trajectory, intervals: int
     return max(wanted, intervals << doublings)
 
 
-def _as_far_as(chart: FormerChart, found: Followed, run: Trajectory, deadline: float) -> Trajectory:
+def _as_far_as(
+    chart: FormerChart, found: ContinuedCoordinates, run: Trajectory, deadline: float
+) -> Trajectory:
     """The samples at which former coordinates have been found."""
     moves, m = _moves(chart, found, run), len(found.q)
-    if np.quantile(moves, USUALLY) > UNCERTAIN:
-        m = max(1, int(np.argmax(moves > UNCERTAIN)))
+    if np.quantile(moves, _USUALLY) > _UNCERTAIN:
+        m = max(1, int(np.argmax(moves > _UNCERTAIN)))
     if m == len(run.t):
         return run
     late = run.status == "stopped" or time.perf_counter() > deadline
@@ -374,18 +383,20 @@ def _grid(request: Request) -> _Grid:
     return _Grid(len(request.times) - 1, steps)
 
 
-def _follow(model: Model, chart: FormerChart, run: Trajectory, deadline: float) -> Followed:
+def _follow(
+    model: Model, chart: FormerChart, run: Trajectory, deadline: float
+) -> ContinuedCoordinates:
     """Former coordinates along a run."""
     functions, given = functions_of(chart.python), parameters_of(model)
     names = model.coordinates
     relative = (run.estimated or 0.0) + float(np.finfo(float).eps)
-    samples = Samples(
+    samples = KnownMotion(
         run.t,
         np.column_stack([run.columns[name] for name in names]),
         np.column_stack([run.columns[f"dot({name})"] for name in names]),
         relative * np.array([run.scales[name] for name in names]),
     )
-    return follow(
+    return continue_coordinates(
         samples,
         None if chart.start is None else np.array(chart.start),
         len(chart.coordinates),
@@ -396,11 +407,11 @@ def _follow(model: Model, chart: FormerChart, run: Trajectory, deadline: float) 
     )
 
 
-def _turning(chart: FormerChart) -> Turning | None:
+def _turning(chart: FormerChart) -> AngleReversal | None:
     """What decides where the motion passes a singular place closer than it is known."""
     if chart.start is None:
         return None
-    return Turning(
+    return AngleReversal(
         np.array([kind == "angle" for kind in chart.kinds]),
         np.array([name in chart.steady for name in chart.coordinates]),
         np.array(chart.start[len(chart.coordinates) :]),
@@ -408,11 +419,11 @@ def _turning(chart: FormerChart) -> Turning | None:
 
 
 def _own_columns(
-    chart: FormerChart, names: list[str], found: Followed, run: Trajectory
+    chart: FormerChart, names: list[str], found: ContinuedCoordinates, run: Trajectory
 ) -> dict[str, Array]:
     """Columns of former coordinates, NaN where they are not known to the accuracy asked for."""
     places, rates = {}, {}
-    eps = run.requested or NEAR
+    eps = run.requested or NEAR_SINGULAR
     speeds = np.nan_to_num(np.abs(found.v)).max(axis=1)
     for name in names:
         j = chart.coordinates.index(name)
@@ -428,7 +439,7 @@ def _own_columns(
     return places | rates
 
 
-def other_form(
+def multiplier_form(
     model: Model, formulation: str | None, with_multipliers: Callable[[], Model]
 ) -> Callable[[], Model] | None:
     """What makes the model of the same scene in coordinates that may take the place of its own.

@@ -19,7 +19,12 @@ from typing import IO, Any
 from lagrange_cli.cache import digest, fingerprint
 from lagrange_cli.errors import InputError, Problem, StoppedError
 from lagrange_cli.files import write_file
-from lagrange_cli.simulate.checkpoint.serialization import BEGINNING, DamagedError, pack, unpack
+from lagrange_cli.simulate.checkpoint.serialization import (
+    MAGIC,
+    DamagedError,
+    deserialize,
+    serialize,
+)
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.base import Integrator, State
 from lagrange_cli.simulate.model.model import Model
@@ -28,7 +33,7 @@ from lagrange_cli.simulate.samples.buffer import named_file
 from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.version import __version__
 
-__all__ = ["Checkpoint", "Keeper", "identity", "samples_of"]
+__all__ = ["Checkpoint", "CheckpointWriter", "identity", "samples_of"]
 
 #: Seconds between two states that are written.
 INTERVAL = 30.0
@@ -114,7 +119,7 @@ class Checkpoint:
                 os.unlink(samples_of(self.path, number))
 
 
-class Keeper:
+class CheckpointWriter:
     """Writes the state of a run into a file, and has that of before where it goes on.
 
     Parameters
@@ -150,7 +155,7 @@ class Keeper:
         """Write the state, whole or not at all, if the last time was long ago, or ``now``."""
         if self._state is None or (time.monotonic() - self._last < INTERVAL and not now):
             return
-        write_file(self.path, pack({"run": self._known, "state": self._state()}))
+        write_file(self.path, serialize({"run": self._known, "state": self._state()}))
         self._last = time.monotonic()
 
     def watched(self, watch: Callable[[float], None]) -> Callable[[float], None]:
@@ -201,10 +206,10 @@ class Keeper:
         if os.path.exists(self.path) and not os.path.isfile(self.path):
             raise DamagedError
         with open(self.path, "rb") as file:
-            if file.read(len(BEGINNING)) != BEGINNING:
+            if file.read(len(MAGIC)) != MAGIC:
                 raise DamagedError
             file.seek(0)
-            found = unpack(file.read())
+            found = deserialize(file.read())
         return found["run"], found["state"]
 
     def _read(self) -> State:

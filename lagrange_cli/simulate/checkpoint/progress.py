@@ -11,17 +11,17 @@ from dataclasses import dataclass, field, replace
 from lagrange_cli.errors import StoppedError
 from lagrange_cli.stages import announce, is_heard
 
-__all__ = ["Deadline", "Progress", "Watch"]
+__all__ = ["Deadline", "RunProgress", "Watch"]
 
 #: Seconds between two announcements of the time reached.
-GLANCE = 0.2
+_GLANCE = 0.2
 
 #: Part of the remaining bar that a pass over the samples takes; the rest is
 #: for passes that may follow.
-PASS = 0.9
+_PASS = 0.9
 
 
-class Progress:
+class RunProgress:
     """Tells how far the passes over the samples are.
 
     Parameters
@@ -48,13 +48,13 @@ class Progress:
     def next_pass(self) -> None:
         """Begin a further pass over the samples."""
         self._base += self._share
-        self._share = PASS * (1 - self._base)
+        self._share = _PASS * (1 - self._base)
 
     def at(self, fraction: float) -> None:
         """Tell the fraction done of the present pass."""
         self._tell(self._base + self._share * fraction)
         t = self._start + fraction * (self._until - self._start)
-        if is_heard() and time.perf_counter() - self._announced > GLANCE:
+        if is_heard() and time.perf_counter() - self._announced > _GLANCE:
             self._announced = time.perf_counter()
             announce(f"integrating, t = {t:.6g}")
         if self._reached is not None:
@@ -107,7 +107,7 @@ class Watch:
         Says whether the user has asked for an end.
     """
 
-    progress: Progress = field(default_factory=Progress)
+    progress: RunProgress = field(default_factory=RunProgress)
     deadline: Deadline = Deadline()
     stop: Callable[[], bool] | None = None
 

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BEGINNING", "DamagedError", "pack", "unpack"]
+__all__ = ["MAGIC", "DamagedError", "deserialize", "serialize"]
 
 #: What the bytes of a value begin with: it is an archive.
-BEGINNING = b"PK\x03\x04"
+MAGIC = b"PK\x03\x04"
 
 
 class DamagedError(Exception):
@@ -29,7 +29,7 @@ _UNREADABLE = (
 )
 
 
-def pack(value: Any) -> bytes:
+def serialize(value: Any) -> bytes:
     """The bytes of numbers, texts, None, arrays, and sequences and mappings of these.
 
     Arrays that are one object are one object again when they are read; sequences become tuples.
@@ -41,8 +41,8 @@ def pack(value: Any) -> bytes:
     return file.getvalue()
 
 
-def unpack(data: bytes) -> Any:
-    """The value that :func:`pack` was given.
+def deserialize(data: bytes) -> Any:
+    """The value that :func:`serialize` was given.
 
     Raises
     ------

@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 
 from lagrange_cli.cache import Cache
 from lagrange_cli.simulate import kernels
-from lagrange_cli.simulate.accuracy.controller import Measured, obstacle
-from lagrange_cli.simulate.accuracy.error_estimate import FLOOR_ULPS, verdict
+from lagrange_cli.simulate.accuracy.controller import Measured, limiting_component
+from lagrange_cli.simulate.accuracy.error_estimate import FLOOR_ULPS, error_estimate
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.batched_taylor import (
     Motions,
@@ -36,64 +36,64 @@ from lagrange_cli.simulate.integrators.native.batched_taylor import (
 )
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED, NativeReal
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.runs.problem import InitialValueProblem, scales_from, spacing
+from lagrange_cli.simulate.runs.problem import InitialValueProblem, scales_from, ulps
 from lagrange_cli.simulate.system.libraries import OPTIONS
 from lagrange_cli.simulate.system.rounding import each_off_by_one_ulp, rounding_factors
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.toolchain.shared_library import Source, load
 
-__all__ = ["METHOD", "Runs", "Together", "together"]
+__all__ = ["METHOD", "BatchedMembers", "BatchedRuns", "batched_members"]
 
 #: What the method is called in reports.
 METHOD = "Taylor"
 
 #: The tolerances that are tried in doubles, as parts of the accuracy, and the smallest of them;
 #: no second one is tried below the last.
-TOLERANCES, SMALLEST_TOLERANCE, WORTHWHILE = (1e-5, 1e-7), 1e-16, 1e-16
+_TOLERANCES, _SMALLEST_TOLERANCE, _WORTHWHILE = (1e-5, 1e-7), 1e-16, 1e-16
 
 #: The tolerance in wider arithmetic: what remains is what the last place of the start does.
-WIDER_TOLERANCE = 1e-17
+_WIDER_TOLERANCE = 1e-17
 
 #: Lowest and highest order, and by how much it is above the one whose coefficients are the
 #: cheapest for a tolerance (Jorba and Zou): steps cost more than their coefficients.
-ORDERS, ABOVE = (6, 24), 2
+_ORDERS, _ABOVE = (6, 24), 2
 
 #: Steps of a run after which a member is left to a single run, which asks whether it is stiff.
-MOST_STEPS = 20_000
+_MOST_STEPS = 20_000
 
 #: Slopes that are looked at within the whole time, and where something depends on time.
-GLANCES, GLANCES_DRIVEN = 768, 3072
+_GLANCES, _GLANCES_DRIVEN = 768, 3072
 
 #: What slopes may be off over a step, as a part of the accuracy, and at least.
-FORGIVEN, FORGIVEN_AT_LEAST = 1e-2, 1e-13
+_FORGIVEN, _FORGIVEN_AT_LEAST = 1e-2, 1e-13
 
 #: The longest step of the disturbed run beside that of the run.
-SHORTER = 0.8
+_SHORTER = 0.8
 
 #: The tolerance of the looser run beside that of the run.
-LOOSER = 4.0
+_LOOSER = 4.0
 
 #: What the distances from companions count, where there are so many. Of one alone chance may
 #: have brought both to the same place; eight hardly come where only the run has gone.
-WEIGHTS = {1: (20.0,), 2: (2.0, 3.0), 8: (0.25,) * 8}
+_WEIGHTS = {1: (20.0,), 2: (2.0, 3.0), 8: (0.25,) * 8}
 
 #: Patterns of six companions more, where rounding is all that is left to make runs differ. They
 #: take as long as one: a lane each.
-MORE_PATTERNS = range(3, 9)
+_MORE_PATTERNS = range(3, 9)
 
 #: The tolerance of the disturbed run beside the run's: its steps fall on other times.
-OTHER_STEPS = 0.5
+_OTHER_STEPS = 0.5
 
 #: The tolerance below which a run has two companions: rounding may be what moves it.
-LEAST_OF_ONE = 1e-15
+_LEAST_OF_ONE = 1e-15
 
-Flags: TypeAlias = NDArray[np.bool_]
-Integers: TypeAlias = NDArray[np.int64]
+_Flags: TypeAlias = NDArray[np.bool_]
+_Integers: TypeAlias = NDArray[np.int64]
 Indices: TypeAlias = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
-class Runs:
+class BatchedRuns:
     """Runs of some members, by their ``numbers``: ``states`` (m, samples, 2n) and their
     ``scales`` (m, 2n); where an accuracy is promised the ``estimate`` of each, and the states
     of its ``companions``. ``steps`` and ``evaluations`` are those of the run,
@@ -103,30 +103,30 @@ class Runs:
     states: Array
     scales: Array
     estimate: Array
-    steps: Integers
-    evaluations: Integers
-    all_evaluations: Integers
+    steps: _Integers
+    evaluations: _Integers
+    all_evaluations: _Integers
     companions: tuple[Array, ...] = ()
 
-    def only(self, which: Indices) -> Runs:
+    def only(self, which: Indices) -> BatchedRuns:
         """Some of them; all of them are not copied."""
         return self if len(which) == len(self.numbers) else self._some(which)
 
-    def decided(self, eps: float) -> Runs:
+    def decided(self, eps: float) -> BatchedRuns:
         """Those whose estimate is below an accuracy, without companions."""
         return replace(self, companions=()).only(np.flatnonzero(self.estimate < eps))
 
-    def undecided(self, eps: float) -> Runs:
+    def undecided(self, eps: float) -> BatchedRuns:
         """Those whose estimate is not, but is finite."""
         return self.only(np.flatnonzero((self.estimate >= eps) & np.isfinite(self.estimate)))
 
-    def in_turn(self, count: int) -> Iterator[Runs]:
+    def in_turn(self, count: int) -> Iterator[BatchedRuns]:
         """So many at a time, not copied."""
         for first in range(0, len(self.numbers), count):
             yield self._some(slice(first, first + count))
 
-    def _some(self, which: Indices | slice) -> Runs:
-        return Runs(
+    def _some(self, which: Indices | slice) -> BatchedRuns:
+        return BatchedRuns(
             self.numbers[which],
             self.states[which],
             self.scales[which],
@@ -138,7 +138,9 @@ class Runs:
         )
 
 
-def together(model: Model, problem: InitialValueProblem, cache: Cache) -> Together | None:
+def batched_members(
+    model: Model, problem: InitialValueProblem, cache: Cache
+) -> BatchedMembers | None:
     """What steps members that differ from a model in numbers alone; None where its equations
     have no such form, or there is no compiler."""
     apart = (model.multipliers, model.contacts, model.surfaces, model.recordings)
@@ -152,7 +154,7 @@ def together(model: Model, problem: InitialValueProblem, cache: Cache) -> Togeth
     except CompileError:
         return None
     motions = SideBySide(series, stepper, _kinds(model))
-    return Together(model, problem, functions, motions, Samples(stepper), cache)
+    return BatchedMembers(model, problem, functions, motions, Samples(stepper), cache)
 
 
 def _sources(model: Model, real: NativeReal) -> list[Source]:
@@ -166,12 +168,12 @@ def _sources(model: Model, real: NativeReal) -> list[Source]:
     return [Source(kernels.extended(files), options) for files in (series, stepping)]
 
 
-def _kinds(model: Model) -> Integers:
+def _kinds(model: Model) -> _Integers:
     numbers = [0 if kind == "angle" else 1 + model.kinds.index(kind) for kind in model.kinds]
     return np.array(numbers, np.int64)
 
 
-class Scratch(threading.local):
+class _Scratch(threading.local):
     """Arrays that a thread uses again and again: new memory costs more than what fills it."""
 
     def __init__(self) -> None:
@@ -186,7 +188,7 @@ class Scratch(threading.local):
 
 
 @dataclass(frozen=True)
-class Together:
+class BatchedMembers:
     """Members of one model: their times and kinds are those of ``problem``."""
 
     model: Model
@@ -195,7 +197,7 @@ class Together:
     motions: SideBySide
     samples: Samples
     cache: Cache
-    _scratch: Scratch = field(default_factory=Scratch)
+    _scratch: _Scratch = field(default_factory=_Scratch)
 
     @cached_property
     def _times(self) -> Array:
@@ -217,7 +219,7 @@ class Together:
 
     def promised(
         self, eps: float, starts: Array, parameters: Array, between: Callable[[], None]
-    ) -> Iterator[Runs]:
+    ) -> Iterator[BatchedRuns]:
         """Runs of those members whose error is measured to be below ``eps``; then of those for
         which wider arithmetic shows that it is not.
 
@@ -242,11 +244,11 @@ class Together:
                 yield missing
             left = missing.numbers
 
-    def measured(self, eps: float, runs: Runs, k: int) -> Measured:
+    def measured(self, eps: float, runs: BatchedRuns, k: int) -> Measured:
         """What is known of a run that misses an accuracy, number k of some."""
         own, one, other = (of[k] for of in (runs.states, *runs.companions))
-        errors = WEIGHTS[2][0] * np.abs(one - own) + WEIGHTS[2][1] * np.abs(other - own)
-        found = verdict(self.problem, eps, own, errors, np.zeros(len(own)))
+        errors = _WEIGHTS[2][0] * np.abs(one - own) + _WEIGHTS[2][1] * np.abs(other - own)
+        found = error_estimate(self.problem, eps, own, errors, np.zeros(len(own)))
         return Measured(
             states=own[: found.samples].copy(),
             scales=found.scales,
@@ -261,28 +263,30 @@ class Together:
             run_seconds=0.0,
             estimate_seconds=0.0,
             wider=True,
-            obstacle=obstacle([found], eps) if found.samples < len(own) else None,
+            limiting_component=limiting_component([found], eps)
+            if found.samples < len(own)
+            else None,
         )
 
     def unpromised(
         self, rtol: float, starts: Array, parameters: Array, between: Callable[[], None]
-    ) -> Runs:
+    ) -> BatchedRuns:
         """Runs of the members that reach the end with a local tolerance."""
         steps, times = self._steps(rtol), self._times
         out = self._scratch.array("run", (len(starts), len(times), starts.shape[1]))
         run = self.motions.run("rhs", times, starts, parameters, steps, between, out)
         evaluations, scales = run.steps * steps.order, self._scales(run.states)
         every, nothing = np.arange(len(starts)), np.zeros(len(starts))
-        runs = Runs(every, run.states, scales, nothing, run.steps, evaluations, evaluations)
+        runs = BatchedRuns(every, run.states, scales, nothing, run.steps, evaluations, evaluations)
         return runs.only(np.flatnonzero(run.filled == len(times)))
 
     def _steps(self, tolerance: float, higher: int = 0, longer: float = 1.0) -> Steps:
-        order = round(2 - math.log(tolerance) / 2) + ABOVE
+        order = round(2 - math.log(tolerance) / 2) + _ABOVE
         return Steps(
-            min(max(order, ORDERS[0]), ORDERS[1]) + higher,
+            min(max(order, _ORDERS[0]), _ORDERS[1]) + higher,
             tolerance,
             longer * self.problem.longest_step,
-            MOST_STEPS,
+            _MOST_STEPS,
         )
 
     def _attempt(
@@ -293,11 +297,11 @@ class Together:
         starts: Array,
         parameters: Array,
         between: Callable[[], None],
-    ) -> Iterator[Runs]:
+    ) -> Iterator[BatchedRuns]:
         """Runs at one tolerance of those members that reach the end: first of those that one
         companion shows to be accurate, then of the others, which have two."""
         steps = self._steps(tolerance)
-        forgiven = max(FORGIVEN * eps, FORGIVEN_AT_LEAST)
+        forgiven = max(_FORGIVEN * eps, _FORGIVEN_AT_LEAST)
         # What happens between the times of expansion was looked at before.
         glance = self._glance if motions is self.motions else 0.0
         looked = replace(steps, glance=glance, forgiven=forgiven)
@@ -307,10 +311,10 @@ class Together:
         possible = (run.filled == len(self._times)) & self._above_floor(eps, starts, scales)
         evaluations, nothing = run.steps * steps.order, np.full(len(starts), np.inf)
         every = np.arange(len(starts))
-        own = Runs(every, run.states, scales, nothing, run.steps, evaluations, evaluations)
+        own = BatchedRuns(every, run.states, scales, nothing, run.steps, evaluations, evaluations)
         own = own.only(np.flatnonzero(possible))
 
-        def followed(runs: Runs, patterns: Sequence[int], how: Steps) -> Runs:
+        def followed(runs: BatchedRuns, patterns: Sequence[int], how: Steps) -> BatchedRuns:
             """Those runs, with a further companion disturbed by each pattern."""
             if len(runs.numbers) == 0:
                 return runs
@@ -334,17 +338,17 @@ class Together:
             return self._beside(runs, found, how.order)
 
         own = followed(own, [1], self._looser(steps))
-        if tolerance >= LEAST_OF_ONE:
+        if tolerance >= _LEAST_OF_ONE:
             yield own.decided(eps)
             own = own.undecided(eps)
-        disturbed = self._steps(OTHER_STEPS * tolerance, 1, SHORTER)
+        disturbed = self._steps(_OTHER_STEPS * tolerance, 1, _SHORTER)
         own = followed(own, [2], disturbed)
-        if motions is self.motions and tolerance <= SMALLEST_TOLERANCE:
+        if motions is self.motions and tolerance <= _SMALLEST_TOLERANCE:
             yield own.decided(eps)
-            own = followed(own.undecided(eps), MORE_PATTERNS, disturbed)
+            own = followed(own.undecided(eps), _MORE_PATTERNS, disturbed)
         yield own
 
-    def _beside(self, runs: Runs, found: Motions, order: int) -> Runs:
+    def _beside(self, runs: BatchedRuns, found: Motions, order: int) -> BatchedRuns:
         """Runs with further companions, some of each, and what all tell."""
         count = len(runs.numbers)
         more = range(0, len(found.states), count)
@@ -359,16 +363,16 @@ class Together:
 
     def _looser(self, steps: Steps) -> Steps:
         """Of the same order, so that errors are larger as tolerances are."""
-        tolerance, longer = LOOSER * steps.tolerance, LOOSER ** (1 / steps.order)
+        tolerance, longer = _LOOSER * steps.tolerance, _LOOSER ** (1 / steps.order)
         return replace(steps, tolerance=tolerance, longest=longer * steps.longest)
 
     def _estimate(self, own: Array, companions: tuple[Array, ...], scales: Array) -> Array:
         """The largest estimated error of each member over its scale, infinite where a companion
         does not reach the end."""
         n = own.shape[2] // 2
-        errors = self.samples.errors(own, companions, WEIGHTS[len(companions)])
+        errors = self.samples.errors(own, companions, _WEIGHTS[len(companions)])
         largest = self.samples.extent(own, from_start=False)[:, :n]
-        errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * spacing(largest))
+        errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * ulps(largest))
         ratios = np.where(np.isnan(errors), np.inf, errors) / scales
         return np.asarray(ratios.max(axis=1, initial=0.0))
 
@@ -380,12 +384,12 @@ class Together:
 
     @property
     def _glance(self) -> float:
-        return self.problem.span / (GLANCES if self.problem.autonomous else GLANCES_DRIVEN)
+        return self.problem.span / (_GLANCES if self.problem.autonomous else _GLANCES_DRIVEN)
 
-    def _above_floor(self, eps: float, starts: Array, scales: Array) -> Flags:
+    def _above_floor(self, eps: float, starts: Array, scales: Array) -> _Flags:
         """Whether an accuracy can be held in doubles, of each member."""
         n = len(self.problem.kinds)
-        floors = FLOOR_ULPS * spacing(starts[:, :n]) / scales[:, :n]
+        floors = FLOOR_ULPS * ulps(starts[:, :n]) / scales[:, :n]
         least = FLOOR_ULPS * float(np.finfo(float).epsneg)
         return np.asarray(eps >= np.maximum(floors.max(axis=1), least))
 
@@ -433,8 +437,8 @@ class Together:
 
 def _attempts(eps: float) -> Iterator[tuple[float, NativeReal]]:
     """The local tolerances to try, and in which arithmetic."""
-    first, second = (part * eps for part in TOLERANCES)
-    yield max(first, SMALLEST_TOLERANCE), DOUBLE
-    if second >= WORTHWHILE:
+    first, second = (part * eps for part in _TOLERANCES)
+    yield max(first, _SMALLEST_TOLERANCE), DOUBLE
+    if second >= _WORTHWHILE:
         yield second, DOUBLE
-    yield WIDER_TOLERANCE, EXTENDED
+    yield _WIDER_TOLERANCE, EXTENDED

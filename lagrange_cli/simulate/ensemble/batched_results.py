@@ -12,22 +12,27 @@ from numpy.typing import NDArray
 from lagrange_cli.cache import open_cache
 from lagrange_cli.simulate.accuracy.controller import Measured
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.batched import METHOD, Runs, Together, together
+from lagrange_cli.simulate.ensemble.batched import (
+    METHOD,
+    BatchedMembers,
+    BatchedRuns,
+    batched_members,
+)
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import Request, SimulationOptions, resolve
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.verification.disproof import energy_is_conserved
 from lagrange_cli.simulate.verification.energy_drift import contradicted, energy_drifts, suspects
 
-__all__ = ["Family", "Known", "Missed", "family_of"]
+__all__ = ["BatchedResults", "Known", "Missed", "batched_results"]
 
-Integers: TypeAlias = NDArray[np.int64]
+_Integers: TypeAlias = NDArray[np.int64]
 
 #: Numbers in all samples of members that are held at a time.
-MOST_NUMBERS = 2_000_000
+_MOST_NUMBERS = 2_000_000
 
 #: Members whose columns are found at a time, so that these are small enough to be near at hand.
-AT_A_TIME = 32
+_AT_A_TIME = 32
 
 #: Columns that can be asked for besides.
 _EXTRA = {"energy", "positions"}
@@ -39,7 +44,7 @@ class Known:
     (m,) where an accuracy is promised, and by the names of ensembles figures (m,)
     and the words of each."""
 
-    numbers: Integers
+    numbers: _Integers
     columns: Mapping[str, Array]
     scales: Mapping[str, Array]
     figures: Mapping[str, Array]
@@ -65,12 +70,12 @@ class Missed:
 
 
 @dataclass(frozen=True)
-class Family:
+class BatchedResults:
     """Members of one ``model``; ``extra``: further columns."""
 
     model: Model
     request: Request
-    together: Together
+    members: BatchedMembers
     extra: tuple[str, ...]
 
     def run(
@@ -85,31 +90,31 @@ class Family:
         between
             Called now and then.
         """
-        most = max(1, MOST_NUMBERS // (len(self.request.times) * starts.shape[1]))
+        most = max(1, _MOST_NUMBERS // (len(self.request.times) * starts.shape[1]))
         for first in range(0, len(starts), most):
             part = slice(first, first + most)
             for all_runs in self._runs(starts[part], parameters[part], between):
-                for runs in all_runs.in_turn(AT_A_TIME):
+                for runs in all_runs.in_turn(_AT_A_TIME):
                     for found in self._found(runs, parameters[part][runs.numbers]):
                         yield _moved(found, first)
 
     def _runs(
         self, starts: Array, parameters: Array, between: Callable[[], None]
-    ) -> Iterator[Runs]:
+    ) -> Iterator[BatchedRuns]:
         eps, rtol = self.request.accuracy, self.request.rtol
         if eps is not None:
-            return self.together.promised(eps, starts, parameters, between)
+            return self.members.promised(eps, starts, parameters, between)
         assert rtol is not None
-        return iter([self.together.unpromised(rtol, starts, parameters, between)])
+        return iter([self.members.unpromised(rtol, starts, parameters, between)])
 
-    def _found(self, runs: Runs, parameters: Array) -> Iterator[Known | Missed]:
+    def _found(self, runs: BatchedRuns, parameters: Array) -> Iterator[Known | Missed]:
         """What becomes of those that the energy does not make doubtful."""
         eps = self.request.accuracy
         if len(runs.numbers) == 0:
             return
         if eps is not None and (runs.estimate >= eps).any():
             for k, number in enumerate(runs.numbers.tolist()):
-                yield Missed(number, self.together.measured(eps, runs, k))
+                yield Missed(number, self.members.measured(eps, runs, k))
             return
         conserved = energy_is_conserved(self.model)
         energy = kinetic = np.empty((len(runs.states), 0))
@@ -129,12 +134,12 @@ class Family:
 
     def _energies(self, states: Array, parameters: Array) -> tuple[Array, Array]:
         """As :func:`.verification.disproof.energies`, of each member, (members, samples)."""
-        table = self.together.table
+        table = self.members.table
         (total,) = table("energy", states, parameters, 1)
         return total, total - table("energy", states, parameters, 1, moving=0.0)[0]
 
     def _doubtful(
-        self, eps: float, runs: Runs, parameters: Array, energy: Array, kinetic: Array
+        self, eps: float, runs: BatchedRuns, parameters: Array, energy: Array, kinetic: Array
     ) -> NDArray[np.bool_]:
         """Whether energies change by more than errors explain, where they change most.
 
@@ -150,7 +155,7 @@ class Family:
         start = _moved_by(first, np.spacing(np.abs(first)))
         size = moved.shape[1] * moved.shape[2]
         every = np.concatenate([start[:, 0], moved.reshape(len(moved), size, -1)], axis=1)
-        (values,) = self.together.table_at_start("energy", every, parameters, 1)
+        (values,) = self.members.table_at_start("energy", every, parameters, 1)
         at_start, others = values[:, : start.shape[2]], values[:, start.shape[2] :]
         return contradicted(change, at_start, others.reshape(moved.shape[:3]))
 
@@ -173,16 +178,16 @@ class Family:
         columns = {name: states[..., i] for i, name in enumerate(model.coordinates)}
         columns |= {f"dot({c})": states[..., n + i] for i, c in enumerate(model.coordinates)}
         for table, form in (("positions", "{}"), ("velocities", "dot({})")):
-            values = self.together.table(table, states, parameters, len(model.cartesian))
+            values = self.members.table(table, states, parameters, len(model.cartesian))
             for i, name in enumerate(model.cartesian):
                 columns.setdefault(form.format(name), values[i])
-        values = self.together.table("outputs", states, parameters, len(model.outputs))
+        values = self.members.table("outputs", states, parameters, len(model.outputs))
         return columns | {name: values[i] for i, name in enumerate(model.outputs)}
 
-    def _figures(self, runs: Runs, drifts: Array | None) -> dict[str, Array]:
+    def _figures(self, runs: BatchedRuns, drifts: Array | None) -> dict[str, Array]:
         nothing = np.full(len(runs.numbers), np.nan)
         promised = self.request.accuracy is not None
-        until = np.full(len(runs.numbers), self.together.problem.until)
+        until = np.full(len(runs.numbers), self.members.problem.until)
         return {
             "estimated": runs.estimate if promised else nothing,
             "holds_until": until if promised else nothing,
@@ -209,7 +214,9 @@ def _moved(found: Known | Missed, by: int) -> Known | Missed:
     return replace(found, numbers=found.numbers + by)
 
 
-def family_of(model: Model, options: SimulationOptions, extra: tuple[str, ...]) -> Family | None:
+def batched_results(
+    model: Model, options: SimulationOptions, extra: tuple[str, ...]
+) -> BatchedResults | None:
     """What steps members of a model side by side; None where that cannot be.
 
     Parameters
@@ -231,5 +238,5 @@ def family_of(model: Model, options: SimulationOptions, extra: tuple[str, ...]) 
         model.kinds,
         autonomous=model.facts["autonomous"],
     )
-    found = together(model, problem, open_cache())
-    return None if found is None else Family(model, request, found, extra)
+    found = batched_members(model, problem, open_cache())
+    return None if found is None else BatchedResults(model, request, found, extra)

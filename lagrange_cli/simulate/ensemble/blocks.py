@@ -9,18 +9,18 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 
-__all__ = ["FIGURES", "WORDS", "Block", "Gathering", "Part"]
+__all__ = ["MEMBER_FIGURES", "MEMBER_WORDS", "BlockBuilder", "BlockPart", "MemberBlock"]
 
 #: What is known of each member: numbers, and texts.
-FIGURES = (
+MEMBER_FIGURES = (
     *("estimated", "holds_until", "energy_drift", "constraint_drift"),
     *("steps", "rhs_evaluations", "all_evaluations"),
 )
-WORDS = ("status", "reason", "method", "formulation")
+MEMBER_WORDS = ("status", "reason", "method", "formulation")
 
 
 @dataclass(frozen=True)
-class Block:
+class MemberBlock:
     """What became of the members of a block.
 
     ``columns``: name → values, shape (members, samples), NaN where nothing holds; empty where
@@ -38,9 +38,16 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Part:
-    """What became of some members: as a :class:`Block` has it, by their numbers in it. Columns
-    may end before the last sample; they are copied before the next part is asked for."""
+class BlockPart:
+    """Results of some members of a block, with the fields of :class:`MemberBlock`.
+
+    Attributes
+    ----------
+    numbers
+        Numbers of the members in the block.
+    columns
+        May end before the last sample; copied before the next part is asked for.
+    """
 
     numbers: list[int]
     columns: Mapping[str, Array]
@@ -50,7 +57,7 @@ class Part:
     words: Mapping[str, str]
 
 
-class Gathering:
+class BlockBuilder:
     """Parts, put together as they come.
 
     Parameters
@@ -71,15 +78,15 @@ class Gathering:
         self._columns = {name: np.empty(self._shape) for name in columns or ()}
         self._given = {name: np.full(members, np.nan) for name in names}
         self._scales: dict[str, Array] = {}
-        self._figures = {name: np.full(members, np.nan) for name in FIGURES}
-        self._words = {name: [""] * members for name in WORDS}
+        self._figures = {name: np.full(members, np.nan) for name in MEMBER_FIGURES}
+        self._words = {name: [""] * members for name in MEMBER_WORDS}
 
     @property
     def left(self) -> list[int]:
         """The members that are in no part."""
         return list(self._left)
 
-    def take(self, part: Part) -> None:
+    def take(self, part: BlockPart) -> None:
         """Add a part."""
         for number in part.numbers:
             self._left.pop(number, None)
@@ -108,8 +115,10 @@ class Gathering:
                 self._columns[name] = np.empty(self._shape)
                 self._columns[name][without] = np.nan
 
-    def block(self, number: int) -> Block:
+    def block(self, number: int) -> MemberBlock:
         """All of them; members in no part have nothing."""
         for values in self._columns.values():
             values[self.left] = np.nan
-        return Block(number, self._columns, self._given, self._scales, self._figures, self._words)
+        return MemberBlock(
+            number, self._columns, self._given, self._scales, self._figures, self._words
+        )

@@ -26,10 +26,10 @@ __all__ = ["MOST_MEMBERS", "Members", "grid", "read_members"]
 MOST_MEMBERS = 100_000
 
 #: The rule of what is wrong with what is given.
-RULE = "ensemble"
+_RULE = "ensemble"
 
 #: What a range is made by: name → (first, last, number) → values.
-RANGES: dict[str, Callable[[float, float, int], np.ndarray]] = {
+_RANGES: dict[str, Callable[[float, float, int], np.ndarray]] = {
     "linspace": np.linspace,
     "logspace": np.logspace,
     "geomspace": np.geomspace,
@@ -67,7 +67,7 @@ class Members:
 
 
 def _refused(message: str, mark: Mark, hint: str = "") -> InputError:
-    return InputError(Problem(message, mark, hint, RULE))
+    return InputError(Problem(message, mark, hint, _RULE))
 
 
 def _checked(names: Sequence[str], heads: Sequence[Mark], cells: Sequence[list[_Cell]]) -> Members:
@@ -125,11 +125,11 @@ def read_members(path: str) -> Members:
     if ending not in readers:
         raise _refused("an ensemble is a .csv or a .yaml file", mark)
     data = read_regular(path, mark, "an ensemble")
-    return readers[ending](decoded(data, path, RULE), path)
+    return readers[ending](decoded(data, path, _RULE), path)
 
 
 def _csv(lines: list[str], path: str) -> Members:
-    rows = Rows(lines, path, RULE)
+    rows = Rows(lines, path, _RULE)
     found = iter(rows)
     header = next(found, None)
     if header is None:
@@ -221,7 +221,7 @@ def _axis(text: str) -> tuple[str, Mark, list[_Cell]]:
     called, listed = _CALL.fullmatch(written), _LIST.fullmatch(written)
     if listed:
         values = [(part, mark) for part in _split(listed[1], mark)]
-    elif called and called[1] in RANGES:
+    elif called and called[1] in _RANGES:
         values = [(repr(x), mark) for x in _range(called[1], _split(called[2], mark), mark)]
     else:
         raise _refused("this is no range", mark, f"a range is {_EXAMPLE}")
@@ -254,7 +254,7 @@ def _range(kind: str, arguments: Sequence[str], mark: Mark) -> list[float]:
     if kind == "geomspace" and not first * last > 0:
         raise _refused("the ends of geomspace have one sign and are not 0", mark)
     with np.errstate(all="ignore"):
-        found = RANGES[kind](first, last, number)
+        found = _RANGES[kind](first, last, number)
     if not np.isfinite(found).all():
         raise _refused("a value of this range is beyond the range of doubles", mark)
     return [float(x) for x in found]

@@ -21,25 +21,32 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.model import Formulation, Scene
     from lagrange_cli.simulate.ensemble.input_file import Members
 
-__all__ = ["Numbers", "Own", "Recipe", "differ_in_numbers", "require_known_names", "varied"]
+__all__ = [
+    "MemberValues",
+    "NumericMembers",
+    "Recipe",
+    "differ_in_numbers",
+    "require_known_names",
+    "varied_parameters",
+]
 
 
 @dataclass(frozen=True)
-class Own:
+class MemberValues:
     """What a member has of its own: texts of expressions by name."""
 
     parameters: Mapping[str, str] = field(default_factory=dict)
     initial: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, values: Mapping[str, str], scene: Scene) -> Own:
+    def of(cls, values: Mapping[str, str], scene: Scene) -> MemberValues:
         """Divide values between parameters of a scene (and sizes) and initial values."""
         return cls.divided(
             values, {p.name for p in scene.parameters} | {size.name for size in scene.sizes}
         )
 
     @classmethod
-    def divided(cls, values: Mapping[str, str], parameters: Collection[str]) -> Own:
+    def divided(cls, values: Mapping[str, str], parameters: Collection[str]) -> MemberValues:
         """The same by the names of parameters and sizes."""
         return cls(
             {name: text for name, text in values.items() if name in parameters},
@@ -59,7 +66,7 @@ class Recipe:
     forces: bool = False
     formulation: Formulation | None = None
 
-    def scene(self, own: Own | None = None) -> Scene:
+    def scene(self, own: MemberValues | None = None) -> Scene:
         """The scene with the values of a member.
 
         Raises
@@ -69,7 +76,7 @@ class Recipe:
         """
         from lagrange_cli.scene import read_text
 
-        own = own or Own()
+        own = own or MemberValues()
         return read_text(
             self.data,
             self.file,
@@ -78,7 +85,7 @@ class Recipe:
             times=self.times,
         )
 
-    def model(self, own: Own, formulation: Formulation | None = None) -> Model:
+    def model(self, own: MemberValues, formulation: Formulation | None = None) -> Model:
         """The model of a member, derived.
 
         Raises
@@ -98,7 +105,7 @@ def _derived(scene: Scene, forces: bool, formulation: Formulation) -> Model:
     return model_of(derive(scene, forces=forces, formulation=formulation))
 
 
-def numbers_of(scene: Scene) -> tuple[dict[str, float | None], dict[str, float | None]]:
+def numeric_values(scene: Scene) -> tuple[dict[str, float | None], dict[str, float | None]]:
     """Parameters that have a value, and initial values by ``x`` or ``dot(x)``."""
     from lagrange_cli.mechanics.symbols.values import ParameterValues
 
@@ -111,7 +118,7 @@ def numbers_of(scene: Scene) -> tuple[dict[str, float | None], dict[str, float |
     return given, start
 
 
-def varied(scene: Scene, own: Own) -> set[str]:
+def varied_parameters(scene: Scene, own: MemberValues) -> set[str]:
     """Parameters whose value differs between members: their own, and what rests on it."""
     found, before = set(own.parameters), set[str]()
     while found != before:
@@ -154,7 +161,7 @@ def require_known_names(members: Members, scene: Scene) -> None:
                     raise InputError(Problem(said, mark, nearest(unknown, known), "unknown-name"))
 
 
-def differ_in_numbers(recipe: Recipe, own: Own, model: Model) -> bool:
+def differ_in_numbers(recipe: Recipe, own: MemberValues, model: Model) -> bool:
     """Whether members differ in numbers of the ``model`` alone, which is that of one of them."""
     scene = recipe.scene(own)
     given = [(value.name, value.order) for value in scene.initial]
@@ -163,7 +170,7 @@ def differ_in_numbers(recipe: Recipe, own: Own, model: Model) -> bool:
         return False
     if model.initial is None or not {(name, 0) for name in model.coordinates} <= set(given):
         return False
-    if Numbers(recipe, own, model).of(own) != model:
+    if NumericMembers(recipe, own, model).of(own) != model:
         return False
     try:
         without = _derived(_without_values(scene), recipe.forces, "minimal")
@@ -191,7 +198,7 @@ def _equations(model: Model) -> Model:
     )
 
 
-class Numbers:
+class NumericMembers:
     """Models of members that differ from one in numbers alone.
 
     Parameters
@@ -202,17 +209,17 @@ class Numbers:
         Those of one member.
     """
 
-    def __init__(self, recipe: Recipe, own: Own, model: Model) -> None:
+    def __init__(self, recipe: Recipe, own: MemberValues, model: Model) -> None:
         self._scene, self._model = recipe.scene(own), model
         assert model.initial is not None
         self._values, self._start = [p.value for p in model.parameters], model.initial
         self._parameters = {p.name: k for k, p in enumerate(model.parameters)}
         self._place = {name: k for k, name in enumerate(model.coordinates)}
-        resting = varied(self._scene, own) - set(own.parameters)
+        resting = varied_parameters(self._scene, own) - set(own.parameters)
         given = set[str]().union(*(_names(value.value) for value in self._scene.initial))
         self._plain = not resting and not given & set(own.parameters)
 
-    def of(self, own: Own) -> Model | None:
+    def of(self, own: MemberValues) -> Model | None:
         """The model of a member; None where a parameter has another sign, which may matter.
 
         Raises
@@ -228,7 +235,9 @@ class Numbers:
         parameters = tuple(replace(p, value=value) for p, value in pairs)
         return replace(self._model, parameters=parameters, initial=start)
 
-    def values(self, own: Own) -> tuple[tuple[float | None, ...], tuple[float, ...]] | None:
+    def values(
+        self, own: MemberValues
+    ) -> tuple[tuple[float | None, ...], tuple[float, ...]] | None:
         """Of that model the values of the parameters, and the start.
 
         Raises
@@ -244,7 +253,7 @@ class Numbers:
             parameters, initial = self._evaluated(own)
         return self._with(parameters, initial)
 
-    def _evaluated(self, own: Own) -> tuple[dict[str, float], dict[str, float]]:
+    def _evaluated(self, own: MemberValues) -> tuple[dict[str, float], dict[str, float]]:
         """All values as the scene's expressions give them."""
         from lagrange_cli.scene.language.problems import Problems
         from lagrange_cli.scene.reading.overrides import override_initial, override_parameters
@@ -253,7 +262,7 @@ class Numbers:
         scene = override_parameters(self._scene, own.parameters, problems)
         scene = override_initial(scene, own.initial, problems)
         problems.raise_if_any()
-        found, start = numbers_of(scene)
+        found, start = numeric_values(scene)
         return (
             {name: value for name, value in found.items() if value is not None},
             {name: value for name, value in start.items() if value is not None},

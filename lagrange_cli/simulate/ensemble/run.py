@@ -1,9 +1,8 @@
-"""Many motions of one scene, that differ in parameters and initial values.
+"""Run the members of an ensemble in blocks, on several cores.
 
-Members are run in blocks, on as many cores as are asked for; each is what
-:func:`.charts.simulation.simulate_past_charts` gives for it alone, with an accuracy of its own.
-What cannot be run is listed with the reason. Blocks that are finished are kept beside the
-result (:mod:`.store`), so that an interrupted run goes on with the others.
+Each member is the motion that :func:`.charts.simulation.simulate_past_singularities` gives for it
+alone, with an accuracy of its own. Members that cannot be run are listed with the reason. Finished
+blocks are kept beside the result (:mod:`.store`), so that an interrupted run goes on from them.
 """
 
 from __future__ import annotations
@@ -22,10 +21,16 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.files.rows import NUMBER
 from lagrange_cli.simulate.accuracy.controller import Measured
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.charts.simulation import other_form, simulate_past_charts
-from lagrange_cli.simulate.ensemble.batched_results import Family, Missed, family_of
-from lagrange_cli.simulate.ensemble.blocks import FIGURES, WORDS, Block, Gathering, Part
-from lagrange_cli.simulate.ensemble.members import Numbers, Own, Recipe
+from lagrange_cli.simulate.charts.simulation import multiplier_form, simulate_past_singularities
+from lagrange_cli.simulate.ensemble.batched_results import BatchedResults, Missed, batched_results
+from lagrange_cli.simulate.ensemble.blocks import (
+    MEMBER_FIGURES,
+    MEMBER_WORDS,
+    BlockBuilder,
+    BlockPart,
+    MemberBlock,
+)
+from lagrange_cli.simulate.ensemble.members import MemberValues, NumericMembers, Recipe
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.parallel import Aside, in_any_order, in_threads
 from lagrange_cli.simulate.request import SimulationOptions
@@ -36,14 +41,23 @@ from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_sid
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.store import Store
 
-__all__ = ["REFUSED", "Block", "Plan", "Task", "run_block", "run_blocks", "run_members", "tasks_of"]
+__all__ = [
+    "REFUSED",
+    "MemberBlock",
+    "Plan",
+    "Task",
+    "run_block",
+    "run_blocks",
+    "run_members",
+    "tasks_of",
+]
 
 #: The status of a member that cannot be begun.
 REFUSED = "refused"
 
 #: Members of a block, where they are run one by one and where side by side, and into how many
 #: blocks fewer members are divided.
-LARGEST_BLOCK, LARGEST_SIDE_BY_SIDE, FEWEST_BLOCKS = 32, 256, 16
+_LARGEST_BLOCK, _LARGEST_SIDE_BY_SIDE, _FEWEST_BLOCKS = 32, 256, 16
 
 
 @dataclass(frozen=True)
@@ -75,7 +89,7 @@ class Plan:
     key: str
     recipe: Recipe = field(compare=False)
     names: tuple[str, ...] = field(compare=False)
-    own: Own = field(compare=False)
+    own: MemberValues = field(compare=False)
     model: Model = field(compare=False)
     alone: bool = field(compare=False)
     samples: int = field(compare=False)
@@ -99,51 +113,51 @@ class _Runner:
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
         self.scene = plan.recipe.scene()
-        self._numbers = Numbers(plan.recipe, plan.own, plan.model) if plan.alone else None
+        self._numbers = NumericMembers(plan.recipe, plan.own, plan.model) if plan.alone else None
         self._functions: Callable[[Model], RightHandSide] | None = None
         sizes = {size.name for size in self.scene.sizes}
         self._parameters = sizes | {p.name for p in self.scene.parameters}
 
     @cached_property
-    def family(self) -> Family | None:
+    def batched(self) -> BatchedResults | None:
         """What steps members side by side; None where each is run by itself."""
         if not self.plan.alone:
             return None
-        return family_of(self.plan.model, self.plan.options, self.plan.extra)
+        return batched_results(self.plan.model, self.plan.options, self.plan.extra)
 
-    def gathering(self, task: Task) -> Gathering:
+    def gathering(self, task: Task) -> BlockBuilder:
         """Where parts of a task are put together."""
         plan = self.plan
-        expected = () if self.family is None else self.family.names
+        expected = () if self.batched is None else self.batched.names
         columns = expected if plan.columns else None
-        return Gathering(plan.names, len(task.rows), plan.samples, columns)
+        return BlockBuilder(plan.names, len(task.rows), plan.samples, columns)
 
-    def decide(self, task: Task, found: Gathering, between: Callable[[], None]) -> None:
+    def decide(self, task: Task, found: BlockBuilder, between: Callable[[], None]) -> None:
         """Those members for which stepping them side by side decides what becomes of them."""
-        if self.family is not None:
-            for part in self._side_by_side(self.family, task.rows, between):
+        if self.batched is not None:
+            for part in self._side_by_side(self.batched, task.rows, between):
                 found.take(part)
 
     def _side_by_side(
-        self, family: Family, rows: Sequence[tuple[str, ...]], between: Callable[[], None]
-    ) -> Iterator[Part]:
+        self, batched: BatchedResults, rows: Sequence[tuple[str, ...]], between: Callable[[], None]
+    ) -> Iterator[BlockPart]:
         values = {k: of for k, texts in enumerate(rows) if (of := self._values(texts)) is not None}
         numbers = np.array(list(values), dtype=np.int64)
         if not values:
             return
         parameters = np.array([[x or 0.0 for x in own] for own, _ in values.values()])
         starts = np.array([start for _, start in values.values()], dtype=float)
-        for found in family.run(starts, parameters, between):
+        for found in batched.run(starts, parameters, between):
             if isinstance(found, Missed):
                 number = int(numbers[found.number])
-                yield self._missed(family, number, rows[number], found.measured)
+                yield self._missed(batched, number, rows[number], found.measured)
                 continue
             known = {p.name: parameters[:, i] for i, p in enumerate(self.plan.model.parameters)}
             given = {name: values[found.numbers] for name, values in known.items()}
             given |= {name: column[:, 0] for name, column in found.columns.items()}
             own = {name: given[name] for name in self.plan.names}
             members = numbers[found.numbers].tolist()
-            yield Part(members, found.columns, own, found.scales, found.figures, found.words)
+            yield BlockPart(members, found.columns, own, found.scales, found.figures, found.words)
 
     def _values(
         self, texts: Sequence[str]
@@ -155,21 +169,23 @@ class _Runner:
         except InputError:
             return None
 
-    def _own(self, texts: Sequence[str]) -> Own:
-        return Own.divided(dict(zip(self.plan.names, texts, strict=True)), self._parameters)
+    def _own(self, texts: Sequence[str]) -> MemberValues:
+        return MemberValues.divided(
+            dict(zip(self.plan.names, texts, strict=True)), self._parameters
+        )
 
     def _missed(
-        self, family: Family, number: int, texts: Sequence[str], measured: Measured
-    ) -> Part:
+        self, batched: BatchedResults, number: int, texts: Sequence[str], measured: Measured
+    ) -> BlockPart:
         """A member whose accuracy was measured to be missed."""
         assert self._numbers is not None
         model = self._numbers.of(self._own(texts))
         assert model is not None
-        request = replace(family.request, initial=np.array(model.initial, dtype=float))
+        request = replace(batched.request, initial=np.array(model.initial, dtype=float))
         found = trajectory_of(model, request, self._bound(model), measured)
         return self._part(number, texts, model, found)
 
-    def single(self, number: int, texts: Sequence[str]) -> Part:
+    def single(self, number: int, texts: Sequence[str]) -> BlockPart:
         """A member by itself."""
         own = self._own(texts)
         try:
@@ -179,21 +195,23 @@ class _Runner:
             found = self._simulated(own, model, functions)
         except InputError as refusal:
             words = {"status": REFUSED, "reason": refusal.problems[0].message}
-            return Part([number], {}, self._given(texts, {}), {}, {}, words)
+            return BlockPart([number], {}, self._given(texts, {}), {}, {}, words)
         return self._part(number, texts, model, found)
 
-    def _part(self, number: int, texts: Sequence[str], model: Model, found: Trajectory) -> Part:
+    def _part(
+        self, number: int, texts: Sequence[str], model: Model, found: Trajectory
+    ) -> BlockPart:
         values = {p.name: p.value for p in model.parameters}
         values |= {name: float(column[0]) for name, column in found.columns.items()}
         table = found.table(self.plan.extra)
-        figures = {name: getattr(found, name) for name in FIGURES}
-        return Part(
+        figures = {name: getattr(found, name) for name in MEMBER_FIGURES}
+        return BlockPart(
             [number],
             {name: column[None] for name, column in table.items() if name != "t"},
             self._given(texts, values),
             {name: _one(value) for name, value in found.scales.items() if found.requested},
             {name: _one(value) for name, value in figures.items()},
-            {name: str(getattr(found, name)) for name in WORDS},
+            {name: str(getattr(found, name)) for name in MEMBER_WORDS},
         )
 
     def _given(self, texts: Sequence[str], values: Mapping[str, float | None]) -> dict[str, Array]:
@@ -211,12 +229,14 @@ class _Runner:
             self._functions = right_hand_sides(self.plan.model)
         return self._functions(model)
 
-    def _simulated(self, own: Own, model: Model, functions: RightHandSide | None) -> Trajectory:
+    def _simulated(
+        self, own: MemberValues, model: Model, functions: RightHandSide | None
+    ) -> Trajectory:
         recipe = self.plan.recipe
-        return simulate_past_charts(
+        return simulate_past_singularities(
             model,
             self.plan.options,
-            other_form(model, recipe.formulation, lambda: recipe.model(own, "multiplier")),
+            multiplier_form(model, recipe.formulation, lambda: recipe.model(own, "multiplier")),
             RunContext(functions),
         )
 
@@ -230,7 +250,7 @@ def _runner(plan: Plan) -> _Runner:
     return _Runner(plan)
 
 
-def run_block(task: Task) -> Block | None:
+def run_block(task: Task) -> MemberBlock | None:
     """Run the members of a task; None where an interrupt reached it."""
     runner = _runner(task.plan)
     found = runner.gathering(task)
@@ -246,7 +266,7 @@ def run_block(task: Task) -> Block | None:
     return found.block(task.number)
 
 
-def _run_in_thread(both: tuple[Task, Gathering], aside: Aside) -> Block | None:
+def _run_in_thread(both: tuple[Task, BlockBuilder], aside: Aside) -> MemberBlock | None:
     """The same, with members by themselves in other processes."""
     task, found = both
 
@@ -263,12 +283,12 @@ def _run_in_thread(both: tuple[Task, Gathering], aside: Aside) -> Block | None:
     return found.block(task.number)
 
 
-def _singles(task: Task, found: Gathering) -> list[Task]:
+def _singles(task: Task, found: BlockBuilder) -> list[Task]:
     """The members of a task that are in no part yet, each a task."""
     return [Task(task.plan, number, (task.rows[number],)) for number in found.left]
 
 
-def _run_single(task: Task) -> Part:
+def _run_single(task: Task) -> BlockPart:
     """A member by itself: the only one of the task, whose number it has."""
     (texts,) = task.rows
     return _runner(task.plan).single(task.number, texts)
@@ -280,8 +300,8 @@ def _run_single(task: Task) -> Part:
 def tasks_of(plan: Plan, rows: Sequence[tuple[str, ...]]) -> list[Task]:
     """The members in blocks, which do not depend on where they are run."""
     many = plan.alone and bool(plan.model.code.taylor)
-    largest = LARGEST_SIDE_BY_SIDE if many else LARGEST_BLOCK
-    size = max(1, min(largest, len(rows) // FEWEST_BLOCKS))
+    largest = _LARGEST_SIDE_BY_SIDE if many else _LARGEST_BLOCK
+    size = max(1, min(largest, len(rows) // _FEWEST_BLOCKS))
     return [
         Task(plan, number, tuple(rows[first : first + size]))
         for number, first in enumerate(range(0, len(rows), size))
@@ -320,13 +340,13 @@ def run_members(
     return len(store.finished) == len(tasks)
 
 
-def run_blocks(tasks: Sequence[Task], jobs: int | None) -> Iterator[Block | None]:
+def run_blocks(tasks: Sequence[Task], jobs: int | None) -> Iterator[MemberBlock | None]:
     """The blocks of tasks as they are finished, None where an interrupt reached one.
 
     Members that are stepped side by side are run by threads of this process, others by
     :func:`.simulate.parallel.in_any_order`.
     """
-    if tasks and jobs not in (None, 1) and _runner(tasks[0].plan).family is not None:
+    if tasks and jobs not in (None, 1) and _runner(tasks[0].plan).batched is not None:
         # Memory is taken here: what one thread takes and another leaves is not used again.
         both = ((task, _runner(task.plan).gathering(task)) for task in tasks)
         return in_threads(_run_in_thread, both, jobs)
@@ -344,6 +364,6 @@ def _kept(tasks: Sequence[Task], store: Store, jobs: int | None) -> Iterator[int
             yield block.number
 
 
-def _iterated(blocks: Iterator[Block | None]) -> Generator[Block | None, None, None]:
+def _iterated(blocks: Iterator[MemberBlock | None]) -> Generator[MemberBlock | None, None, None]:
     """The same, so that it can be closed."""
     yield from blocks

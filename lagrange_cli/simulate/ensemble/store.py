@@ -22,7 +22,7 @@ import numpy as np
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write, discard, is_temporary, whole_file, write_file
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.blocks import FIGURES, WORDS, Block
+from lagrange_cli.simulate.ensemble.blocks import MEMBER_FIGURES, MEMBER_WORDS, MemberBlock
 
 __all__ = ["Store", "open_store", "parts_of"]
 
@@ -47,9 +47,9 @@ class Store:
     """
 
     folder: Path | None
-    finished: dict[int, Block] = field(default_factory=dict)
+    finished: dict[int, MemberBlock] = field(default_factory=dict)
 
-    def keep(self, block: Block) -> None:
+    def keep(self, block: MemberBlock) -> None:
         """Keep a block that is finished.
 
         Raises
@@ -124,9 +124,9 @@ class Store:
                 _put(archive, f"given/{name}", (members,), given)
             for name in dict.fromkeys(n for k in numbers for n in self.finished[k].scales):
                 _put(archive, f"scale/{name}", (members,), [self._scales(name)])
-            for name in FIGURES:
+            for name in MEMBER_FIGURES:
                 _put(archive, f"member/{name}", (members,), [self.figures(name)])
-            for name in WORDS:
+            for name in MEMBER_WORDS:
                 _put(archive, f"member/{name}", (members,), [np.array(self.words(name))])
 
     def _column_names(self) -> list[str]:
@@ -164,11 +164,11 @@ def _put(
 # Blocks as bytes.
 
 
-def _without_columns(block: Block) -> Block:
-    return Block(block.number, {}, block.given, block.scales, block.figures, block.words)
+def _without_columns(block: MemberBlock) -> MemberBlock:
+    return MemberBlock(block.number, {}, block.given, block.scales, block.figures, block.words)
 
 
-def _packed(block: Block) -> bytes:
+def _packed(block: MemberBlock) -> bytes:
     arrays: dict[str, Any] = {f"c/{name}": values for name, values in block.columns.items()}
     arrays |= {f"g/{name}": values for name, values in block.given.items()}
     arrays |= {f"s/{name}": values for name, values in block.scales.items()}
@@ -186,7 +186,7 @@ _UNREADABLE = (
 )
 
 
-def _unpacked(path: Path, number: int, size: int) -> Block | None:
+def _unpacked(path: Path, number: int, size: int) -> MemberBlock | None:
     """A block without its columns; None where the file is none, or has other members."""
     try:
         with np.load(path, allow_pickle=False) as arrays:
@@ -197,11 +197,11 @@ def _unpacked(path: Path, number: int, size: int) -> Block | None:
         kind: {name[2:]: a for name, a in every.items() if name.startswith(f"{kind}/")}
         for kind in "gsfw"
     }
-    known = set(parts["f"]) == set(FIGURES) and set(parts["w"]) == set(WORDS)
+    known = set(parts["f"]) == set(MEMBER_FIGURES) and set(parts["w"]) == set(MEMBER_WORDS)
     if not known or any(array.shape[:1] != (size,) for array in every.values()):
         return None
     words = {name: [str(word) for word in array] for name, array in parts["w"].items()}
-    return Block(number, {}, parts["g"], parts["s"], parts["f"], words)
+    return MemberBlock(number, {}, parts["g"], parts["s"], parts["f"], words)
 
 
 def open_store(output: str | None, key: str, sizes: Sequence[int], *, resume: bool) -> Store:

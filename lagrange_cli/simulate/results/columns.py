@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.results.forces import constraint_forces
+from lagrange_cli.simulate.results.forces import constraint_force_columns
 from lagrange_cli.simulate.system.functions import RightHandSide
-from lagrange_cli.simulate.verification.contact_history import Along
+from lagrange_cli.simulate.verification.contact_history import MotionFunctions
 from lagrange_cli.simulate.verification.disproof import energies
 
 __all__ = ["Sampled", "sampled", "state_columns"]
@@ -26,7 +26,7 @@ class Sampled:
     forces: Mapping[str, Array]
 
 
-def sampled(model: Model, seen: Along, t: Array, states: Array) -> Sampled:
+def sampled(model: Model, seen: MotionFunctions, t: Array, states: Array) -> Sampled:
     """The columns of some samples of a motion.
 
     Parameters
@@ -41,7 +41,7 @@ def sampled(model: Model, seen: Along, t: Array, states: Array) -> Sampled:
         columns=state_columns(model, functions, t, states),
         energy=energies(seen, t, states)[0],
         multipliers=dict(zip(names, functions.multipliers(t, states).T, strict=True)),
-        forces=constraint_forces(model, functions, t, states),
+        forces=constraint_force_columns(model, functions, t, states),
     )
 
 

@@ -9,29 +9,29 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.results.columns import Sampled
 
-__all__ = ["Outline"]
+__all__ = ["Decimator"]
 
 #: Parts of the time: more than a picture has pixels beside each other.
-PARTS = 2000
+_PARTS = 2000
 
 
-class Outline:
+class Decimator:
     """The least and the largest value of each curve in equal parts of the time.
 
     Fast oscillations become a band, as they would if every sample were drawn.
     """
 
     def __init__(self, start: float, until: float, names: tuple[str, ...]) -> None:
-        self._edges = np.linspace(start, until, PARTS + 1)
+        self._edges = np.linspace(start, until, _PARTS + 1)
         self._names = names
         # The last row is that of the energy.
-        self._bounds = np.full((2, len(names) + 1, PARTS), np.nan)
+        self._bounds = np.full((2, len(names) + 1, _PARTS), np.nan)
 
     def add(self, part: Sampled) -> None:
         """Take further samples."""
         curves = np.array([*(part.columns[name] for name in self._names), part.energy])
         inner = np.searchsorted(self._edges, part.t, side="right") - 1
-        inside, firsts = np.unique(np.minimum(inner, PARTS - 1), return_index=True)
+        inside, firsts = np.unique(np.minimum(inner, _PARTS - 1), return_index=True)
         for bound, of in zip(self._bounds, (np.fmin, np.fmax), strict=True):
             bound[:, inside] = of(bound[:, inside], of.reduceat(curves, firsts, axis=1))
 

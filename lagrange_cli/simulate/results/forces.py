@@ -9,10 +9,10 @@ from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.functions import RightHandSide, functions_of
 from lagrange_cli.simulate.system.tables import Knowing
 
-__all__ = ["constraint_forces"]
+__all__ = ["constraint_force_columns"]
 
 
-def constraint_forces(
+def constraint_force_columns(
     model: Model, functions: RightHandSide, t: Array, states: Array
 ) -> dict[str, Array]:
     """Column → values for each force of the model; NaN where there is no acceleration.

@@ -27,7 +27,7 @@ Add: TypeAlias = Callable[[Mapping[str, Array]], None]
 Format: TypeAlias = Callable[[BinaryIO, int, str | None], AbstractContextManager[Add]]
 
 #: Bytes of a number, of a column that are copied at a time, and of all that wait in memory.
-NUMBER, PART, IN_MEMORY = 8, 2**22, 2**26
+_NUMBER, _PART, IN_MEMORY = 8, 2**22, 2**26
 
 #: Bytes of a column from which on the archive needs the format of 64 bits.
 LARGE = 2**31
@@ -65,7 +65,7 @@ def as_npz(file: BinaryIO, count: int, folder: str | None = None) -> Iterator[Ad
             nonlocal added
             names[:] = table
             for k, values in enumerate(table.values()):
-                waiting.seek(NUMBER * (k * count + added))
+                waiting.seek(_NUMBER * (k * count + added))
                 waiting.write(np.ascontiguousarray(values, dtype=float).tobytes())
             added += len(next(iter(table.values())))
 
@@ -73,19 +73,19 @@ def as_npz(file: BinaryIO, count: int, folder: str | None = None) -> Iterator[Ad
         waiting.seek(0)
         with zipfile.ZipFile(file, "w") as archive:
             for name in names:
-                _put(archive, name, count, _parts(waiting, NUMBER * count))
+                _put(archive, name, count, _parts(waiting, _NUMBER * count))
 
 
 def _parts(file: IO[bytes], size: int) -> Iterator[bytes]:
     while size:
-        part = file.read(min(PART, size))
+        part = file.read(min(_PART, size))
         size -= len(part)
         yield part
 
 
 def _put(archive: zipfile.ZipFile, name: str, count: int, parts: Iterable[bytes]) -> None:
     """Write an array of doubles, shape (count,), from its bytes."""
-    entry, large = zipfile.ZipInfo(f"{name}.npy"), NUMBER * count > LARGE
+    entry, large = zipfile.ZipInfo(f"{name}.npy"), _NUMBER * count > LARGE
     with archive.open(entry, "w", force_zip64=large) as file:
         header = np.lib.format.header_data_from_array_1_0(np.empty(0))
         np.lib.format.write_array_header_1_0(file, {**header, "shape": (count,)})

@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Literal
 
-from lagrange_cli.simulate.accuracy.controller import Disproof, Measured, Obstacle
-from lagrange_cli.simulate.accuracy.event_agreement import Unclear
+from lagrange_cli.simulate.accuracy.controller import Disproof, LimitingComponent, Measured
+from lagrange_cli.simulate.accuracy.event_agreement import UnclearContacts
 from lagrange_cli.simulate.integrators.base import projection
 from lagrange_cli.simulate.integrators.hybrid.contact_motion import (
     ENDLESS,
@@ -29,10 +29,10 @@ from lagrange_cli.simulate.runs.run import Failure
 __all__ = ["Status", "reason", "status"]
 
 #: How much earlier, as a part of the motion so far, an end is proposed.
-BEFORE = 0.01
+_BEFORE = 0.01
 
 #: Contacts that are named in one sentence.
-MOST_NAMED = 6
+_MOST_NAMED = 6
 
 Status = Literal["ok", "accuracy_not_reached", "stopped", "blow_up"]
 
@@ -119,7 +119,7 @@ def reason(model: Model, problem: InitialValueProblem, measured: Measured, reque
     if not ends and measured.unclear is not None:
         return f"{holds}: {_unclear(model, measured.unclear)}"
     if not ends:
-        return holds + _obstacle(model, measured.obstacle)
+        return holds + _limiting_component(model, measured.limiting_component)
     return (
         f"{holds}: the bounces on '{model.contacts[ends[0].contact]}' become infinitely many"
         f" by t = {ends[0].t:.9g}, and nothing is promised of what follows;"
@@ -127,7 +127,7 @@ def reason(model: Model, problem: InitialValueProblem, measured: Measured, reque
     )
 
 
-def _obstacle(model: Model, found: Obstacle | None) -> str:
+def _limiting_component(model: Model, found: LimitingComponent | None) -> str:
     """What is in the way of the accuracy, and which one is not; nothing where that is not known."""
     if found is None:
         return ""
@@ -147,7 +147,7 @@ def _failed(model: Model, problem: InitialValueProblem, failure: Failure) -> str
     if failure.reason in _STUCK and failure.contacts:
         says = _STUCK[failure.reason][len(failure.contacts) > 1]
         way_out = _WAYS_OUT[failure.reason].format(_listed(model, failure.contacts[-1:]))
-        before = failure.time - BEFORE * (failure.time - problem.start)
+        before = failure.time - _BEFORE * (failure.time - problem.start)
         ends = "" if failure.time == problem.start else f"--until {before:.6g} ends before, "
         return f"{past}: {says.format(_listed(model, failure.contacts))}; {ends}{way_out}"
     if failure.reason in _KINKS:
@@ -157,7 +157,7 @@ def _failed(model: Model, problem: InitialValueProblem, failure: Failure) -> str
     return f"{past}: {failure.reason}{cause}"
 
 
-def _unclear(model: Model, of: Unclear) -> str:
+def _unclear(model: Model, of: UnclearContacts) -> str:
     if not of.differ:
         return (
             f"what happens at {_listed(model, of.contacts)} at t = {of.time:.9g} makes errors grow"
@@ -182,6 +182,6 @@ def _named(model: Model, contacts: Sequence[int]) -> str:
 def _listed(model: Model, contacts: Sequence[int]) -> str:
     """Their names; of many the first ones."""
     names = [f"'{model.contacts[k]}'" for k in contacts]
-    if len(names) > MOST_NAMED:
-        return f"{', '.join(names[:MOST_NAMED])} and {len(names) - MOST_NAMED} more"
+    if len(names) > _MOST_NAMED:
+        return f"{', '.join(names[:_MOST_NAMED])} and {len(names) - _MOST_NAMED} more"
     return f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else "".join(names)

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 __all__ = ["draw", "new_figure", "picture", "require_program"]
 
 #: More lines than this in one panel have no legend.
-LONGEST_LEGEND = 12
+_LONGEST_LEGEND = 12
 
 #: What names of parts of an SVG are made with.
-SALT = "lagrange"
+_SALT = "lagrange"
 
 
 class Curves(Protocol):
@@ -36,7 +36,7 @@ class Curves(Protocol):
     def energy(self) -> Array: ...
 
 
-class Drawn(Curves, Protocol):
+class DrawnTrajectory(Curves, Protocol):
     """A trajectory as a picture shows it, by its ``outline`` where it has too many samples."""
 
     @property
@@ -47,7 +47,7 @@ class Drawn(Curves, Protocol):
     def outline(self) -> Curves | None: ...
 
 
-def draw(trajectory: Drawn, ending: str) -> bytes:
+def draw(trajectory: DrawnTrajectory, ending: str) -> bytes:
     """The picture's bytes: coordinates, velocities and energy over time.
 
     Raises
@@ -139,7 +139,7 @@ def picture(figure: Figure, ending: str) -> bytes:
     file = io.BytesIO()
     # Without a salt the names of parts of an SVG are random.
     try:
-        with rc_context({"svg.hashsalt": SALT}):
+        with rc_context({"svg.hashsalt": _SALT}):
             figure.savefig(file, format=ending, metadata=_undated(ending))
     except RuntimeError as error:
         first = next(iter(str(error).splitlines()), type(error).__name__)
@@ -148,12 +148,12 @@ def picture(figure: Figure, ending: str) -> bytes:
     return file.getvalue()
 
 
-def _lines(axes: Axes, trajectory: Drawn, names: list[str], label: str) -> None:
+def _lines(axes: Axes, trajectory: DrawnTrajectory, names: list[str], label: str) -> None:
     shown: Curves = trajectory.outline or trajectory
     for name in names:
         axes.plot(shown.t, shown.columns[name], label=name)
     axes.set_ylabel(label)
-    if len(names) <= LONGEST_LEGEND:
+    if len(names) <= _LONGEST_LEGEND:
         for text in axes.legend(loc="best").get_texts():
             text.set_parse_math(False)
 

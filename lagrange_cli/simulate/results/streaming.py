@@ -15,22 +15,22 @@ from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.results.columns import Sampled
-from lagrange_cli.simulate.results.decimation import Outline
+from lagrange_cli.simulate.results.decimation import Decimator
 from lagrange_cli.simulate.results.formats import format_of
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.samples.buffer import Samples, Spool, folder_of, require_room, spool_file
 from lagrange_cli.simulate.samples.rows import Rows, windows
 
-__all__ = ["IN_MEMORY", "Stream", "picked", "spooled", "streamed"]
+__all__ = ["IN_MEMORY", "Stream", "buffers", "shown_samples", "written_in_windows"]
 
 #: Numbers of the states of a run that memory is to hold.
 IN_MEMORY = 2**19
 
 #: Runs that are compared to measure an error.
-COMPARED = 3
+_COMPARED = 3
 
 #: Samples that a trajectory has of those that are in a file.
-FEW = 1001
+_FEW = 1001
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Stream:
 
 
 @contextmanager
-def spooled(
+def buffers(
     stream: Stream, model: Model, request: Request, checkpoint: Checkpoint | None
 ) -> Iterator[Callable[[], Samples]]:
     """What gives each run room for the states of its samples on a disk.
@@ -65,7 +65,7 @@ def spooled(
     columns = 0 if stream.output is None else 1 + width + 2 * len(model.cartesian)
     folder = folder_of(stream.output if checkpoint is None else checkpoint.path)
     if checkpoint is None or not checkpoint.resume:
-        runs = 1 if request.accuracy is None else COMPARED
+        runs = 1 if request.accuracy is None else _COMPARED
         require_room(folder, len(request.times), runs * width + columns)
     names = count()
     with ExitStack() as files:
@@ -77,15 +77,15 @@ def spooled(
         yield room
 
 
-def picked(times: Rows, states: Rows) -> tuple[Array, Array]:
+def shown_samples(times: Rows, states: Rows) -> tuple[Array, Array]:
     """The samples that a trajectory has: all in memory, or some of those in a file."""
     if isinstance(states, np.ndarray):
         return times[: len(states)], states
-    numbers = np.unique(np.linspace(0, len(states) - 1, FEW).round()).astype(int).tolist()
+    numbers = np.unique(np.linspace(0, len(states) - 1, _FEW).round()).astype(int).tolist()
     return np.array([times[k] for k in numbers]), np.array([states[k] for k in numbers])
 
 
-def streamed(
+def written_in_windows(
     stream: Stream,
     found: Trajectory,
     times: Rows,
@@ -108,7 +108,7 @@ def streamed(
     """
     if stream.output is None and not stream.drawn:
         return found
-    outline = Outline(float(times[0]), float(times[len(times) - 1]), _curves(found))
+    outline = Decimator(float(times[0]), float(times[len(times) - 1]), _curves(found))
     with ExitStack() as files:
         add = None
         if stream.output is not None:

@@ -17,10 +17,10 @@ from lagrange_cli.simulate.results.formats import Format, as_csv, as_npz, format
 if TYPE_CHECKING:
     from lagrange_cli.simulate.results.columns import Sampled
 
-__all__ = ["EXTRA", "Event", "Trajectory", "require_forces"]
+__all__ = ["EXTRA_COLUMNS", "Event", "Trajectory", "require_forces"]
 
 #: Columns that can be asked for; every component of a particle is there without asking.
-EXTRA = ("energy", "positions", "forces")
+EXTRA_COLUMNS = ("energy", "positions", "forces")
 
 
 def require_forces(name: str, forces: Collection[str]) -> None:
@@ -162,7 +162,7 @@ class Trajectory:
         }
 
     def table(self, extra: Collection[str] = ()) -> dict[str, Array]:
-        """Column name → values: ``t``, the state, and of :data:`EXTRA` what is asked for.
+        """Column name → values: ``t``, the state, and of :data:`EXTRA_COLUMNS` what is asked for.
 
         ``energy``; ``positions``, which are part of the state; ``forces``,
         constraint forces as ``force_x(PARTICLE)`` where they were derived, and multipliers

@@ -17,19 +17,19 @@ from lagrange_cli.simulate.samples.rows import Grid, Rows, windows
 __all__ = [
     "InitialValueProblem",
     "RunningScales",
-    "between_samples",
     "last_scales",
     "running_scales",
     "scales_from",
-    "spacing",
+    "ulps",
+    "unsampled_motion",
 ]
 
 #: A coordinate that moves less than this part of the largest of its kind, or of how far it goes
 #: between the samples, is measured by the larger one.
-SMALL_BESIDE_OTHERS = 1e-3
+_SMALL_BESIDE_OTHERS = 1e-3
 
 #: Longest step as a part of the span, and where something depends on time (a pulse).
-LONGEST_STEP, LONGEST_STEP_DRIVEN = 1 / 128, 1 / 512
+_LONGEST_STEP, _LONGEST_STEP_DRIVEN = 1 / 128, 1 / 512
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class InitialValueProblem:
     in wider arithmetic, or None where there is none, and is worth to be asked where it
     ``widens``. ``room`` gives each run a place for its samples where memory is not to hold
     them. ``read_off``: other coordinates are to be found from these. ``between`` is how far
-    components go between samples that show next to nothing of it (:func:`between_samples`).
+    components go between samples that show next to nothing of it (:func:`unsampled_motion`).
     ``landmarks``: exponents of sharp functions, None where there are none, or where they are
     watched already.
     """
@@ -85,7 +85,7 @@ class InitialValueProblem:
     @property
     def longest_step(self) -> float:
         """No step is longer, so that what is sharp in a long quiet motion is not passed unseen."""
-        return self.span * (LONGEST_STEP if self.autonomous else LONGEST_STEP_DRIVEN)
+        return self.span * (_LONGEST_STEP if self.autonomous else _LONGEST_STEP_DRIVEN)
 
     @cached_property
     def angles(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
@@ -93,7 +93,7 @@ class InitialValueProblem:
         return np.array([kind == "angle" for kind in self.kinds])
 
 
-def spacing(values: Array) -> Array:
+def ulps(values: Array) -> Array:
     """One unit in the last place of |values|, 0 for 0."""
     return np.where(values == 0, 0.0, np.spacing(np.abs(values)))
 
@@ -157,14 +157,14 @@ def scales_from(problem: InitialValueProblem, largest: Array, speed: Array) -> A
     between = np.zeros(2 * n) if problem.between is None else problem.between
     for own in groups(problem.kinds):
         of_kind = np.maximum(largest, between[:n])[:, own].max(axis=1, keepdims=True)
-        scale = np.maximum(largest[:, own], SMALL_BESIDE_OTHERS * of_kind)
+        scale = np.maximum(largest[:, own], _SMALL_BESIDE_OTHERS * of_kind)
         scales[:, own] = np.where(of_kind == 0, 1.0, scale)
-    speed = np.maximum(speed, SMALL_BESIDE_OTHERS * between[n:])
+    speed = np.maximum(speed, _SMALL_BESIDE_OTHERS * between[n:])
     scales[:, n:] = np.maximum(speed, scales[:, :n] / problem.span)
     return scales
 
 
-def between_samples(problem: InitialValueProblem, states: Array, moved: Array) -> Array:
+def unsampled_motion(problem: InitialValueProblem, states: Array, moved: Array) -> Array:
     """How far components go that samples show less than a thousandth of, 0 for others, (2n,).
 
     Samples once a period show a coordinate always at the same place, but for rounding, which is
@@ -180,4 +180,4 @@ def between_samples(problem: InitialValueProblem, states: Array, moved: Array) -
     """
     n = len(problem.kinds)
     shown = np.abs(np.concatenate([states[:, :n] - problem.y0[:n], states[:, n:]], axis=1))
-    return np.where(shown.max(axis=0) < SMALL_BESIDE_OTHERS * moved, moved, 0.0)
+    return np.where(shown.max(axis=0) < _SMALL_BESIDE_OTHERS * moved, moved, 0.0)

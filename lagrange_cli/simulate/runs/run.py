@@ -20,7 +20,7 @@ from lagrange_cli.simulate.samples.rows import Rows
 __all__ = ["Failure", "Run"]
 
 #: Seconds between two looks at the clock, roughly: what a person takes for at once.
-GLANCE = 0.02
+_GLANCE = 0.02
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ class Run:
         started = time.perf_counter()
         goes_on = self.advance(samples, self._pace, most_evaluations)
         taken = time.perf_counter() - started
-        self._pace = 2 * self._pace if taken < GLANCE / 2 else max(1, self._pace // 2)
+        self._pace = 2 * self._pace if taken < _GLANCE / 2 else max(1, self._pace // 2)
         return goes_on
 
     def advance(self, samples: int, most_steps: int, most_evaluations: float = math.inf) -> bool:

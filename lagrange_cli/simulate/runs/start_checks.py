@@ -14,7 +14,7 @@ __all__ = ["require_a_start"]
 
 #: How far a start may be from the constraints, as a part of the largest coordinate or
 #: velocity: more than the rounding of its numbers, less than anyone would call a start.
-OFF = 1e-9
+_OFF = 1e-9
 
 
 def require_a_start(model: Model, problem: InitialValueProblem) -> None:
@@ -55,7 +55,7 @@ def _massless(model: Model) -> InputError:
 def _near(projected: Array, y: Array) -> bool:
     """Whether positions and velocities are those of the projected state; NaN is near nothing."""
     moved, size = (np.abs(a).reshape(2, -1).max(axis=1) for a in (projected - y, y))
-    return bool((moved <= OFF * size).all())
+    return bool((moved <= _OFF * size).all())
 
 
 def _refused(message: str, hint: str) -> InputError:

@@ -27,47 +27,47 @@ from lagrange_cli.simulate.integrators.piecewise import pieces
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, groups
 from lagrange_cli.simulate.sharpness.disc_arithmetic import DISCS, Disc
 
-__all__ = ["Place", "Sight", "longest_step"]
+__all__ = ["AnalyticDiscs", "PathPoint", "longest_step"]
 
 #: The longest step beside the radius of discs along it, and beside the span: runs that are
 #: compared must differ in their steps.
-STEP, MOST = 4.5, 0.6
+_STEP, _MOST = 4.5, 0.6
 
 #: Of places closer to each other than this part of the radius the first one is enough, and no
 #: two are farther from each other than the second.
-APART, BETWEEN = 0.25, 1.25
+_APART, _BETWEEN = 0.25, 1.25
 
 #: The smallest radius that is tried beside the longest step that there is without sight, and by
 #: how much a radius that is too large shrinks.
-SMALLEST, SHRINK = 0.5, 2**0.5
+_SMALLEST, _SHRINK = 0.5, 2**0.5
 
 #: Operations of a right-hand side above which it would take too long to look.
-MOST_OPERATIONS = 500
+_MOST_OPERATIONS = 500
 
 #: How much larger than needed discs of states are made, how often, and how much larger than the
 #: first ones, or the scales of the motion, they may become.
-MARGIN, ROUNDS, LARGEST = 1.1, 12, 8.0
+_MARGIN, _ROUNDS, _LARGEST = 1.1, 12, 8.0
 
 #: The least disc around a state, beside the largest of its kind, and of an angle.
-LEAST = 1e-3
+_LEAST = 1e-3
 
 #: How often discs are made tighter.
-TIGHTER = 4
+_TIGHTER = 4
 
 #: How many times the radius of an event function's disc may shrink where that of the states is
 #: halved: 8 is that of a cubic.
-TAME = 8.0
+_TAME = 8.0
 
 _Flags = NDArray[np.bool_]
 
 
 def longest_step(problem: InitialValueProblem, reach: float) -> float:
     """The longest step where discs of this radius have been shown, 0 for none."""
-    return max(problem.longest_step, min(STEP * reach, MOST * problem.span))
+    return max(problem.longest_step, min(_STEP * reach, _MOST * problem.span))
 
 
 @dataclass(frozen=True)
-class Place:
+class PathPoint:
     """Where a motion has been, and the contacts that are closed there."""
 
     t: float
@@ -75,57 +75,57 @@ class Place:
     closed: Flags = ()
 
 
-class Sight:
+class AnalyticDiscs:
     """What can be seen from places on a motion."""
 
     def __init__(self, problem: InitialValueProblem) -> None:
         self._problem, self._blind = problem, pieces(problem.rhs) is not None
 
-    def first(self, place: Place) -> float:
+    def first(self, place: PathPoint) -> float:
         """The radius of a disc of times in which the motion from there is analytic and tame: the
         largest that is shown by way of smaller ones, up to the span, 0 for none."""
-        least, span = SMALLEST * self._problem.longest_step, self._problem.span
-        count = 1 + round(math.log(span / least, SHRINK))
-        radii = np.array([min(least * SHRINK**k, span) for k in range(count)])
+        least, span = _SMALLEST * self._problem.longest_step, self._problem.span
+        count = 1 + round(math.log(span / least, _SHRINK))
+        radii = np.array([min(least * _SHRINK**k, span) for k in range(count)])
         clear = self._clear([place] * len(radii), radii, np.zeros_like(place.y))
         return 0.0 if not clear[0] else float(radii[: np.append(clear, False).argmin()][-1])
 
-    def along(self, places: Sequence[Place], most: float, scales: Array) -> float:
+    def along(self, places: Sequence[PathPoint], most: float, scales: Array) -> float:
         """The radius for all of a motion between places, ``most`` or less; ``scales`` are its."""
         radius = most
-        while radius >= SMALLEST * self._problem.longest_step:
+        while radius >= _SMALLEST * self._problem.longest_step:
             near = list(self._near(places, radius))
             if self._clear(near, np.full(len(near), radius), scales).all():
                 return radius
-            radius /= SHRINK
+            radius /= _SHRINK
         return 0.0
 
-    def _near(self, places: Sequence[Place], radius: float) -> Iterator[Place]:
+    def _near(self, places: Sequence[PathPoint], radius: float) -> Iterator[PathPoint]:
         """Places on the motion of which each is near to the next one."""
         last = places[0]
         yield last
         for place in places[1:]:
             alike, way = place.closed == last.closed, place.t - last.t
-            if alike and way < APART * radius:
+            if alike and way < _APART * radius:
                 continue
-            parts = math.ceil(way / (BETWEEN * radius)) if alike else 1
+            parts = math.ceil(way / (_BETWEEN * radius)) if alike else 1
             yield from (self._between(last, place, k / parts) for k in range(1, parts))
             yield place
             last = place
 
-    def _between(self, one: Place, other: Place, x: float) -> Place:
+    def _between(self, one: PathPoint, other: PathPoint, x: float) -> PathPoint:
         """A place at a part of the way from one to another, by Hermite's cubic."""
         side, h = self._side(one.closed), other.t - one.t
         starts, ends = h * side(one.t, one.y), h * side(other.t, other.y)
         line = other.y - one.y
         bent = (1 - x) * (starts - line) - x * (ends - line)
-        return Place(one.t + x * h, one.y + x * (line + (1 - x) * bent), one.closed)
+        return PathPoint(one.t + x * h, one.y + x * (line + (1 - x) * bent), one.closed)
 
     def _side(self, closed: Flags) -> Rhs:
         rhs = self._problem.rhs
         return rhs.side(closed) if isinstance(rhs, SwitchedRhs) else rhs
 
-    def _clear(self, places: Sequence[Place], radii: Array, scales: Array) -> _Flags:
+    def _clear(self, places: Sequence[PathPoint], radii: Array, scales: Array) -> _Flags:
         """Whether motions from places are shown to be tame, each within its radius."""
         found = np.zeros(len(places), dtype=bool)
         try:
@@ -143,7 +143,7 @@ class _Places:
     """Places with the same contacts closed, and a radius for each: t (m,), y (m, 2n)."""
 
     def __init__(
-        self, problem: InitialValueProblem, places: Sequence[Place], radii: Array, scales: Array
+        self, problem: InitialValueProblem, places: Sequence[PathPoint], radii: Array, scales: Array
     ) -> None:
         self._problem, self._closed, self._scales = problem, places[0].closed, scales
         self._t = np.array([place.t for place in places])
@@ -157,15 +157,15 @@ class _Places:
             raise UnfitError("its equations are not to be had as expressions")
         slopes = np.array([side(t, y) for t, y in zip(self._t.tolist(), self._y, strict=True)])
         states = self._first(np.abs(slopes))
-        most = np.maximum(LARGEST * self._of_kind(states), self._scales)
+        most = np.maximum(_LARGEST * self._of_kind(states), self._scales)
         lost = ~np.isfinite(slopes).all(axis=1)
-        for _ in range(ROUNDS):
+        for _ in range(_ROUNDS):
             needed = self._needed(of, states)
             lost |= ~(needed <= most).all(axis=1)
             inside = np.asarray((needed <= states).all(axis=1))
             if (lost | inside).all():
                 break
-            states = np.where(inside[:, None], states, np.fmax(states, MARGIN * needed))
+            states = np.where(inside[:, None], states, np.fmax(states, _MARGIN * needed))
         clear = inside & ~lost
         if isinstance(rhs, SwitchedRhs) and clear.any():
             clear &= self._falls_tamely(rhs, self._tightened(of, states))
@@ -175,7 +175,7 @@ class _Places:
         """Discs of states that enclose the motions alone: Picard's iteration leads from any that it
         does not leave to smaller ones. In those that are larger than need be, a gap may change
         by more than what is sharp in it."""
-        for _ in range(TIGHTER):
+        for _ in range(_TIGHTER):
             states = np.fmin(states, self._needed(of, states))
         return states
 
@@ -189,11 +189,15 @@ class _Places:
         """How far states go at first, with a part of what others of their kind do."""
         n, radii = slopes.shape[1] // 2, self._radii[:, None]
         velocities = radii * slopes[:, n:]
-        states = MARGIN * np.concatenate([radii * (slopes[:, :n] + velocities), velocities], axis=1)
-        least = LEAST * np.maximum(self._of_kind(states), self._scales)
-        least[:, :n] = np.where(self._problem.angles, np.maximum(least[:, :n], LEAST), least[:, :n])
+        states = _MARGIN * np.concatenate(
+            [radii * (slopes[:, :n] + velocities), velocities], axis=1
+        )
+        least = _LEAST * np.maximum(self._of_kind(states), self._scales)
+        least[:, :n] = np.where(
+            self._problem.angles, np.maximum(least[:, :n], _LEAST), least[:, :n]
+        )
         least[:, n:] = np.maximum(least[:, n:], least[:, :n] / radii)
-        return np.maximum(states, np.where(least > 0, least, LEAST))
+        return np.maximum(states, np.where(least > 0, least, _LEAST))
 
     def _of_kind(self, states: Array) -> Array:
         """The largest of each kind, of positions and of velocities."""
@@ -215,14 +219,14 @@ class _Places:
                 whole = self._over(of, self._radii, states, few)
                 half = self._over(of, self._radii / 2, states / 2, few)
                 for a, b in zip(whole, half, strict=True):
-                    tame &= np.isfinite(a.radius) & (a.radius <= TAME * b.radius)
+                    tame &= np.isfinite(a.radius) & (a.radius <= _TAME * b.radius)
         return tame
 
     def _over(
         self, of: Expressions, radii: Array, states: Array, few: Sequence[int] | None = None
     ) -> list[Disc]:
         """A function over discs around times and states: all that it gives, or some of it."""
-        algebra = Algebra(DISCS, MOST_OPERATIONS)
+        algebra = Algebra(DISCS, _MOST_OPERATIONS)
         y = [Traced(Disc(*of), algebra) for of in zip(self._y.T, states.T, strict=True)]
         with np.errstate(all="ignore"):
             found = of.trace(

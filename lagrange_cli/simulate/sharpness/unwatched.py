@@ -18,10 +18,10 @@ __all__ = ["unseen_forces"]
 
 #: What the exponent of a sharp function may change by in the longest step, beside a peak that no
 #: step passes unseen (RESOLVED of kernels/landmarks.c).
-RESOLVED = 4.0
+_RESOLVED = 4.0
 
 #: Samples at which its rate is looked at, and the part of a step over which it is taken.
-MOST_SAMPLES, PART = 256, 1 / 64
+_MOST_SAMPLES, _PART = 256, 1 / 64
 
 
 def unseen_forces(
@@ -31,7 +31,7 @@ def unseen_forces(
     watched = functions.native and not model.contacts
     if watched or not model.landmarks or len(states) < 2:
         return ()
-    stride = -(-len(states) // MOST_SAMPLES)
+    stride = -(-len(states) // _MOST_SAMPLES)
     times, rows = thinned(problem.times, stride), states[::stride]
     if not _is_sharp(functions, problem, np.asarray(times[: len(rows)]), np.asarray(rows)):
         return ()
@@ -46,11 +46,11 @@ def unseen_forces(
 def _is_sharp(
     functions: RightHandSide, problem: InitialValueProblem, times: Array, states: Array
 ) -> bool:
-    h = PART * problem.longest_step
+    h = _PART * problem.longest_step
     pairs = zip(times.tolist(), states, strict=True)
     slopes = np.array([functions.rhs(t, y) for t, y in pairs])
     before = functions.exponents(times, states)
     behind = functions.exponents(times + h, states + h * slopes)
     with np.errstate(all="ignore"):
-        change = np.abs(behind - before) / PART
-    return bool((change[np.isfinite(change)] > RESOLVED).any())
+        change = np.abs(behind - before) / _PART
+    return bool((change[np.isfinite(change)] > _RESOLVED).any())

@@ -19,28 +19,32 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.samples.rows import first_from, first_rows
-from lagrange_cli.simulate.verification.uniqueness import Steep
+from lagrange_cli.simulate.verification.uniqueness import UnboundedSlopes
 
 __all__ = ["without_branches"]
 
 #: An argument and its rate this small beside those on the way may reach zero together: steps of
 #: samples are coarse beside what follows a power of time.
-NEAR, SLOW = 0.05, 0.5
+_NEAR, _SLOW = 0.05, 0.5
 
 #: Samples that are looked at, at least and at most, places that are tried, samples of a trial, and
 #: how many samples before the place it begins.
-LEAST_LOOKED, LOOKED, TRIED, SAMPLES, BEFORE = 500, 4000, 4, 33, 2
+_LEAST_LOOKED, _LOOKED, _TRIED, _SAMPLES, _BEFORE = 500, 4000, 4, 33, 2
 
 #: An argument that is never below this part of its largest value, at so many samples, keeps away.
-AWAY, ENOUGH = 0.2, 50
+_AWAY, _ENOUGH = 0.2, 50
 
 #: The displacement of a trial beside what was before, at least, and as a part of the estimated
 #: error.
-LEAST, PART = 1e-13, 1e-2
+_LEAST, _PART = 1e-13, 1e-2
 
 
 def without_branches(
-    places: Steep, problem: InitialValueProblem, measured: Measured, eps: float, watch: Watch
+    places: UnboundedSlopes,
+    problem: InitialValueProblem,
+    measured: Measured,
+    eps: float,
+    watch: Watch,
 ) -> Measured:
     """What is left of a motion that comes to rest where more than one follows.
 
@@ -53,14 +57,14 @@ def without_branches(
         return measured
     count, watch = len(measured.states), watch.apart()
     fine, seen = problem, measured
-    if count < LEAST_LOOKED:
-        times = np.linspace(problem.start, problem.until, LEAST_LOOKED)
+    if count < _LEAST_LOOKED:
+        times = np.linspace(problem.start, problem.until, _LEAST_LOOKED)
         fine = replace(problem, times=times, room=None)
         seen = integrate_to_accuracy(fine, eps, watch)
     for number, place in _arrivals(places, fine, seen):
         if not places.pushes_away_from(place, float(fine.times[number]), seen.states[number]):
             continue
-        before = max(number - BEFORE, 0)
+        before = max(number - _BEFORE, 0)
         at_the_end = number == len(seen.states) - 1
         if not at_the_end and not _branches(fine, seen, before, eps, watch):
             continue
@@ -71,24 +75,24 @@ def without_branches(
     return measured
 
 
-def _keeps_away(places: Steep, problem: InitialValueProblem, measured: Measured) -> bool:
+def _keeps_away(places: UnboundedSlopes, problem: InitialValueProblem, measured: Measured) -> bool:
     """Whether no argument comes near zero: a rest on the way lasts for many samples, if there
     are some."""
     count = len(measured.states)
-    if count < ENOUGH:
+    if count < _ENOUGH:
         return False
-    numbers = np.unique(np.linspace(0, count - 1, min(count, LOOKED)).astype(int)).tolist()
+    numbers = np.unique(np.linspace(0, count - 1, min(count, _LOOKED)).astype(int)).tolist()
     values = np.abs([_rates(places, problem, measured, k)[0] for k in numbers])
-    return bool((values.min(axis=0) > AWAY * values.max(axis=0)).all())
+    return bool((values.min(axis=0) > _AWAY * values.max(axis=0)).all())
 
 
 def _arrivals(
-    places: Steep, problem: InitialValueProblem, measured: Measured
+    places: UnboundedSlopes, problem: InitialValueProblem, measured: Measured
 ) -> Iterator[tuple[int, int]]:
     """Numbers of samples at which an argument has come close to zero slowly, and its number; the
     last sample only where the motion ends there."""
     count = len(measured.states)
-    numbers = np.unique(np.linspace(0, count - 1, min(count, LOOKED)).astype(int)).tolist()
+    numbers = np.unique(np.linspace(0, count - 1, min(count, _LOOKED)).astype(int)).tolist()
     values = np.abs([_rates(places, problem, measured, k) for k in numbers])
     ends = count < len(problem.times)
     found = [
@@ -96,7 +100,7 @@ def _arrivals(
         for place, (distance, rate) in enumerate(values.transpose(2, 1, 0)[:, :2])
         for k in _slow_minima(distance, rate, ends)
     ]
-    return iter(sorted(found)[:TRIED])
+    return iter(sorted(found)[:_TRIED])
 
 
 def _slow_minima(distance: Array, rate: Array, last: bool) -> Iterator[int]:
@@ -108,13 +112,15 @@ def _slow_minima(distance: Array, rate: Array, last: bool) -> Iterator[int]:
         ends = k == len(distance) - 1
         if not falls or not (last if ends else distance[k] <= distance[k + 1]):
             continue
-        near = distance[k] <= NEAR * distance[begin : k + 1].max()
-        if near and rate[k] <= SLOW * rate[begin : k + 1].max():
+        near = distance[k] <= _NEAR * distance[begin : k + 1].max()
+        if near and rate[k] <= _SLOW * rate[begin : k + 1].max():
             yield k
         begin = k
 
 
-def _rates(places: Steep, problem: InitialValueProblem, measured: Measured, k: int) -> Array:
+def _rates(
+    places: UnboundedSlopes, problem: InitialValueProblem, measured: Measured, k: int
+) -> Array:
     t, y = float(problem.times[k]), measured.states[k]
     values = places.rates(t, y, places.sides[0](t, y)[places.n :])
     return np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
@@ -126,8 +132,8 @@ def _branches(
     """Whether motions from states beside that of a sample come to other ends."""
     n, y = len(problem.kinds), measured.states[before]
     sizes = np.abs(measured.states[: before + 1]).max(axis=0)
-    moves = max(LEAST, PART * measured.estimate) * sizes
-    times = np.linspace(float(problem.times[before]), problem.until, SAMPLES)
+    moves = max(_LEAST, _PART * measured.estimate) * sizes
+    times = np.linspace(float(problem.times[before]), problem.until, _SAMPLES)
     ends = []
     for part in (slice(0, 0), slice(0, n), slice(n, 2 * n)):
         # Velocities away from zero, or towards it: with more energy, or less.
@@ -136,7 +142,7 @@ def _branches(
             beside = y.copy()
             beside[part] += sign * sense * moves[part]
             found = integrate_to_accuracy(replace(problem, y0=beside, times=times), eps, watch)
-            if len(found.states) < SAMPLES:
+            if len(found.states) < _SAMPLES:
                 return not found.stopped
             ends.append(found.states[-1])
     return bool((np.abs(np.array(ends) - ends[0]) > 2 * eps * measured.scales).any())

@@ -13,11 +13,11 @@ from lagrange_cli.simulate.samples.rows import Rows, windows
 __all__ = ["constraint_drift"]
 
 #: Samples at which it is looked how residuals change with the state.
-SAMPLES = 8
+_SAMPLES = 8
 
 #: How far a state is moved for that, as a part of its scales: where the error of a
 #: difference quotient and its rounding are about equal.
-MOVE = 2.0**-17
+_MOVE = 2.0**-17
 
 #: Residuals of many states: t (m,), y (m, 2n) → (m, k).
 Constraints = Callable[[Array, Array], Array]
@@ -58,12 +58,12 @@ def constraint_drift(
 
 def _residual_scales(constraints: Constraints, t: Rows, states: Rows, scales: Array) -> Array:
     """Σ |∂c/∂y_i|·scale_i of each residual c, the largest at a few samples."""
-    picked = np.unique(np.linspace(0, len(states) - 1, SAMPLES).round().astype(int)).tolist()
+    picked = np.unique(np.linspace(0, len(states) - 1, _SAMPLES).round().astype(int)).tolist()
     times, at = np.array([t[k] for k in picked]), np.array([states[k] for k in picked])
     total = np.zeros_like(constraints(times, at))
     for i, scale in enumerate(scales):
         above, below = at.copy(), at.copy()
-        above[:, i] += MOVE * scale
-        below[:, i] -= MOVE * scale
-        total += np.abs(constraints(times, above) - constraints(times, below)) / (2 * MOVE)
+        above[:, i] += _MOVE * scale
+        below[:, i] -= _MOVE * scale
+        total += np.abs(constraints(times, above) - constraints(times, below)) / (2 * _MOVE)
     return np.asarray(total.max(axis=0))

@@ -17,14 +17,14 @@ from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.system.tables import Table
 from lagrange_cli.simulate.verification.constraint_drift import constraint_drift
 
-__all__ = ["Along", "along", "first_penetration"]
+__all__ = ["MotionFunctions", "first_penetration", "functions_along"]
 
 #: How far beyond the accuracy's first-order effect a gap must be negative to disprove it.
-MARGIN = 8.0
+_MARGIN = 8.0
 
 
 @dataclass(frozen=True)
-class Along:
+class MotionFunctions:
     """A model's functions along one motion, and what impacts took of its energy.
 
     ``functions`` evaluate accelerations, multipliers and constraints with the contacts that are
@@ -40,11 +40,13 @@ class Along:
     drift: Callable[[Rows, Rows, Array], float | None]
 
 
-def along(model: Model, functions: RightHandSide, start: float, measured: Measured) -> Along:
+def functions_along(
+    model: Model, functions: RightHandSide, start: float, measured: Measured
+) -> MotionFunctions:
     """The functions of a model along a motion that begins at the time ``start``."""
     rhs = functions.rhs
     if not isinstance(rhs, ContactRhs):
-        return Along(
+        return MotionFunctions(
             functions,
             None,
             lambda t: np.zeros(len(t)),
@@ -72,7 +74,7 @@ def along(model: Model, functions: RightHandSide, start: float, measured: Measur
 
     steps = _energy_steps(functions.energy, rhs, measured.switches)
     gains = ((s.t, s.contacts) for s in steps if s.change > TOUCHING * s.size)
-    return Along(moving, rhs, _sums(steps, start), min(gains, default=None), drift)
+    return MotionFunctions(moving, rhs, _sums(steps, start), min(gains, default=None), drift)
 
 
 def _sums(steps: Sequence[_EnergyStep], start: float) -> Callable[[Array], Array]:
@@ -190,7 +192,7 @@ def _penetration(
     values = rhs.table("gaps", 2 * count, rhs.free)(t, states)[:, :count]
     for k in np.flatnonzero((values < 0).any(axis=1)).tolist():
         gaps = rhs.gaps(float(t[k]), states[k])
-        violated = np.flatnonzero(gaps.values < -MARGIN * gaps.noise(errors))
+        violated = np.flatnonzero(gaps.values < -_MARGIN * gaps.noise(errors))
         if len(violated):
             return int(k), tuple(violated.tolist())
     return None

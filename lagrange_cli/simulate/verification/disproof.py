@@ -15,20 +15,24 @@ from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.samples.rows import Rows, first_from, first_rows, windows
 from lagrange_cli.simulate.system.parameters import given
 from lagrange_cli.simulate.system.tracing import in_digits
-from lagrange_cli.simulate.verification.contact_history import Along, first_penetration
-from lagrange_cli.simulate.verification.energy_drift import EnergyDrift, Exact, first_contradiction
+from lagrange_cli.simulate.verification.contact_history import MotionFunctions, first_penetration
+from lagrange_cli.simulate.verification.energy_drift import (
+    EnergyDrift,
+    ExactEnergy,
+    first_contradiction,
+)
 
-__all__ = ["energies", "energy_drift", "energy_is_conserved", "undisproved"]
+__all__ = ["cut_at_disproof", "energies", "energy_drift", "energy_is_conserved"]
 
 #: What a run with a method and tolerances is believed to keep of its scales.
-BELIEVED = 1e-3
+_BELIEVED = 1e-3
 
 #: Digits in which an energy is evaluated before it convicts.
-DIGITS = 60
+_DIGITS = 60
 
 
-def undisproved(
-    model: Model, seen: Along, t: Rows, measured: Measured, accuracy: float | None
+def cut_at_disproof(
+    model: Model, seen: MotionFunctions, t: Rows, measured: Measured, accuracy: float | None
 ) -> Measured:
     """What is not disproved: by the energy, where it is conserved and an accuracy promised, by
     a gap that is negative, by an impact that adds energy.
@@ -46,7 +50,7 @@ def undisproved(
 
 
 def _disproofs(
-    model: Model, seen: Along, t: Rows, measured: Measured, accuracy: float | None
+    model: Model, seen: MotionFunctions, t: Rows, measured: Measured, accuracy: float | None
 ) -> Iterator[tuple[int, Disproof]]:
     """Number of the first sample that does not hold, and why, for each reason there is."""
     if accuracy is not None and energy_is_conserved(model):
@@ -54,7 +58,7 @@ def _disproofs(
         if first is not None:
             yield first, Disproof(float(t[first]), "energy")
     if seen.contact is not None:
-        kept = accuracy or BELIEVED
+        kept = accuracy or _BELIEVED
         met = first_penetration(seen.contact, t, measured.states, kept, measured.scales)
         if met is not None:
             yield met[0], Disproof(float(t[met[0]]), "gap", met[1])
@@ -66,7 +70,7 @@ def _disproofs(
 
 
 def _contradicted(
-    model: Model, seen: Along, t: Rows, measured: Measured, accuracy: float
+    model: Model, seen: MotionFunctions, t: Rows, measured: Measured, accuracy: float
 ) -> int | None:
     parts = windows(t, measured.states)
     kinetic = max(float(np.abs(energies(seen, *part)[1]).max()) for part in parts)
@@ -83,7 +87,7 @@ def _contradicted(
     )
 
 
-def _in_digits(model: Model, seen: Along) -> Exact | None:
+def _in_digits(model: Model, seen: MotionFunctions) -> ExactEnergy | None:
     """The energy in :data:`DIGITS` digits, less what impacts took; None where it is not known."""
     if model.recordings:
         return None
@@ -93,7 +97,7 @@ def _in_digits(model: Model, seen: Along) -> Exact | None:
     energy, parameters = in_digits(model.code.python, "energy"), given(model)
 
     def exact(t: float, y: Array, moved: Array | None) -> Any:
-        with mp.workdps(DIGITS):
+        with mp.workdps(_DIGITS):
             beside = np.zeros(len(y)) if moved is None else moved
             state = [mpf(a) + mpf(b) for a, b in zip(y.tolist(), beside.tolist(), strict=True)]
             value = energy(mpf(t), state, [mpf(p) for p in parameters.tolist()])
@@ -110,7 +114,7 @@ def energy_is_conserved(model: Model) -> bool:
     return "energy" in model.conserved or "jacobi" in model.conserved
 
 
-def energies(seen: Along, t: Array, states: Array) -> tuple[Array, Array]:
+def energies(seen: MotionFunctions, t: Array, states: Array) -> tuple[Array, Array]:
     """The energy function at the samples, and its part that depends on velocities."""
     still = states.copy()
     still[:, states.shape[1] // 2 :] = 0.0
@@ -118,7 +122,7 @@ def energies(seen: Along, t: Array, states: Array) -> tuple[Array, Array]:
     return total, total - seen.functions.energy(t, still)[:, 0]
 
 
-def energy_drift(model: Model, seen: Along, t: Rows, states: Rows) -> float | None:
+def energy_drift(model: Model, seen: MotionFunctions, t: Rows, states: Rows) -> float | None:
     """How much the energy changes over the samples beside what it is made of, None where it is
     not conserved; see :class:`.energy_drift.EnergyDrift`."""
     if not energy_is_conserved(model):

@@ -19,7 +19,7 @@ from lagrange_cli.simulate.samples.rows import Rows, windows
 
 __all__ = [
     "EnergyDrift",
-    "Exact",
+    "ExactEnergy",
     "contradicted",
     "energy_drifts",
     "first_contradiction",
@@ -27,20 +27,20 @@ __all__ = [
 ]
 
 #: How far beyond the accuracy's first-order effect a change must be to disprove it.
-MARGIN = 8.0
+_MARGIN = 8.0
 
 #: Rounding error of an energy, relative to its parts.
-ROUNDING = 1e-12
+_ROUNDING = 1e-12
 
 #: Samples of largest change that are looked at before all are.
-SUSPECTS = 5
+_SUSPECTS = 5
 
 #: Energies of many states: t (m,), y (m, 2n) → (m, 1).
 Energy = Callable[[Array, Array], Array]
 
 #: The energy of one state in more digits than doubles have, at a displacement if one is given:
 #: t, y (2n,), displacement (2n,) or None.
-Exact = Callable[[float, Array, Array | None], Any]
+ExactEnergy = Callable[[float, Array, Array | None], Any]
 
 
 def first_contradiction(
@@ -50,7 +50,7 @@ def first_contradiction(
     accuracy: float,
     scales: Array,
     kinetic: float,
-    in_digits: Callable[[], Exact | None] = lambda: None,
+    in_digits: Callable[[], ExactEnergy | None] = lambda: None,
 ) -> int | None:
     """Number of the first sample whose energy the accuracy cannot explain.
 
@@ -80,7 +80,7 @@ def first_contradiction(
         """By windows: the number of its first sample, changes, and what contradicts."""
         begin = 0
         for times, part in windows(t, states):
-            change = np.abs(energy(times, part)[:, 0] - first) - ROUNDING * size
+            change = np.abs(energy(times, part)[:, 0] - first) - _ROUNDING * size
             convicts = partial(_contradicts, energy, times, part, change, moves, start)
             other = partial(_contradicts_exactly, exact, times, part, moves, (t[0], states[0]))
             yield begin, change, partial(_both, convicts, other)
@@ -89,7 +89,7 @@ def first_contradiction(
     if not any(
         change[k] > 0 and contradicts(k)
         for _, change, contradicts in suspects()
-        for k in np.argsort(change)[::-1][:SUSPECTS].tolist()
+        for k in np.argsort(change)[::-1][:_SUSPECTS].tolist()
     ):
         return None
     return next(
@@ -107,7 +107,7 @@ def _contradicts(
     energy: Energy, t: Array, states: Array, change: Array, moves: Array, start: float, k: int
 ) -> bool:
     """Whether the change of the energy at a sample is more than its error explains."""
-    return bool(change[k] > MARGIN * (start + _allowance(energy, t[k], states[k], moves)))
+    return bool(change[k] > _MARGIN * (start + _allowance(energy, t[k], states[k], moves)))
 
 
 def _both(one: Callable[[int], bool], other: Callable[[int], bool], k: int) -> bool:
@@ -115,7 +115,7 @@ def _both(one: Callable[[int], bool], other: Callable[[int], bool], k: int) -> b
 
 
 def _contradicts_exactly(
-    in_digits: Callable[[], Exact | None],
+    in_digits: Callable[[], ExactEnergy | None],
     t: Array,
     states: Array,
     moves: Array,
@@ -132,10 +132,10 @@ def _contradicts_exactly(
     change = energy(float(t[k]), states[k], None) - energy(begun, first, None)
     allowed = _largest_change(energy, float(t[k]), states[k], moves)
     allowed += _largest_change(energy, begun, first, np.spacing(np.abs(first)))
-    return not abs(change) <= MARGIN * allowed
+    return not abs(change) <= _MARGIN * allowed
 
 
-def _largest_change(energy: Exact, t: float, y: Array, moves: Array) -> Any:
+def _largest_change(energy: ExactEnergy, t: float, y: Array, moves: Array) -> Any:
     """What :func:`_allowance` gives, or the largest change with all components moved at once."""
     here = energy(t, y, None)
     each = [max(abs(energy(t, y, sign * row) - here) for sign in (1, -1)) for row in np.diag(moves)]
@@ -171,8 +171,8 @@ def suspects(energy: Array, kinetic: Array) -> tuple[Array, NDArray[np.intp]]:
     are fewer samples.
     """
     size = np.maximum(np.abs(energy).max(axis=1), np.abs(kinetic).max(axis=1))
-    change = np.abs(energy - energy[:, :1]) - ROUNDING * size[:, None]
-    least = max(change.shape[1] - SUSPECTS, 0)
+    change = np.abs(energy - energy[:, :1]) - _ROUNDING * size[:, None]
+    least = max(change.shape[1] - _SUSPECTS, 0)
     picked = np.argpartition(change, least, axis=1)[:, least:]
     return np.take_along_axis(change, picked, axis=1), picked
 
@@ -188,7 +188,7 @@ def contradicted(change: Array, start: Array, moved: Array) -> NDArray[np.bool_]
         Energies of a state, and with each component moved by its error, up and then down: of the
         start, shape (members, 1 + 4n), and of the samples, shape (members, k, 1 + 4n).
     """
-    allowed = MARGIN * (_allowed(start)[:, None] + _allowed(moved))
+    allowed = _MARGIN * (_allowed(start)[:, None] + _allowed(moved))
     return np.asarray(~((change <= 0) | (change <= allowed)).all(axis=1))
 
 

@@ -29,30 +29,30 @@ from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.system.parameters import given
 from lagrange_cli.simulate.system.tracing import functions_of
 
-__all__ = ["Steep", "require_unique_start", "steep"]
+__all__ = ["UnboundedSlopes", "require_unique_start", "unbounded_slopes"]
 
 #: Values and rates below this part of their largest neighbours are zero but for rounding.
-ZERO = 1e-13
+_ZERO = 1e-13
 
 #: Two distances at which a force is looked at beside a place, as parts of the coordinates.
-COARSE, FINE = 2.0**-20, 2.0**-45
+_COARSE, _FINE = 2.0**-20, 2.0**-45
 
 #: By how much its ratio to the distance grows from the coarse to the fine one where its slope is
 #: unbounded: (COARSE/FINE)^(1 − p) of a power p is above this for p up to 0.99.
-GROWS = 1.15
+_GROWS = 1.15
 
 #: A change of a force counts that is this many times what rounding does to it.
-CLEAR_OF_NOISE = 64.0
+_CLEAR_OF_NOISE = 64.0
 
 #: Steps of Newton's method: where a gradient vanishes, too, each halves the distance.
-MOST_STEPS = 60
+_MOST_STEPS = 60
 
 #: Directions in which a force is looked at: all combinations of up to so many coordinates.
-MOST_DIRECTIONS = 243
+_MOST_DIRECTIONS = 243
 
 
 @dataclass(frozen=True)
-class Steep:
+class UnboundedSlopes:
     """Where slopes are unbounded, along one motion.
 
     Attributes
@@ -90,9 +90,9 @@ class Steep:
         def value(state: Array) -> float:
             return float(self.rates(t, state, still)[0, number])
 
-        for _ in range(MOST_STEPS):
+        for _ in range(_MOST_STEPS):
             here = value(place)
-            moves = FINE * np.concatenate([_sizes(y[: self.n]), _sizes(y[self.n :])])
+            moves = _FINE * np.concatenate([_sizes(y[: self.n]), _sizes(y[self.n :])])
             up = np.array([value(place + move) for move in np.diag(moves)])
             gradient = (up - here) / moves
             square = float(gradient @ gradient)
@@ -110,7 +110,7 @@ class Steep:
         moved = np.array(
             [
                 self.rates(t, y + step, slopes[0][n:])
-                for step in np.diag(ZERO * np.maximum(np.abs(y), np.finfo(float).tiny))
+                for step in np.diag(_ZERO * np.maximum(np.abs(y), np.finfo(float).tiny))
             ]
         )
         noise = np.abs(moved - found[0]).sum(axis=0) + 4 * np.ptp(found, axis=0)
@@ -124,11 +124,11 @@ class Steep:
         """Displacements of coordinates, or of velocities, by their size or 1."""
         n = self.n
         sizes = np.concatenate([_sizes(y[:n]), _sizes(y[n:])])
-        few = max(1, int(np.log(MOST_DIRECTIONS) / np.log(3)))
+        few = max(1, int(np.log(_MOST_DIRECTIONS) / np.log(3)))
         for first in (0, n):
             axes = range(n) if n > few else ()
             signs: Iterator[Sequence[int]] = product((1, 0, -1), repeat=min(n, few))
-            for pattern in islice(signs, MOST_DIRECTIONS):
+            for pattern in islice(signs, _MOST_DIRECTIONS):
                 if any(pattern):
                     yield _placed(pattern, first, sizes)
             for k in axes:
@@ -137,13 +137,13 @@ class Steep:
 
     def _steeply(self, t: float, y: Array, direction: Array) -> bool:
         ratios, n = [], self.n
-        for part in (COARSE, FINE):
+        for part in (_COARSE, _FINE):
             values = [_outward(side, t, y, part * direction, n) for side in self.sides]
             noise = float(np.ptp(values))
-            if not values[0] > CLEAR_OF_NOISE * noise:
+            if not values[0] > _CLEAR_OF_NOISE * noise:
                 return False
             ratios.append(values[0] / part)
-        return bool(ratios[1] > GROWS * ratios[0])
+        return bool(ratios[1] > _GROWS * ratios[0])
 
 
 def _sizes(values: Array) -> Array:
@@ -165,7 +165,7 @@ def _outward(rhs: Rhs, t: float, y: Array, step: Array, n: int) -> float:
     return float(along @ (there[n:] - here[n:]))
 
 
-def steep(model: Model, functions: RightHandSide) -> Steep | None:
+def unbounded_slopes(model: Model, functions: RightHandSide) -> UnboundedSlopes | None:
     """Where the slopes of a model's forces are unbounded; None where they are nowhere."""
     if not model.steep:
         return None
@@ -177,10 +177,10 @@ def steep(model: Model, functions: RightHandSide) -> Steep | None:
         return np.asarray(values, dtype=float).reshape(3, -1)
 
     sides = (functions.rhs, *functions.disturbed)
-    return Steep(model.steep, rates, sides, len(model.coordinates))
+    return UnboundedSlopes(model.steep, rates, sides, len(model.coordinates))
 
 
-def require_unique_start(places: Steep | None, t: float, y: Array) -> None:
+def require_unique_start(places: UnboundedSlopes | None, t: float, y: Array) -> None:
     """Refuse a start from which more than one motion follows.
 
     Raises

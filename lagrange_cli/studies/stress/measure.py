@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.scene.dimensions import dimensions
-from lagrange_cli.simulate.ensemble.members import Own, Recipe, numbers_of
+from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe, numeric_values
 from lagrange_cli.simulate.parallel import in_any_order
 from lagrange_cli.simulate.request import SimulationOptions, resolve
 from lagrange_cli.studies.stress.points import STRESS_AXES, Ground, points_of
@@ -112,8 +112,8 @@ def _require_known(axis: str) -> None:
 
 def _ground(recipe: Recipe) -> Ground:
     """What the axes start from."""
-    scene, model = recipe.scene(), recipe.model(Own())
-    given, start = numbers_of(scene)
+    scene, model = recipe.scene(), recipe.model(MemberValues())
+    given, start = numeric_values(scene)
     return Ground(
         scene,
         model,

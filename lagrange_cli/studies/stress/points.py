@@ -29,21 +29,21 @@ if TYPE_CHECKING:
 __all__ = ["STRESS_AXES", "Ground", "StressPoint", "points_of"]
 
 #: Most parameters, or coordinates, of one kind that an axis goes through.
-MOST_OF_A_KIND = 3
+_MOST_OF_A_KIND = 3
 
-RATIOS = (1e-12, 1e-9, 1e-6, 1e6, 1e9, 1e12)
-LENGTHS = (1e-6, 1e-3, 1e3, 1e6)
-STIFFNESSES = (1e3, 1e6, 1e9, 1e12)
-OTHERS = (1e-6, 1e6)
-SPEEDS = (0.0, 1e-6, 1e-3, 1e3)
-DURATIONS = (10.0, 100.0)
-ANGLES = (1e2, 1e4, 1e8, 1e12)
-DISTANCES = (1e-3, 1e-6, 1e-9, 1e-12)
-NEAR = (0.0, 1e-12, 1e-6)
-ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12, 1e-15)
+_RATIOS = (1e-12, 1e-9, 1e-6, 1e6, 1e9, 1e12)
+_LENGTHS = (1e-6, 1e-3, 1e3, 1e6)
+_STIFFNESSES = (1e3, 1e6, 1e9, 1e12)
+_OTHERS = (1e-6, 1e6)
+_SPEEDS = (0.0, 1e-6, 1e-3, 1e3)
+_DURATIONS = (10.0, 100.0)
+_ANGLES = (1e2, 1e4, 1e8, 1e12)
+_DISTANCES = (1e-3, 1e-6, 1e-9, 1e-12)
+_NEAR = (0.0, 1e-12, 1e-6)
+_ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12, 1e-15)
 
 #: Units of mass, length and time: powers of two, then those of atoms and of galaxies.
-UNITS: tuple[Mapping[Base, float], ...] = (
+_UNITS: tuple[Mapping[Base, float], ...] = (
     {"mass": 2.0**-100, "length": 2.0**-40},
     {"mass": 2.0**100, "length": 2.0**50},
     {"time": 2.0**30},
@@ -52,10 +52,10 @@ UNITS: tuple[Mapping[Base, float], ...] = (
 )
 
 #: Random points: by so many powers of ten parameters change at most.
-DECADES = (1, 2, 3, 4, 5, 6)
+_DECADES = (1, 2, 3, 4, 5, 6)
 
 #: A factor that is this small vanishes.
-VANISHES = 1e-9
+_VANISHES = 1e-9
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Ground:
         if not self.dimensions.complete:
             return []
         found = [name for name, x in self.parameters.items() if x and self.of(name) == wanted]
-        return found[:MOST_OF_A_KIND]
+        return found[:_MOST_OF_A_KIND]
 
     def of(self, name: str) -> tuple[Fraction, ...]:
         return self.dimensions.of(name)
@@ -106,7 +106,7 @@ class Ground:
         """Angles among the coordinates that the scene starts from."""
         kinds = zip(self.model.coordinates, self.model.kinds, strict=True)
         found = [name for name, kind in kinds if kind == "angle" and name in self.initial]
-        return found[:MOST_OF_A_KIND]
+        return found[:_MOST_OF_A_KIND]
 
     def felt(self, name: str) -> bool:
         """Whether accelerations at the start depend on a coordinate, as far as that is known."""
@@ -150,7 +150,7 @@ def _mass_ratio(ground: Ground) -> Iterator[StressPoint]:
     masses = ground.alike(1, 0, 0)
     for name in masses if len(masses) > 1 else ():
         other = max(abs(ground.parameters[m]) for m in masses if m != name)
-        yield from (_changed("mass_ratio", name, x, x * other) for x in RATIOS)
+        yield from (_changed("mass_ratio", name, x, x * other) for x in _RATIOS)
 
 
 def _length_ratio(ground: Ground) -> Iterator[StressPoint]:
@@ -159,7 +159,7 @@ def _length_ratio(ground: Ground) -> Iterator[StressPoint]:
     lengths = ground.alike(0, 1, 0)
     for name in lengths if len(lengths) > 1 else ():
         other = max(abs(ground.parameters[m]) for m in lengths if m != name)
-        yield from (_changed("length_ratio", name, x, x * other) for x in LENGTHS)
+        yield from (_changed("length_ratio", name, x, x * other) for x in _LENGTHS)
 
 
 def _stiffness(ground: Ground) -> Iterator[StressPoint]:
@@ -167,7 +167,7 @@ def _stiffness(ground: Ground) -> Iterator[StressPoint]:
     the factor"""
     for name in (*ground.alike(1, 0, -2), *ground.alike(1, 2, -2)):
         number = ground.parameters[name]
-        yield from (_changed("stiffness", name, x, x * number) for x in STIFFNESSES)
+        yield from (_changed("stiffness", name, x, x * number) for x in _STIFFNESSES)
 
 
 def _parameter(ground: Ground) -> Iterator[StressPoint]:
@@ -177,22 +177,22 @@ def _parameter(ground: Ground) -> Iterator[StressPoint]:
     for several in (ground.alike(1, 0, 0), ground.alike(0, 1, 0)):
         known |= set(several) if len(several) > 1 else set()
     others = [name for name, x in ground.parameters.items() if x and name not in known]
-    for name in others[:MOST_OF_A_KIND]:
+    for name in others[:_MOST_OF_A_KIND]:
         number = ground.parameters[name]
-        yield from (_changed("parameter", name, x, x * number) for x in OTHERS)
+        yield from (_changed("parameter", name, x, x * number) for x in _OTHERS)
 
 
 def _degenerate(ground: Ground) -> Iterator[StressPoint]:
     """A parameter that vanishes.
     0"""
-    for name in list(ground.parameters)[: 2 * MOST_OF_A_KIND]:
+    for name in list(ground.parameters)[: 2 * _MOST_OF_A_KIND]:
         yield StressPoint("degenerate", 0.0, {name: "0"})
 
 
 def _random(ground: Ground) -> Iterator[StressPoint]:
     """All parameters, by random factors.
     the most powers of ten"""
-    for decades in DECADES if ground.parameters else ():
+    for decades in _DECADES if ground.parameters else ():
         chance = random.Random(decades)
         texts = {
             name: f"{x * 10.0 ** chance.uniform(-decades, decades):.6g}"
@@ -204,7 +204,7 @@ def _random(ground: Ground) -> Iterator[StressPoint]:
 def _speed(ground: Ground) -> Iterator[StressPoint]:
     """The velocities of the start.
     the factor"""
-    for factor in SPEEDS if ground.speeds else ():
+    for factor in _SPEEDS if ground.speeds else ():
         start = {name: f"{factor * v + 0.0:.15g}" for name, v in ground.speeds.items()}
         yield StressPoint("speed", factor, initial=start)
 
@@ -213,7 +213,7 @@ def _separatrix(ground: Ground) -> Iterator[StressPoint]:
     """An angle released just before pi.
     the distance from pi"""
     for name in filter(ground.felt, ground.angles):
-        for distance in DISTANCES:
+        for distance in _DISTANCES:
             start = {**ground.at_rest, name: repr(math.pi - distance)}
             yield StressPoint("separatrix", distance, initial=start)
 
@@ -223,7 +223,7 @@ def _chart(ground: Ground) -> Iterator[StressPoint]:
     the distance"""
     places = {name for place in ground.model.singular for name in place.lost}
     for name, number in _vanishing(ground) if places else ():
-        for distance in NEAR:
+        for distance in _NEAR:
             yield StressPoint("chart", distance, initial={name: repr(number + distance)})
 
 
@@ -238,7 +238,7 @@ def _vanishing(ground: Ground) -> Iterator[tuple[str, float]]:
         for number in (0.0, math.pi / 2, math.pi) if kind == "angle" else (0.0,):
             state = [*start[:k], number, *start[k + 1 :]]
             found = function(model.defaults.start, state, given)
-            if name in ground.initial and any(abs(x) < VANISHES for x in found):
+            if name in ground.initial and any(abs(x) < _VANISHES for x in found):
                 yield name, number
 
 
@@ -246,7 +246,7 @@ def _angle(ground: Ground) -> Iterator[StressPoint]:
     """An angle counted many turns away.
     its size"""
     for name in ground.angles[:1]:
-        for size in ANGLES:
+        for size in _ANGLES:
             turns = round(size / (2 * math.pi))
             number = ground.initial[name] + 2 * math.pi * turns
             yield StressPoint("angle", size, initial={name: repr(number)})
@@ -258,7 +258,7 @@ def _duration(ground: Ground) -> Iterator[StressPoint]:
     start, until = ground.model.defaults.start, ground.model.defaults.until
     if until is None:
         return
-    for factor in DURATIONS:
+    for factor in _DURATIONS:
         end = start + factor * (until - start)
         yield StressPoint("duration", factor, until=repr(end))
 
@@ -266,7 +266,7 @@ def _duration(ground: Ground) -> Iterator[StressPoint]:
 def _accuracy(ground: Ground) -> Iterator[StressPoint]:
     """The accuracy itself.
     the accuracy"""
-    for accuracy in ACCURACIES:
+    for accuracy in _ACCURACIES:
         yield StressPoint("accuracy", accuracy, accuracy=accuracy)
 
 
@@ -277,7 +277,7 @@ def _units(ground: Ground) -> Iterator[StressPoint]:
     # What cannot be given as an option stays in the scene's units.
     if defaults.until is None or ground.scene.near or defaults.start or defaults.step:
         return
-    for factors in UNITS:
+    for factors in _UNITS:
         scaled = {base: x for base, x in factors.items() if base in known and x != 1}
         if scaled:
             yield StressPoint(

@@ -11,11 +11,11 @@ import numpy as np
 
 from lagrange_cli.errors import AccuracyError, InputError, StoppedError
 from lagrange_cli.scene.dimensions import dimensions
-from lagrange_cli.simulate.accuracy.method_selection import pilot
+from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.charts.simulation import other_form, simulate_past_charts
+from lagrange_cli.simulate.charts.simulation import multiplier_form, simulate_past_singularities
 from lagrange_cli.simulate.checkpoint.progress import Deadline, Watch
-from lagrange_cli.simulate.ensemble.members import Own, Recipe
+from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
 from lagrange_cli.simulate.integrators.hybrid.contact_system import Kind, Switch
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import SimulationOptions, resolve
@@ -25,16 +25,16 @@ from lagrange_cli.simulate.system.functions import right_hand_side
 from lagrange_cli.studies.reference import Motion, errors, reference
 from lagrange_cli.studies.stress.points import StressPoint
 
-__all__ = ["Outcome", "StressRun", "StressTask", "run_point"]
+__all__ = ["StressRun", "StressTask", "run_point"]
 
 #: Budgets of a point that each run of its reference may take: of one for all that is kept, and
 #: of those for parts of it where there is none.
-PATIENCE = {1.0: 2.0, 0.5: 1.0, 0.1: 0.5}
+_PATIENCE = {1.0: 2.0, 0.5: 1.0, 0.1: 0.5}
 
 #: How much finer the accuracy of another formulation is that is compared with.
-FINER = 10.0
+_FINER = 10.0
 
-Outcome = Literal["holds", "degraded", "refused", "wrong"]
+_Outcome = Literal["holds", "degraded", "refused", "wrong"]
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class StressRun:
 
     number: int
     point: StressPoint
-    outcome: Outcome
+    outcome: _Outcome
     requested: float | None = None
     error: float | None = None
     estimated: float | None = None
@@ -98,7 +98,7 @@ class _Compared(NamedTuple):
 class _Forms:
     """The models of a point: that of the scene's formulation, and the one with multipliers."""
 
-    def __init__(self, recipe: Recipe, own: Own) -> None:
+    def __init__(self, recipe: Recipe, own: MemberValues) -> None:
         self.first = recipe.model(own)
         self._recipe, self._own = recipe, own
 
@@ -108,8 +108,8 @@ class _Forms:
     def simulated(self, options: SimulationOptions) -> Trajectory:
         """What ``simulate`` makes of it; compiling does not count to the budget."""
         context = RunContext(right_hand_side(self.first))
-        other = other_form(self.first, self._recipe.formulation, self._other)
-        return simulate_past_charts(self.first, options, other, context)
+        other = multiplier_form(self.first, self._recipe.formulation, self._other)
+        return simulate_past_singularities(self.first, options, other, context)
 
     def of(self, formulation: str) -> Model:
         """The one that ran."""
@@ -129,7 +129,7 @@ class _Forms:
 def run_point(task: StressTask) -> StressRun:
     """Simulate a point as the command does, and compare with a reference."""
     point = task.point
-    own, recipe = Own(point.parameters, point.initial), _recipe(task)
+    own, recipe = MemberValues(point.parameters, point.initial), _recipe(task)
     accuracy = point.accuracy or task.accuracy
     try:
         forms = _Forms(recipe, own)
@@ -152,7 +152,7 @@ def _recipe(task: StressTask) -> Recipe:
 def _judged(task: StressTask, found: Trajectory, compared: _Compared | None) -> StressRun:
     """The outcome, and what it rests on."""
     promised = found.requested or 0.0
-    outcome: Outcome = "holds" if found.status == "ok" else "degraded"
+    outcome: _Outcome = "holds" if found.status == "ok" else "degraded"
     run = StressRun(
         task.number,
         task.point,
@@ -181,7 +181,7 @@ def _judged(task: StressTask, found: Trajectory, compared: _Compared | None) -> 
 def _compared(forms: _Forms, found: Trajectory, budget: float) -> _Compared | None:
     """The error by the reference, else by another formulation."""
     model = forms.of(found.formulation)
-    for part, patience in PATIENCE.items():
+    for part, patience in _PATIENCE.items():
         times = found.t[: max(2, round(part * len(found.t)))]
         with suppress(AccuracyError, StoppedError):
             return _by_reference(model, found, times, patience * budget)
@@ -200,7 +200,7 @@ def _by_reference(model: Model, found: Trajectory, times: Array, budget: float) 
     request = resolve(model, SimulationOptions(method="DOP853", rtol=1e-6))
     problem = problem_of(model, replace(request, times=times), right_hand_side(model))
     with np.errstate(all="ignore"):
-        coarse = pilot(problem, 1e-9, Watch(deadline=Deadline.after(budget)))
+        coarse = coarse_result(problem, 1e-9, Watch(deadline=Deadline.after(budget)))
         known = reference(problem, coarse, budget)
         error = errors(problem, known.scales, _motion(model, found, times), known.motion)
     until = "" if len(times) == len(found.t) else f" until t = {times[-1]:.6g}"
@@ -227,8 +227,10 @@ def _switch(model: Model, names: tuple[str, ...], event: Event) -> Switch:
 def _by_formulation(model: Model, found: Trajectory, budget: float) -> _Compared | None:
     """The error by the motion in other coordinates, as accurate as it can be had."""
     try:
-        accuracy = (found.requested or 0.0) / FINER
-        other = simulate_past_charts(model, SimulationOptions(accuracy=accuracy, budget=budget))
+        accuracy = (found.requested or 0.0) / _FINER
+        other = simulate_past_singularities(
+            model, SimulationOptions(accuracy=accuracy, budget=budget)
+        )
     except InputError:
         return None
     common = min(len(found.t), len(other.t))
@@ -256,7 +258,7 @@ def _with_units(task: StressTask, run: StressRun, found: Trajectory) -> StressRu
     point, recipe = task.point, task.recipe
     known, factors = dimensions(recipe.scene()), point.scaled or {}
     options = SimulationOptions(accuracy=task.accuracy, budget=task.budget)
-    plain = _Forms(recipe, Own()).simulated(options)
+    plain = _Forms(recipe, MemberValues()).simulated(options)
     common = min(len(found.t), len(plain.t))
     jumps = [np.isin(of.t[:common], of.exempt) for of in (found, plain)]
     distance = 0.0

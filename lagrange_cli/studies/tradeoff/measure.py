@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem, StoppedError
-from lagrange_cli.simulate.accuracy.method_selection import Pilot, pilot
+from lagrange_cli.simulate.accuracy.method_selection import CoarseResult, coarse_result
 from lagrange_cli.simulate.checkpoint.progress import Deadline, Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.model.model import Model
@@ -35,26 +35,26 @@ from lagrange_cli.simulate.runs.start_checks import require_a_start
 from lagrange_cli.simulate.simulation import problem_of
 from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_side
 from lagrange_cli.studies.reference import Reference, no_time, reference
-from lagrange_cli.studies.tradeoff.pareto import behind, cheapest, pareto
+from lagrange_cli.studies.tradeoff.pareto import cheapest, cost_ratio, pareto
 from lagrange_cli.studies.tradeoff.runs import (
     ACCURACIES,
     RESOLVED,
     Bench,
-    Point,
-    at_the_end,
+    WorkPrecisionPoint,
+    has_stagnated,
     ladder,
 )
 
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
 
-__all__ = ["Behind", "Recommendation", "Trade", "trade"]
+__all__ = ["CostRatios", "Recommendation", "Trade", "trade"]
 
 #: Seconds that each run of the reference may take, in budgets of a run.
-PATIENCE = 30.0
+_PATIENCE = 30.0
 
 #: Errors of more than this are of no motion: nothing is cheaper than that.
-NOTHING = 1.0
+_NOTHING = 1.0
 
 
 @dataclass(frozen=True)
@@ -62,18 +62,18 @@ class Recommendation:
     """The run to take for an accuracy."""
 
     accuracy: float
-    point: Point
+    point: WorkPrecisionPoint
 
 
 @dataclass(frozen=True)
-class Behind:
+class CostRatios:
     """How many times the seconds and evaluations of others ``auto`` takes, None where unknown.
 
     ``seconds`` and ``evaluations``: of the cheapest run that is as good as it turned out;
     ``seconds_needed`` and ``evaluations_needed``: of the cheapest with the accuracy asked for.
     """
 
-    point: Point
+    point: WorkPrecisionPoint
     seconds: float | None = None
     evaluations: float | None = None
     seconds_needed: float | None = None
@@ -95,8 +95,8 @@ class Trade:
     implementation: str
     stiff: bool
     reference: Reference
-    points: tuple[Point, ...]
-    automatic: tuple[Behind, ...]
+    points: tuple[WorkPrecisionPoint, ...]
+    automatic: tuple[CostRatios, ...]
     left_out: dict[str, str]
     repeat: int
     budget: float
@@ -156,7 +156,7 @@ def trade(
     stages = _Stages(progress)
     with np.errstate(all="ignore"):
         found = _pilot(problem, budget)
-        known = reference(problem, found, PATIENCE * budget, stages.part(0.2))
+        known = reference(problem, found, _PATIENCE * budget, stages.part(0.2))
         bench = Bench(model, functions, problem, request, found, known, budget)
         points = _explored(bench, chosen, stages.part(0.5))
         timed = _timed(bench, points, repeat, stages.part(1.0))
@@ -170,7 +170,7 @@ def trade(
         stiff=found.stiff,
         reference=known,
         points=tuple(own),
-        automatic=tuple(_behind(p, own, known) for p in timed if p.setting.method == AUTO),
+        automatic=tuple(_cost_ratios(p, own, known) for p in timed if p.setting.method == AUTO),
         left_out=left_out,
         repeat=repeat,
         budget=budget,
@@ -228,9 +228,9 @@ class _Stages:
         return tell
 
 
-def _pilot(problem: InitialValueProblem, budget: float) -> Pilot:
+def _pilot(problem: InitialValueProblem, budget: float) -> CoarseResult:
     try:
-        return pilot(problem, 1e-9, Watch(deadline=Deadline.after(PATIENCE * budget)))
+        return coarse_result(problem, 1e-9, Watch(deadline=Deadline.after(_PATIENCE * budget)))
     except StoppedError:
         raise no_time() from None
 
@@ -240,15 +240,15 @@ def _pilot(problem: InitialValueProblem, budget: float) -> Pilot:
 
 def _explored(
     bench: Bench, methods: Sequence[str], progress: Callable[[float], None]
-) -> list[Point]:
+) -> list[WorkPrecisionPoint]:
     """Every method from coarse to fine, as far as it gets better and within the budget."""
-    points: list[Point] = []
+    points: list[WorkPrecisionPoint] = []
     for number, name in enumerate(methods):
         progress(number / len(methods))
-        mine: list[Point] = []
+        mine: list[WorkPrecisionPoint] = []
         for setting in ladder(bench, name):
             mine.append(bench.explore(setting))
-            if name != AUTO and at_the_end(mine):
+            if name != AUTO and has_stagnated(mine):
                 break
         points += mine
     progress(1.0)
@@ -271,8 +271,11 @@ def _no_garbage() -> Iterator[None]:
 
 
 def _timed(
-    bench: Bench, points: Sequence[Point], repeat: int, progress: Callable[[float], None]
-) -> list[Point]:
+    bench: Bench,
+    points: Sequence[WorkPrecisionPoint],
+    repeat: int,
+    progress: Callable[[float], None],
+) -> list[WorkPrecisionPoint]:
     """The same points with seconds: all runs in turn, and again."""
     seconds: list[list[float]] = [[] for _ in points]
     with _no_garbage():
@@ -288,9 +291,9 @@ def _timed(
 # What they are worth.
 
 
-def _with_fronts(points: Sequence[Point]) -> list[Point]:
+def _with_fronts(points: Sequence[WorkPrecisionPoint]) -> list[WorkPrecisionPoint]:
     """The points that no other one beats, marked."""
-    of = [p.distance if p.distance <= NOTHING else math.inf for p in points]
+    of = [p.distance if p.distance <= _NOTHING else math.inf for p in points]
     fast = pareto([(error, p.median) for error, p in zip(of, points, strict=True)])
     few = pareto([(error, float(p.evaluations)) for error, p in zip(of, points, strict=True)])
     return [
@@ -299,17 +302,19 @@ def _with_fronts(points: Sequence[Point]) -> list[Point]:
     ]
 
 
-def _behind(point: Point, points: Sequence[Point], known: Reference) -> Behind:
+def _cost_ratios(
+    point: WorkPrecisionPoint, points: Sequence[WorkPrecisionPoint], known: Reference
+) -> CostRatios:
     """A run of ``auto`` beside the cheapest that are as good, as far as errors are resolved."""
     if point.error is None or point.setting.accuracy is None:
-        return Behind(point)
+        return CostRatios(point)
     seconds = [(p.distance, p.median) for p in points]
     evaluations = [(p.distance, float(p.evaluations)) for p in points]
     own, asked = max(point.error, RESOLVED * known.error), point.setting.accuracy - known.error
-    return Behind(
+    return CostRatios(
         point,
-        behind(own, point.median, seconds),
-        behind(own, point.evaluations, evaluations),
-        behind(asked, point.median, seconds),
-        behind(asked, point.evaluations, evaluations),
+        cost_ratio(own, point.median, seconds),
+        cost_ratio(own, point.evaluations, evaluations),
+        cost_ratio(asked, point.median, seconds),
+        cost_ratio(asked, point.evaluations, evaluations),
     )

@@ -6,12 +6,12 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
-__all__ = ["behind", "cheapest", "pareto"]
+__all__ = ["cheapest", "cost_ratio", "pareto"]
 
-Run = TypeVar("Run")
+_Run = TypeVar("_Run")
 
 #: Runs whose seconds differ by less than this part are equally fast.
-EQUALLY_FAST = 0.1
+_EQUALLY_FAST = 0.1
 
 
 def pareto(points: Sequence[tuple[float, float]]) -> list[bool]:
@@ -28,18 +28,18 @@ def pareto(points: Sequence[tuple[float, float]]) -> list[bool]:
     return front
 
 
-def behind(error: float, cost: float, points: Iterable[tuple[float, float]]) -> float | None:
+def cost_ratio(error: float, cost: float, points: Iterable[tuple[float, float]]) -> float | None:
     """How many times the cost of the cheapest point that is as good; None where none is."""
     good = [c for e, c in points if e <= error]
     return None if not good else cost / min(good)
 
 
 def cheapest(
-    runs: Sequence[Run], seconds: Callable[[Run], float], evaluations: Callable[[Run], int]
-) -> Run | None:
+    runs: Sequence[_Run], seconds: Callable[[_Run], float], evaluations: Callable[[_Run], int]
+) -> _Run | None:
     """The fastest run; of those that are as fast but for chance, the one of least work."""
     if not runs:
         return None
     least = min(seconds(run) for run in runs)
-    close = [run for run in runs if seconds(run) <= (1 + EQUALLY_FAST) * least]
+    close = [run for run in runs if seconds(run) <= (1 + _EQUALLY_FAST) * least]
     return min(close, key=lambda run: (evaluations(run), seconds(run)))

@@ -11,14 +11,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from lagrange_cli.studies.tradeoff.measure import Trade
-    from lagrange_cli.studies.tradeoff.runs import Point
+    from lagrange_cli.studies.tradeoff.runs import WorkPrecisionPoint
 
 __all__ = ["draw_trade"]
 
-MARKERS = "os^vDP*Xph"
+_MARKERS = "os^vDP*Xph"
 
 #: Errors above which nothing is drawn.
-LARGEST = 1.0
+_LARGEST = 1.0
 
 
 def draw_trade(trade: Trade, ending: str) -> bytes:
@@ -51,32 +51,35 @@ def draw_trade(trade: Trade, ending: str) -> bytes:
     return picture(figure, ending)
 
 
-def _seconds(point: Point) -> float:
+def _seconds(point: WorkPrecisionPoint) -> float:
     return point.median
 
 
-def _evaluations(point: Point) -> float:
+def _evaluations(point: WorkPrecisionPoint) -> float:
     return float(point.evaluations)
 
 
-def _drawn(point: Point) -> bool:
-    return bool(point.seconds) and 0 < point.distance <= LARGEST
+def _drawn(point: WorkPrecisionPoint) -> bool:
+    return bool(point.seconds) and 0 < point.distance <= _LARGEST
 
 
-def _lines(axes: Axes, trade: Trade, cost: Callable[[Point], float]) -> None:
+def _lines(axes: Axes, trade: Trade, cost: Callable[[WorkPrecisionPoint], float]) -> None:
     """A line a method, and what ``auto`` did."""
     names = dict.fromkeys(p.setting.method for p in trade.points)
     for number, name in enumerate(names):
         mine = [p for p in trade.points if p.setting.method == name and _drawn(p)]
         (line,) = axes.plot([p.distance for p in mine], [cost(p) for p in mine], label=name)
-        line.set(marker=MARKERS[number % len(MARKERS)], markersize=4, linewidth=1)
+        line.set(marker=_MARKERS[number % len(_MARKERS)], markersize=4, linewidth=1)
     own = [found.point for found in trade.automatic if _drawn(found.point)]
     if own:
         axes.plot([p.distance for p in own], [cost(p) for p in own], "k+", ms=12, label="auto")
 
 
 def _front(
-    axes: Axes, trade: Trade, cost: Callable[[Point], float], on_front: Callable[[Point], bool]
+    axes: Axes,
+    trade: Trade,
+    cost: Callable[[WorkPrecisionPoint], float],
+    on_front: Callable[[WorkPrecisionPoint], bool],
 ) -> None:
     """What no other run beats."""
     best = sorted((p.distance, cost(p)) for p in trade.points if _drawn(p) and on_front(p))

@@ -11,7 +11,7 @@ from typing import Literal
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate.accuracy.controller import Measured, integrate_to_accuracy
-from lagrange_cli.simulate.accuracy.method_selection import Pilot
+from lagrange_cli.simulate.accuracy.method_selection import CoarseResult
 from lagrange_cli.simulate.accuracy.user_method import control_of, measured_run
 from lagrange_cli.simulate.checkpoint.progress import Deadline, Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
@@ -21,38 +21,46 @@ from lagrange_cli.simulate.results.outcome import status
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.run import Run
 from lagrange_cli.simulate.system.functions import RightHandSide
-from lagrange_cli.simulate.verification.contact_history import along
+from lagrange_cli.simulate.verification.contact_history import functions_along
 from lagrange_cli.simulate.verification.disproof import energy_drift
 from lagrange_cli.studies.reference import Motion, Reference, errors, motion_of
 
-__all__ = ["ACCURACIES", "RESOLVED", "Bench", "Point", "Setting", "at_the_end", "ladder"]
+__all__ = [
+    "ACCURACIES",
+    "RESOLVED",
+    "Bench",
+    "Setting",
+    "WorkPrecisionPoint",
+    "has_stagnated",
+    "ladder",
+]
 
 #: What ``auto`` is asked for, and runs are recommended for.
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
 
 #: Tolerances of adaptive methods: powers of ten.
-COARSEST, FINEST = 3, 15
+_COARSEST, _FINEST = 3, 15
 
 #: Most steps that a method of fixed step is tried with.
-MOST_STEPS_TRIED = 30
+_MOST_STEPS_TRIED = 30
 
 #: Errors below the reference's times this are not told from it.
 RESOLVED = 3.0
 
 #: Runs in a row that are no better than one before, by this factor, are the last ones; of
 #: larger errors than this nothing is known but that they are large.
-STAGNANT, BETTER, LARGE = 3, 0.5, 0.1
+_STAGNANT, _BETTER, _LARGE = 3, 0.5, 0.1
 
 #: Evaluations of the coarse run per step that a method of fixed step begins with.
-PER_STEP = 16
+_PER_STEP = 16
 
 #: Seconds that ``auto`` may take with its estimate, in budgets of a run.
-ESTIMATE = 5.0
+_ESTIMATE = 5.0
 
 #: More steps than any run makes: it is known to end.
-UNLIMITED = 2**62
+_UNLIMITED = 2**62
 
-Outcome = Literal["ok", "given_up", "failed"]
+_Outcome = Literal["ok", "given_up", "failed"]
 
 
 @dataclass(frozen=True)
@@ -66,7 +74,7 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Point:
+class WorkPrecisionPoint:
     """One setting and what came of it.
 
     ``error``: largest error over the samples, None where the run did not end; it is
@@ -76,7 +84,7 @@ class Point:
     """
 
     setting: Setting
-    outcome: Outcome
+    outcome: _Outcome
     reason: str
     error: float | None
     resolved: bool
@@ -114,7 +122,7 @@ class Bench:
     functions: RightHandSide
     problem: InitialValueProblem
     request: Request
-    found: Pilot
+    found: CoarseResult
     reference: Reference
     budget: float
 
@@ -124,7 +132,7 @@ class Bench:
         asked = replace(self.request, method=method, rtol=setting.rtol, step=setting.step)
         return Run(method, self.problem, control_of(self.problem, asked, self.found))
 
-    def explore(self, setting: Setting) -> Point:
+    def explore(self, setting: Setting) -> WorkPrecisionPoint:
         """Run once, within the budget, and look at the error."""
         if setting.accuracy is not None:
             return self._explore_auto(setting, setting.accuracy)
@@ -132,7 +140,7 @@ class Bench:
             run = self.run(setting)  # which may import its method first
         except InputError as refusal:
             reason = refusal.problems[0].message
-            return Point(setting, "failed", reason, None, False, 0, 0, None)
+            return WorkPrecisionPoint(setting, "failed", reason, None, False, 0, 0, None)
         deadline = time.perf_counter() + self.budget
         while run.go(len(self.problem.times)):
             if time.perf_counter() > deadline:
@@ -141,36 +149,36 @@ class Bench:
             return _unfinished(setting, "failed", run.failure.reason, run)
         return self._point(setting, measured_run(run, self.problem), motion_of(run))
 
-    def _explore_auto(self, setting: Setting, accuracy: float) -> Point:
-        started, limit = time.perf_counter(), ESTIMATE * self.budget
+    def _explore_auto(self, setting: Setting, accuracy: float) -> WorkPrecisionPoint:
+        started, limit = time.perf_counter(), _ESTIMATE * self.budget
         try:
             watch = Watch(deadline=Deadline.after(limit))
             measured = integrate_to_accuracy(self.problem, accuracy, watch)
         except InputError as refusal:
             reason = refusal.problems[0].message
-            return Point(setting, "failed", reason, None, False, 0, 0, None)
+            return WorkPrecisionPoint(setting, "failed", reason, None, False, 0, 0, None)
         if measured.stopped and time.perf_counter() - started < limit:
             raise KeyboardInterrupt
         ended = status(self.problem, measured)
         if ended != "ok":
-            outcome: Outcome = "given_up" if ended == "stopped" else "failed"
+            outcome: _Outcome = "given_up" if ended == "stopped" else "failed"
             last = float(self.problem.times[len(measured.states) - 1])
             reason = (
                 f"t = {last:.9g} reached" if measured.stopped else f"holds until t = {last:.9g}"
             )
             found = (None, False, measured.steps, measured.evaluations, None)
-            return Point(setting, outcome, reason, *found)
+            return WorkPrecisionPoint(setting, outcome, reason, *found)
         motion = Motion(measured.states[:], measured.switches, self.problem.until)
         return replace(self._point(setting, measured, motion), chosen=_taken(measured))
 
-    def _point(self, setting: Setting, measured: Measured, motion: Motion) -> Point:
+    def _point(self, setting: Setting, measured: Measured, motion: Motion) -> WorkPrecisionPoint:
         ratios = errors(self.problem, self.reference.scales, self.reference.motion, motion)
         error = float(ratios[-1])
         if not math.isfinite(error):
             reason = "other contacts than the reference's"
             found = (None, False, measured.steps, measured.evaluations, None)
-            return Point(setting, "failed", reason, *found)
-        return Point(
+            return WorkPrecisionPoint(setting, "failed", reason, *found)
+        return WorkPrecisionPoint(
             setting,
             "ok",
             "",
@@ -182,7 +190,7 @@ class Bench:
         )
 
     def _drift(self, measured: Measured) -> float | None:
-        seen = along(self.model, self.functions, self.problem.start, measured)
+        seen = functions_along(self.model, self.functions, self.problem.start, measured)
         return energy_drift(self.model, seen, self.problem.times, measured.states)
 
     def seconds(self, setting: Setting) -> float:
@@ -193,7 +201,7 @@ class Bench:
                 raise KeyboardInterrupt
             return measured.run_seconds
         started = time.perf_counter()
-        self.run(setting).advance(len(self.problem.times), UNLIMITED)
+        self.run(setting).advance(len(self.problem.times), _UNLIMITED)
         return time.perf_counter() - started
 
 
@@ -201,8 +209,10 @@ def _taken(measured: Measured) -> str:
     return measured.method + (" in long doubles" if measured.wider else "")
 
 
-def _unfinished(setting: Setting, outcome: Outcome, reason: str, run: Run) -> Point:
-    return Point(setting, outcome, reason, None, False, run.steps, run.evaluations, None)
+def _unfinished(setting: Setting, outcome: _Outcome, reason: str, run: Run) -> WorkPrecisionPoint:
+    return WorkPrecisionPoint(
+        setting, outcome, reason, None, False, run.steps, run.evaluations, None
+    )
 
 
 def ladder(bench: Bench, name: str) -> Iterator[Setting]:
@@ -211,10 +221,10 @@ def ladder(bench: Bench, name: str) -> Iterator[Setting]:
         return iter([Setting(AUTO, accuracy=eps) for eps in ACCURACIES])
     method = INTEGRATORS[name]
     if method.adaptive:
-        powers = range(COARSEST, FINEST + 1)
+        powers = range(_COARSEST, _FINEST + 1)
         return iter([Setting(name, rtol=float(f"1e-{power}")) for power in powers])
     times = bench.problem.times
-    first = bench.found.evaluations // (PER_STEP * (len(times) - 1))
+    first = bench.found.evaluations // (_PER_STEP * (len(times) - 1))
     parts = _parts(max(first, 1), method)
     return (Setting(name, step=float(times[1] - times[0]) / part) for part in parts)
 
@@ -222,14 +232,14 @@ def ladder(bench: Bench, name: str) -> Iterator[Setting]:
 def _parts(first: int, method: type[Integrator]) -> list[int]:
     """Steps between two samples, so that each makes the error about ten times smaller."""
     factor = 10.0 ** (1.0 / method.order)
-    return list(dict.fromkeys(round(first * factor**k) for k in range(MOST_STEPS_TRIED)))
+    return list(dict.fromkeys(round(first * factor**k) for k in range(_MOST_STEPS_TRIED)))
 
 
-def at_the_end(points: Sequence[Point]) -> bool:
+def has_stagnated(points: Sequence[WorkPrecisionPoint]) -> bool:
     """Whether finer runs of a method have nothing to add."""
     last = points[-1]
     if last.outcome == "given_up" or (last.outcome == "ok" and not last.resolved):
         return True
-    found = [p.distance if p.distance < LARGE else math.inf for p in points]
-    before, latest = found[:-STAGNANT], found[-STAGNANT:]
-    return bool(before) and min(latest) > BETTER * min(before)
+    found = [p.distance if p.distance < _LARGE else math.inf for p in points]
+    before, latest = found[:-_STAGNANT], found[-_STAGNANT:]
+    return bool(before) and min(latest) > _BETTER * min(before)

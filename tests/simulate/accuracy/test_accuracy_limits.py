@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.simulate.accuracy.controller import integrate_to_accuracy
-from lagrange_cli.simulate.checkpoint.progress import Deadline, Progress, Watch
+from lagrange_cli.simulate.checkpoint.progress import Deadline, RunProgress, Watch
 from tests.simulate.accuracy.accuracy_systems import (
     SYSTEMS,
     oscillator,
@@ -137,7 +137,7 @@ def test_interrupt_keeps_what_holds():
 
     *given, exact = SYSTEMS["pendulum"]
     of = problem(*given)
-    measured = integrate_to_accuracy(of, 1e-9, Watch(Progress(interrupt)))
+    measured = integrate_to_accuracy(of, 1e-9, Watch(RunProgress(interrupt)))
     assert measured.stopped
     assert 5 < len(measured.states) < len(of.times)
     assert true_errors(of, measured, exact).max() < 1e-9
@@ -158,7 +158,7 @@ def test_interrupt_in_the_pilot_keeps_the_start():
         raise KeyboardInterrupt
 
     *given, _ = SYSTEMS["pendulum"]
-    measured = integrate_to_accuracy(problem(*given), 1e-9, Watch(Progress(interrupt)))
+    measured = integrate_to_accuracy(problem(*given), 1e-9, Watch(RunProgress(interrupt)))
     assert measured.stopped
     assert measured.states.tolist() == [[1.0, 0.0]]
 
@@ -167,7 +167,7 @@ def test_interrupt_in_the_pilot_keeps_the_start():
 def test_progress_never_falls():
     seen = []
     *given, _ = SYSTEMS["pendulum-near-separatrix"]
-    watch = Watch(Progress(seen.append))
+    watch = Watch(RunProgress(seen.append))
     integrate_to_accuracy(problem(*given), 1e-9, watch)
     watch.progress.done()
     assert seen == sorted(seen)

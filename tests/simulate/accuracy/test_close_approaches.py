@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli import loads
-from lagrange_cli.simulate.accuracy.method_selection import pilot
+from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.accuracy.roundoff import noise_of_step
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.model.build import model_of
@@ -97,7 +97,7 @@ def test_a_comet_of_eccentricity_close_to_1_is_followed_past_the_sun():
 def test_a_coarse_run_that_comes_close_is_made_finer():
     """Else it passes the sun on the wrong side, and winds about it without end."""
     of = model(COMET % (*APHELION, 62.8, 101))
-    found = pilot(problem(of, compiled_or_skip(of)), 1e-14, Watch())
+    found = coarse_result(problem(of, compiled_or_skip(of)), 1e-14, Watch())
     assert found.evaluations < 100_000
     assert 1.9 < found.scales[-1, 0] <= 2.0 * (1 + 1e-9)
     assert found.closest[0] < 1e-5
@@ -106,7 +106,7 @@ def test_a_coarse_run_that_comes_close_is_made_finer():
 
 def test_a_circle_is_not_close():
     of = model(COMET % (1.0, 1.0, 62.8, 101))
-    found = pilot(problem(of, compiled_or_skip(of)), 1e-14, Watch())
+    found = coarse_result(problem(of, compiled_or_skip(of)), 1e-14, Watch())
     assert (found.closest == 1.0).all()
 
 
@@ -135,6 +135,6 @@ def test_a_stiff_oscillation_is_not_taken_for_a_stiff_system():
     """Its steps are short for the rounding of r beside its tiny scale, not for stability."""
     of = model(SPRING)
     stated = problem(of, compiled_or_skip(of))
-    found = pilot(stated, 1e-11, Watch())
+    found = coarse_result(stated, 1e-11, Watch())
     assert not found.stiff
     assert found.relative_noise > 1e-8

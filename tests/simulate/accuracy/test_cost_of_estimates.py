@@ -10,8 +10,8 @@ from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_file
 from lagrange_cli.simulate.accuracy import controller as accuracy
 from lagrange_cli.simulate.accuracy.attempt import Attempt
-from lagrange_cli.simulate.accuracy.method_selection import pilot
-from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+from lagrange_cli.simulate.accuracy.method_selection import coarse_result
+from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
@@ -58,7 +58,7 @@ COSTS = [
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "formulation", "eps"), COSTS)
 def test_at_most_four_times_the_run(name, formulation, eps):
-    found = simulate_past_charts(model(name, formulation), SimulationOptions(accuracy=eps))
+    found = simulate_past_singularities(model(name, formulation), SimulationOptions(accuracy=eps))
     if not found.implementation.startswith("compiled") or EXTENDED.epsilon >= DOUBLE.epsilon:
         pytest.skip("counts are those of compiled code, and wider arithmetic")
     assert found.status == "ok"
@@ -67,7 +67,7 @@ def test_at_most_four_times_the_run(name, formulation, eps):
 
 def test_what_rests_is_compared_with_what_rounding_moves():
     """Three evaluations of what rests; rounding, and so the runs beside it, do not rest."""
-    found = simulate_past_charts(
+    found = simulate_past_singularities(
         model("lecture/lever", "minimal"), SimulationOptions(accuracy=1e-12)
     )
     if not found.implementation.startswith("compiled"):
@@ -80,10 +80,10 @@ def test_a_run_that_nearly_was_enough_is_the_looser_one_of_the_next_attempt(atte
     """Its cost counts once; and only the disturbed run is disturbed then, which counts more."""
     *given, _ = SYSTEMS["kepler"]
     of = problem(*given)
-    found = pilot(of, 1e-8, Watch())
+    found = coarse_result(of, 1e-8, Watch())
     first = Attempt(of, 1.0, found, 1e-8, 0)
     first.go(Watch())
-    eps = first.judge().estimate
+    eps = first.error_estimate().estimate
     near, far = (Attempt(of, part * eps, found, 1e-8, 0) for part in (0.5, 0.05))
     for missed in (near, far):
         missed.go(Watch())
@@ -91,24 +91,24 @@ def test_a_run_that_nearly_was_enough_is_the_looser_one_of_the_next_attempt(atte
     assert near.reduction == 10.0 < far.reduction
     for attempt in (after_near, after_far):
         attempt.go(Watch())
-        assert attempt.judge().excess < 1
+        assert attempt.error_estimate().excess < 1
     assert after_near.evaluations < 0.8 * after_far.evaluations
 
 
 def test_an_attempt_that_misses_early_is_given_up_where_another_may_follow():
     *given, _ = SYSTEMS["oscillator"]
     of = problem(*given, samples=641)
-    found = pilot(of, 1e-8, Watch())
+    found = coarse_result(of, 1e-8, Watch())
     whole = Attempt(of, 1.0, found, 1e-6, 0)
     whole.go(Watch())
-    eps = whole.judge().estimate / 5
+    eps = whole.error_estimate().estimate / 5
     last, other = (Attempt(of, eps, found, 1e-6, 0, None, last) for last in (True, False))
     for attempt in (last, other):
         attempt.go(Watch())
     assert last.complete
     assert not other.complete
     assert other.evaluations < 0.7 * last.evaluations
-    assert other.judge().samples == last.judge().samples
+    assert other.error_estimate().samples == last.error_estimate().samples
 
 
 def test_attempts_that_share_a_run_go_on(attempts, tmp_path):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.simulate.accuracy.coarse_run import FIRST_STEP
-from lagrange_cli.simulate.accuracy.method_selection import pilot
+from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from tests.simulate.accuracy.accuracy_systems import problem
 
@@ -27,14 +27,14 @@ def comet(near, until):
 def test_a_start_at_a_perihelion_is_resolved(near):
     """What matters there happens in the time that the body takes for its distance."""
     with np.errstate(all="ignore"):
-        found = pilot(comet(near, 2.0), 1e-11, Watch())
+        found = coarse_result(comet(near, 2.0), 1e-11, Watch())
     assert found.first_step < 100 * near**1.5
 
 
 def test_noise_of_a_step_is_that_of_the_step_that_is_made_there():
     """At the perihelion steps are short, and accelerations large."""
     with np.errstate(all="ignore"):
-        found = pilot(comet(1e-6, 2.0), 1e-11, Watch())
+        found = coarse_result(comet(1e-6, 2.0), 1e-11, Watch())
     speed = math.sqrt(2e6)
     # The last place of the start moves the velocity by about one of its own in a step.
     assert found.noise[0, 3] < 1e3 * np.spacing(speed)
@@ -45,7 +45,7 @@ def test_a_slow_start_has_the_usual_first_step():
         return np.array([y[1], -y[0]])
 
     of = problem(rhs, [1.0, 0.0], 10.0, ("length",))
-    found = pilot(of, 1e-9, Watch())
+    found = coarse_result(of, 1e-9, Watch())
     assert found.scales[-1] == pytest.approx([2.0, 1.0], rel=1e-2)
     assert found.first_step > FIRST_STEP * of.span
 
@@ -61,7 +61,7 @@ def test_a_coarse_run_that_falls_into_a_singularity_is_left():
         return of.rhs(t, y)
 
     with np.errstate(all="ignore"):
-        pilot(problem(counted, of.y0, 2.0, of.kinds, samples=11), 1e-11, Watch())
+        coarse_result(problem(counted, of.y0, 2.0, of.kinds, samples=11), 1e-11, Watch())
     assert count < 600_000
 
 
@@ -70,5 +70,5 @@ def test_a_time_whose_square_is_beyond_doubles_is_begun():
         return np.array([y[1], 0.0])
 
     with np.errstate(all="ignore"):
-        found = pilot(problem(free, [1.0, 1e-300], 1e300, ("length",)), 1e-9, Watch())
+        found = coarse_result(problem(free, [1.0, 1e-300], 1e300, ("length",)), 1e-9, Watch())
     assert found.scales[-1] == pytest.approx([1.0, 1e-300])

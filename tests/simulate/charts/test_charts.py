@@ -13,8 +13,8 @@ from lagrange_cli import loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
-from lagrange_cli.simulate.charts.continuation import Samples, follow
-from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+from lagrange_cli.simulate.charts.continuation import KnownMotion, continue_coordinates
+from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import SimulationOptions
@@ -282,13 +282,15 @@ def circling(t, y):
 def samples(angle, rate, t):
     positions = np.column_stack([np.cos(angle), np.sin(angle)])
     velocities = rate[:, None] * np.column_stack([-np.sin(angle), np.cos(angle)])
-    return Samples(t, positions, velocities, np.full(2, 1e-12))
+    return KnownMotion(t, positions, velocities, np.full(2, 1e-12))
 
 
 def test_an_angle_is_followed_over_many_turns():
     t = np.linspace(0, 10, 201)
     angle, rate = 40 * t + np.sin(t), 40 + np.cos(t)
-    found = follow(samples(angle, rate, t), np.array([0.0, 41.0]), 1, circle, circling)
+    found = continue_coordinates(
+        samples(angle, rate, t), np.array([0.0, 41.0]), 1, circle, circling
+    )
     assert np.abs(found.q[:, 0] - angle).max() < 1e-10
     assert np.abs(found.v[:, 0] - rate).max() < 1e-9
     assert found.lost == ()
@@ -297,7 +299,7 @@ def test_an_angle_is_followed_over_many_turns():
 def test_an_angle_without_a_start():
     t = np.linspace(0, 1, 21)
     angle, rate = 0.4 + t, np.ones_like(t)
-    found = follow(samples(angle, rate, t), None, 1, circle, circling)
+    found = continue_coordinates(samples(angle, rate, t), None, 1, circle, circling)
     assert np.abs(found.q[:, 0] - angle).max() < 1e-12
 
 
@@ -366,7 +368,7 @@ def test_turns_that_are_too_many_are_refused(monkeypatch):
 def test_following_ends_in_time():
     t = np.linspace(0, 10, 201)
     known = samples(40 * t, np.full_like(t, 40.0), t)
-    found = follow(known, np.array([0.0, 40.0]), 1, circle, circling, deadline=0.0)
+    found = continue_coordinates(known, np.array([0.0, 40.0]), 1, circle, circling, deadline=0.0)
     assert len(found.q) == len(found.v) == 1
 
 
@@ -393,6 +395,6 @@ def test_a_budget_counts_for_both_runs():
         return model_of(derive(read_text(ELBOW.replace("ROOT", ROD)), formulation="multiplier"))
 
     context = RunContext(progress=budgets.append)
-    run = simulate_past_charts(model, SimulationOptions(budget=500.0), other, context)
+    run = simulate_past_singularities(model, SimulationOptions(budget=500.0), other, context)
     assert run.formulation == "multiplier"
     assert budgets == sorted(budgets), "progress never falls"

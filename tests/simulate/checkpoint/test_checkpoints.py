@@ -13,7 +13,7 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_file, read_text
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.checkpoint import checkpoint
 from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
 from lagrange_cli.simulate.integrators import INTEGRATORS
@@ -188,15 +188,15 @@ def test_an_orbit_in_polar_coordinates_goes_on(tmp_path):
     """Its coordinates are singular at the centre, which it does not meet."""
     model = model_of(derive(read_file(ROOT / "systems" / "celestial" / "kepler.yaml")))
     assert model.singular
-    whole = simulate_past_charts(model, SimulationOptions(accuracy=1e-9))
+    whole = simulate_past_singularities(model, SimulationOptions(accuracy=1e-9))
     looks = iter(range(10**9))
     path = str(tmp_path / "c")
     options = SimulationOptions(accuracy=1e-9)
     context = RunContext(checkpoint=Checkpoint(path), stop=lambda: next(looks) >= 25)
-    first = simulate_past_charts(model, options, context=context)
+    first = simulate_past_singularities(model, options, context=context)
     assert first.status == "stopped"
     again = Checkpoint(path, resume=os.path.exists(path))
-    found = simulate_past_charts(model, options, context=RunContext(checkpoint=again))
+    found = simulate_past_singularities(model, options, context=RunContext(checkpoint=again))
     assert compared(found) == compared(whole)
     assert found.npz() == whole.npz()
 

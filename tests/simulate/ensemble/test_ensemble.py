@@ -12,12 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.errors import InputError
-from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.ensemble import run as ensemble
 from lagrange_cli.simulate.ensemble.input_file import MOST_MEMBERS, grid, read_members
 from lagrange_cli.simulate.ensemble.members import (
-    Numbers,
-    Own,
+    MemberValues,
+    NumericMembers,
     Recipe,
     differ_in_numbers,
     require_known_names,
@@ -83,7 +83,7 @@ def recipe(text, **more):
 
 def plan_of(text, names, first, **more):
     found = recipe(text)
-    own = Own.of(dict(zip(names, first, strict=True)), found.scene())
+    own = MemberValues.of(dict(zip(names, first, strict=True)), found.scene())
     model = found.model(own)
     alone = differ_in_numbers(found, own, model)
     samples = model.defaults.samples
@@ -133,7 +133,7 @@ def test_members_are_single_runs(names):
     plan = plan_of(PENDULUM, names, rows[0])
     assert plan.alone
     for block, row in zip(blocks_of(plan, rows), rows, strict=True):
-        own = Own.of(dict(zip(names, row, strict=True)), plan.recipe.scene())
+        own = MemberValues.of(dict(zip(names, row, strict=True)), plan.recipe.scene())
         assert_is(block, 0, simulate(plan.recipe.model(own)))
 
 
@@ -153,7 +153,8 @@ def test_members_of_shipped_scenes_are_single_runs(scene, values, alone, togethe
     path = SYSTEMS / f"{scene}.yaml"
     found = Recipe(str(path), path.read_bytes())
     first, own = (
-        Own.of({name: both[k] for name, both in values.items()}, found.scene()) for k in (0, 1)
+        MemberValues.of({name: both[k] for name, both in values.items()}, found.scene())
+        for k in (0, 1)
     )
     model = found.model(first)
     assert differ_in_numbers(found, first, model) is alone
@@ -161,7 +162,9 @@ def test_members_of_shipped_scenes_are_single_runs(scene, values, alone, togethe
     plan = Plan("key", found, tuple(values), first, model, alone, 11, SimulationOptions(**how))
     block = run_block(Task(plan, 0, (tuple(both[1] for both in values.values()),)))
     member = found.model(own)
-    single = simulate_past_charts(member, plan.options, lambda: found.model(own, "multiplier"))
+    single = simulate_past_singularities(
+        member, plan.options, lambda: found.model(own, "multiplier")
+    )
     assert single.status == "ok"
     assert (block.words["method"] == ["Taylor"]) is together
     assert_is(block, 0, single)
@@ -169,11 +172,11 @@ def test_members_of_shipped_scenes_are_single_runs(scene, values, alone, togethe
 
 def test_what_rests_on_a_parameter_changes_with_it():
     plan = plan_of(PENDULUM, ["l"], ["2"])
-    numbers = Numbers(plan.recipe, plan.own, plan.model)
-    found = numbers.of(Own({"l": "3"}))
+    numbers = NumericMembers(plan.recipe, plan.own, plan.model)
+    found = numbers.of(MemberValues({"l": "3"}))
     assert {p.name: p.value for p in found.parameters}["k"] == 0.75
     assert found.initial == (0.75, 0.0)
-    assert found == plan.recipe.model(Own({"l": "3"}))
+    assert found == plan.recipe.model(MemberValues({"l": "3"}))
 
 
 @settings(max_examples=40, deadline=None)
@@ -185,8 +188,8 @@ def test_what_rests_on_a_parameter_changes_with_it():
 def test_models_of_numbers_are_those_of_the_scene(m, length, theta):
     if "numbers" not in NUMBERS:
         plan = plan_of(PENDULUM, ["m", "l", "theta"], ["1", "2", "0"])
-        NUMBERS["numbers"] = Numbers(plan.recipe, plan.own, plan.model)
-    own = Own({"m": repr(m), "l": repr(length)}, {"theta": repr(theta)})
+        NUMBERS["numbers"] = NumericMembers(plan.recipe, plan.own, plan.model)
+    own = MemberValues({"m": repr(m), "l": repr(length)}, {"theta": repr(theta)})
     found = NUMBERS["numbers"].of(own)
     values = {p.name: p.value for p in found.parameters}
     assert (values["m"], values["l"], values["k"]) == (m, length, length / 4)
@@ -194,21 +197,21 @@ def test_models_of_numbers_are_those_of_the_scene(m, length, theta):
 
 
 #: Made once, at the first example.
-NUMBERS: dict[str, Numbers] = {}
+NUMBERS: dict[str, NumericMembers] = {}
 
 
 @pytest.mark.parametrize("value", ["0", "-1"])
 def test_another_sign_is_derived_anew(value):
     plan = plan_of(PENDULUM, ["g"], ["9.81"])
-    assert Numbers(plan.recipe, plan.own, plan.model).of(Own({"g": value})) is None
+    assert NumericMembers(plan.recipe, plan.own, plan.model).of(MemberValues({"g": value})) is None
     (block,) = blocks_of(plan, [(value,)])
-    alone = simulate(plan.recipe.model(Own({"g": value})))
+    alone = simulate(plan.recipe.model(MemberValues({"g": value})))
     assert block.columns["theta"][0].tobytes() == alone.columns["theta"].tobytes()
 
 
 def test_values_that_choose_a_solution_are_derived_one_by_one():
     found = recipe(CIRCLE, formulation="minimal")
-    own = Own({}, {"x": "0.1"})
+    own = MemberValues({}, {"x": "0.1"})
     model = found.model(own)
     assert model.coordinates == ("x",)
     assert not model.multipliers
@@ -219,10 +222,12 @@ def test_values_that_choose_a_solution_are_derived_one_by_one():
 def test_a_start_in_other_names_is_derived_one_by_one():
     text = PENDULUM.replace("initial: {theta: k, dot(theta): 0}", "initial: {x: 1, z: -sqrt(3)}")
     found = recipe(text)
-    own = Own({"m": "1"})
+    own = MemberValues({"m": "1"})
     model = found.model(own)
     assert not differ_in_numbers(found, own, model)
-    plan = Plan("key", found, ("l",), Own({"l": "2"}), model, False, 11, SimulationOptions())
+    plan = Plan(
+        "key", found, ("l",), MemberValues({"l": "2"}), model, False, 11, SimulationOptions()
+    )
     blocks = blocks_of(plan, [("2",), ("3",)])
     assert blocks[0].words["status"] == ["ok"]
     assert blocks[0].columns["theta"][0, 0] == pytest.approx(math.pi / 6, abs=1e-15)
@@ -260,8 +265,8 @@ def test_each_member_estimates_its_own_error():
 def test_an_interrupted_block_is_not_finished(monkeypatch):
     plan = plan_of(PENDULUM, ["m"], ["1"])
     stopped = dataclasses.replace(simulate(plan.model), status="stopped")
-    monkeypatch.setattr(ensemble, "family_of", lambda *_: None)
-    monkeypatch.setattr(ensemble, "simulate_past_charts", lambda *_, **__: stopped)
+    monkeypatch.setattr(ensemble, "batched_results", lambda *_: None)
+    monkeypatch.setattr(ensemble, "simulate_past_singularities", lambda *_, **__: stopped)
     store = open_store(None, "key", [1, 1], resume=False)
     assert not run_members(tasks_of(plan, [("1",), ("2",)]), store)
     assert store.finished == {}

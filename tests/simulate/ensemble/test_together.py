@@ -13,8 +13,8 @@ from lagrange_cli.api import loads
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.ensemble import batched as together
 from lagrange_cli.simulate.ensemble import run as ensemble
-from lagrange_cli.simulate.ensemble.batched_results import family_of
-from lagrange_cli.simulate.ensemble.members import Own, Recipe, differ_in_numbers
+from lagrange_cli.simulate.ensemble.batched_results import batched_results
+from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe, differ_in_numbers
 from lagrange_cli.simulate.ensemble.run import Plan, Task, run_block, run_blocks, tasks_of
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.request import SimulationOptions
@@ -94,9 +94,9 @@ def plan_of(name, how=HOW, **more):
     found = Recipe("scene.yaml", f"name: {title}\n{SCENES.get(name, name)}".encode())
     names = tuple(VARIED.get(name, ("x",)))
     first = dict(zip(names, (row[0] for row in rows_of(name, 2)[:1]), strict=False))
-    own = Own.of(first, found.scene())
-    model = found.model(Own())
-    assert differ_in_numbers(found, Own(), model)
+    own = MemberValues.of(first, found.scene())
+    model = found.model(MemberValues())
+    assert differ_in_numbers(found, MemberValues(), model)
     return Plan(
         "key", found, names, own, model, True, how["samples"], SimulationOptions(**how), **more
     )
@@ -110,7 +110,7 @@ def rows_of(name, members):
 
 
 def single_of(plan, row):
-    own = Own.of(dict(zip(plan.names, row, strict=True)), plan.recipe.scene())
+    own = MemberValues.of(dict(zip(plan.names, row, strict=True)), plan.recipe.scene())
     return simulate(plan.recipe.model(own), **vars(plan.options))
 
 
@@ -154,8 +154,8 @@ def test_an_orbit_closes():
     periods = 2 * math.pi * np.sqrt(axis**3 / k)
     for row, period in list(zip(rows, periods.tolist(), strict=True))[:3]:
         options = SimulationOptions(until=period, accuracy=1e-11, samples=21)
-        family = family_of(plan.model, options, ())
-        (known,) = family.run(np.array([[1, 0, 0, float(row[1])]]), np.array([[1, float(row[0])]]))
+        batched = batched_results(plan.model, options, ())
+        (known,) = batched.run(np.array([[1, 0, 0, float(row[1])]]), np.array([[1, float(row[0])]]))
         assert abs(known.columns["x"][0, -1] - 1) < 1e-10
         assert abs(known.columns["y"][0, -1]) < 1e-10
 
@@ -291,7 +291,7 @@ initial: {{x: 1, dot(x): 0}}
 """
     plan = plan_of(text, {"until": 0.5, "accuracy": 1e-6, "samples": 3})
     assert plan.model.code.taylor == ""
-    assert family_of(plan.model, plan.options, ()) is None
+    assert batched_results(plan.model, plan.options, ()) is None
 
 
 def test_without_a_compiler_members_are_run_one_by_one(monkeypatch):
@@ -312,7 +312,7 @@ def test_an_interrupt_ends_the_block(monkeypatch):
         raise KeyboardInterrupt
         yield
 
-    monkeypatch.setattr(together.Together, "promised", interrupted)
+    monkeypatch.setattr(together.BatchedMembers, "promised", interrupted)
     assert run_block(Task(plan, 0, tuple(rows))) is None
 
 
@@ -342,9 +342,9 @@ def test_the_c_is_clean_for_any_width(tmp_path, name):
 def test_a_start_at_a_perihelion_is_resolved(distance):
     """Half a revolution later the comet is at its aphelion, at rest but for angular momentum."""
     options = SimulationOptions(**{**HOW, "until": math.pi, "accuracy": 1e-6})
-    family = family_of(plan_of("kepler").model, options, ())
+    batched = batched_results(plan_of("kepler").model, options, ())
     speed = math.sqrt((2 - distance) / distance)
-    (known,) = family.run(np.array([[distance, 0, 0, speed]]), np.array([[1.0, 1.0]]))
+    (known,) = batched.run(np.array([[distance, 0, 0, speed]]), np.array([[1.0, 1.0]]))
     assert known.columns["x"][0, -1] == pytest.approx(distance - 2, abs=2e-6)
     assert known.columns["y"][0, -1] == pytest.approx(0, abs=2e-6)
     assert known.columns["dot(y)"][0, -1] == pytest.approx(

@@ -10,7 +10,7 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
-from lagrange_cli.simulate.ensemble.batched_results import Known, family_of
+from lagrange_cli.simulate.ensemble.batched_results import Known, batched_results
 from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from tests.simulate.compiling import skip_without_compiler
@@ -38,15 +38,15 @@ def judged(calibration, path, accuracy):
     """True and estimated error of a scene's own motion; None where it is left to a single run."""
     scene = SYSTEMS / path.relative_to(REFERENCES).parent / f"{path.name.split('.')[0]}.yaml"
     model = calibration.system(scene, "minimal").model
-    family = family_of(model, SimulationOptions(accuracy=accuracy), ())
-    if family is None:
+    batched = batched_results(model, SimulationOptions(accuracy=accuracy), ())
+    if batched is None:
         return None
     given = np.array([[p.value or 0.0 for p in model.parameters]])
-    found = next(iter(family.run(np.array([model.initial]), given)), None)
+    found = next(iter(batched.run(np.array([model.initial]), given)), None)
     if not isinstance(found, Known):
         return None
     columns = {name: column[0] for name, column in found.columns.items()}
-    run = SimpleNamespace(t=family.request.times[:], columns=columns, exempt=(), events=())
+    run = SimpleNamespace(t=batched.request.times[:], columns=columns, exempt=(), events=())
     error = calibration.judged(run, calibration.read(path))
     return error, float(found.figures["estimated"][0])
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from lagrange_cli.simulate.checkpoint.serialization import DamagedError, pack, unpack
+from lagrange_cli.simulate.checkpoint.serialization import DamagedError, deserialize, serialize
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
 from lagrange_cli.simulate.integrators.base import ConstrainedRhs
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
@@ -68,10 +68,10 @@ def goes_on(begin, width, first):
     run = begin()
     found = run.advance(TIMES, states, most_steps=first, most_evaluations=math.inf)
     count = found.filled
-    written = pack(run.state())
+    written = serialize(run.state())
     rest = np.full((len(TIMES) - count, width), np.nan)
     again = begin()
-    again.restore(unpack(written))
+    again.restore(deserialize(written))
     limits = {"most_steps": 10**9, "most_evaluations": math.inf}
     one = run.advance(TIMES[count:], states[count:], **limits)
     other = again.advance(TIMES[count:], rest, **limits)
@@ -137,7 +137,7 @@ def test_values_are_read_back_as_they_were():
         "wide": np.array([np.longdouble(1) / 3]),
         "scalars": (np.float64(0.1), np.int64(7)),
     }
-    found = unpack(pack(value))
+    found = deserialize(serialize(value))
     assert found["same"][0] is found["same"][1]
     assert found["same"][2] is not found["same"][0]
     assert all(np.array_equal(part, array) for part in found["same"])
@@ -150,10 +150,10 @@ def test_values_are_read_back_as_they_were():
 @pytest.mark.parametrize("at", [0, 40, 200, 300, -30, -1])
 def test_damaged_bytes_are_noticed_or_mean_the_same(at):
     value = {"t": 1.0, "y": np.arange(40.0)}
-    data = bytearray(pack(value))
+    data = bytearray(serialize(value))
     data[at] ^= 0x55
     try:
-        found = unpack(bytes(data))
+        found = deserialize(bytes(data))
     except DamagedError:
         return
     # Some bytes of an archive, as its date, mean nothing here.
@@ -161,7 +161,7 @@ def test_damaged_bytes_are_noticed_or_mean_the_same(at):
     assert np.array_equal(found["y"], value["y"])
 
 
-@pytest.mark.parametrize("data", [b"", b"PK", b"text", pack({})[:-20]])
+@pytest.mark.parametrize("data", [b"", b"PK", b"text", serialize({})[:-20]])
 def test_other_bytes_are_refused(data):
     with pytest.raises(DamagedError):
-        unpack(data)
+        deserialize(data)

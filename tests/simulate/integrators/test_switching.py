@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lagrange_cli.simulate.accuracy.event_agreement import agreement, end_of_bounces
+from lagrange_cli.simulate.accuracy.event_agreement import event_agreement, first_zeno_time
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
 from lagrange_cli.simulate.integrators.event_functions import RISES, Falling
 from lagrange_cli.simulate.integrators.event_location import Search
@@ -158,7 +158,7 @@ def test_events_agree_contact_by_contact_in_any_order():
         [switch(1.0), switch(1.0 + 1e-12, 1), switch(2.0)],
         [switch(1.0, 1), switch(1.0 + 2e-12), switch(2.1)],
     ]
-    found = agreement(runs, [3, 3], [0, 2])
+    found = event_agreement(runs, [3, 3], [0, 2])
     assert found.broken == math.inf
     assert sorted(found.errors) == pytest.approx([2e-12, 4e-12, 0.2], rel=1e-3)
     assert found.ratios(np.array([0.5, 1.5, 2.5]), 4.0) == pytest.approx([0, 1e-12, 0.05], rel=1e-3)
@@ -166,18 +166,18 @@ def test_events_agree_contact_by_contact_in_any_order():
 
 
 def test_events_that_only_some_runs_have_break_the_agreement():
-    found = agreement([[switch(1.0)], []], [3, 3], [0, 2])
+    found = event_agreement([[switch(1.0)], []], [3, 3], [0, 2])
     assert found.broken == 1.0
     assert found.ratios(np.array([0.5, 1.5]), 4.0).tolist() == [0, math.inf]
     # A run that has not come so far says nothing.
-    assert agreement([[switch(1.0)], []], [3, 0.9], [0, 2]).broken == math.inf
+    assert event_agreement([[switch(1.0)], []], [3, 0.9], [0, 2]).broken == math.inf
 
 
 def test_another_kind_of_event_breaks_the_agreement():
-    found = agreement([[switch(1.0)], [switch(1.0, 0, "release")]], [3, 3], [0, 2])
+    found = event_agreement([[switch(1.0)], [switch(1.0, 0, "release")]], [3, 3], [0, 2])
     assert found.broken == 1.0
 
 
 def test_the_end_of_bounces():
-    assert end_of_bounces([switch(1.0), switch(2.0, 0, "zeno"), switch(3.0, 0, "zeno")]) == 2.0
-    assert end_of_bounces([switch(1.0)]) == math.inf
+    assert first_zeno_time([switch(1.0), switch(2.0, 0, "zeno"), switch(3.0, 0, "zeno")]) == 2.0
+    assert first_zeno_time([switch(1.0)]) == math.inf

@@ -10,7 +10,7 @@ import pytest
 
 from lagrange_cli import load, loads
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.accuracy.method_selection import pilot
+from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.model.build import driven, model_of
 from lagrange_cli.simulate.model.peak_exponents import landmarks
@@ -81,7 +81,7 @@ def test_what_steps_resolve_anyway_is_not_watched() -> None:
         functions = compiled_or_skip(model)
         request = resolve(model, SimulationOptions())
         with np.errstate(all="ignore"):
-            assert not pilot(problem_of(model, request, functions), 1e-10, Watch()).sharp
+            assert not coarse_result(problem_of(model, request, functions), 1e-10, Watch()).sharp
 
 
 def test_exponents_are_those_of_sharp_functions_that_move() -> None:

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from lagrange_cli import loads
-from lagrange_cli.cli.simulate import EXTRA as OFFERED
+from lagrange_cli.cli.simulate import EXTRA_COLUMNS as OFFERED
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.model.build import model_of
-from lagrange_cli.simulate.results.trajectory import EXTRA
+from lagrange_cli.simulate.results.trajectory import EXTRA_COLUMNS
 from lagrange_cli.simulate.system.functions import interpreted
 
 ATWOOD = """
@@ -42,7 +42,7 @@ def run(atwood):
 
 
 def test_the_command_offers_what_there_is():
-    assert OFFERED == EXTRA
+    assert OFFERED == EXTRA_COLUMNS
 
 
 def test_every_component_of_every_particle_is_there(run):
@@ -55,7 +55,7 @@ def test_every_component_of_every_particle_is_there(run):
 
 def test_interpreted_gives_the_same(atwood, run):
     other = simulate(atwood, functions=interpreted(atwood, "a test"))
-    mine, theirs = run.table(EXTRA[:2]), other.table(EXTRA[:2])
+    mine, theirs = run.table(EXTRA_COLUMNS[:2]), other.table(EXTRA_COLUMNS[:2])
     assert list(mine) == list(theirs)
     assert max(np.abs(mine[name] - theirs[name]).max() for name in mine) < 1e-6
 

@@ -14,7 +14,7 @@ from lagrange_cli.scene import read_file, read_text
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.results.forces import constraint_forces
+from lagrange_cli.simulate.results.forces import constraint_force_columns
 from lagrange_cli.simulate.system.functions import interpreted, right_hand_side
 
 SYSTEMS = Path(__file__).parents[3] / "systems"
@@ -109,9 +109,9 @@ def test_machine_code_gives_what_python_gives_at_each_state(path):
     assert functions.forces is not None
     generator = np.random.default_rng(3)
     states = np.array(model.initial) + 0.1 * generator.uniform(-1, 1, (5, len(model.initial)))
-    found = constraint_forces(model, functions, np.arange(5.0), states)
+    found = constraint_force_columns(model, functions, np.arange(5.0), states)
     python = replace(functions, forces=None)
-    expected = constraint_forces(model, python, np.arange(5.0), states)
+    expected = constraint_force_columns(model, python, np.arange(5.0), states)
     assert len(found) == len(model.forces)
     assert any(np.abs(column).max() > 0 for column in found.values())
     for name, column in expected.items():

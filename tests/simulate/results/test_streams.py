@@ -16,7 +16,7 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.charts.simulation import simulate_past_charts
+from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.results.streaming import Stream
@@ -178,14 +178,16 @@ def test_a_stream_of_a_motion_past_a_singular_place_is_refused_unwritten(small, 
     stream = Stream(str(tmp_path / "t.csv"), in_memory=0)
     of = model(SPHERICAL.format(rate=1e-6))
     with pytest.raises(InputError, match="the coordinates are singular where"):
-        simulate_past_charts(of, SimulationOptions(**STEPS), context=RunContext(stream=stream))
+        simulate_past_singularities(
+            of, SimulationOptions(**STEPS), context=RunContext(stream=stream)
+        )
     assert os.listdir(tmp_path) == []
 
 
 def test_a_stream_that_keeps_away_from_singular_places_is_written(small, tmp_path):
     of = model(SPHERICAL.format(rate=2))
     stream = Stream(str(tmp_path / "t.csv"), in_memory=0)
-    simulate_past_charts(of, SimulationOptions(**STEPS), context=RunContext(stream=stream))
+    simulate_past_singularities(of, SimulationOptions(**STEPS), context=RunContext(stream=stream))
     assert (tmp_path / "t.csv").read_text() == simulate(of, **STEPS).csv()
 
 

@@ -10,7 +10,7 @@ import pytest
 from lagrange_cli import loads
 from lagrange_cli.simulate.integrators.expressions import Expressions
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
-from lagrange_cli.simulate.sharpness.analyticity import Place, Sight, longest_step
+from lagrange_cli.simulate.sharpness.analyticity import AnalyticDiscs, PathPoint, longest_step
 from lagrange_cli.simulate.toolchain.compiler import find_compiler
 from tests.simulate.compiling import skip_without_compiler
 
@@ -38,7 +38,7 @@ def reach(of, y0=(0.0, 1.0), until=1.0, autonomous=True):
         ("length",),
         autonomous=autonomous,
     )
-    return Sight(problem).first(Place(0.0, problem.y0))
+    return AnalyticDiscs(problem).first(PathPoint(0.0, problem.y0))
 
 
 def test_a_uniform_acceleration_is_seen_to_the_end():
@@ -78,7 +78,7 @@ def test_a_right_hand_side_of_values_alone_leaves_the_usual_steps():
     problem = InitialValueProblem(
         lambda t, y: y * 0, np.array([0.0, 1.0]), np.linspace(0.0, 1.0, 11), ("length",)
     )
-    assert Sight(problem).first(Place(0.0, problem.y0)) == 0.0
+    assert AnalyticDiscs(problem).first(PathPoint(0.0, problem.y0)) == 0.0
     assert longest_step(problem, 0.0) == problem.longest_step == 1 / 128
 
 
@@ -91,9 +91,9 @@ def test_the_rest_of_the_motion_counts_as_well():
     problem = InitialValueProblem(
         Written(force), np.array([0.0, 1.0]), np.linspace(0.0, 1.0, 11), ("length",)
     )
-    sight, start = Sight(problem), Place(0.0, problem.y0)
+    sight, start = AnalyticDiscs(problem), PathPoint(0.0, problem.y0)
     first = sight.first(start)
-    places = [start, Place(0.3, np.array([0.3, 1.0])), Place(0.75, np.array([0.75, 1.0]))]
+    places = [start, PathPoint(0.3, np.array([0.3, 1.0])), PathPoint(0.75, np.array([0.75, 1.0]))]
     assert first > 0.1
     assert sight.along(places[:2], first, np.ones(2)) > sight.along(places, first, np.ones(2))
 
