@@ -116,11 +116,11 @@ def run_mutant(one: Mutant, folder: Path) -> Outcome:
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
     seconds = time.process_time() - started
-    problem = problem or _judged(code, said.getvalue(), errors.getvalue())
+    problem = problem or judged(code, said.getvalue(), errors.getvalue())
     return Outcome(one.number, " ".join(one.words), code, seconds, problem, one.text)
 
 
-def _judged(code: int, said: str, errors: str) -> str:
+def judged(code: int, said: str, errors: str) -> str:
     """What is wrong with the end of a run, or ""."""
     if code == 3 or "internal error" in errors or "internal error" in said:
         lines = [line for line in (errors + said).splitlines() if line.strip()]

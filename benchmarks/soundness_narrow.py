@@ -200,7 +200,7 @@ class _Linear:
         return high
 
 
-def _pieces(strike: Strike) -> list[tuple[mpf, mpf, mpf, mpf]]:
+def pieces_of(strike: Strike) -> list[tuple[mpf, mpf, mpf, mpf]]:
     """Pieces of the force along its variable: from, to, value at 0 and slope; nothing between."""
     size, w, c = (mpf(strike.numbers[name]) for name in ("A", "w", "c"))
     found = []
@@ -215,9 +215,9 @@ def of_time(strike: Strike, times: Sequence[float]) -> list[tuple[mpf, mpf]]:
     """x and its rate at some times, struck at a time."""
     k, h = mpf(strike.numbers["k"]), mpf(strike.numbers["h"])
     begin, zero = mpf(0), mpf(0)
-    parts = [(zero, zero, zero)] if _pieces(strike)[0][0] > 0 else []
+    parts = [(zero, zero, zero)] if pieces_of(strike)[0][0] > 0 else []
     ends = []
-    for start, end, value, slope in _pieces(strike):
+    for start, end, value, slope in pieces_of(strike):
         ends.append(start)
         parts.append((start, value, slope))
         begin = end
@@ -239,7 +239,7 @@ def of_time(strike: Strike, times: Sequence[float]) -> list[tuple[mpf, mpf]]:
 def of_position(strike: Strike, times: Sequence[float]) -> list[tuple[mpf, mpf]]:
     """The same struck at a place, region by region."""
     k, h = mpf(strike.numbers["k"]), mpf(strike.numbers["h"])
-    zero, pieces = mpf(0), _pieces(strike)
+    zero, pieces = mpf(0), pieces_of(strike)
     regions = [(-mp.inf, pieces[0][0], zero, zero), *pieces, (pieces[-1][1], mp.inf, zero, zero)]
     number = next(j for j, r in enumerate(regions) if r[0] <= 0 < r[1])
     t, x, v = zero, zero, mpf(1)

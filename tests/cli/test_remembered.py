@@ -287,12 +287,12 @@ def test_without_a_usable_cache_all_is_well(name, words, monkeypatch):
 
 
 def test_a_disk_that_is_full_is_told_once_and_harms_nothing(monkeypatch):
-    def refuse(self, path, data):
+    def refuse(path, target):
         raise OSError(28, "No space left on device")
 
     expected = succeed("derive", HOLE)
     Cache(os.path.join(os.environ["XDG_CACHE_HOME"], "lagrange")).clear()
-    monkeypatch.setattr(Cache, "_write", refuse)
+    monkeypatch.setattr(os, "replace", refuse)
     assert lagrange("derive", HOLE) == Done(0, expected, "")
     told = lagrange("derive", HOLE, "-v").stderr
     assert told.count("No space left on device") == 1
@@ -322,12 +322,12 @@ class TestCompiledCode:
             pytest.skip("no C compiler was found")
 
     def test_a_disk_without_room_for_it(self, monkeypatch, cache_folder):
-        def refuse(self, path, data, write=Cache._write):
-            if path.endswith(".so"):
+        def refuse(path, target, replace=os.replace):
+            if str(target).endswith(".so"):
                 raise OSError(28, "No space left on device")
-            write(self, path, data)
+            replace(path, target)
 
-        monkeypatch.setattr(Cache, "_write", refuse)
+        monkeypatch.setattr(os, "replace", refuse)
         for _ in range(2):
             told = lagrange(*self.WORDS, "-v")
             assert "Code      compiled C" in told.stdout
@@ -349,10 +349,10 @@ class TestCompiledCode:
         assert (kept(cache_folder), len(list(cache_folder.glob("*.so")))) == (1, 0)
 
     def test_a_full_disk_is_told_once(self, monkeypatch):
-        def refuse(self, path, data):
+        def refuse(path, target):
             raise OSError(28, "No space left on device")
 
-        monkeypatch.setattr(Cache, "_write", refuse)
+        monkeypatch.setattr(os, "replace", refuse)
         told = lagrange(*self.WORDS, "-v").stderr
         assert told.count("No space left on device") == 1
         assert "nothing is kept in the cache: " in told

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from lagrange_cli.cli.terminal.streams import _Forgiving
+from lagrange_cli.cli.terminal.streams import ForgivingFile
 from tests.cli.terminal import ROOT
 
 pytestmark = pytest.mark.slow
@@ -104,11 +104,11 @@ def test_a_closed_stdout_is_refused_and_said():
 
 
 def test_what_is_not_written_counts_as_written():
-    with _Forgiving("/dev/full", "wb") as full:
+    with ForgivingFile("/dev/full", "wb") as full:
         assert full.write(b"abc") == 3
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
-    with _Forgiving(writing, "wb") as pipe:
+    with ForgivingFile(writing, "wb") as pipe:
         block = b"x" * 2**20
         assert 0 < pipe.write(block) < len(block)
         assert pipe.write(block) == len(block)

@@ -20,7 +20,8 @@ import sympy as sp
 from lagrange_cli import api
 from lagrange_cli.emit.python.functions import right_hand_side_source
 from lagrange_cli.errors import InternalError
-from lagrange_cli.mechanics.dynamics.solve_exactly import _System, solve_exactly
+from lagrange_cli.mechanics.dynamics import solve_exactly as solving
+from lagrange_cli.mechanics.dynamics.solve_exactly import solve_exactly
 from lagrange_cli.program.program import build_program, operations
 from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import Reference
@@ -122,7 +123,7 @@ def worst(equations, evaluate, kind, count=40):
 
 @pytest.fixture(autouse=True)
 def _digits(monkeypatch):
-    monkeypatch.setattr("emit_reference.DIGITS", DIGITS)
+    monkeypatch.setattr("tests.emit.emit_reference.DIGITS", DIGITS)
 
 
 @pytest.mark.slow
@@ -240,7 +241,7 @@ def test_what_is_too_long_or_not_proven_is_eliminated_numerically():
 def test_a_wrong_solution_is_never_used(monkeypatch):
     equations = scene("pendulums/pendulum_on_cart")
     parts = equations.mass_matrix, equations.forcing, [c.q for c in equations.coordinates]
-    monkeypatch.setattr(_System, "_ratio", lambda self, i, k: [-t for t in self.mass[i, k]])
+    monkeypatch.setattr(solving, "scaled", lambda number, rest: -number * rest)
     with pytest.raises(InternalError, match="does not solve"):
         solve_exactly(*parts)
 

@@ -58,7 +58,7 @@ def test_a_mutant_is_the_same_in_every_run(campaign: ModuleType) -> None:
     ],
 )
 def test_what_is_wrong_is_counted(campaign: ModuleType, code: int, errors: str, kind: str) -> None:
-    problem = campaign._judged(code, "", errors)
+    problem = campaign.judged(code, "", errors)
     assert problem.startswith(kind)
     assert bool(problem) == bool(kind)
 

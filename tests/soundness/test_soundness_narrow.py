@@ -37,7 +37,7 @@ def test_exact_motions_are_those_of_fine_steps(narrow, along, kind, changed) -> 
     times = np.linspace(0, 1, 6)
     with narrow.mp.workdps(40):
         exact = (narrow.of_position if along == "position" else narrow.of_time)(strike, times)
-    pieces = [[float(x) for x in piece] for piece in narrow._pieces(strike)]
+    pieces = [[float(x) for x in piece] for piece in narrow.pieces_of(strike)]
 
     def slopes(t: float, y: np.ndarray) -> list[float]:
         place = y[0] if along == "position" else t

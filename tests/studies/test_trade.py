@@ -198,7 +198,7 @@ def test_repetitions_are_interleaved_and_no_garbage_is_collected():
     points.append(made(None, setting=Setting("RK45", rtol=1e-5)))
     bench, told = Recorder(), []
     assert gc.isenabled()
-    timed = trading._timed(bench, points, 3, told.append)
+    timed = trading.timed_points(bench, points, 3, told.append)
     assert gc.isenabled()
     assert bench.asked == [(1e-3, False), (1e-4, False)] * 3
     assert [p.seconds for p in timed] == [(1, 3, 5), (2, 4, 6), ()]

@@ -18,14 +18,14 @@ from typing import TYPE_CHECKING, TextIO
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
-__all__ = ["prepare_streams", "results", "results_apart"]
+__all__ = ["ForgivingFile", "prepare_streams", "results", "results_apart"]
 
 STDOUT, STDERR = 1, 2
 
 _RESULTS: ContextVar[TextIO | None] = ContextVar("results")
 
 
-class _Forgiving(io.FileIO):
+class ForgivingFile(io.FileIO):
     """A file that takes what it cannot write for written."""
 
     def write(self, data: ReadableBuffer, /) -> int:
@@ -61,7 +61,7 @@ def _occupy() -> None:
 
 def _stderr(before: TextIO | None) -> TextIO:
     """Standard error with the encoding of before, one that never fails."""
-    raw = _Forgiving(STDERR, "wb", closefd=False)
+    raw = ForgivingFile(STDERR, "wb", closefd=False)
     encoding = getattr(before, "encoding", None) or "utf-8"
     return io.TextIOWrapper(
         io.BufferedWriter(raw), encoding, "backslashreplace", line_buffering=True

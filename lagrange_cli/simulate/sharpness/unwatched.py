@@ -18,7 +18,7 @@ __all__ = ["unseen_forces"]
 
 #: What the exponent of a sharp function may change by in the longest step, beside a peak that no
 #: step passes unseen (RESOLVED of kernels/landmarks.c).
-_RESOLVED = 4.0
+RESOLVED_EXPONENT = 4.0
 
 #: Samples at which its rate is looked at, and the part of a step over which it is taken.
 _MOST_SAMPLES, _PART = 256, 1 / 64
@@ -53,4 +53,4 @@ def _is_sharp(
     behind = functions.exponents(times + h, states + h * slopes)
     with np.errstate(all="ignore"):
         change = np.abs(behind - before) / _PART
-    return bool((change[np.isfinite(change)] > _RESOLVED).any())
+    return bool((change[np.isfinite(change)] > RESOLVED_EXPONENT).any())

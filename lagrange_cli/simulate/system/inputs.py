@@ -21,7 +21,7 @@ from lagrange_cli.simulate.system.rounding import off_by_one_ulp
 __all__ = ["Drive", "drive_of"]
 
 #: Numbers of all pieces together.
-_MOST_NUMBERS = 20_000_000
+MOST_TABLE_NUMBERS = 20_000_000
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def _together(each: Sequence[Pieces], mark: Mark) -> Pieces:
     """The pieces of all inputs side by side: one begins where any of them does."""
     starts = np.unique(np.concatenate([pieces.starts for pieces in each]))
     width = sum(pieces.rows.shape[1] for pieces in each)
-    if len(starts) * width > _MOST_NUMBERS:
+    if len(starts) * width > MOST_TABLE_NUMBERS:
         raise InputError(
             Problem(
                 f"recordings with {len(starts):,} different times are too many beside each other",

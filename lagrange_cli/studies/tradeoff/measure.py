@@ -159,7 +159,7 @@ def trade(
         known = reference(problem, found, _PATIENCE * budget, stages.part(0.2))
         bench = Bench(model, functions, problem, request, found, known, budget)
         points = _explored(bench, chosen, stages.part(0.5))
-        timed = _timed(bench, points, repeat, stages.part(1.0))
+        timed = timed_points(bench, points, repeat, stages.part(1.0))
     own = _with_fronts([p for p in timed if p.setting.method != AUTO])
     return Trade(
         name=model.name,
@@ -270,7 +270,7 @@ def _no_garbage() -> Iterator[None]:
             gc.enable()
 
 
-def _timed(
+def timed_points(
     bench: Bench,
     points: Sequence[WorkPrecisionPoint],
     repeat: int,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import mpmath
 import numpy as np
@@ -128,13 +127,13 @@ def test_one_state_is_enough_for_many() -> None:
 def test_each_form_of_a_link_is_worked_out_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first link hangs from a fixed point; all others are alike."""
     worked_out: list[sp.Expr] = []
-    of_position = closures_module._of_position
+    tidy = closures_module.tidy
 
-    def counted(reduced: Any, stated: sp.Expr) -> Any:
+    def counted(stated: sp.Expr) -> sp.Expr:
         worked_out.append(stated)
-        return of_position(reduced, stated)
+        return tidy(stated)
 
-    monkeypatch.setattr(closures_module, "_of_position", counted)
+    monkeypatch.setattr(closures_module, "tidy", counted)
     derive_uncertified(reduce(read_text(chain(12))))
     assert len(worked_out) == 2
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from pathlib import Path
 
@@ -34,6 +35,9 @@ from lagrange_cli.simulate.ensemble.store import open_store, parts_of
 from lagrange_cli.simulate.parallel import in_any_order
 from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
+
+#: Plans of one key are one plan.
+KEYS = map(str, itertools.count())
 
 SYSTEMS = Path(__file__).parents[3] / "systems"
 
@@ -87,13 +91,9 @@ def plan_of(text, names, first, **more):
     model = found.model(own)
     alone = differ_in_numbers(found, own, model)
     samples = model.defaults.samples
-    return Plan("key", found, tuple(names), own, model, alone, samples, SimulationOptions(), **more)
-
-
-@pytest.fixture(autouse=True)
-def forget_plans():
-    """Plans of these tests share one key."""
-    ensemble._runner.cache_clear()
+    return Plan(
+        next(KEYS), found, tuple(names), own, model, alone, samples, SimulationOptions(), **more
+    )
 
 
 def blocks_of(plan, rows, jobs=1):
@@ -159,7 +159,7 @@ def test_members_of_shipped_scenes_are_single_runs(scene, values, alone, togethe
     model = found.model(first)
     assert differ_in_numbers(found, first, model) is alone
     how = {"until": model.defaults.start + 1.0, "accuracy": 1e-6, "samples": 11, "method": None}
-    plan = Plan("key", found, tuple(values), first, model, alone, 11, SimulationOptions(**how))
+    plan = Plan(next(KEYS), found, tuple(values), first, model, alone, 11, SimulationOptions(**how))
     block = run_block(Task(plan, 0, (tuple(both[1] for both in values.values()),)))
     member = found.model(own)
     single = simulate_past_singularities(
@@ -226,7 +226,7 @@ def test_a_start_in_other_names_is_derived_one_by_one():
     model = found.model(own)
     assert not differ_in_numbers(found, own, model)
     plan = Plan(
-        "key", found, ("l",), MemberValues({"l": "2"}), model, False, 11, SimulationOptions()
+        next(KEYS), found, ("l",), MemberValues({"l": "2"}), model, False, 11, SimulationOptions()
     )
     blocks = blocks_of(plan, [("2",), ("3",)])
     assert blocks[0].words["status"] == ["ok"]

@@ -3,6 +3,7 @@ each other."""
 
 from __future__ import annotations
 
+import itertools
 import math
 import subprocess
 
@@ -12,7 +13,6 @@ import pytest
 from lagrange_cli.api import loads
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.ensemble import batched as together
-from lagrange_cli.simulate.ensemble import run as ensemble
 from lagrange_cli.simulate.ensemble.batched_results import batched_results
 from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe, differ_in_numbers
 from lagrange_cli.simulate.ensemble.run import Plan, Task, run_block, run_blocks, tasks_of
@@ -21,6 +21,9 @@ from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from tests.simulate.compiling import skip_without_compiler
+
+#: Plans of one key are one plan.
+KEYS = map(str, itertools.count())
 
 HOW = {"until": 5.0, "accuracy": 1e-9, "samples": 51}
 
@@ -80,13 +83,11 @@ VARIED = {
 
 
 @pytest.fixture(autouse=True)
-def forget_plans():
-    """Plans of these tests share one key."""
+def require_compiler():
     try:
         find_compiler()
     except CompileError as error:
         skip_without_compiler(error.reason)
-    ensemble._runner.cache_clear()
 
 
 def plan_of(name, how=HOW, **more):
@@ -98,7 +99,7 @@ def plan_of(name, how=HOW, **more):
     model = found.model(MemberValues())
     assert differ_in_numbers(found, MemberValues(), model)
     return Plan(
-        "key", found, names, own, model, True, how["samples"], SimulationOptions(**how), **more
+        next(KEYS), found, names, own, model, True, how["samples"], SimulationOptions(**how), **more
     )
 
 
@@ -196,7 +197,6 @@ def test_auto_keeps_to_its_tolerance_and_estimates_nothing():
     exact = run_block(Task(plan_of("double_pendulum"), 0, tuple(rows))).columns["a"]
     errors = []
     for rtol in (1e-6, 1e-9, 1e-12):
-        ensemble._runner.cache_clear()
         how = {"until": 5.0, "method": "auto", "rtol": rtol, "samples": 51}
         block = run_block(Task(plan_of("double_pendulum", how), 0, tuple(rows)))
         assert block.words["method"] == ["Taylor"] * 5

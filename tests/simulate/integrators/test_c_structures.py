@@ -37,7 +37,7 @@ if platform.machine() == "x86_64":
 #: A constant of C → its twin, by the file that has it.
 CONSTANTS: Mapping[str, Mapping[str, float]] = {
     "events.c": {"MOST": MOST_EVENTS, "LAGRANGE_PARTS": PARTS, "LAGRANGE_RISES": RISES},
-    "landmarks.c": {"TIMES + 1": LANDMARK_ROWS, "RESOLVED": unseen._RESOLVED},
+    "landmarks.c": {"TIMES + 1": LANDMARK_ROWS, "RESOLVED": unseen.RESOLVED_EXPONENT},
     "advance.c": {"EARLY": crossing.EARLY, "BEHIND": crossing.BEHIND},
     "kernel.h": {f"LAGRANGE_{status.name}": status.value for status in Status},
 }

@@ -343,7 +343,7 @@ def test_too_many_different_times_are_refused(tmp_path, monkeypatch):
     made = equations(tmp_path, "", scene=scene)
     (tmp_path / "b.csv").write_text(rows([t + 1e-3 * (t < 5) for t in (-1, *TIMES)], range(9)))
     assert simulate(made).status == "ok"
-    monkeypatch.setattr(driving, "_MOST_NUMBERS", 80)
+    monkeypatch.setattr(driving, "MOST_TABLE_NUMBERS", 80)
     with pytest.raises(InputError, match="15 different times are too many"):
         simulate(made)
 
