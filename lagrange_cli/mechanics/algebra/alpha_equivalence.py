@@ -73,8 +73,8 @@ class ShapeClasses(Generic[_Result]):
 def shape(expr: sp.Basic, places: Mapping[sp.Symbol, Hashable]) -> Hashable:
     """What is equal for two expressions exactly if they are the same up to symbols with places."""
     if not expr.args:
-        found: Hashable = places.get(expr, expr)
-        return found
+        place: Hashable = places.get(expr, expr)
+        return place
     parts = [shape(a, places) for a in expr.args]
     if expr.is_Add or expr.is_Mul:  # the order of whose arguments is that of their names
         return expr.func, frozenset(Counter(parts).items())

@@ -93,7 +93,7 @@ class Splitter:
     def _split(self, term: sp.Expr) -> TermParts:
         number: Rational = 1
         mass = _ONE
-        rest: dict[sp.Expr, sp.Expr] = {}
+        powers: dict[sp.Expr, sp.Expr] = {}
         trig: dict[TrigFactor, int] = {}
         for factor in sp.Mul.make_args(term):
             if factor.is_Rational:
@@ -110,33 +110,33 @@ class Splitter:
                     key = (name, base.args[0])
                     trig[key] = trig.get(key, 0) + sign * int(power)
             else:
-                rest[base] = rest.get(base, _ZERO) + power
-        return TermParts(number, mass, rest, {k: p for k, p in trig.items() if p})
+                powers[base] = powers.get(base, _ZERO) + power
+        return TermParts(number, mass, powers, {k: p for k, p in trig.items() if p})
 
     def product(self, a: sp.Expr, b: sp.Expr) -> TermParts:
         """The parts of ``a·b``, without forming the product."""
         first, second = self.split(a), self.split(b)
         number, mass = first.number * second.number, first.mass
-        rest = dict(first.rest)
+        powers = dict(first.rest)
         if mass is _ONE:
             mass = second.mass
         elif second.mass is not _ONE:
-            rest[second.mass] = rest.get(second.mass, _ZERO) + 1
+            powers[second.mass] = powers.get(second.mass, _ZERO) + 1
         for base, power in second.rest.items():
-            total = rest.get(base, _ZERO) + power
+            total = powers.get(base, _ZERO) + power
             if base.func is sp.sign and total.is_Integer:
                 total %= 2
             if base.is_Rational and total.is_Integer:
                 number *= python_rational(base**total)
                 total = _ZERO
             if total == 0:
-                rest.pop(base, None)
+                powers.pop(base, None)
             else:
-                rest[base] = total
+                powers[base] = total
         trig = dict(first.trig)
         for key, exponent in second.trig.items():
             trig[key] = trig.get(key, 0) + exponent
-        return TermParts(number, mass, rest, {k: p for k, p in trig.items() if p})
+        return TermParts(number, mass, powers, {k: p for k, p in trig.items() if p})
 
     def as_one(self, weights: Weights) -> Weights:
         """The same weights with a sum of several masses as a single one."""
@@ -147,11 +147,11 @@ class Splitter:
 
     def taken_apart(self, weights: Weights) -> Weights:
         """The same weights with sums that were made one as their masses."""
-        found: Weights = {}
+        separate: Weights = {}
         for mass, count in weights.items():
             for m, c in self._sums.get(mass, {mass: 1}).items():
-                found[m] = found.get(m, 0) + count * c
-        return found
+                separate[m] = separate.get(m, 0) + count * c
+        return separate
 
     def canonical(self, trig: dict[TrigFactor, int]) -> TrigMonomial:
         """The monomial as a sorted tuple."""
@@ -206,12 +206,12 @@ class TermSum:
         return list(self._collect())
 
     def _collect(self) -> Iterator[sp.Expr]:
-        for rest, group in self._groups.items():
+        for exponents, group in self._groups.items():
             if len({mass for weights in group.values() for mass in weights}) > 1:
                 for trig, weights in group.items():
                     group[trig] = self._splitter.taken_apart(weights)
             shorten_trigonometric(group, self._splitter.canonical)
-            powers = [_power(base, exponent) for base, exponent in rest]
+            powers = [_power(base, exponent) for base, exponent in exponents]
             for trig, weights in group.items():
                 number, mass = _weight_sum(weights)
                 if number != 0:
@@ -301,11 +301,11 @@ def _rational_content(numbers: Iterable[Rational]) -> Rational:
 
     Fractions are cleared only up to quarters: decimals such as 9.81 stay themselves.
     """
-    found = [n for n in numbers if n != 0]
-    denominator = math.lcm(*(n.denominator for n in found))
-    if not found or denominator > _LARGEST_DENOMINATOR:
+    nonzero = [n for n in numbers if n != 0]
+    denominator = math.lcm(*(n.denominator for n in nonzero))
+    if not nonzero or denominator > _LARGEST_DENOMINATOR:
         return 1
-    numerator = math.gcd(*(n.numerator for n in found))
+    numerator = math.gcd(*(n.numerator for n in nonzero))
     return numerator if denominator == 1 else Fraction(numerator, denominator)
 
 
@@ -316,20 +316,20 @@ def common_factor(terms: list[sp.Expr]) -> sp.Expr:
     numbers = []
     common: dict[sp.Expr, sp.Expr] | None = None
     for term in terms:
-        number, rest = term.as_coeff_Mul(rational=True)
+        number, product = term.as_coeff_Mul(rational=True)
         numbers.append(python_rational(number))
-        powers = _powers(rest)
+        powers = _powers(product)
         common = powers if common is None else _shared(common, powers)
     number = sympy_rational(_rational_content(numbers))
-    rest = sp.Mul(*(b**e for b, e in (common or {}).items()))
-    return scaled(number, rest)
+    product = sp.Mul(*(b**e for b, e in (common or {}).items()))
+    return scaled(number, product)
 
 
-def scaled(number: sp.Rational, rest: sp.Expr) -> sp.Expr:
+def scaled(number: sp.Rational, product: sp.Expr) -> sp.Expr:
     """``number·rest`` that keeps a sum as a factor, over which SymPy would distribute."""
-    if rest.is_Add and number != 1:
-        return sp.Mul(number, rest, evaluate=False)
-    return number * rest
+    if product.is_Add and number != 1:
+        return sp.Mul(number, product, evaluate=False)
+    return number * product
 
 
 def _shared(
@@ -338,9 +338,9 @@ def _shared(
     """Powers common to two products: of exponents with the same sign the one nearer to zero."""
     shared = {}
     for base, exponent in first.items():
-        other = second.get(base)
-        if other is not None and (other > 0) == (exponent > 0):
-            shared[base] = min(exponent, other, key=abs)
+        second_exponent = second.get(base)
+        if second_exponent is not None and (second_exponent > 0) == (exponent > 0):
+            shared[base] = min(exponent, second_exponent, key=abs)
     return shared
 
 
@@ -367,11 +367,11 @@ def factored(terms: list[sp.Expr]) -> sp.Expr:
     """The sum of the terms as a product: common monomial, then a shorter form of the rest."""
     if len(terms) < 2:
         return sp.Add(*terms)
-    number, rest = common_factor(terms).as_coeff_Mul(rational=True)
+    number, common = common_factor(terms).as_coeff_Mul(rational=True)
     if all(t.could_extract_minus_sign() for t in terms):
         number = -number
-    inner = _shorter_form(sp.Add(*(t / rest / number for t in terms)))
-    return scaled(number, rest * inner)
+    inner = _shorter_form(sp.Add(*(t / common / number for t in terms)))
+    return scaled(number, common * inner)
 
 
 def _shorter_form(expr: sp.Expr) -> sp.Expr:
@@ -395,8 +395,8 @@ def _shorter_form(expr: sp.Expr) -> sp.Expr:
         return binomial_square(expr)
     if not all(a.is_Rational or a.is_Symbol for a in _leaves(expr)):
         return expr
-    found = normalize_square_signs(_one_fraction(expr) if divided else factored_form(expr))
-    return expr if found.is_Add or sp.count_ops(found) >= sp.count_ops(expr) else found
+    product = normalize_square_signs(_one_fraction(expr) if divided else factored_form(expr))
+    return expr if product.is_Add or sp.count_ops(product) >= sp.count_ops(expr) else product
 
 
 def _by_denominator(expr: sp.Expr) -> sp.Expr:

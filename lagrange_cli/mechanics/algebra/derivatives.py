@@ -81,9 +81,9 @@ def _general_derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
     arguments = expr.args
     if expr.func in (sp.Min, sp.Max):
         # max(a, rest) = (a + rest + |a − rest|)/2
-        first, rest = arguments[0], expr.func(*arguments[1:])
-        side = sp.sign(first - rest) * (1 if expr.func is sp.Max else -1)
-        slopes = derivative(first, symbol), derivative(rest, symbol)
+        first, remaining = arguments[0], expr.func(*arguments[1:])
+        side = sp.sign(first - remaining) * (1 if expr.func is sp.Max else -1)
+        slopes = derivative(first, symbol), derivative(remaining, symbol)
         return (slopes[0] * (1 + side) + slopes[1] * (1 - side)) / 2
     if expr.func is sp.atan2:
         y, x = arguments
@@ -135,8 +135,8 @@ class Kinematics:
 
     def _variables(self, term: sp.Expr) -> list[sp.Symbol]:
         present = term.free_symbols
-        found = sorted((s for s in present if s in self._number), key=self._number.__getitem__)
-        return [*found, self._t] if self._t in present else found
+        variables = sorted((s for s in present if s in self._number), key=self._number.__getitem__)
+        return [*variables, self._t] if self._t in present else variables
 
     def jacobian(self, symbol: sp.Symbol) -> dict[int, list[sp.Expr]]:
         """Number of a coordinate → parts of ∂r/∂q, zero ones absent."""
@@ -162,13 +162,13 @@ class Kinematics:
 
     def _convective_terms(self, term: sp.Expr) -> list[sp.Expr]:
         if term not in self._convective:
-            found: list[sp.Expr] = []
+            terms: list[sp.Expr] = []
             for s, parts in self._gradient(term).items():
                 rate = self._rate(s)
                 for part in parts:
-                    for other, seconds in self._gradient(part).items():
-                        found.extend(p * rate * self._rate(other) for p in seconds)
-            self._convective[term] = found
+                    for second, seconds in self._gradient(part).items():
+                        terms.extend(p * rate * self._rate(second) for p in seconds)
+            self._convective[term] = terms
         return self._convective[term]
 
     def _rate(self, symbol: sp.Symbol) -> sp.Expr:

@@ -22,18 +22,18 @@ def group_by_velocities(
     groups: dict[tuple[tuple[int, int], ...], tuple[sp.Expr, list[sp.Expr]]] = {}
     for term in terms:
         powers: list[tuple[int, int]] = []
-        rest = []
+        cofactor = []
         for factor in sp.Mul.make_args(term):
             base, exponent = factor.as_base_exp()
             if base in number and exponent.is_Integer and exponent > 0:
                 powers.append((number[base], int(exponent)))
             else:
-                rest.append(factor)
+                cofactor.append(factor)
         key = tuple(sorted(powers))
         if key not in groups:
             groups[key] = (sp.Mul(*(velocities[k] ** p for k, p in key)), [])
         # What is left of a product in canonical order is in canonical order.
-        groups[key][1].append(sp.Mul(*rest, evaluate=False) if powers else term)
+        groups[key][1].append(sp.Mul(*cofactor, evaluate=False) if powers else term)
     order = sorted(groups, key=lambda key: (-sum(p for _, p in key), key))
     return [groups[key] for key in order]
 
@@ -57,14 +57,14 @@ def positional_groups(terms: Sequence[sp.Expr], constants: frozenset[sp.Symbol])
     for term in terms:
         functions = [f for f in sp.Mul.make_args(term) if not _polynomial(f)]
         groups.setdefault(sp.Mul(*functions), []).append(term)
-    found: list[sp.Expr] = []
+    grouped: list[sp.Expr] = []
     for function, members in groups.items():
         common = common_factor(members).as_coeff_Mul(rational=True)[1]
         if function != 1 or common.free_symbols & constants:
-            found.append(factored(members))
+            grouped.append(factored(members))
         else:
-            found.extend(members)
-    return found
+            grouped.extend(members)
+    return grouped
 
 
 def _polynomial(factor: sp.Expr) -> bool:

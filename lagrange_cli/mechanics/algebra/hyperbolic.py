@@ -39,14 +39,14 @@ def _forms(expr: sp.Expr) -> Iterator[sp.Expr]:
         return
     for choice in product((False, True), repeat=len(pairs)):
         rules = {}
-        for (s, c, sign), other in zip(pairs, choice, strict=True):
+        for (s, c, sign), swapped in zip(pairs, choice, strict=True):
             # cosh² = 1 + sinh²; cos² = 1 − sin².
-            rules[c**2 if other else s**2] = 1 + sign * s**2 if other else sign * (c**2 - 1)
+            rules[c**2 if swapped else s**2] = 1 + sign * s**2 if swapped else sign * (c**2 - 1)
         terms = expand_terms(expr.xreplace(rules), _TERM_BUDGET)
         if terms is not None:
             yield sp.Add(*terms)
 
 
 def _arguments(expr: sp.Expr, *functions: type[sp.Expr]) -> list[sp.Expr]:
-    first, second = ({f.args[0] for f in expr.atoms(of)} for of in functions)
+    first, second = ({f.args[0] for f in expr.atoms(function)} for function in functions)
     return sorted(first & second, key=sp.default_sort_key)

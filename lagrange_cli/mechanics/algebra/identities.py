@@ -48,8 +48,8 @@ def _shorten_one(
 
     for (name, argument), power in trig:
         if power >= 2:
-            this, other = (name, argument), (_partner(name), argument)
-            base, swapped = times({this: -2}), times({this: -2, other: 2})
+            this, partner = (name, argument), (_partner(name), argument)
+            base, swapped = times({this: -2}), times({this: -2, partner: 2})
             made = _merge(group, trig, swapped, base, 1)
             if made is None:
                 # X − X cos² = X sin²

@@ -58,30 +58,30 @@ class RecurringProducts:
 
 
 def _squares(
-    first: _Part, others: Sequence[_Part]
+    first: _Part, later: Sequence[_Part]
 ) -> Iterator[tuple[int, int, sp.Expr, sp.Expr, int]]:
     """Products of a part with itself and with those after it, for the upper triangle."""
-    for other in others:
-        shared = first.components & other.components
+    for second in later:
+        shared = first.components & second.components
         if not shared:
             continue
-        a, b = (first, other) if first.coordinate <= other.coordinate else (other, first)
+        a, b = (first, second) if first.coordinate <= second.coordinate else (second, first)
         yield a.coordinate, b.coordinate, a.expression, b.expression, shared
-        if a.coordinate == b.coordinate and first is not other:
+        if a.coordinate == b.coordinate and first is not second:
             yield a.coordinate, b.coordinate, b.expression, a.expression, shared
 
 
 def recurring_products(components: Iterable[MovingComponent]) -> RecurringProducts:
     """All products of Jacobian parts with each other and with convective terms."""
-    found: dict[tuple[int, sp.Expr, int], int] = {}
+    masks: dict[tuple[int, sp.Expr, int], int] = {}
     clusters = _Clusters()
     for number, moving in enumerate(components):
         keys = list(_keys(moving))
         for key in keys:
-            found[key] = found.get(key, 0) | 1 << number
+            masks[key] = masks.get(key, 0) | 1 << number
         clusters.join(keys)
-    parts = {key: _Part(key[0], key[1], mask) for key, mask in found.items()}
-    return RecurringProducts([[parts[key] for key in keys] for keys in clusters.sorted(found)])
+    parts = {key: _Part(key[0], key[1], mask) for key, mask in masks.items()}
+    return RecurringProducts([[parts[key] for key in keys] for keys in clusters.sorted(masks)])
 
 
 def _keys(moving: MovingComponent) -> Iterator[tuple[int, sp.Expr, int]]:
@@ -116,7 +116,7 @@ class _Clusters:
         self, keys: Iterable[tuple[int, sp.Expr, int]]
     ) -> list[list[tuple[int, sp.Expr, int]]]:
         """The clusters, in the order of their first keys."""
-        found: dict[object, list[tuple[int, sp.Expr, int]]] = {}
+        clusters: dict[object, list[tuple[int, sp.Expr, int]]] = {}
         for key in keys:
-            found.setdefault(self._root(key), []).append(key)
-        return list(found.values())
+            clusters.setdefault(self._root(key), []).append(key)
+        return list(clusters.values())

@@ -68,8 +68,8 @@ def length_factor(components: tuple[sp.Expr, ...]) -> sp.Expr | None:
     if sum(map(term_count, present)) > _FACTOR_TERMS or any(map(_rooted, present)):
         return None
     common = common_divisor([sp.fraction(sp.together(e))[0] for e in present])
-    rest = [shortened(e / common) for e in present]
-    square = shortened(sp.Add(*(e**2 for e in rest)))
+    directions = [shortened(e / common) for e in present]
+    square = shortened(sp.Add(*(e**2 for e in directions)))
     if term_count(square) > _SHORT:
         return None
     root = sp.sqrt(factored_form(square))

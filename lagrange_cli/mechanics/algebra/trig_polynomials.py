@@ -40,11 +40,11 @@ def refined(polynomial: TrigPolynomial, arguments: Collection[sp.Expr]) -> TrigP
     if series is None:
         return polynomial
     for form in _FORMS:
-        found = form(series)
-        if found is None or any(a not in arguments for m in found for (_, a), _ in m):
+        rewritten = form(series)
+        if rewritten is None or any(a not in arguments for m in rewritten for (_, a), _ in m):
             continue
-        if len(found) < 2 or not _is_sum_of_squares(polynomial):
-            return found
+        if len(rewritten) < 2 or not _is_sum_of_squares(polynomial):
+            return rewritten
     return polynomial
 
 
@@ -68,8 +68,8 @@ def _product(series: _Series) -> TrigPolynomial | None:
     """
     if len(series) > 2 or not series:
         return None
-    ((name, a), c), *other = series.items()
-    ((other_name, b), d) = other[0] if other else (("sin", sp.Integer(0)), c)
+    ((name, a), c), *second_wave = series.items()
+    ((other_name, b), d) = second_wave[0] if second_wave else (("sin", sp.Integer(0)), c)
     if name != other_name or abs(c) != abs(d):
         return None
     half_sum, half_difference = (a + b) / 2, (a - b) / 2
@@ -86,14 +86,14 @@ def _squares(series: _Series) -> TrigPolynomial | None:
 
     None where c₀ < Σ |c|, or there are sines.
     """
-    rest = 2 * series.get(_CONSTANT, Fraction(0)) - sum(map(abs, series.values()))
-    if rest < 0 or any(name == "sin" for name, _ in series):
+    remainder = 2 * series.get(_CONSTANT, Fraction(0)) - sum(map(abs, series.values()))
+    if remainder < 0 or any(name == "sin" for name, _ in series):
         return None
-    found: TrigPolynomial = {(): rest} if rest else {}
+    squares: TrigPolynomial = {(): remainder} if remainder else {}
     for (_, frequency), c in series.items():
         if frequency != 0:
-            found[((("cos" if c > 0 else "sin", frequency / 2), 2),)] = 2 * abs(c)
-    return found
+            squares[((("cos" if c > 0 else "sin", frequency / 2), 2),)] = 2 * abs(c)
+    return squares
 
 
 def _monomial(factors: list[tuple[str, sp.Expr]]) -> tuple[int, TrigMonomial]:

@@ -64,28 +64,28 @@ def nesting_error(scene: Scene) -> InputError:
     return InputError(Problem(message, mark, "define fewer names by each other", rule="limit"))
 
 
-def require_enough(scene: Scene, found: Elimination) -> None:
+def require_enough(scene: Scene, elimination: Elimination) -> None:
     """Refuse declared coordinates when more names are open than equations hold any of them."""
     if scene.coordinates is None:
         return
-    usable = sum(bool(_open_names(found, number)) for number in found.pending)
-    excess = len(found.unknowns) - usable
+    usable = sum(bool(_open_names(elimination, number)) for number in elimination.pending)
+    excess = len(elimination.unknowns) - usable
     if excess > 0:
-        raise too_few_error(scene, found, excess)
+        raise too_few_error(scene, elimination, excess)
 
 
-def _open_names(found: Elimination, number: int) -> list[sp.Symbol]:
-    left, right = found.pending[number]
-    return found.in_order((left - right).free_symbols)
+def _open_names(elimination: Elimination, number: int) -> list[sp.Symbol]:
+    left, right = elimination.pending[number]
+    return elimination.in_order((left - right).free_symbols)
 
 
-def too_few_error(scene: Scene, found: Elimination, excess: int) -> InputError:
+def too_few_error(scene: Scene, elimination: Elimination, excess: int) -> InputError:
     """Declared coordinates and constraints leave names undetermined."""
-    open_names = [u.name for u in found.unknowns]
+    open_names = [u.name for u in elimination.unknowns]
     have = [c.name for c in scene.coordinates or ()]
     # Equations between coordinates alone take freedom from them.
-    fixing = sum(not _open_names(found, number) for number in found.pending)
-    free = _undetermined(found)
+    fixing = sum(not _open_names(elimination, number) for number in elimination.pending)
+    free = _undetermined(elimination)
     free += [name for name in open_names if name not in free][: max(0, excess - len(free))]
     which = quoted(open_names)
     if len(free) < len(open_names):
@@ -101,7 +101,7 @@ def too_few_error(scene: Scene, found: Elimination, excess: int) -> InputError:
     )
 
 
-def _undetermined(found: Elimination) -> list[str]:
+def _undetermined(elimination: Elimination) -> list[str]:
     """Open names that are left where each equation determines one, the last ones first.
 
     A largest matching of equations and names, by augmenting paths.
@@ -109,7 +109,7 @@ def _undetermined(found: Elimination) -> list[str]:
     by: dict[sp.Symbol, int] = {}
 
     def assign(number: int, tried: set[sp.Symbol]) -> bool:
-        for s in reversed(_open_names(found, number)):
+        for s in reversed(_open_names(elimination, number)):
             if s not in tried:
                 tried.add(s)
                 if s not in by or assign(by[s], tried):
@@ -117,34 +117,34 @@ def _undetermined(found: Elimination) -> list[str]:
                     return True
         return False
 
-    for number in found.pending:
+    for number in elimination.pending:
         assign(number, set())
-    return [s.name for s in found.unknowns if s not in by]
+    return [s.name for s in elimination.unknowns if s not in by]
 
 
 def too_many_error(
     scene: Scene,
     stated: StatedEquation,
     involved: Sequence[sp.Symbol],
-    rest: Sequence[str],
+    kept: Sequence[str],
     dropped: tuple[str, sp.Expr],
 ) -> InputError:
     """A constraint relates coordinates, or fixes one.
 
     Parameters
     ----------
-    rest
+    kept
         The coordinates but for the one to be ``dropped``, which is given with its value.
     """
     name, value = dropped
     verb = "fixes" if len(involved) == 1 else "relates"
-    hint = fewer_coordinates_snippet(scene, rest, {name: written(value)})
+    hint = fewer_coordinates_snippet(scene, kept, {name: written(value)})
     if must_stay(scene, name):
         hint = _WITHOUT_ONE.format(quoted(involved))
     return InputError(
         Problem(
             f"too many coordinates: constraint '{stated.constraint}' {verb} {quoted(involved)}"
-            f" ({len(rest) + 1} declared)",
+            f" ({len(kept) + 1} declared)",
             stated.equation.mark(),
             hint=hint,
             rule="too-many-coordinates",
@@ -170,8 +170,8 @@ def remaining_coordinates(scene: Scene, *phis: sp.Expr) -> list[str]:
             if len(ways) == 1:
                 dropped[q.name] = written(ways[0])
                 break
-    rest = [name for name in declared if name not in dropped]
-    return [fewer_coordinates_snippet(scene, rest, dropped)] if dropped else []
+    kept = [name for name in declared if name not in dropped]
+    return [fewer_coordinates_snippet(scene, kept, dropped)] if dropped else []
 
 
 def dependence_error(
@@ -184,8 +184,8 @@ def dependence_error(
             value = next(
                 (e.value.text for e in scene.initial if (e.name, e.order) == (name, 0)), "1"
             )
-            rest = [other for other in coordinates if other != name]
-            hint = f"{hint}:\n{fewer_coordinates_snippet(scene, rest, {name: value})}"
+            kept = [coordinate for coordinate in coordinates if coordinate != name]
+            hint = f"{hint}:\n{fewer_coordinates_snippet(scene, kept, {name: value})}"
             break
     return InputError(
         Problem(
@@ -199,7 +199,7 @@ def dependence_error(
 
 
 def no_configuration_error(
-    scene: Scene, found: Elimination, related: Sequence[int] = ()
+    scene: Scene, elimination: Elimination, related: Sequence[int] = ()
 ) -> InputError:
     """No real configuration came up: the constraints that were solved, or kept, are named.
 
@@ -208,10 +208,12 @@ def no_configuration_error(
     related
         Numbers of the equations that a search was to satisfy.
     """
-    used = [found.stated[k] for k in sorted(set(found.by.values()))] or list(found.stated)
+    used = [elimination.stated[k] for k in sorted(set(elimination.by.values()))] or list(
+        elimination.stated
+    )
     starts = PLACED_DRAWS if related else DRAWS
     if related:
-        used = equations_behind(found, related)
+        used = equations_behind(elimination, related)
     constraints = list(dict.fromkeys(s.constraint for s in used))
     named = quoted(constraints) or "the scene"
     hint = "give one in 'initial' or 'near'"
@@ -227,14 +229,16 @@ def no_configuration_error(
     )
 
 
-def isolated_start_error(scene: Scene, found: Elimination, related: Sequence[int]) -> InputError:
+def isolated_start_error(
+    scene: Scene, elimination: Elimination, related: Sequence[int]
+) -> InputError:
     """The given configuration satisfies the equations of some numbers, and none beside it does."""
-    constraints = list(dict.fromkeys(s.constraint for s in equations_behind(found, related)))
+    constraints = list(dict.fromkeys(s.constraint for s in equations_behind(elimination, related)))
     return SingularError(
         Problem(
             f"nothing moves at the given configuration: it satisfies {quoted(constraints)}, and no"
             " other one beside it was found that does",
-            equations_behind(found, related)[-1].equation.mark(),
+            equations_behind(elimination, related)[-1].equation.mark(),
             hint="what is taut has no equations of motion: give it room, as a longer rod",
             rule="singular",
         )
@@ -258,10 +262,12 @@ def satisfied_elsewhere_error(
 ) -> InputError:
     """An equation that definitions satisfy identically around some values, not around the start."""
     place = ", ".join(f"{name} = {value}" for name, value in values.items())
-    given = {e.name for e in scene.initial if not e.order}
-    known = values.keys() <= given | {e.name for e in scene.near}
+    initial = {e.name for e in scene.initial if not e.order}
+    known = values.keys() <= initial | {e.name for e in scene.near}
     why = "not around the initial configuration" if known else "no initial configuration chooses it"
-    line = changed_initial(scene, values) if given & values.keys() else near_snippet(scene, values)
+    line = (
+        changed_initial(scene, values) if initial & values.keys() else near_snippet(scene, values)
+    )
     return SingularError(
         Problem(
             f"constraint '{stated.constraint}' is satisfied by the definitions on a part of the"
@@ -273,15 +279,14 @@ def satisfied_elsewhere_error(
     )
 
 
-def equations_behind(found: Elimination, numbers: Sequence[int]) -> list[StatedEquation]:
+def equations_behind(elimination: Elimination, numbers: Sequence[int]) -> list[StatedEquation]:
     """The equations of these numbers with those that were put into them."""
-    everything = set(numbers).union(*(found.touched[k] for k in numbers))
-    return [found.stated[k] for k in sorted(everything)]
+    return [elimination.stated[k] for k in elimination.behind(numbers)]
 
 
-def singular_error(scene: Scene, found: Elimination, numbers: Sequence[int]) -> InputError:
+def singular_error(scene: Scene, elimination: Elimination, numbers: Sequence[int]) -> InputError:
     """Equations whose gradients depend on each other wherever they hold, though all are needed."""
-    stated = equations_behind(found, numbers)
+    stated = equations_behind(elimination, numbers)
     named = list(dict.fromkeys(s.constraint for s in stated))
     what, why = "constraint", "is singular: wherever it holds, its gradient vanishes"
     if len(named) > 1:
@@ -300,7 +305,7 @@ def singular_error(scene: Scene, found: Elimination, numbers: Sequence[int]) -> 
     return SingularError(
         Problem(
             f"{what} {quoted(named)} {why}",
-            found.stated[numbers[-1]].equation.mark(),
+            elimination.stated[numbers[-1]].equation.mark(),
             hint=hint,
             rule="singular",
         )
@@ -331,8 +336,8 @@ def is_sum_of_squares(phi: sp.Expr) -> bool:
     """Whether φ is a sum of squares of one sign, which vanishes only where each of them does."""
     signs = set[bool]()
     for term in sp.Add.make_args(phi):
-        number, rest = term.as_coeff_Mul()
-        if rest.is_number or not _is_square(rest):
+        number, product = term.as_coeff_Mul()
+        if product.is_number or not _is_square(product):
             return False
         signs.add(bool(number > 0))
     return len(signs) == 1

@@ -93,30 +93,30 @@ def proven_inconsistency(
         return None
     chosen = [stated[k] for k in irreducible_subset(suspects, wrong)]
     rods = overlong_rod_error(names, chosen, reference)
-    found = _proof(names, chosen, constants)
-    assert found is not None
-    return rods or _refusal(names, chosen, found)
+    proof = _proof(names, chosen, constants)
+    assert proof is not None
+    return rods or _refusal(names, chosen, proof)
 
 
 def contradiction_error(
     names: Names,
-    found: Elimination,
+    elimination: Elimination,
     number: int,
     reduced: sp.Expr,
     reference: Mapping[sp.Symbol, mpf],
 ) -> InputError:
     """The error of a stated equation that came to a false one."""
-    used = sorted(found.touched[number] | {number})
-    proven = proven_inconsistency(names, found.stated, used, reference)
+    used = sorted(elimination.touched[number] | {number})
+    proven = proven_inconsistency(names, elimination.stated, used, reference)
     if proven is not None:
         return proven
-    stated = [found.stated[k] for k in used]
+    stated = [elimination.stated[k] for k in used]
     listed = quoted([s.constraint for s in stated])
     return InconsistentError(
         Problem(
             f"with what else is given {listed} comes to {written(reduced)} = 0,"
             " which does not hold",
-            found.stated[number].equation.mark(),
+            elimination.stated[number].equation.mark(),
             hint=leave_out([s.constraint for s in stated]),
             rule="inconsistent",
         )
@@ -125,7 +125,7 @@ def contradiction_error(
 
 def diagnose_no_configuration(
     names: Names,
-    found: Elimination,
+    elimination: Elimination,
     restricting: Sequence[int],
     sampler: Sampler,
     reference: Mapping[sp.Symbol, mpf],
@@ -139,43 +139,49 @@ def diagnose_no_configuration(
     sampler
         Draws configurations that satisfy them.
     """
-    proven = overlong_rod_error(names, found.stated, reference)
+    proven = overlong_rod_error(names, elimination.stated, reference)
     if proven is None and restricting:
-        proven = proven_inconsistency(names, found.stated, _rest(found, restricting), reference)
+        proven = proven_inconsistency(
+            names, elimination.stated, elimination.behind(restricting), reference
+        )
     if proven is None:
-        proven = proven_inconsistency(names, found.stated, range(len(found.stated)), reference)
-    proven = proven or _by_itself(names, found, restricting, reference)
+        proven = proven_inconsistency(
+            names, elimination.stated, range(len(elimination.stated)), reference
+        )
+    proven = proven or _by_itself(names, elimination, restricting, reference)
     if proven is not None:
         return proven
-    if restricting and _are_met(found, restricting, reference):
-        return isolated_start_error(names.scene, found, restricting)
+    if restricting and _are_met(elimination, restricting, reference):
+        return isolated_start_error(names.scene, elimination, restricting)
     if 1 < len(restricting) <= _MOST_SEARCHES:
         rows = irreducible_subset(
             range(len(restricting)), lambda fewer: sampler.draw(closures=fewer) is None
         )
         restricting = [restricting[k] for k in rows]
-        proven = proven_inconsistency(names, found.stated, _rest(found, restricting), reference)
-    return proven or no_configuration_error(names.scene, found, restricting)
+        proven = proven_inconsistency(
+            names, elimination.stated, elimination.behind(restricting), reference
+        )
+    return proven or no_configuration_error(names.scene, elimination, restricting)
 
 
 def _are_met(
-    found: Elimination, restricting: Sequence[int], reference: Mapping[sp.Symbol, mpf]
+    elimination: Elimination, restricting: Sequence[int], reference: Mapping[sp.Symbol, mpf]
 ) -> bool:
     """Whether the given configuration is complete and satisfies the equations of some numbers."""
-    residuals = [left - right for left, right in (found.pending[k] for k in restricting)]
+    residuals = [left - right for left, right in (elimination.pending[k] for k in restricting)]
     if not all(r.free_symbols <= reference.keys() for r in residuals):
         return False
     try:
-        found_values = evaluate(residuals, reference)
+        sizes = evaluate(residuals, reference)
     except (DomainError, ZeroDivisionError, OverflowError):
         return False
     scale = typical_length([reference[s] for r in residuals for s in r.free_symbols])
-    return all(abs(value) <= RANK_TOLERANCE * scale**2 for value in found_values)
+    return all(abs(value) <= RANK_TOLERANCE * scale**2 for value in sizes)
 
 
 def _by_itself(
     names: Names,
-    found: Elimination,
+    elimination: Elimination,
     restricting: Sequence[int],
     reference: Mapping[sp.Symbol, mpf],
 ) -> InputError | None:
@@ -183,13 +189,15 @@ def _by_itself(
     constants = {p: reference[p] for p in names.parameters.values() if p in reference}
     tried = set()
     for number in restricting[:_MOST_SINGLE]:
-        left, right = found.pending[number]
+        left, right = elimination.pending[number]
         shape = _shape(left - right, constants)
         if shape in tried:
             continue
         tried.add(shape)
         if contradicting_equations([left - right], constants):
-            return proven_inconsistency(names, found.stated, _rest(found, [number]), reference)
+            return proven_inconsistency(
+                names, elimination.stated, elimination.behind([number]), reference
+            )
     return None
 
 
@@ -197,11 +205,6 @@ def _shape(equation: sp.Expr, constants: Mapping[sp.Symbol, mpf]) -> sp.Expr:
     """The equation with its unknowns numbered: members of a family have one shape."""
     unknowns = sorted(equation.free_symbols - constants.keys(), key=str)
     return equation.xreplace({s: sp.Symbol(f"{k}", real=True) for k, s in enumerate(unknowns)})
-
-
-def _rest(found: Elimination, numbers: Sequence[int]) -> list[int]:
-    """The equations of these numbers with those that were put into them."""
-    return sorted(set(numbers).union(*(found.touched[k] for k in numbers)))
 
 
 def is_contradictory(
@@ -234,10 +237,12 @@ def _proof(
             return _Proof((sides,), numbers=True)
     # What is not negative is a square.
     pending += [(state.reduce(s.phi), sp.Dummy(real=True) ** 2) for s in stated if s.one_sided]
-    found = contradicting_equations([left - right for left, right in pending], constants, products)
-    if found is None:
+    numbers = contradicting_equations(
+        [left - right for left, right in pending], constants, products
+    )
+    if numbers is None:
         return None
-    return _Proof(tuple(pending[k] for k in found), numbers=False)
+    return _Proof(tuple(pending[k] for k in numbers), numbers=False)
 
 
 def _is_false(
@@ -248,10 +253,12 @@ def _is_false(
     ``settled`` symbols without a value may have any: only an identity is satisfied by them.
     """
     left, right = sides
-    held = (left - right).free_symbols
-    if not held <= settled:
+    symbols = (left - right).free_symbols
+    if not symbols <= settled:
         return False
-    point = {p: constants.get(p, mpmath.sqrt(2 + k)) for k, p in enumerate(sorted(held, key=str))}
+    point = {
+        p: constants.get(p, mpmath.sqrt(2 + k)) for k, p in enumerate(sorted(symbols, key=str))
+    }
     terms = [*sp.Add.make_args(left), *sp.Add.make_args(right)]
     try:
         *parts, total = evaluate([*terms, left - right], point)
@@ -294,8 +301,8 @@ def _outcome(names: Names, proof: _Proof) -> str:
 
 
 def _no_real(names: Names, proof: _Proof) -> str:
-    held = {s for a, b in proof.equations for s in (a - b).free_symbols}
-    moving = sorted(str(s) for s in held - set(names.parameters.values()))
+    symbols = {s for a, b in proof.equations for s in (a - b).free_symbols}
+    moving = sorted(str(s) for s in symbols - set(names.parameters.values()))
     if len(moving) > _NAMED:
         return "no configuration"
     return f"no real {', '.join(moving)}" if moving else "no number"

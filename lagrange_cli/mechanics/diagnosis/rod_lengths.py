@@ -51,8 +51,8 @@ def overlong_rod_error(
     """
     rods = [rod for s in stated if (rod := _rod(names, s, reference)) is not None]
     rods += _fixed(names, {end for rod in rods for end in rod.ends}, reference)
-    found = _overlong(rods)
-    return None if found is None else _refusal(names, *found, rods)
+    conflict = _overlong(rods)
+    return None if conflict is None else _refusal(names, *conflict, rods)
 
 
 def _overlong(rods: Sequence[_Rod]) -> tuple[_Rod, list[_Rod]] | None:
@@ -127,9 +127,9 @@ def _shortest_path(beside: Mapping[int, Sequence[_Rod]], around: _Rod) -> list[_
         reached.add(body)
         for rod in beside[body]:
             if rod is not around:
-                other = rod.ends[0] if rod.ends[1] == body else rod.ends[1]
+                far_end = rod.ends[0] if rod.ends[1] == body else rod.ends[1]
                 pushed += 1
-                heapq.heappush(queue, (distance + rod.length, pushed, other, [*path, rod]))
+                heapq.heappush(queue, (distance + rod.length, pushed, far_end, [*path, rod]))
     return []
 
 
@@ -147,10 +147,10 @@ def _refusal(names: Names, rod: _Rod, path: Sequence[_Rod], rods: Sequence[_Rod]
     are = "are" if rod.stated is None else "are to be"
     contradict = "contradict" if len(stated) > 1 else "contradicts"
     plural = "s" if len(stated) > 1 else ""
-    other = "each other" if len(stated) > 1 else "the points"
+    opponent = "each other" if len(stated) > 1 else "the points"
     return InconsistentError(
         Problem(
-            f"constraint{plural} {named} {contradict} {other}: {ends} {are} {length} apart,"
+            f"constraint{plural} {named} {contradict} {opponent}: {ends} {are} {length} apart,"
             f" where {others} {verb} {reach} at most",
             stated[-1].equation.mark(),
             hint=_hint(names, rod, path, rods),
@@ -187,8 +187,8 @@ def _in_a_list(name: str) -> str:
 def _preference(rod: _Rod) -> tuple[bool, bool, mpf]:
     """Rods that are stated before others, and those with a line of their own."""
     stated = rod.stated is not None
-    own = rod.stated is not None and rod.stated.constraint.isidentifier()
-    return stated, own, rod.length
+    has_line = rod.stated is not None and rod.stated.constraint.isidentifier()
+    return stated, has_line, rod.length
 
 
 def _called(names: Names, rod: _Rod) -> str:

@@ -11,7 +11,7 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, InputError, Mark, Problem, SingularError
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
-from lagrange_cli.mechanics.symbols.quoting import written
+from lagrange_cli.mechanics.symbols.quoting import with_carets, written
 from lagrange_cli.scene.language.expression import Equation
 
 __all__ = ["AmbiguousFactorError", "BranchedSolution"]
@@ -40,7 +40,7 @@ class BranchedSolution:
         """Nothing chooses one; or they are one and the same."""
         if len(set(self.branches)) == 1:
             return self._double()
-        listed = ", ".join(f"{self.unknown} = {_written(b)}" for b in self.branches)
+        listed = ", ".join(f"{self.unknown} = {with_carets(b)}" for b in self.branches)
         hint = f"choose one by giving '{self.unknown}', and what it depends on,"
         hint += " in 'initial' or 'near'"
         problem = self._problem(
@@ -53,19 +53,19 @@ class BranchedSolution:
     def _double(self) -> SingularError:
         problem = self._problem(
             f"constraint '{self.constraint}' is singular: wherever it holds, its gradient vanishes",
-            ["write", f"{self.constraint}: {self.unknown} = {_written(self.branches[0])}"],
+            ["write", f"{self.constraint}: {self.unknown} = {with_carets(self.branches[0])}"],
             "singular",
         )
         return SingularError(problem)
 
     def meeting(self) -> SingularError:
         """Branches meet at the given configuration: the chart ends there."""
-        held = sorted({str(s) for b in self.branches for s in b.free_symbols - self.constants})
-        if not held:
+        symbols = sorted({str(s) for b in self.branches for s in b.free_symbols - self.constants})
+        if not symbols:
             return self._double()
         problem = self._problem(
             f"the given configuration is singular: two branches of '{self.constraint}' for"
-            f" '{self.unknown}' meet there, so that {', '.join(held)} cannot tell them apart",
+            f" '{self.unknown}' meet there, so that {', '.join(symbols)} cannot tell them apart",
             [f"take '{self.unknown}' as a coordinate, or start elsewhere", *self._elsewhere()],
             "singular",
         )
@@ -85,24 +85,24 @@ class BranchedSolution:
         hint = "\n".join([f"{do}:", *lines]) if lines else do
         return Problem(message, self.mark, hint=hint, rule=rule)
 
-    def _choices(self, given: Mapping[sp.Symbol, mpf]) -> list[dict[sp.Symbol, mpf]]:
+    def _choices(self, known: Mapping[sp.Symbol, mpf]) -> list[dict[sp.Symbol, mpf]]:
         """For each branch a configuration on it, where all are real and differ.
 
         Nothing is found where a parameter has no value.
         """
-        held = sorted({s for b in self.branches for s in b.free_symbols}, key=str)
-        if any(s in self.constants and s not in given for s in held):
+        symbols = sorted({s for b in self.branches for s in b.free_symbols}, key=str)
+        if any(s in self.constants and s not in known for s in symbols):
             return []
-        free = [s for s in held if s not in given]
-        sizes = [abs(x) for s, x in given.items() if s in self.constants and x]
+        free = [s for s in symbols if s not in known]
+        sizes = [abs(x) for s, x in known.items() if s in self.constants and x]
         for scale in dict.fromkeys([*sizes, mpf(1)]):
             for place in _places(free, scale):
                 try:
-                    found = evaluate(list(self.branches), {**given, **place})
+                    branch_values = evaluate(list(self.branches), {**known, **place})
                 except DomainError:
                     continue
-                if _differ(found):
-                    return [{**place, self.unknown: x} for x in found]
+                if _differ(branch_values):
+                    return [{**place, self.unknown: x} for x in branch_values]
         return []
 
 
@@ -113,19 +113,19 @@ def _places(free: Sequence[sp.Symbol], scale: mpf) -> Iterator[dict[sp.Symbol, m
         yield {s: mpf(f"{float(scale * x):.2g}") for s, x in zip(free, parts, strict=True)}
 
 
-def _differ(found: Sequence[mpf]) -> bool:
-    largest = max(map(abs, found))
-    return all(abs(x - y) > _APART * largest for k, x in enumerate(found) for y in found[:k])
+def _differ(branch_values: Sequence[mpf]) -> bool:
+    largest = max(map(abs, branch_values))
+    return all(
+        abs(x - y) > _APART * largest
+        for k, x in enumerate(branch_values)
+        for y in branch_values[:k]
+    )
 
 
 def _line(section: str, place: Mapping[sp.Symbol, mpf]) -> str:
     digits = _EXACT if section == "initial" else _LOOSE
     entries = ", ".join(f"{s}: {float(x):.{digits}g}" for s, x in place.items())
     return f"{section}: {{{entries}}}"
-
-
-def _written(expr: sp.Expr) -> str:
-    return str(expr).replace("**", "^")
 
 
 class AmbiguousFactorError(InputError):

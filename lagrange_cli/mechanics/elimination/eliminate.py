@@ -27,6 +27,7 @@ from lagrange_cli.mechanics.elimination.solve_equation import (
     solves_everywhere,
 )
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.symbols.quoting import with_carets
 from lagrange_cli.scene.language.expression import Equation
 
 __all__ = ["Elimination", "NoRealSolutionError", "StatedEquation", "eliminate", "substitute"]
@@ -108,10 +109,14 @@ class Elimination:
         return expr.xreplace(present) if present else expr
 
     def sources_of(self, expr: sp.Expr) -> frozenset[int]:
-        found: frozenset[int] = frozenset()
+        numbers: frozenset[int] = frozenset()
         for s in expr.free_symbols:
-            found |= self.sources.get(s, frozenset())
-        return found
+            numbers |= self.sources.get(s, frozenset())
+        return numbers
+
+    def behind(self, numbers: Iterable[int]) -> list[int]:
+        """Numbers of some stated equations and of those that were put into them, sorted."""
+        return sorted(set(numbers).union(*(self.touched[k] for k in numbers)))
 
     def give(self, symbol: sp.Symbol, expr: sp.Expr, sources: frozenset[int]) -> None:
         """Record ``symbol = expr`` (already reduced) and put it into all that holds the symbol."""
@@ -142,11 +147,13 @@ class Elimination:
             if s in self.unknowns:
                 self._in_equations.setdefault(s, {})[number] = None
 
-    def define(self, given: Mapping[sp.Symbol, sp.Expr]) -> None:
+    def define(self, definitions: Mapping[sp.Symbol, sp.Expr]) -> None:
         """Give symbols their defining expressions, each after those that it holds."""
-        within = {s: sorted(e.free_symbols & given.keys(), key=str) for s, e in given.items()}
+        within = {
+            s: sorted(e.free_symbols & definitions.keys(), key=str) for s, e in definitions.items()
+        }
         for symbol in TopologicalSorter(within).static_order():
-            self.give(symbol, self.reduce(given[symbol]), frozenset())
+            self.give(symbol, self.reduce(definitions[symbol]), frozenset())
 
     def begin(self) -> None:
         """Queue all stated equations."""
@@ -161,10 +168,10 @@ class Elimination:
         while rank < len(steps):
             progress = False
             for number in list(self.pending):
-                found = steps[rank](number)
-                if found is not None:
+                solution = steps[rank](number)
+                if solution is not None:
                     del self.pending[number]
-                    symbol, expr = found
+                    symbol, expr = solution
                     self.by[symbol] = number
                     self.give(symbol, expr, self.touched[number] | {number})
                     progress = True
@@ -191,9 +198,9 @@ class Elimination:
 
     def _isolated(self, number: int) -> tuple[sp.Symbol, sp.Expr] | None:
         left, right = self.pending[number]
-        for name, other in ((left, right), (right, left)):
-            if name in self.unknowns and name not in other.free_symbols:
-                return name, other
+        for name, opposite in ((left, right), (right, left)):
+            if name in self.unknowns and name not in opposite.free_symbols:
+                return name, opposite
         return None
 
     def _linear_constant(self, number: int) -> tuple[sp.Symbol, sp.Expr] | None:
@@ -207,26 +214,26 @@ class Elimination:
     ) -> tuple[sp.Symbol, sp.Expr] | None:
         if ("linear", self._shape(number)) in self._useless:
             return None
-        found, linear, phi = [], False, self._phi(number)
+        candidates, linear, phi = [], False, self._phi(number)
         for unknown in self._open_in(number):
             parts = linear_parts(phi, unknown)
             linear = linear or parts is not None
             if parts is None or not admits(parts[0]):
                 continue
-            pivot, rest = parts
-            if not self._everywhere(pivot, rest):
+            pivot, remainder = parts
+            if not self._everywhere(pivot, remainder):
                 continue
             fixed = pivot.free_symbols <= self.constants
-            if fixed or not self._loses(number, unknown, [-rest / pivot]):
-                found.append((pivot, unknown, rest))
+            if fixed or not self._loses(number, unknown, [-remainder / pivot]):
+                candidates.append((pivot, unknown, remainder))
         if not linear:
             self._useless.add(("linear", self._shape(number)))
-        if not found:
+        if not candidates:
             return None
-        pivot, unknown, rest = found[self._best([a for a, _, _ in found])]
+        pivot, unknown, remainder = candidates[self._best([a for a, _, _ in candidates])]
         if not pivot.free_symbols <= self.constants and self._choose_factor(number):
             return self._linear_if(number, admits)
-        return unknown, -rest / pivot
+        return unknown, -remainder / pivot
 
     def _phi(self, number: int) -> sp.Expr:
         left, right = self.pending[number]
@@ -253,7 +260,7 @@ class Elimination:
             return None
         self._choose_factor(number)
         phi = self._phi(number)
-        found, solved = [], False
+        candidates, solved = [], False
         names = self._open_in(number)
         for unknown in names:
             branches = solutions(phi, unknown, self._value, several=len(names) == 1)
@@ -262,15 +269,15 @@ class Elimination:
             if parts is not None and not self._everywhere(*parts):
                 continue
             if branches and not self._loses(number, unknown, branches):
-                found.append((derivative(phi, unknown), unknown, branches))
+                candidates.append((derivative(phi, unknown), unknown, branches))
         if not solved:
             self._useless.add(("closed form", self._shape(number)))
-        if not found:
+        if not candidates:
             return None
-        _, unknown, branches = found[self._best([slope for slope, _, _ in found])]
+        _, unknown, branches = candidates[self._best([slope for slope, _, _ in candidates])]
         return unknown, self._branch(number, unknown, branches)
 
-    def _everywhere(self, pivot: sp.Expr, rest: sp.Expr) -> bool:
+    def _everywhere(self, pivot: sp.Expr, remainder: sp.Expr) -> bool:
         """Whether −rest/pivot may be divided out; declared coordinates say that it may.
 
         They do not where a factor is zero at the values of the parameters.
@@ -278,7 +285,7 @@ class Elimination:
         factors = [f for f in sp.Mul.make_args(pivot) if f.free_symbols <= self.constants]
         if any(self._is_zero(f) for f in factors):
             return False
-        return self.declared or solves_everywhere(pivot, rest, self.constants)
+        return self.declared or solves_everywhere(pivot, remainder, self.constants)
 
     def _is_zero(self, factor: sp.Expr) -> bool:
         """Whether a factor over parameters vanishes within small parts of their values."""
@@ -322,17 +329,17 @@ class Elimination:
 
     def _at_reference(self, expressions: Sequence[sp.Expr]) -> list[mpmath.mpf | None]:
         """Values at the reference configuration, None where it does not reach or is not real."""
-        found: list[mpmath.mpf | None] = []
+        numbers: list[mpmath.mpf | None] = []
         for expr in expressions:
             point = {s: self.reference[s] for s in expr.free_symbols if s in self.reference}
             if len(point) < len(expr.free_symbols):
-                found.append(None)
+                numbers.append(None)
                 continue
             try:
-                found.append(evaluate([expr], point)[0])
+                numbers.append(evaluate([expr], point)[0])
             except DomainError:
-                found.append(None)
-        return found
+                numbers.append(None)
+        return numbers
 
     def _branch(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> sp.Expr:
         """The branch that the reference configuration is on."""
@@ -353,15 +360,15 @@ class Elimination:
             raise self._solution(number, unknown, branches).meeting()
         named = self.stated[number].constraint
         self.remarks.append(
-            f"{unknown} = {_written(branches[best])} is the branch of '{named}'"
+            f"{unknown} = {with_carets(branches[best])} is the branch of '{named}'"
             " that the given configuration is on"
         )
         return branches[best]
 
     def _length(self, expressions: Sequence[sp.Expr]) -> mpmath.mpf:
         """Largest value of the names that the expressions hold, at the reference."""
-        held = {s for e in expressions for s in e.free_symbols - self.constants}
-        return max((abs(self.reference[s]) for s in held if s in self.reference), default=0)
+        symbols = {s for e in expressions for s in e.free_symbols - self.constants}
+        return max((abs(self.reference[s]) for s in symbols if s in self.reference), default=0)
 
     def _reaches(self, branches: list[sp.Expr]) -> bool:
         return all(s in self.reference for b in branches for s in b.free_symbols)
@@ -372,7 +379,9 @@ class Elimination:
         listed = ", ".join(f"'{n}'" for n in dict.fromkeys(self.stated[k].constraint for k in used))
         if all(b.is_real is False or b.free_symbols <= self.constants for b in branches):
             left, right = self.pending[number]
-            message = f"{_written(left)} = {_written(right)} holds for no real {unknown}: {listed}"
+            message = (
+                f"{with_carets(left)} = {with_carets(right)} holds for no real {unknown}: {listed}"
+            )
             mark = self.stated[number].equation.mark()
             return NoRealSolutionError(Problem(message, mark, rule="inconsistent"), used)
         message = f"the given configuration does not satisfy {listed}: {unknown} is not real"
@@ -392,13 +401,9 @@ def _meet(x: mpmath.mpf | None, y: mpmath.mpf | None, length: mpmath.mpf) -> boo
     return bool(abs(x - y) <= _VANISHES * max(length, abs(x), abs(y)))
 
 
-def _written(expr: sp.Expr) -> str:
-    return str(expr).replace("**", "^")
-
-
 def eliminate(
     stated: Sequence[StatedEquation],
-    given: Mapping[sp.Symbol, sp.Expr],
+    definitions: Mapping[sp.Symbol, sp.Expr],
     unknowns: Sequence[sp.Symbol],
     reference: Mapping[sp.Symbol, mpmath.mpf],
     constants: frozenset[sp.Symbol],
@@ -409,7 +414,7 @@ def eliminate(
 
     Parameters
     ----------
-    given
+    definitions
         Raw symbols with their defining expressions, in any order, free of circles.
     unknowns
         Raw symbols to solve for, in reading order.
@@ -423,7 +428,7 @@ def eliminate(
         Whether the scene declares its coordinates.
     """
     state = Elimination(stated, reference, constants, declared, unknowns=dict.fromkeys(unknowns))
-    state.define(given)
+    state.define(definitions)
     state.begin()
     state.run(3)
     check(state)
@@ -433,7 +438,7 @@ def eliminate(
 
 def substitute(
     stated: Sequence[StatedEquation],
-    given: Mapping[sp.Symbol, sp.Expr],
+    definitions: Mapping[sp.Symbol, sp.Expr],
     unknowns: Sequence[sp.Symbol],
     constants: frozenset[sp.Symbol],
     reference: Mapping[sp.Symbol, mpmath.mpf] | None = None,
@@ -443,7 +448,7 @@ def substitute(
     The parameters are those of :func:`eliminate`; of the reference, values of the constants.
     """
     state = Elimination(stated, reference or {}, constants, unknowns=dict.fromkeys(unknowns))
-    state.define(given)
+    state.define(definitions)
     state.begin()
     state.run(2)
     return state

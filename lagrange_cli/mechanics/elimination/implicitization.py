@@ -83,12 +83,12 @@ def in_single_angles(expr: sp.Expr, angles: Sequence[AngleSymbols]) -> sp.Expr |
         if any(not _is_small_multiple(argument, s) for s in present):
             return None
         expanded[function] = sp.expand_trig(function)
-    found = expr.xreplace(expanded)
+    rewritten = expr.xreplace(expanded)
     for angle in angles:
         if angle.q in expr.free_symbols:
             names = {sp.sin(angle.q): angle.sine, sp.cos(angle.q): angle.cosine}
-            found = found.xreplace(names)
-    return found if found.free_symbols.isdisjoint(q) else None
+            rewritten = rewritten.xreplace(names)
+    return rewritten if rewritten.free_symbols.isdisjoint(q) else None
 
 
 def _is_small_multiple(argument: sp.Expr, q: sp.Symbol) -> bool:
@@ -176,10 +176,10 @@ class ImplicitSystem:
             if not plain and (needed or not self._cancels(*below)):
                 continue
             others = [k for k in powers if k not in pair]
-            rest = [(k, self._with_angle(k, angle, sine, cosine)) for k in others]
+            substituted = [(k, self._with_angle(k, angle, sine, cosine)) for k in others]
             circle = _on_circle(sine, cosine)
             self._replace(pair, circle)
-            for k, expression in rest:
+            for k, expression in substituted:
                 self._replace((k,), expression)
             if plain:
                 self._know({angle.sine: sine, angle.cosine: cosine})
@@ -194,11 +194,11 @@ class ImplicitSystem:
         self, angle: AngleSymbols, powers: Mapping[int, _Powers], needed: Collection[sp.Symbol]
     ) -> bool:
         """The cosine (or sine) from one equation that holds it alone, the rest from another."""
-        for number, found in powers.items():
+        for number, coefficients in powers.items():
             for which, symbol in enumerate((angle.sine, angle.cosine)):
                 if not {symbol}.issuperset(needed):
                     continue
-                solved = _alone(found, which, self._constants)
+                solved = _alone(coefficients, which, self._constants)
                 others = [k for k in powers if k != number]
                 if solved is None or len(others) != 1:
                     continue
@@ -237,14 +237,14 @@ class ImplicitSystem:
         parts = {k: _powers_of(self.relations[k].expression, q) for k in numbers}
         if not numbers or any(p is None for p in parts.values()):
             return False
-        found = {k: p for k, p in parts.items() if p is not None}
-        for number, powers in found.items():
+        known = {k: p for k, p in parts.items() if p is not None}
+        for number, powers in known.items():
             if set(powers) <= {0, 1} and self._divides(powers[1]):
                 self._give(number, q, -powers.get(0, _ZERO) / powers[1])
                 return True
         if needed or len(numbers) > 1:
             return False
-        (powers,) = found.values()
+        (powers,) = known.values()
         if set(powers) != {0, 2} or not (-powers[0] / powers[2]).is_nonnegative:
             return False
         self._remove(numbers[0])
@@ -264,8 +264,8 @@ class ImplicitSystem:
     def _is_needed(self, symbol: sp.Symbol) -> bool:
         return any(symbol in e.free_symbols for e in self.given.values())
 
-    def _know(self, found: dict[sp.Symbol, sp.Expr]) -> None:
-        self.given = {s: e.xreplace(found) for s, e in self.given.items()} | found
+    def _know(self, values: dict[sp.Symbol, sp.Expr]) -> None:
+        self.given = {s: e.xreplace(values) for s, e in self.given.items()} | values
 
     # Roots.
 
@@ -286,17 +286,17 @@ def _terms(expr: sp.Expr) -> Sequence[sp.Expr] | None:
 
 def _powers(expr: sp.Expr, angle: AngleSymbols) -> _Powers | None:
     """Coefficients of sⁱ cʲ, with s² written 1 − c²; None where that is no polynomial."""
-    found: _Powers = {}
+    coefficients: _Powers = {}
     for term in _terms(expr) or (None,):
         if term is None:
             return None
         split = _exponents(term, (angle.sine, angle.cosine))
         if split is None:
             return None
-        rest, (i, j) = split
+        cofactor, (i, j) = split
         for power, sign in _without_squared_sine(i, j):
-            found[power] = found.get(power, _ZERO) + sign * rest
-    collected = {k: _settled(e) for k, e in found.items()}
+            coefficients[power] = coefficients.get(power, _ZERO) + sign * cofactor
+    collected = {k: _settled(e) for k, e in coefficients.items()}
     return {k: e for k, e in collected.items() if e != 0}
 
 
@@ -306,9 +306,9 @@ def _settled(expr: sp.Expr) -> sp.Expr:
 
 def _without_squared_sine(i: int, j: int) -> Iterator[tuple[tuple[int, int], int]]:
     """sⁱ cʲ with every s² written 1 − c²."""
-    half, rest = divmod(i, 2)
+    half, odd = divmod(i, 2)
     for k in range(half + 1):
-        yield (rest, j + 2 * k), int(sp.binomial(half, k)) * (-1) ** k
+        yield (odd, j + 2 * k), int(sp.binomial(half, k)) * (-1) ** k
 
 
 def _exponents(
@@ -316,7 +316,7 @@ def _exponents(
 ) -> tuple[sp.Expr, tuple[int, ...]] | None:
     """What a product holds beside powers of symbols, and these."""
     exponents = dict.fromkeys(symbols, 0)
-    rest = []
+    cofactors = []
     for factor in sp.Mul.make_args(term):
         base, exponent = factor.as_base_exp()
         if base in exponents and exponent.is_Integer and exponent > 0:
@@ -324,19 +324,19 @@ def _exponents(
         elif factor.free_symbols & exponents.keys():
             return None
         else:
-            rest.append(factor)
-    return sp.Mul(*rest), tuple(exponents[s] for s in symbols)
+            cofactors.append(factor)
+    return sp.Mul(*cofactors), tuple(exponents[s] for s in symbols)
 
 
 def _powers_of(expr: sp.Expr, q: sp.Symbol) -> dict[int, sp.Expr] | None:
-    found: dict[int, sp.Expr] = {}
+    coefficients: dict[int, sp.Expr] = {}
     for term in _terms(expr) or (None,):
         split = None if term is None else _exponents(term, (q,))
         if split is None:
             return None
-        rest, (power,) = split
-        found[power] = found.get(power, _ZERO) + rest
-    return {k: e for k, e in found.items() if e != 0}
+        cofactor, (power,) = split
+        coefficients[power] = coefficients.get(power, _ZERO) + cofactor
+    return {k: e for k, e in coefficients.items() if e != 0}
 
 
 def _solved(one: _Powers, two: _Powers) -> tuple[sp.Expr, sp.Expr] | None:
@@ -375,12 +375,12 @@ def _on_circle(sine: sp.Expr, cosine: sp.Expr) -> sp.Expr:
 
 def _alone(powers: _Powers, which: int, constants: frozenset[sp.Symbol]) -> sp.Expr | None:
     """The sine (0) or cosine (1) where an equation is linear in it and free of the other."""
-    own = (1, 0) if which == 0 else (0, 1)
-    if not set(powers) <= {(0, 0), own} or own not in powers:
+    power = (1, 0) if which == 0 else (0, 1)
+    if not set(powers) <= {(0, 0), power} or power not in powers:
         return None
-    if not powers[own].free_symbols <= constants:
+    if not powers[power].free_symbols <= constants:
         return None
-    return -powers.get((0, 0), _ZERO) / powers[own]
+    return -powers.get((0, 0), _ZERO) / powers[power]
 
 
 def _even(
@@ -390,17 +390,17 @@ def _even(
 
     What is linear in the other gives it, and squares are to sum to 1.
     """
-    rest: dict[int, sp.Expr] = {}
+    by_parity: dict[int, sp.Expr] = {}
     for (i, j), coefficient in powers.items():
-        own, other = (i, j) if which == 0 else (j, i)
-        half, odd = divmod(other, 2)
-        part = coefficient * value**own * (1 - value**2) ** half
-        rest[odd] = rest.get(odd, _ZERO) + part
-    if rest.get(1, _ZERO) == 0:
-        return _numerator(rest.get(0, _ZERO))
-    if not rest[1].free_symbols <= constants:
+        power, partner_power = (i, j) if which == 0 else (j, i)
+        half, odd = divmod(partner_power, 2)
+        part = coefficient * value**power * (1 - value**2) ** half
+        by_parity[odd] = by_parity.get(odd, _ZERO) + part
+    if by_parity.get(1, _ZERO) == 0:
+        return _numerator(by_parity.get(0, _ZERO))
+    if not by_parity[1].free_symbols <= constants:
         return None
-    solved = -rest.get(0, _ZERO) / rest[1]
+    solved = -by_parity.get(0, _ZERO) / by_parity[1]
     return _on_circle(value, solved) if which else _on_circle(solved, value)
 
 

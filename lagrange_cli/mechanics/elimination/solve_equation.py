@@ -52,12 +52,12 @@ def linear_parts(phi: sp.Expr, unknown: sp.Symbol) -> tuple[sp.Expr, sp.Expr] | 
     return powers[1], powers.get(0, sp.Integer(0))
 
 
-def solves_everywhere(pivot: sp.Expr, rest: sp.Expr, constants: frozenset[sp.Symbol]) -> bool:
+def solves_everywhere(pivot: sp.Expr, remainder: sp.Expr, constants: frozenset[sp.Symbol]) -> bool:
     """Whether −rest/pivot is the solution of pivot·u + rest = 0 wherever that holds.
 
     The pivot of x·sin(ω t) = y·cos(ω t) vanishes on the way.
     """
-    if rest != 0 and rest.free_symbols <= constants:
+    if remainder != 0 and remainder.free_symbols <= constants:
         return True  # where the pivot vanishes the equation does not hold
     factors = [f for f in sp.Mul.make_args(pivot) if not f.free_symbols <= constants]
     return all(f.is_nonzero for f in factors)
@@ -92,8 +92,8 @@ def solutions(
         half = b / 2
         root = _root(half**2 - a * c)
         return [(-half - root) / a, (-half + root) / a]
-    found = _inverted(phi, sp.Integer(0), unknown, at)
-    return found if several or (found is not None and len(found) == 1) else None
+    branches = _inverted(phi, sp.Integer(0), unknown, at)
+    return branches if several or (branches is not None and len(branches) == 1) else None
 
 
 def _root(expr: sp.Expr) -> sp.Expr:
@@ -103,15 +103,15 @@ def _root(expr: sp.Expr) -> sp.Expr:
     the positive root l |cos θ| would throw it back where it crosses the diameter.
     """
     expanded = sp.Add(*(expand_terms(expr, _TERM_BUDGET) or [expr]))
-    found = []
+    candidates = []
     for form in (expanded, _without_squares(expanded, sp.sin), _without_squares(expanded, sp.cos)):
         if (
             len(sp.Add.make_args(form)) <= _FACTOR_TERMS
             and len(form.free_symbols) <= _FACTOR_SYMBOLS
         ):
-            found.append(_squares(factored_form(form)))
-    smooth = [pair for pair in found if not pair[1].has(sp.sin, sp.cos)]
-    outside, inside = next(iter(smooth or found), (sp.Integer(1), expanded))
+            candidates.append(_squares(factored_form(form)))
+    smooth = [pair for pair in candidates if not pair[1].has(sp.sin, sp.cos)]
+    outside, inside = next(iter(smooth or candidates), (sp.Integer(1), expanded))
     return sp.sqrt(expanded) if outside == 1 else outside * sp.sqrt(sp.expand(inside))
 
 
@@ -142,7 +142,7 @@ def _powers_of(phi: sp.Expr, unknown: sp.Symbol) -> Mapping[int, sp.Expr] | None
         return None
     powers: dict[int, list[sp.Expr]] = {}
     for term in terms:
-        rest, dependent = term.as_independent(unknown, as_Add=False)
+        cofactor, dependent = term.as_independent(unknown, as_Add=False)
         base, exponent = dependent.as_base_exp()
         if dependent == 1:
             degree = 0
@@ -150,9 +150,9 @@ def _powers_of(phi: sp.Expr, unknown: sp.Symbol) -> Mapping[int, sp.Expr] | None
             degree = int(exponent)
         else:
             return None
-        powers.setdefault(degree, []).append(rest)
-    found = {degree: sp.Add(*rests) for degree, rests in powers.items()}
-    return {degree: e for degree, e in found.items() if e != 0} or {0: sp.Integer(0)}
+        powers.setdefault(degree, []).append(cofactor)
+    coefficients = {degree: sp.Add(*rests) for degree, rests in powers.items()}
+    return {degree: e for degree, e in coefficients.items() if e != 0} or {0: sp.Integer(0)}
 
 
 def _inverted(
@@ -162,21 +162,21 @@ def _inverted(
     if left == unknown:
         return [right]
     if left.is_Add or left.is_Mul:
-        rest, dependent = left.as_independent(unknown)
+        constant, dependent = left.as_independent(unknown)
         if (dependent.is_Add or dependent.is_Mul) and dependent.func is left.func:
             return None
-        right = right - rest if left.is_Add else right / rest
+        right = right - constant if left.is_Add else right / constant
         return _inverted(dependent, right, unknown, at)
     branches = _undo(left, right, unknown)
     if branches is None:
         return None
-    found: list[sp.Expr] = []
+    values: list[sp.Expr] = []
     for inner, value, period in branches:
         solved = _inverted(inner, _nearest_period(inner, value, period, at), unknown, at)
         if solved is None:
             return None
-        found.extend(solved)
-    return found
+        values.extend(solved)
+    return values
 
 
 def _nearest_period(inner: sp.Expr, value: sp.Expr, period: sp.Expr, at: _Value) -> sp.Expr:
@@ -254,5 +254,5 @@ def factor_branches(phi: sp.Expr, constants: frozenset[sp.Symbol]) -> list[sp.Ex
         return [phi]
     if not _has_factors(phi.xreplace(dict(zip(symbols, _PLACES, strict=False)))):
         return [phi]
-    found = [f.as_base_exp()[0] for f in sp.Mul.make_args(factored_form(phi))]
-    return [f for f in found if not f.free_symbols <= constants] or [phi]
+    factors = [f.as_base_exp()[0] for f in sp.Mul.make_args(factored_form(phi))]
+    return [f for f in factors if not f.free_symbols <= constants] or [phi]

@@ -131,13 +131,13 @@ class Tape:
     def below(self, output: int) -> list[int]:
         """The operations that an output needs, the last first."""
         if output not in self._below:
-            found, stack = set[int](), [self.outputs[output]]
+            needed, stack = set[int](), [self.outputs[output]]
             while stack:
                 i = stack.pop()
-                if i >= self.inputs and i not in found:
-                    found.add(i)
+                if i >= self.inputs and i not in needed:
+                    needed.add(i)
                     stack.extend(self.operands(i))
-            self._below[output] = sorted(found, reverse=True)
+            self._below[output] = sorted(needed, reverse=True)
         return self._below[output]
 
     def operands(self, i: int) -> tuple[int, ...]:
@@ -232,12 +232,12 @@ class TapeRun:
         return x[0] * y[0], first, x[0] * y[2] + 2 * x[1] * y[1] + x[2] * y[0]
 
     @staticmethod
-    def _derivatives(operation: str, x: Decimal, how: Any) -> Jet:
+    def _derivatives(operation: str, x: Decimal, operand: Any) -> Jet:
         if operation == "power":
-            return integer_power(x, how)
+            return integer_power(x, operand)
         if operation == "root":
-            return rational_power(x, how)
-        function: Callable[[Decimal], Jet] = how
+            return rational_power(x, operand)
+        function: Callable[[Decimal], Jet] = operand
         return function(x)
 
     def _compose(self, f: Jet, x: Jet) -> Jet:
@@ -274,9 +274,9 @@ class TapeRun:
                 bar = adjoint.get(i)
                 if bar is not None:
                     self._backward(adjoint, i, bar)
-            found = map(adjoint.get, range(self.tape.inputs))
+            sums = map(adjoint.get, range(self.tape.inputs))
             return [
-                (_ZERO,) * 3 if x is None else (to_mpf(x[0]), to_mpf(x[1]), _ZERO) for x in found
+                (_ZERO,) * 3 if x is None else (to_mpf(x[0]), to_mpf(x[1]), _ZERO) for x in sums
             ]
 
     def partials(self, output: int) -> dict[int, Mpf]:
@@ -298,11 +298,11 @@ class TapeRun:
         """The same by the inputs before ``stop`` as doubles, of which the largest is 1."""
         with decimal.localcontext(decimal_context(mpmath.mp.dps + 5)):
             adjoint = self._adjoint(output)
-            found = {i: adjoint[i][0] for i in sorted(adjoint) if i < stop and adjoint[i][0]}
-            if not all(x.is_finite() for x in found.values()):
+            slopes = {i: adjoint[i][0] for i in sorted(adjoint) if i < stop and adjoint[i][0]}
+            if not all(x.is_finite() for x in slopes.values()):
                 raise DomainError
-            largest = max(map(abs, found.values()), default=_NONE)
-            return {i: float(x / largest) for i, x in found.items()}
+            largest = max(map(abs, slopes.values()), default=_NONE)
+            return {i: float(x / largest) for i, x in slopes.items()}
 
     def _backward(
         self, adjoint: dict[int, tuple[Decimal, Decimal]], i: int, bar: tuple[Decimal, Decimal]
@@ -310,9 +310,9 @@ class TapeRun:
         nodes = self.nodes
         operation, a, b = self.tape.operations[i]
         if operation == "mul":
-            for target, other in ((a, nodes[b]), (b, nodes[a])):
+            for target, factor in ((a, nodes[b]), (b, nodes[a])):
                 _accumulate(
-                    adjoint, target, bar[0] * other[0], bar[0] * other[1] + bar[1] * other[0]
+                    adjoint, target, bar[0] * factor[0], bar[0] * factor[1] + bar[1] * factor[0]
                 )
         elif operation == "add":
             for target in a:
@@ -340,7 +340,7 @@ def _accumulate(
 def evaluate(expressions: Iterable[sp.Expr], point: Mapping[sp.Symbol, Mpf]) -> list[Mpf]:
     """Values of expressions at one point, in the working precision of mpmath."""
     outputs = [sp.sympify(e) for e in expressions]
-    held = set().union(*(e.free_symbols for e in outputs))
-    symbols = sorted((s for s in held if s in point), key=attrgetter("name"))
+    present = set().union(*(e.free_symbols for e in outputs))
+    symbols = sorted((s for s in present if s in point), key=attrgetter("name"))
     tape = Tape(outputs, symbols)
     return tape.run([(mpf(point[s]), _ZERO, _ZERO) for s in symbols], order=0).values

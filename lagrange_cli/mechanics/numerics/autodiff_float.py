@@ -90,14 +90,14 @@ class DoubleTape:
         slopes = eye_array(self._inputs, self._width, format="csr")
         with np.errstate(all="ignore"), localcontext(decimal_context(_DIGITS)):
             for groups in self._levels:
-                found = [_FORWARD[g.operation](nodes[g.operands], g.by) for g in groups]
-                shares = np.concatenate([share.ravel() for _, share in found])
+                results = [_FORWARD[g.operation](nodes[g.operands], g.by) for g in groups]
+                shares = np.concatenate([share.ravel() for _, share in results])
                 columns = np.concatenate([g.operands.ravel() for g in groups])
                 counts = np.concatenate([np.full(*g.operands.shape) for g in groups])
                 ends = np.concatenate([[0], np.cumsum(counts)])
                 local = csr_array((shares, columns, ends), shape=(len(counts), len(nodes)))
                 slopes = vstack([slopes, local @ slopes], format="csr")
-                nodes = np.concatenate([nodes, *(value for value, _ in found)])
+                nodes = np.concatenate([nodes, *(value for value, _ in results)])
         values, jacobian = nodes[self._outputs], slopes[self._outputs]
         if not (np.isfinite(values).all() and np.isfinite(jacobian.data).all()):
             raise DomainError
@@ -126,8 +126,8 @@ def _power(x: _Array, exponent: Any) -> tuple[_Array, _Array]:
 
 
 def _function(x: _Array, function: Any) -> tuple[_Array, _Array]:
-    found = [function(Decimal(value)) for value in x[:, 0].tolist()]
-    values, slopes = (np.array([float(f[k]) for f in found]) for k in (0, 1))
+    jets = [function(Decimal(value)) for value in x[:, 0].tolist()]
+    values, slopes = (np.array([float(f[k]) for f in jets]) for k in (0, 1))
     return values, slopes[:, None]
 
 

@@ -264,14 +264,14 @@ class Manifold:
 
         The terms of log(x² + z²) = 0 are zero where it holds.
         """
-        run, found = self._at(point), []
+        run, misses = self._at(point), []
         tape, lengths = self._terms
         pending = iter(tape.run(self._still(point), 0).values)
         for k, (value, count) in enumerate(zip(run.values, lengths, strict=True)):
             terms = sum((abs(next(pending)) for _ in range(count)), _ZERO)
             change = self._reach(_partials(run, k, 0, len(self.q)))
-            found.append(abs(value) / (max(terms, change) or mpf(1)))
-        return found
+            misses.append(abs(value) / (max(terms, change) or mpf(1)))
+        return misses
 
     def _clearly_holds(self, point: _Point, rows: Sequence[int]) -> bool:
         """Whether doubles tell that |φ| is small beside Σ |∂φ/∂q|."""

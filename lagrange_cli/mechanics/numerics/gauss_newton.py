@@ -104,19 +104,19 @@ def least_norm_solution(
     ZeroDivisionError
         There is none.
     """
-    found, system = [_ZERO] * len(scale), LeastSquares(rows, scale)
+    solution, system = [_ZERO] * len(scale), LeastSquares(rows, scale)
     missing, before = list(target), mpf("inf")
     # Numbers of mpmath never underflow: a remainder can shrink without an end.
     rounding = max(map(abs, target), default=_ZERO) * mpf(10) ** -mpmath.mp.dps
     while (size := max(map(abs, missing), default=_ZERO)) > rounding and 2 * size < before:
         step = system.step(missing)
-        found = [x + unit * y for x, unit, y in zip(found, scale, step, strict=True)]
+        solution = [x + unit * y for x, unit, y in zip(solution, scale, step, strict=True)]
         before = size
         missing = [
-            x - sum((entry * found[j] for j, entry in row.items()), _ZERO)
+            x - sum((entry * solution[j] for j, entry in row.items()), _ZERO)
             for x, row in zip(target, rows, strict=True)
         ]
-    return found
+    return solution
 
 
 _Numbers: TypeAlias = NDArray[np.int64]

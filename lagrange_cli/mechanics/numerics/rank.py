@@ -122,10 +122,10 @@ def dependent_columns(
         scaled = matrix / np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
         # Vectors cost far more than values, and are seldom needed.
         sizes = np.linalg.svd(scaled, compute_uv=False)
-        held = int(np.sum(sizes > RANK_TOLERANCE * max(sizes[0], 1e-300)))
-        if held == len(variables):
+        independent = int(np.sum(sizes > RANK_TOLERANCE * max(sizes[0], 1e-300)))
+        if independent == len(variables):
             return None
-        null = np.linalg.svd(scaled, full_matrices=True)[2][held:]
+        null = np.linalg.svd(scaled, full_matrices=True)[2][independent:]
     return null
 
 
@@ -149,7 +149,7 @@ def dependent_gradients(
             for v in sorted(phi.free_symbols & movable, key=attrgetter("name"))
         )
     )
-    found: dict[int, tuple[int, ...]] | None = None
+    dependent: dict[int, tuple[int, ...]] | None = None
     for point in points:
         everywhere = dict(point)
         symbols = [s for s in resolved if s not in everywhere]
@@ -157,8 +157,8 @@ def dependent_gradients(
         everywhere.update(zip(symbols, positions, strict=True))
         rows = _jacobian(functions, variables, everywhere)
         here = dependent_rows(scale_columns(rows, column_factors(rows, len(variables))))
-        found = here if found is None else {k: v for k, v in found.items() if k in here}
-    return found or {}
+        dependent = here if dependent is None else {k: v for k, v in dependent.items() if k in here}
+    return dependent or {}
 
 
 def clearly_independent(rows: Sequence[DoubleRow]) -> bool:
@@ -206,10 +206,10 @@ def dependent_rows(
     for k, row in enumerate(matrix):
         size = np.linalg.norm(row)
         spanned = directions[: len(basis)]
-        rest = row - spanned.T @ (spanned @ row)
-        rest -= spanned.T @ (spanned @ rest)
-        if np.linalg.norm(rest) > tolerance * size:
-            directions[len(basis)] = rest / np.linalg.norm(rest)
+        remainder = row - spanned.T @ (spanned @ row)
+        remainder -= spanned.T @ (spanned @ remainder)
+        if np.linalg.norm(remainder) > tolerance * size:
+            directions[len(basis)] = remainder / np.linalg.norm(remainder)
             basis.append(k)
         elif size and basis:
             shares, *_ = np.linalg.lstsq(matrix[basis].T, row, rcond=1e-12)

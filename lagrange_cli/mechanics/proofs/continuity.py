@@ -126,11 +126,11 @@ class _Natures:
         """Whether a radicand is positive or changes sign where it vanishes: no hidden |u|."""
         if e.is_positive:
             return True
-        held = sorted(e.free_symbols, key=str)
-        if not e.is_rational_function(*held) or sp.count_ops(e) > _RADICAND_BUDGET:
+        symbols = sorted(e.free_symbols, key=str)
+        if not e.is_rational_function(*symbols) or sp.count_ops(e) > _RADICAND_BUDGET:
             return False
         above, below = sp.cancel(e).as_numer_denom()
         if above.is_positive and below.is_positive:
             return True
-        moving = [s for s in held if s in self.moving and s in (above * below).free_symbols]
+        moving = [s for s in symbols if s in self.moving and s in (above * below).free_symbols]
         return not moving or bool(sp.Poly(above * below, *moving).is_sqf)

@@ -103,13 +103,13 @@ class _Rows:
         self.origin.append(origin)
 
     def _split(self, part: sp.Expr) -> tuple[mpf, sp.Expr]:
-        numbers, rest = list[sp.Expr](), list[sp.Expr]()
+        numbers, factors = list[sp.Expr](), list[sp.Expr]()
         for factor in sp.Mul.make_args(part):
             known = factor.free_symbols <= self.constants.keys()
-            (numbers if known else rest).append(factor)
+            (numbers if known else factors).append(factor)
         number = sp.Mul(*numbers)
-        held = {s: self.constants[s] for s in number.free_symbols}
-        return evaluate([number], held)[0], sp.Mul(*rest)
+        known_values = {s: self.constants[s] for s in number.free_symbols}
+        return evaluate([number], known_values)[0], sp.Mul(*factors)
 
     def bound(self) -> None:
         """Add what is known of terms by themselves."""
@@ -139,11 +139,11 @@ class _Rows:
                 self.units[k] *= unit
                 self.entries[k] = {j: x / unit for j, x in row.items()}
                 self.constant[k] /= unit
-            held: dict[int, list[mpf]] = {}
+            columns: dict[int, list[mpf]] = {}
             for row in self.entries:
                 for j, x in row.items():
-                    held.setdefault(j, []).append(x)
-            middle = {j: _middle(x) for j, x in held.items()}
+                    columns.setdefault(j, []).append(x)
+            middle = {j: _middle(x) for j, x in columns.items()}
             self.entries = [{j: x / middle[j] for j, x in r.items()} for r in self.entries]
             size = _middle(self.constant)
             self.size *= size
@@ -198,7 +198,7 @@ def _vertex(rows: _Rows, strict: bool) -> _Array | None:
     if strict:
         counted = np.array([-float(k in rows.strict) for k, _ in columns])
     width = len(rows.terms)
-    found = linprog(
+    optimum = linprog(
         np.ones(len(columns)),
         A_ub=left.reshape(1, -1) if strict else None,
         b_ub=[0.0] if strict else None,
@@ -206,10 +206,10 @@ def _vertex(rows: _Rows, strict: bool) -> _Array | None:
         b_eq=[*([0.0] * width), -1.0],
         method="highs-ds",
     )
-    if found.status != 0:
+    if optimum.status != 0:
         return None
     shares = np.zeros(len(rows.entries))
-    for (k, sign), x in zip(columns, np.asarray(found.x).tolist(), strict=True):
+    for (k, sign), x in zip(columns, np.asarray(optimum.x).tolist(), strict=True):
         shares[k] += sign * x
     return shares
 
@@ -235,27 +235,29 @@ def _checked(rows: _Rows, shares: _Array, strict: bool) -> FalseSum | None:
     part = [k for k in range(len(shares)) if sizes[k] > _NOTHING * sizes.max()]
     first = max(part, key=lambda k: sizes[k])
     others = [k for k in part if k != first]
-    held = sorted({j for k in part for j in rows.entries[k]})
+    involved = sorted({j for k in part for j in rows.entries[k]})
     exact = {first: mpf(float(shares[first]))}
     if others:
-        matrix = mpmath.matrix([[rows.entries[k].get(j, mpf(0)) for k in others] for j in held])
-        target = mpmath.matrix([-exact[first] * rows.entries[first].get(j, mpf(0)) for j in held])
+        matrix = mpmath.matrix([[rows.entries[k].get(j, mpf(0)) for k in others] for j in involved])
+        target = mpmath.matrix(
+            [-exact[first] * rows.entries[first].get(j, mpf(0)) for j in involved]
+        )
         try:
             exact.update(zip(others, mpmath.lu_solve(matrix, target), strict=True))
         except (ZeroDivisionError, ValueError):
             return None
-    for j in held:
+    for j in involved:
         products = [exact[k] * rows.entries[k].get(j, mpf(0)) for k in part]
         if abs(sum(products, mpf(0))) > _ROUNDING * sum(map(abs, products), mpf(0)):
             return None
     if any(rows.one_sided[k] and exact[k] <= 0 for k in part):
         return None
     products = [exact[k] * rows.constant[k] for k in part]
-    rest = -sum(products, mpf(0))
+    deficit = -sum(products, mpf(0))
     size = sum(map(abs, products), mpf(0))
-    holds = rest >= -_ROUNDING * size if strict else rest > RANK_TOLERANCE * size
+    holds = deficit >= -_ROUNDING * size if strict else deficit > RANK_TOLERANCE * size
     if not holds:
         return None
     named = {o: exact[k] / rows.units[k] for k in part if isinstance(o := rows.origin[k], int)}
     bounds = tuple(o for k in part if isinstance(o := rows.origin[k], str))
-    return FalseSum(dict(sorted(named.items())), max(rest, mpf(0)) * rows.size, bounds)
+    return FalseSum(dict(sorted(named.items())), max(deficit, mpf(0)) * rows.size, bounds)

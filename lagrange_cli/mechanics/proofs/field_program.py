@@ -161,8 +161,8 @@ class FieldProgram:
         self, function: Any, arguments: Sequence[sp.Expr], part: Callable[[sp.Expr], int]
     ) -> int:
         """max(a, b) is a on one side of a − b = 0 and b on the other; so is its sign."""
-        first, rest = arguments[0], function(*arguments[1:])
-        operands = (self._side(first - rest), part(first), part(rest))
+        first, remaining = arguments[0], function(*arguments[1:])
+        operands = (self._side(first - remaining), part(first), part(remaining))
         larger = 1 if function is sp.Max else -1
         return self._append("select", (*operands, larger))
 
@@ -219,17 +219,17 @@ class FieldProgram:
     def _exponential(self, exponent: sp.Expr) -> int:
         multiples = _multiples(exponent)
         powers = [self._root(e.args[0], c) for e, c in multiples.items() if isinstance(e, sp.log)]
-        rest = {e: c for e, c in multiples.items() if not isinstance(e, sp.log)}
-        growth = self._append("growth", _atoms(rest, self.exponents))
+        exponents = {e: c for e, c in multiples.items() if not isinstance(e, sp.log)}
+        growth = self._append("growth", _atoms(exponents, self.exponents))
         return self._append("product", [growth, *powers]) if powers else growth
 
 
 @lru_cache(maxsize=4096)
 def _factors(e: sp.Expr) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
     """A sign, and factors, so that an expression has the sign of their product."""
-    number, rest = sp.factor_terms(e).as_coeff_Mul(rational=True)
+    number, product = sp.factor_terms(e).as_coeff_Mul(rational=True)
     kept = []
-    for factor in sp.Mul.make_args(rest):
+    for factor in sp.Mul.make_args(product):
         base, exponent = factor.as_base_exp()
         if factor.is_positive or (exponent.is_Integer and exponent % 2 == 0):
             continue
@@ -250,9 +250,9 @@ def _multiples(e: sp.Expr) -> dict[sp.Expr, sp.Rational]:
         return {e: sp.S.One}
     parts: dict[sp.Expr, sp.Rational] = {}
     for term in sp.Add.make_args(sp.expand(e)):
-        c, rest = term.as_coeff_Mul(rational=True)
-        parts[rest] = parts.get(rest, sp.S.Zero) + c
-    return {rest: parts[rest] for rest in sorted(parts, key=sp.default_sort_key) if parts[rest]}
+        c, unit = term.as_coeff_Mul(rational=True)
+        parts[unit] = parts.get(unit, sp.S.Zero) + c
+    return {unit: parts[unit] for unit in sorted(parts, key=sp.default_sort_key) if parts[unit]}
 
 
 def _rewritten(e: sp.Expr) -> sp.Expr | None:

@@ -74,33 +74,33 @@ class QuadraticForms:
         terms = expand_terms(expr, _TERM_BUDGET)
         if terms is None:
             raise FormBudgetError
-        found: QuadraticForm = {}
+        coefficients: QuadraticForm = {}
         for term in terms:
             number, factors = self._factors(term)
             pair = self._pair(sorted(factors))
-            found[pair] = found.get(pair, _NONE) + number
-        return {pair: x for pair, x in found.items() if x}
+            coefficients[pair] = coefficients.get(pair, _NONE) + number
+        return {pair: x for pair, x in coefficients.items() if x}
 
     def multiply(self, form: QuadraticForm, generator: int) -> QuadraticForm:
         """A form times a generator."""
-        found: QuadraticForm = {}
+        coefficients: QuadraticForm = {}
         for (i, j), x in form.items():
             factors = [*self.monomials[i], *self.monomials[j], *self.monomials[generator]]
             pair = self._pair(sorted(factors))
-            found[pair] = found.get(pair, _NONE) + x
-        return {pair: x for pair, x in found.items() if x}
+            coefficients[pair] = coefficients.get(pair, _NONE) + x
+        return {pair: x for pair, x in coefficients.items() if x}
 
     def coincidences(self) -> list[QuadraticForm]:
         """Pairs of generators that have the same product, in all ways."""
         ways: dict[tuple[int, ...], tuple[int, int]] = {}
-        found: list[QuadraticForm] = []
+        differences: list[QuadraticForm] = []
         for j, second in enumerate(self.monomials):
             for i, first in enumerate(self.monomials[: j + 1]):
                 product = tuple(sorted((*first, *second)))
                 if product in ways:
-                    found.append({ways[product]: _ONE, (i, j): -_ONE})
+                    differences.append({ways[product]: _ONE, (i, j): -_ONE})
                 ways.setdefault(product, (i, j))
-        return found
+        return differences
 
     def products_of_two(self) -> None:
         """Make every product of two atoms a generator."""
@@ -154,9 +154,9 @@ class QuadraticForms:
     def _relate(self, expr: sp.Expr, atom: tuple[int, ...]) -> None:
         """What holds of a function by itself."""
         if expr.func in (sp.sin, sp.cos):
-            other = self._atom((sp.cos if expr.func is sp.sin else sp.sin)(expr.args[0]))
-            if other > atom:
-                self._vanish({self._square(atom): _ONE, self._square(other): _ONE}, -_ONE)
+            partner = self._atom((sp.cos if expr.func is sp.sin else sp.sin)(expr.args[0]))
+            if partner > atom:
+                self._vanish({self._square(atom): _ONE, self._square(partner): _ONE}, -_ONE)
         elif expr.func is sp.cosh:
             self._vanish({self._pair(atom): _ONE, self._positive(): -_ONE}, -_ONE)
         elif expr.func in _RANGES:
@@ -191,13 +191,13 @@ class QuadraticForms:
             return 0, factors[0] if factors else 0
         if len(factors) == 2:
             return factors[0], factors[1]
-        pairs, rest = [], list(factors)
+        pairs, single = [], list(factors)
         for atom in dict.fromkeys(factors):
-            while rest.count(atom) > 1:
+            while single.count(atom) > 1:
                 pairs.append((atom, atom))
-                rest.remove(atom)
-                rest.remove(atom)
-        half = _halves(pairs, rest)
+                single.remove(atom)
+                single.remove(atom)
+        half = _halves(pairs, single)
         first, second = (self._product(tuple(sorted(h))) for h in half)
         return min(first, second), max(first, second)
 
@@ -217,17 +217,17 @@ def _is_root(expr: sp.Expr) -> bool:
     return bool(expr.is_Pow and expr.exp.is_Rational and expr.exp.q == 2)
 
 
-def _sum(form: QuadraticForm, other: QuadraticForm) -> QuadraticForm:
-    found = dict(form)
-    for pair, x in other.items():
-        found[pair] = found.get(pair, _NONE) + x
-    return {pair: x for pair, x in found.items() if x}
+def _sum(form: QuadraticForm, addend: QuadraticForm) -> QuadraticForm:
+    total = dict(form)
+    for pair, x in addend.items():
+        total[pair] = total.get(pair, _NONE) + x
+    return {pair: x for pair, x in total.items() if x}
 
 
-def _halves(pairs: Sequence[tuple[int, int]], rest: Sequence[int]) -> tuple[list[int], list[int]]:
+def _halves(pairs: Sequence[tuple[int, int]], single: Sequence[int]) -> tuple[list[int], list[int]]:
     """Two products of about the same degree; squares of one thing where that is possible."""
     first = [a for a, _ in pairs]
     second = list(first)
-    for k, atom in enumerate(rest):
+    for k, atom in enumerate(single):
         (second if k % 2 else first).append(atom)
     return first, second

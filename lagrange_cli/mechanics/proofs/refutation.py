@@ -54,9 +54,9 @@ def is_nonzero(expression: sp.Expr) -> bool:
 
 def depends(expression: sp.Expr, symbol: sp.Symbol) -> bool:
     """Whether an expression is seen to have two values for two of a symbol."""
-    held = [t for t in sp.Add.make_args(expression) if symbol in t.free_symbols]
+    dependent = [t for t in sp.Add.make_args(expression) if symbol in t.free_symbols]
     elsewhere = sp.Dummy(symbol.name, **symbol.assumptions0)
-    return _differs([*held, *(-t.xreplace({symbol: elsewhere}) for t in held)])
+    return _differs([*dependent, *(-t.xreplace({symbol: elsewhere}) for t in dependent)])
 
 
 def jumps(expression: sp.Expr) -> bool:
@@ -66,12 +66,12 @@ def jumps(expression: sp.Expr) -> bool:
         there = _on(surface, symbol, sorted(_symbols(terms), key=_key))
         beside = ({**s, symbol: s[symbol] + d} for s in there for d in (_APART, -_APART))
         seen = list(_seen(terms, beside, _DIGITS))
-        for (one_state, one), (other_state, other) in zip(seen[::2], seen[1::2], strict=False):
-            size, step = sum(map(abs, (*one, *other))), sum(one) - sum(other)
+        for (near_state, here), (far_state, beyond) in zip(seen[::2], seen[1::2], strict=False):
+            size, step = sum(map(abs, (*here, *beyond))), sum(here) - sum(beyond)
             if abs(step) <= mpf(10) ** -_JUMP * size:
                 continue
             # Terms that cancel within a function are rounding, which more digits do not repeat.
-            closer = [v for _, v in _seen(terms, [one_state, other_state], _DIGITS + _MORE)]
+            closer = [v for _, v in _seen(terms, [near_state, far_state], _DIGITS + _MORE)]
             if len(closer) == 2 and abs(sum(closer[0]) - sum(closer[1]) - step) <= abs(step) / 2:
                 return True
     return False
@@ -79,9 +79,9 @@ def jumps(expression: sp.Expr) -> bool:
 
 def _differs(terms: Sequence[sp.Expr]) -> bool:
     """Whether a sum of terms is not zero somewhere, and not by rounding: more digits agree."""
-    for state, found in _seen(terms, states_for(terms), _DIGITS):
-        total = sum(found)
-        if abs(total) <= mpf(10) ** -_AGREED * sum(map(abs, found)):
+    for state, parts in _seen(terms, states_for(terms), _DIGITS):
+        total = sum(parts)
+        if abs(total) <= mpf(10) ** -_AGREED * sum(map(abs, parts)):
             continue
         for _, closer in _seen(terms, [state], _DIGITS + _MORE):
             if abs(sum(closer) - total) <= abs(total) / 2:
@@ -91,7 +91,7 @@ def _differs(terms: Sequence[sp.Expr]) -> bool:
 
 def values_at(expressions: Sequence[sp.Expr], points: Iterable[_State]) -> Iterator[list[mpf]]:
     """Values of expressions, in many digits, at those states where all are finite and real."""
-    return (found for _, found in _seen(expressions, points, _DIGITS))
+    return (values for _, values in _seen(expressions, points, _DIGITS))
 
 
 def _seen(
@@ -155,7 +155,7 @@ def _surfaces(expressions: Sequence[sp.Expr]) -> Iterator[tuple[sp.Expr, sp.Symb
     sums = set().union(*(e.atoms(sp.Add) for e in expressions))
     for switch in set().union(*(e.atoms(sp.Abs, sp.sign, sp.Max, sp.Min) for e in expressions)):
         first, *others = switch.args
-        sums.update([first - other for other in others] or [first])
+        sums.update([first - argument for argument in others] or [first])
     number = 0
     for surface in sorted(sums, key=_key):
         for symbol in sorted(surface.free_symbols, key=_key):

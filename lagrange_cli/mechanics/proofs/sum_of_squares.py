@@ -88,10 +88,10 @@ def _forms(
     equations: Sequence[sp.Expr], constants: Mapping[sp.Symbol, mpf], products: bool
 ) -> list[_Combination]:
     quadrics = QuadraticForms(constants)
-    forms, found = [], list[_Combination]()
+    forms, combinations = [], list[_Combination]()
     for k, equation in enumerate(equations):
         forms.append(quadrics.form(equation))
-        found += [_combination(f, k) for f in (forms[-1], *quadrics.domains)]
+        combinations += [_combination(f, k) for f in (forms[-1], *quadrics.domains)]
         quadrics.domains.clear()
     if products:
         atoms = [i for i, m in enumerate(quadrics.monomials) if len(m) == 1]
@@ -99,16 +99,16 @@ def _forms(
             raise FormBudgetError
         quadrics.products_of_two()
         generators = range(1, len(quadrics.monomials))
-        found += [
+        combinations += [
             _combination(quadrics.multiply(f, g), k)
             for k, f in enumerate(forms)
             for g in generators
         ]
         quadrics.relations += quadrics.coincidences()
-    found += [_combination(f, -1) for f in quadrics.relations]
-    if len(found) > _FORM_BUDGET:
+    combinations += [_combination(f, -1) for f in quadrics.relations]
+    if len(combinations) > _FORM_BUDGET:
         raise FormBudgetError
-    return found
+    return combinations
 
 
 def _number(combinations: Sequence[_Combination]) -> frozenset[int] | None:
@@ -130,11 +130,11 @@ def _squares(combinations: Sequence[_Combination]) -> frozenset[int] | None:
         return None
     forms = [_restricted(c.form, kept) for c in combinations]
     scaled, weights = _equilibrated(forms, len(kept))
-    found = _interior(scaled)
-    if found is None:
+    multipliers = _interior(scaled)
+    if multipliers is None:
         return None
-    found[np.abs(found) < _NOTHING * np.abs(found).max()] = 0.0
-    shares = [mpf(x) * w for x, w in zip(found.tolist(), weights, strict=True)]
+    multipliers[np.abs(multipliers) < _NOTHING * np.abs(multipliers).max()] = 0.0
+    shares = [mpf(x) * w for x, w in zip(multipliers.tolist(), weights, strict=True)]
     size = sum((abs(x) * c.size for c, x in zip(combinations, shares, strict=True)), mpf(0))
     if not _is_proof(forms, shares, len(kept), RANK_TOLERANCE * size):
         return None
@@ -156,32 +156,32 @@ def _without(combinations: Sequence[_Combination], pair: tuple[int, int]) -> lis
     """Combinations in which a product of generators cancels."""
     holding = [c for c in combinations if pair in c.form]
     pivot = max(holding, key=lambda c: abs(c.form[pair]) / max(map(abs, c.form.values())))
-    found = []
+    reduced = []
     for c in combinations:
         if pair not in c.form:
-            found.append(c)
+            reduced.append(c)
         elif c is not pivot:
             ratio = c.form[pair] / pivot.form[pair]
             form = _difference(c.form, ratio, pivot.form, pair)
             size = c.size + abs(ratio) * pivot.size
             if form is not None:
-                found.append(_Combination(form, c.owners | pivot.owners, size))
-    return found
+                reduced.append(_Combination(form, c.owners | pivot.owners, size))
+    return reduced
 
 
 def _difference(
-    form: QuadraticForm, ratio: mpf, other: QuadraticForm, gone: tuple[int, int]
+    form: QuadraticForm, ratio: mpf, pivot: QuadraticForm, gone: tuple[int, int]
 ) -> QuadraticForm | None:
     """form − ratio·other; None where it is nothing, or cancels to within the tolerance."""
-    found = dict(form)
-    for p, x in other.items():
-        left = found.pop(p, mpf(0)) - ratio * x
+    difference = dict(form)
+    for p, x in pivot.items():
+        left = difference.pop(p, mpf(0)) - ratio * x
         if p == gone or abs(left) <= _ROUNDING * abs(ratio * x):
             continue
         if abs(left) <= RANK_TOLERANCE * abs(ratio * x):
             return None
-        found[p] = left
-    return found or None
+        difference[p] = left
+    return difference or None
 
 
 def _pivots(forms: Sequence[QuadraticForm]) -> list[int]:
@@ -236,8 +236,8 @@ def _equilibrated(forms: Sequence[QuadraticForm], size: int) -> tuple[_Array, li
         for column in (k, len(forms) + i, len(forms) + j):
             system[row, column] += 1.0
     logarithms = [-float(mpmath.log(abs(x))) for *_, x in entries]
-    found, *_ = np.linalg.lstsq(system, np.array(logarithms), rcond=1e-10)
-    scales = [mpmath.exp(x) for x in found.tolist()]
+    solution, *_ = np.linalg.lstsq(system, np.array(logarithms), rcond=1e-10)
+    scales = [mpmath.exp(x) for x in solution.tolist()]
     weights, units = scales[: len(forms)], scales[len(forms) :]
     matrices = np.zeros((len(forms), size, size))
     for k, i, j, x in entries:

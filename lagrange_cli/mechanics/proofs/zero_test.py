@@ -195,8 +195,8 @@ class _Point:
         return self.random.randrange(2, self.p) if self.formal else self._sign()
 
     def _select(self, operands: tuple[int, int, int, int], values: list[int]) -> int:
-        side, first, rest, larger = operands
-        a, b, s = values[first], values[rest], larger * values[side]
+        side, first, second, larger = operands
+        a, b, s = values[first], values[second], larger * values[side]
         return (a + b + s * (a - b)) * field_inverse(2, self.p) % self.p
 
     def _function(self, operands: tuple[str, list[int]], values: list[int]) -> int:
@@ -351,9 +351,9 @@ def does_not_depend(expression: sp.Expr, symbol: sp.Symbol) -> bool:
     Two values are compared, each on its own side of every switching function, so that no jump
     escapes, as a derivative lets it.
     """
-    held = [t for t in sp.Add.make_args(expression) if symbol in t.free_symbols]
-    if not held:
+    dependent = [t for t in sp.Add.make_args(expression) if symbol in t.free_symbols]
+    if not dependent:
         return True
     elsewhere = sp.Dummy(symbol.name, **symbol.assumptions0)
-    first = sp.Add(*held)
+    first = sp.Add(*dependent)
     return are_equal(first, first.xreplace({symbol: elsewhere}))

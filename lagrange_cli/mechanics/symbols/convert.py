@@ -190,9 +190,9 @@ def total_derivative(
 
 def decimal_literals(expressions: Iterable[Expression]) -> tuple[tuple[Fraction, str], ...]:
     """Non-integer decimals as first written, by exact value, in ascending order."""
-    found: dict[Fraction, str] = {}
+    literals: dict[Fraction, str] = {}
     for expression in expressions:
         for node in walk(expression.node):
             if isinstance(node, Number) and node.value.denominator != 1:
-                found.setdefault(node.value, node.text)
-    return tuple(sorted(found.items()))
+                literals.setdefault(node.value, node.text)
+    return tuple(sorted(literals.items()))

@@ -182,10 +182,10 @@ class Names:
         self, rewrite: Callable[[sp.Expr], sp.Expr], gone: Collection[sp.Symbol]
     ) -> Names:
         """The same names without some coordinates, which ``rewrite`` replaces in expressions."""
-        found = copy(self)
-        found._rewrite = rewrite
-        found._gone = frozenset(s.name for s in gone)
-        return found
+        names = copy(self)
+        names._rewrite = rewrite
+        names._gone = frozenset(s.name for s in gone)
+        return names
 
     def _converted_with_rate(
         self, expression: Expression, rate: Rate, meanings: dict[str, sp.Expr]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-__all__ = ["leave_out", "quoted", "written"]
+__all__ = ["leave_out", "quoted", "with_carets", "written"]
 
 #: Names that are listed; of more the first and the last ones.
 _MOST, _ENDS = 12, 4
@@ -38,4 +38,9 @@ def leave_out(names: Sequence[object]) -> str:
 def written(expr: sp.Expr) -> str:
     """An expression as a scene writes it; long fractions as the decimals that they are."""
     long = {r: sp.Symbol(repr(float(r))) for r in expr.atoms(sp.Rational) if r.q > _LONGEST}
-    return str(expr.xreplace(long)).replace("**", "^")
+    return with_carets(expr.xreplace(long))
+
+
+def with_carets(expr: sp.Expr) -> str:
+    """An expression as SymPy writes it, with the powers of the scene language."""
+    return str(expr).replace("**", "^")

@@ -27,9 +27,9 @@ _PLAIN = re.compile(r"[\w.+\-*/^() ]+", re.ASCII)
 
 def initial_snippet(scene: Scene, values: Mapping[str, str], orders: Sequence[int]) -> str:
     """The section ``initial``: values beside what it has of positions (0) and velocities (1)."""
-    given = _values(e for e in scene.initial if e.order in orders)
+    stated = _values(e for e in scene.initial if e.order in orders)
     return section_snippet(
-        "initial", {**given, **{k: v for k, v in values.items() if k not in given}}
+        "initial", {**stated, **{k: v for k, v in values.items() if k not in stated}}
     )
 
 
@@ -48,20 +48,20 @@ def coordinates_snippet(names: Sequence[str]) -> str:
     return f"coordinates: [{', '.join(map(_quoted, names))}]"
 
 
-def fewer_coordinates_snippet(scene: Scene, rest: Sequence[str], dropped: Mapping[str, str]) -> str:
+def fewer_coordinates_snippet(scene: Scene, kept: Sequence[str], dropped: Mapping[str, str]) -> str:
     """The section ``coordinates`` without some names, and sections that would not fit beside it.
 
     Those that are no Cartesian names need a value from then on, which a definition gives, and
     are given none by ``initial`` and ``near``.
     """
-    lines, used = [coordinates_snippet(rest)], _used(scene)
-    own = {name: value for name, value in dropped.items() if name not in _cartesian(scene)}
-    if not own.keys().isdisjoint(used):
-        given = {d.name: d.expression.text for d in scene.definitions}
-        needed = {name: value for name, value in own.items() if name in used}
-        lines.append(section_snippet("definitions", {**needed, **given}))
+    lines, used = [coordinates_snippet(kept)], _used(scene)
+    freed = {name: value for name, value in dropped.items() if name not in _cartesian(scene)}
+    if not freed.keys().isdisjoint(used):
+        definitions = {d.name: d.expression.text for d in scene.definitions}
+        needed = {name: value for name, value in freed.items() if name in used}
+        lines.append(section_snippet("definitions", {**needed, **definitions}))
     for section, entries in (("initial", scene.initial), ("near", scene.near)):
-        left = [e for e in entries if e.name not in own]
+        left = [e for e in entries if e.name not in freed]
         if len(left) < len(entries):
             lines.append(section_snippet(section, _values(left)))
     return "\n".join(lines)
