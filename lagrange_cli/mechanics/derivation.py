@@ -17,11 +17,11 @@ from lagrange_cli.errors import (
     SingularError,
 )
 from lagrange_cli.mechanics.certify.certificate import Evidence, certify, certify_shown, not_real
-from lagrange_cli.mechanics.certify.facts import open_questions, proven
+from lagrange_cli.mechanics.certify.facts import open_questions, proven_evidence
 from lagrange_cli.mechanics.diagnosis.errors import nesting_error, require_size
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
-from lagrange_cli.mechanics.dynamics.lagrange import Derivation, derive_uncertified
-from lagrange_cli.mechanics.dynamics.singular_configurations import singular_places
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, derive_uncertified
+from lagrange_cli.mechanics.dynamics.singular_configurations import singular_configurations
 from lagrange_cli.mechanics.dynamics.textbook_form import shown_equations
 from lagrange_cli.mechanics.equations import (
     CartesianName,
@@ -32,8 +32,13 @@ from lagrange_cli.mechanics.equations import (
     ParticleMotion,
     ShownEquation,
 )
-from lagrange_cli.mechanics.formulation import formulated, reduced_for, replaced_chart, start
-from lagrange_cli.mechanics.initial.rank_deficient_start import singular_start
+from lagrange_cli.mechanics.formulation import (
+    in_formulation,
+    reduced_for,
+    replaced_chart,
+    starting_state,
+)
+from lagrange_cli.mechanics.initial.rank_deficient_start import rank_deficiency_warning
 from lagrange_cli.mechanics.initial.simulation_defaults import simulation_defaults
 from lagrange_cli.mechanics.initial.suggestions import possible_start
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
@@ -42,9 +47,9 @@ from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.mechanics.structure import (
     conserved_quantities,
     cyclic_names,
-    facts,
     require_inertia,
     require_no_rates_of_inputs,
+    structure_facts,
     total_energy,
 )
 from lagrange_cli.mechanics.symbols.convert import decimal_literals, to_sympy, total_derivative
@@ -56,8 +61,8 @@ from lagrange_cli.stages import announce
 __all__ = ["derive", "interpret"]
 
 #: What is wrong with an initial state that has no place, or several, in the coordinates.
-NOT_REACHED = (InconsistentStartError, MissingStartError, NotRealError, SingularError)
-NOT_REACHED_REMARK = (
+_NOT_REACHED = (InconsistentStartError, MissingStartError, NotRealError, SingularError)
+_NOT_REACHED_REMARK = (
     "in multiplier form: the coordinates do not give the initial state, where they are singular"
 )
 
@@ -84,7 +89,7 @@ def derive(
     forces
         Find the constraint forces too.
     formulation
-        ``minimal`` or ``multiplier``; ``auto`` as :func:`.formulation.formulated` says, and
+        ``minimal`` or ``multiplier``; ``auto`` as :func:`.formulation.in_formulation` says, and
         ``multiplier`` where the coordinates do not reach the initial state and it does.
 
     Raises
@@ -113,50 +118,52 @@ def _in_formulation(
 
     def derived(wanted: Formulation) -> Equations:
         announce("deriving the equations")
-        form, choice = formulated(reduced, wanted)
+        form, choice = in_formulation(reduced, wanted)
         found = _derived(derive_uncertified(form), digits, points, forces)
         return replace(found, choice=choice, remarks=(*found.remarks, *remarks))
 
     try:
         return derived(formulation)
-    except NOT_REACHED as refusal:
+    except _NOT_REACHED as refusal:
         if formulation != "auto":
             raise
         try:
             found = derived("multiplier")
         except InputError:
             raise refusal from None
-        return replace(found, remarks=(*found.remarks, NOT_REACHED_REMARK))
+        return replace(found, remarks=(*found.remarks, _NOT_REACHED_REMARK))
 
 
-def _derived(derivation: Derivation, digits: int, points: int, forces: bool) -> Equations:
+def _derived(derivation: Uncertified, digits: int, points: int, forces: bool) -> Equations:
     require_no_rates_of_inputs(derivation)
     seen = certify(derivation, digits, points)
     require_inertia(derivation, seen)
-    evidence = proven(derivation, seen)
+    evidence = proven_evidence(derivation, seen)
     equations = _equations(derivation, evidence)
     questions = tuple(open_questions(derivation, seen, evidence, equations.conserved))
-    equations = replace(equations, singular=singular_places(derivation), open_questions=questions)
+    equations = replace(
+        equations, singular=singular_configurations(derivation), open_questions=questions
+    )
     if not forces:
         return equations
-    from lagrange_cli.mechanics.reactions.constraint_forces import constraint_forces
+    from lagrange_cli.mechanics.reactions.constraint_forces import derive_constraint_forces
 
     announce("finding the constraint forces")
-    found = constraint_forces(derivation, evidence, equations)
+    found = derive_constraint_forces(derivation, evidence, equations)
     return replace(equations, constraint_forces=found)
 
 
-def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
+def _equations(derivation: Uncertified, evidence: Evidence) -> Equations:
     reduced = derivation.reduced
     scene, names = reduced.scene, reduced.names
     announce("finding what is conserved")
     energy = total_energy(derivation, evidence)
-    structure = facts(derivation)
+    structure = structure_facts(derivation)
     announce("writing the equations")
     shown = _shown(derivation, evidence)
     announce("finding the initial state")
     chart = replaced_chart(derivation)
-    initial = start(derivation, chart)
+    initial = starting_state(derivation, chart)
     certify_shown(evidence, shown)
     return Equations(
         name=scene.name,
@@ -193,7 +200,7 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
         warnings=(
             *reduced.warnings,
             *_unused_warnings(scene, structure.unused_parameters),
-            *filter(None, [singular_start(derivation, initial)]),
+            *filter(None, [rank_deficiency_warning(derivation, initial)]),
             *jump_warnings(reduced),
         ),
         remarks=_remarks(derivation, initial),
@@ -203,7 +210,7 @@ def _equations(derivation: Derivation, evidence: Evidence) -> Equations:
     )
 
 
-def _remarks(derivation: Derivation, initial: InitialState | None) -> tuple[str, ...]:
+def _remarks(derivation: Uncertified, initial: InitialState | None) -> tuple[str, ...]:
     remarks = list(derivation.reduced.remarks)
     if initial is not None and initial.projected:
         remarks.append(
@@ -239,7 +246,7 @@ def _parameters(reduced: Reduced) -> Iterator[Parameter]:
         )
 
 
-def _particles(derivation: Derivation) -> Iterator[ParticleMotion]:
+def _particles(derivation: Uncertified) -> Iterator[ParticleMotion]:
     reduced = derivation.reduced
     bodies = zip(
         reduced.scene.particles, reduced.names.particle_symbols, reduced.masses, strict=True
@@ -254,7 +261,7 @@ def _particles(derivation: Derivation) -> Iterator[ParticleMotion]:
         )
 
 
-def _cartesian_names(derivation: Derivation) -> Iterator[CartesianName]:
+def _cartesian_names(derivation: Uncertified) -> Iterator[CartesianName]:
     """Every raw symbol that is not a coordinate, with its rate."""
     reduced = derivation.reduced
     motion = [(c.q, c.v) for c in reduced.coordinates]
@@ -289,7 +296,7 @@ def _outputs(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
 # The textbook form.
 
 
-def _shown(derivation: Derivation, evidence: Evidence) -> tuple[ShownEquation, ...]:
+def _shown(derivation: Uncertified, evidence: Evidence) -> tuple[ShownEquation, ...]:
     expected = derivation.reduced.scene.expect.equations
 
     def asked(residual: sp.Expr) -> bool:

@@ -30,8 +30,6 @@ __all__ = [
     "BodyForce",
     "CartesianName",
     "Certificate",
-    "Chart",
-    "Choice",
     "Closure",
     "Conserved",
     "ConstraintLine",
@@ -39,12 +37,14 @@ __all__ = [
     "Coordinate",
     "Equations",
     "Facts",
+    "FormulationChoice",
     "InitialState",
     "Input",
     "Parameter",
     "ParticleMotion",
+    "ReplacedChart",
     "ShownEquation",
-    "SingularPlace",
+    "SingularConfiguration",
     "tagged",
 ]
 
@@ -296,7 +296,7 @@ class Certificate:
 
 
 @dataclass(frozen=True)
-class Choice:
+class FormulationChoice:
     """Which formulation was taken of two, with the operations predicted for a right-hand side.
 
     ``why`` is a short phrase where something is to be said of it, else empty.
@@ -309,7 +309,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class SingularPlace:
+class SingularConfiguration:
     """Where M is singular (or ``infinite``): ``where`` = 0; the coordinates have no meaning there.
 
     A coordinate at whose values M is infinite ends there.
@@ -334,12 +334,12 @@ class InitialState:
 
 
 @dataclass(frozen=True)
-class Chart:
+class ReplacedChart:
     """Coordinates that others have replaced, from which each of those follows.
 
     ``places`` are the present coordinates over the former ones; ``start`` is the initial
     state in these, None where it is not known. ``steady``: those of which
-    :func:`.dynamics.singular_configurations.kept_momenta` proves that their rates keep their signs.
+    :func:`.dynamics.singular_configurations.conserved_momenta` proves that their rates keep signs.
     """
 
     coordinates: tuple[Coordinate, ...]
@@ -409,9 +409,9 @@ class Equations:
     suggested: tuple[tuple[str, str], ...] = ()
     inputs: tuple[Input, ...] = ()
     constraint_forces: ConstraintForces | None = None
-    choice: Choice | None = None
-    singular: tuple[SingularPlace, ...] = ()
-    chart: Chart | None = None
+    choice: FormulationChoice | None = None
+    singular: tuple[SingularConfiguration, ...] = ()
+    chart: ReplacedChart | None = None
     open_questions: tuple[str, ...] = ()
 
     @property

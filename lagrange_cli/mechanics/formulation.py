@@ -20,27 +20,35 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Mark, Problem, SingularError
 from lagrange_cli.mechanics.algebra.derivatives import Kinematics
-from lagrange_cli.mechanics.dynamics.lagrange import Derivation, derive_uncertified
-from lagrange_cli.mechanics.dynamics.singular_configurations import MOST_COORDINATES, kept_momenta
-from lagrange_cli.mechanics.equations import CartesianName, Chart, Choice, InitialState
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, derive_uncertified
+from lagrange_cli.mechanics.dynamics.singular_configurations import (
+    MOST_COORDINATES,
+    conserved_momenta,
+)
+from lagrange_cli.mechanics.equations import (
+    CartesianName,
+    FormulationChoice,
+    InitialState,
+    ReplacedChart,
+)
 from lagrange_cli.mechanics.initial.state import initial_state
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
-from lagrange_cli.mechanics.reduction.cartesian_form import cartesian_form, incidence
-from lagrange_cli.mechanics.reduction.no_minimal_form import no_minimal
+from lagrange_cli.mechanics.reduction.cartesian_form import cartesian_form, closure_incidence
+from lagrange_cli.mechanics.reduction.no_minimal_form import no_minimal_form_error
 from lagrange_cli.mechanics.reduction.reduce import Reduced, reduce
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import evaluated
 from lagrange_cli.scene.model import Formulation, Scene
 
-__all__ = ["formulated", "reduced_for", "replaced_chart", "start"]
+__all__ = ["in_formulation", "reduced_for", "replaced_chart", "starting_state"]
 
 #: By how much fewer operations must be predicted before another form than minimal is taken,
 #: and operations of minimal below which nothing is to be gained.
-CLEARLY, WORTHWHILE = 2, 400
+_CLEARLY, _WORTHWHILE = 2, 400
 
 #: Operations predicted for a product of derivatives in M and f, an entry of a closure's
 #: gradient with its part of the bias, and a closure.
-PRODUCT, ENTRY, CLOSURE = 12, 6, 4
+_PRODUCT, _ENTRY, _CLOSURE = 12, 6, 4
 
 _DIGITS = 34
 
@@ -75,7 +83,9 @@ def reduced_for(scene: Scene, wanted: Formulation) -> tuple[Reduced, tuple[str, 
         )
 
 
-def formulated(reduced: Reduced, wanted: Formulation) -> tuple[Reduced, Choice | None]:
+def in_formulation(
+    reduced: Reduced, wanted: Formulation
+) -> tuple[Reduced, FormulationChoice | None]:
     """The scene in the form that is wanted, and why it is this one.
 
     ``auto`` keeps declared coordinates. Where none are declared it takes closures if
@@ -92,7 +102,7 @@ def formulated(reduced: Reduced, wanted: Formulation) -> tuple[Reduced, Choice |
     """
     if reduced.closures:
         if wanted == "minimal":
-            raise no_minimal(reduced)
+            raise no_minimal_form_error(reduced)
         return reduced, None
     counts = None if reduced.scene.unilateral else _predicted(reduced)
     if counts is None:
@@ -100,17 +110,17 @@ def formulated(reduced: Reduced, wanted: Formulation) -> tuple[Reduced, Choice |
             raise _no_multiplier(reduced)
         return reduced, None
     minimal, multiplier = counts
-    cheaper = minimal > WORTHWHILE and CLEARLY * multiplier < minimal
+    cheaper = minimal > _WORTHWHILE and _CLEARLY * multiplier < minimal
     declared = reduced.scene.coordinates is not None
     if wanted == "multiplier" or (wanted == "auto" and cheaper and not declared):
         form = cartesian_form(reduced)
         if form is not None and form.closures:
             why = "as asked" if wanted == "multiplier" else "fewer operations"
-            return form, Choice("multiplier", minimal, multiplier, why)
+            return form, FormulationChoice("multiplier", minimal, multiplier, why)
         if wanted == "multiplier":
             raise _no_multiplier(reduced)
     why = "as asked" if wanted == "minimal" else "the coordinates are declared" if cheaper else ""
-    return reduced, Choice("minimal", minimal, multiplier, why)
+    return reduced, FormulationChoice("minimal", minimal, multiplier, why)
 
 
 def _no_multiplier(reduced: Reduced) -> InputError:
@@ -136,7 +146,7 @@ def _no_multiplier(reduced: Reduced) -> InputError:
 
 def _predicted(reduced: Reduced) -> tuple[int, int] | None:
     """Operations of one right-hand side: minimal, and with multipliers; None without closures."""
-    held = incidence(reduced)
+    held = closure_incidence(reduced)
     return (_minimal(reduced), _multiplier(held)) if held else None
 
 
@@ -155,7 +165,7 @@ def _minimal(reduced: Reduced) -> int:
     n = len(q)
     full = 2 * n**2 + (0 if constant else n**3 // 3)
     solve = n if all(a == b for a, b in pairs) else full
-    return solve + (0 if constant else PRODUCT * len(pairs))
+    return solve + (0 if constant else _PRODUCT * len(pairs))
 
 
 def _is_linear(place: sp.Expr, q: set[sp.Symbol]) -> bool:
@@ -178,7 +188,7 @@ def _multiplier(held: Iterable[frozenset[sp.Symbol]]) -> int:
     for numbers in holders.values():
         for k in numbers:
             near[k].update(numbers)
-    operations = sum(CLOSURE + ENTRY * len(names) for names in closures)
+    operations = sum(_CLOSURE + _ENTRY * len(names) for names in closures)
     operations += sum(len(numbers) ** 2 for numbers in holders.values())
     return operations + _elimination(near)
 
@@ -211,7 +221,7 @@ class _Late:
         return derive_uncertified(self.reduced).mass
 
 
-def start(derivation: Derivation, chart: Chart | None) -> InitialState | None:
+def starting_state(derivation: Uncertified, chart: ReplacedChart | None) -> InitialState | None:
     """The initial state; from the coordinates of the scene where these have replaced them.
 
     Raises
@@ -233,7 +243,7 @@ def _is_known(reduced: Reduced, name: str) -> bool:
     return symbol in reduced.resolved or symbol in {c.q for c in reduced.coordinates}
 
 
-def replaced_chart(derivation: Derivation) -> Chart | None:
+def replaced_chart(derivation: Uncertified) -> ReplacedChart | None:
     """The coordinates that the scene's own form has where these have replaced them."""
     reduced = derivation.reduced
     origin = reduced.origin
@@ -251,11 +261,11 @@ def replaced_chart(derivation: Derivation) -> Chart | None:
         for s, place in positions.items()
     )
     few = len(origin.coordinates) <= MOST_COORDINATES
-    steady = kept_momenta(derive_uncertified(origin)) if few else ()
-    return Chart(origin.coordinates, named, given, steady)
+    steady = conserved_momenta(derive_uncertified(origin)) if few else ()
+    return ReplacedChart(origin.coordinates, named, given, steady)
 
 
-def _carried_over(origin: Reduced, chart: Chart, given: InitialState) -> InitialState:
+def _carried_over(origin: Reduced, chart: ReplacedChart, given: InitialState) -> InitialState:
     """Positions and velocities in other coordinates."""
     state = [*given.positions, *given.velocities]
     symbols = [*(c.q for c in origin.coordinates), *(c.v for c in origin.coordinates)]

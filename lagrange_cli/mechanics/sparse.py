@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, overload
 if TYPE_CHECKING:
     from sympy import Expr
 
-__all__ = ["SparseRow", "entries"]
+__all__ = ["ExpressionRow", "entries"]
 
 
-class SparseRow(Sequence["Expr"]):
+class ExpressionRow(Sequence["Expr"]):
     """A row of expressions, of which those that are not zero are kept.
 
     Parameters
@@ -58,7 +58,7 @@ class SparseRow(Sequence["Expr"]):
         return iter(self[:])
 
     def __eq__(self, other: object) -> bool:
-        if isinstance(other, SparseRow):
+        if isinstance(other, ExpressionRow):
             return (self._length, self._held) == (other._length, other._held)
         return isinstance(other, tuple) and self[:] == other
 
@@ -66,11 +66,11 @@ class SparseRow(Sequence["Expr"]):
         return hash(self[:])
 
     def __repr__(self) -> str:
-        return f"SparseRow({self._length}, {self._held})"
+        return f"ExpressionRow({self._length}, {self._held})"
 
 
 def entries(row: Sequence[Expr]) -> Mapping[int, Expr]:
     """The entries of a row that are not plainly zero, by column."""
-    if isinstance(row, SparseRow):
+    if isinstance(row, ExpressionRow):
         return row.held
     return {j: entry for j, entry in enumerate(row) if entry != 0}

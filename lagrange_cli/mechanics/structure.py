@@ -16,7 +16,7 @@ from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
 from lagrange_cli.mechanics.certify.certificate import Evidence
-from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Closure, Conserved, Coordinate, Facts
 from lagrange_cli.mechanics.numerics.rank import (
     DoubleRow,
@@ -33,9 +33,9 @@ from lagrange_cli.scene.model import Scene
 __all__ = [
     "conserved_quantities",
     "cyclic_names",
-    "facts",
     "require_inertia",
     "require_no_rates_of_inputs",
+    "structure_facts",
     "total_energy",
 ]
 
@@ -52,7 +52,7 @@ _SWITCHES = (sp.Abs, sp.sign, sp.Max, sp.Min)
 _TERM_BUDGET = 400
 
 
-def facts(derivation: Derivation) -> Facts:
+def structure_facts(derivation: Uncertified) -> Facts:
     """Structure facts; a fact that is not proven is False."""
     reduced = derivation.reduced
     mass = [{k: sp.Add(*entry) for k, entry in row.items()} for row in derivation.mass]
@@ -84,7 +84,7 @@ def facts(derivation: Derivation) -> Facts:
     )
 
 
-def _planar(derivation: Derivation) -> bool:
+def _planar(derivation: Uncertified) -> bool:
     """Every particle moves in one and the same coordinate plane (or a parallel one)."""
     reduced = derivation.reduced
     bodies = reduced.names.particle_symbols
@@ -95,7 +95,7 @@ def _planar(derivation: Derivation) -> bool:
     )
 
 
-def _positive_definite(derivation: Derivation) -> bool:
+def _positive_definite(derivation: Uncertified) -> bool:
     """M = Σ m JᵀJ with positive masses and full rank (which is checked), and nothing subtracted.
 
     Extra kinetic energy is admitted where each term is linear in velocities, or quadratic,
@@ -109,7 +109,7 @@ def _positive_definite(derivation: Derivation) -> bool:
     return all(_adds_no_deficit(t, velocities) for t in sp.Add.make_args(derivation.extra))
 
 
-def _has_own_inertia(derivation: Derivation) -> bool:
+def _has_own_inertia(derivation: Uncertified) -> bool:
     reduced = derivation.reduced
     components = {reduced.resolved[s] for body in reduced.names.particle_symbols for s in body}
     return all(c.q in components for c in reduced.coordinates)
@@ -149,7 +149,7 @@ def _unused(scene: Scene) -> tuple[str, ...]:
     return tuple(p.name for p in scene.parameters if p.name not in used)
 
 
-def require_no_rates_of_inputs(derivation: Derivation) -> None:
+def require_no_rates_of_inputs(derivation: Uncertified) -> None:
     """Refuse inputs beside velocities in L: d/dt ∂L/∂q̇ would hold their rates.
 
     Raises
@@ -176,7 +176,7 @@ def require_no_rates_of_inputs(derivation: Derivation) -> None:
             )
 
 
-def require_inertia(derivation: Derivation, evidence: Evidence) -> None:
+def require_inertia(derivation: Uncertified, evidence: Evidence) -> None:
     """Refuse equations of motion that are singular at every state, naming the coordinate.
 
     With closures it is not M that counts but [[M, Φᵀ], [Φ, 0]]: a coordinate without
@@ -282,7 +282,7 @@ def _clearly_regular(inertia: Sequence[DoubleRow], slopes: Sequence[DoubleRow]) 
     return not rows or clearly_independent(rows)
 
 
-def cyclic_names(derivation: Derivation, evidence: Evidence) -> tuple[str, ...]:
+def cyclic_names(derivation: Uncertified, evidence: Evidence) -> tuple[str, ...]:
     return tuple(
         c.name
         for c, cyclic in zip(derivation.reduced.coordinates, evidence.cyclic, strict=True)
@@ -291,7 +291,7 @@ def cyclic_names(derivation: Derivation, evidence: Evidence) -> tuple[str, ...]:
 
 
 def conserved_quantities(
-    derivation: Derivation, evidence: Evidence, energy: sp.Expr
+    derivation: Uncertified, evidence: Evidence, energy: sp.Expr
 ) -> tuple[Conserved, ...]:
     """Momenta of unforced cyclic coordinates, then the energy or Jacobi integral.
 
@@ -318,7 +318,7 @@ def conserved_quantities(
     return tuple(c for c in candidates if is_continuous(c.expression, moving))
 
 
-def _reason(derivation: Derivation) -> str:
+def _reason(derivation: Uncertified) -> str:
     """Why the energy is conserved, and where it is not: an impact takes part of it."""
     elastic = all(contact.restitution == 1 for contact in derivation.contacts)
     return "L does not depend on t" + ("" if elastic else " (between impacts)")
@@ -333,7 +333,7 @@ def _terms_by_symbol(expr: sp.Expr) -> dict[sp.Symbol, list[sp.Expr]]:
     return holding
 
 
-def _momentum(derivation: Derivation, velocity: sp.Symbol, terms: Sequence[sp.Expr]) -> sp.Expr:
+def _momentum(derivation: Uncertified, velocity: sp.Symbol, terms: Sequence[sp.Expr]) -> sp.Expr:
     """∂L/∂q̇: M q̇ plus what is linear in or beyond quadratic in velocities.
 
     ``terms`` are those of L that hold the velocity.
@@ -342,7 +342,7 @@ def _momentum(derivation: Derivation, velocity: sp.Symbol, terms: Sequence[sp.Ex
     return _collect(sp.Add(*(derivative(t, velocity) for t in terms)), velocities)
 
 
-def total_energy(derivation: Derivation, evidence: Evidence) -> sp.Expr:
+def total_energy(derivation: Uncertified, evidence: Evidence) -> sp.Expr:
     """T + V where that is Σ q̇ ∂L/∂q̇ − L, else that sum collected."""
     coordinates = derivation.reduced.coordinates
     velocities = [c.v for c in coordinates]

@@ -10,7 +10,7 @@ import sympy as sp
 
 from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.mechanics.equations import Closure
-from lagrange_cli.mechanics.sparse import SparseRow
+from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.program import program as programs_of
 from lagrange_cli.program.constraint_programs import constraint_programs
 from lagrange_cli.program.program import build_program
@@ -38,7 +38,14 @@ def rod(name, ends, coordinates):
     phi = sp.Add(*(a**2 for a in apart)) - L.symbol**2
     multiplier = sp.Symbol(f"lambda_{name}", real=True)
     return Closure(
-        name, "position", phi, SparseRow(len(coordinates), gradient), zero[0], bias, multiplier, ""
+        name,
+        "position",
+        phi,
+        ExpressionRow(len(coordinates), gradient),
+        zero[0],
+        bias,
+        multiplier,
+        "",
     )
 
 
@@ -48,7 +55,7 @@ def truss(count, rods, name="truss"):
     coordinates = tuple(map(systems.coordinate, axes))
     base = closures.pendulum()
     zero, n = sp.Integer(0), 2 * count
-    mass = tuple(SparseRow(n, {i: M.symbol}) for i in range(n))
+    mass = tuple(ExpressionRow(n, {i: M.symbol}) for i in range(n))
     return replace(
         base,
         name=name,

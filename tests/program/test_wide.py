@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from lagrange_cli.emit.python.functions import module_source, program_of
 from lagrange_cli.emit.template_files import python_template
 from lagrange_cli.mechanics import derive
-from lagrange_cli.mechanics.sparse import SparseRow
+from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.program import program as programs_of
 from lagrange_cli.program.constraint_programs import constraint_programs
 from lagrange_cli.program.index_tables import node_tables
@@ -63,7 +63,7 @@ def meshed(equations):
     """The same with masses of their own."""
     masses = [systems.parameter(f"m{k}", 1 + 0.1 * k) for k in range(len(equations.coordinates))]
     n = len(masses)
-    rows = tuple(SparseRow(n, {i: masses[i // 2].symbol}) for i in range(n))
+    rows = tuple(ExpressionRow(n, {i: masses[i // 2].symbol}) for i in range(n))
     return replace(
         equations,
         parameters=(M, *equations.parameters[1:], *masses[: n // 2]),

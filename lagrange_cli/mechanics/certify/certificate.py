@@ -29,12 +29,13 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, InternalError, Mark, NotRealError, Problem
-from lagrange_cli.mechanics.certify.constraints import Restraints
-from lagrange_cli.mechanics.certify.routes import Observation, Point, Tapes
-from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.certify.constraints import ClosureCheck
+from lagrange_cli.mechanics.certify.routes import Observation, Tapes
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Certificate, Closure, ShownEquation
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TaylorSeries
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
+from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import to_double, working_digits
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.stages import announce
@@ -107,7 +108,7 @@ class Evidence:
     energy_conserved: bool
     energy_is_sum: bool
     mass_matrices: tuple[list[dict[int, float]], ...]
-    states: tuple[Point, ...]
+    states: tuple[SymbolValues, ...]
     residuals: tuple[tuple[mpf, mpf], ...]
     close_residuals: Callable[[], Sequence[tuple[mpf, mpf]]]
     gradients: tuple[list[dict[int, float]], ...]
@@ -126,7 +127,7 @@ class _State:
     beyond: tuple[int, mpf] | None
 
 
-def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
+def certify(derivation: Uncertified, digits: int, points: int) -> Evidence:
     """Check a derivation; the module says how.
 
     Parameters
@@ -148,20 +149,20 @@ def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
     with mpmath.workdps(working_digits(digits)):
         try:
             tapes = Tapes(derivation)
-            restraints = Restraints(derivation, tapes)
+            closures = ClosureCheck(derivation, tapes)
         except DomainError as error:
             raise not_real(derivation.reduced.scene) from error
         tolerance = mpf(10) ** (5 - digits)
-        states: list[Point] = []
+        states: list[SymbolValues] = []
         seen: list[_State] = []
         known = [False] * (2 * tapes.n + 2)
-        for point in _points(derivation, restraints, points):
+        for point in _points(derivation, closures, points):
             announce(f"certifying the equations at state {len(seen) + 1} of {points}")
             try:
                 thorough = len(seen) < _THOROUGH
-                state = _look(tapes, restraints, point, known, thorough=thorough)
+                state = _look(tapes, closures, point, known, thorough=thorough)
                 if state.mismatch > tolerance:
-                    state = _looked_at_closely(tapes, restraints, point, known, thorough=thorough)
+                    state = _looked_at_closely(tapes, closures, point, known, thorough=thorough)
                 seen.append(state)
                 known = [k or not zero for k, zero in zip(known, state.vanishes, strict=True)]
                 states.append(point)
@@ -182,7 +183,7 @@ def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
     certificate = Certificate(points, digits, to_double(worst))
 
     def close_residuals() -> Sequence[tuple[mpf, mpf]]:
-        return _looked_at_closely(tapes, restraints, states[0], known, thorough=False).residuals
+        return _looked_at_closely(tapes, closures, states[0], known, thorough=False).residuals
 
     vanishes = [not k for k in known]
     return _evidence(derivation.pushing, certificate, states, seen, vanishes, close_residuals)
@@ -191,7 +192,7 @@ def certify(derivation: Derivation, digits: int, points: int) -> Evidence:
 def _evidence(
     closures: Sequence[Closure],
     certificate: Certificate,
-    states: Sequence[Point],
+    states: Sequence[SymbolValues],
     seen: Sequence[_State],
     vanishes: Sequence[bool],
     close_residuals: Callable[[], Sequence[tuple[mpf, mpf]]],
@@ -267,7 +268,7 @@ def not_real(scene: Scene) -> InputError:
 
 
 def _points(
-    derivation: Derivation, restraints: Restraints, points: int
+    derivation: Uncertified, closures: ClosureCheck, points: int
 ) -> Iterable[dict[sp.Symbol, mpf]]:
     reduced = derivation.reduced
     sampler = reduced.sampler([])
@@ -281,13 +282,13 @@ def _points(
             # Time has units of its own: where speeds are bounded they may have to be far smaller.
             point[c.v] = sampler.noise(scale * width**3)
             point[c.a] = sampler.noise(scale)
-        yield restraints.draw(point, sampler)
+        yield closures.draw(point, sampler)
 
 
 def _look(
     tapes: Tapes,
-    restraints: Restraints,
-    point: Point,
+    closures: ClosureCheck,
+    point: SymbolValues,
     known: Sequence[bool],
     *,
     thorough: bool,
@@ -303,7 +304,7 @@ def _look(
     seen = tapes.observe(point)
     newton = tapes.newton(seen.series, seen.forces)
     momenta, slopes = tapes.momenta(seen), tapes.slopes(seen)
-    constraint = restraints.forces(point)
+    constraint = closures.forces(point)
     mismatch = _ZERO
     residuals = []
     for j in range(n):
@@ -318,10 +319,10 @@ def _look(
     for reported, declared, scale in tapes.reports(seen) if thorough else ():
         if abs(reported - declared) > least:
             mismatch = max(mismatch, abs(reported - declared) / scale)
-    mismatch = max(mismatch, restraints.mismatch(point, least))
+    mismatch = max(mismatch, closures.mismatch(point, least))
     if thorough:
         mismatch = max(
-            mismatch, restraints.newton_mismatch(seen, mass, forcing, [s for _, s in newton])
+            mismatch, closures.newton_mismatch(seen, mass, forcing, [s for _, s in newton])
         )
     vanishes = _vanishing(tapes, seen, known)
     return _State(
@@ -329,13 +330,18 @@ def _look(
         _doubles(mass),
         vanishes,
         residuals,
-        _doubles(restraints.gradients(point)),
+        _doubles(closures.gradients(point)),
         _beyond(mass),
     )
 
 
 def _looked_at_closely(
-    tapes: Tapes, restraints: Restraints, point: Point, known: Sequence[bool], *, thorough: bool
+    tapes: Tapes,
+    closures: ClosureCheck,
+    point: SymbolValues,
+    known: Sequence[bool],
+    *,
+    thorough: bool,
 ) -> _State:
     """The same with so many digits that rounding alone makes no mismatch.
 
@@ -345,7 +351,7 @@ def _looked_at_closely(
     """
     with mpmath.workdps(_CLOSE_DIGITS):
         least = mpf(10) ** -_CLOSE_NOTHING
-        return _look(tapes, restraints, point, known, thorough=thorough, least=least)
+        return _look(tapes, closures, point, known, thorough=thorough, least=least)
 
 
 def _beyond(rows: Sequence[SparseRow]) -> tuple[int, mpf] | None:

@@ -15,14 +15,15 @@ import mpmath
 from mpmath import mpf
 
 from lagrange_cli.mechanics.certify.contacts import GapCheck
-from lagrange_cli.mechanics.certify.routes import Observation, Point, Tapes
-from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.certify.routes import Observation, Tapes
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.numerics.autodiff import Tape, TapeRun
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
+from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler
 from lagrange_cli.mechanics.sparse import entries
 
-__all__ = ["Restraints"]
+__all__ = ["ClosureCheck"]
 
 _ZERO = mpf(0)
 
@@ -33,10 +34,10 @@ _LARGE = 32
 _Derived: TypeAlias = tuple[dict[int, mpf], mpf, mpf]
 
 
-class Restraints:
+class ClosureCheck:
     """The closures of one derivation."""
 
-    def __init__(self, derivation: Derivation, tapes: Tapes) -> None:
+    def __init__(self, derivation: Uncertified, tapes: Tapes) -> None:
         self.closures = derivation.closures
         self.tapes = tapes
         self.gaps = GapCheck(derivation, tapes)
@@ -49,7 +50,7 @@ class Restraints:
         ]
         self._parts = Tape(parts, tapes.moving)
         #: The point looked at last, the bits carried, and what was found there.
-        self._latest: tuple[Point, int, list[_Derived]] | None = None
+        self._latest: tuple[SymbolValues, int, list[_Derived]] | None = None
         expressions = [c.expression for c in self.closures]
         self._expressions = Tape(expressions, tapes.moving)
 
@@ -60,11 +61,11 @@ class Restraints:
             moved[closure.multiplier] = sampler.noise(mpf(1))
         return moved
 
-    def gradients(self, point: Point) -> list[SparseRow]:
+    def gradients(self, point: SymbolValues) -> list[SparseRow]:
         """The derived gradients."""
         return [gradient for gradient, _, _ in self._derived(point)] if self.closures else []
 
-    def _derived(self, point: Point) -> list[_Derived]:
+    def _derived(self, point: SymbolValues) -> list[_Derived]:
         """Gradient (the entries that are not zero), rate and bias of each closure, as derived."""
         bits = mpmath.mp.prec
         if self._latest is None or self._latest[0] is not point or self._latest[1] != bits:
@@ -77,7 +78,7 @@ class Restraints:
             self._latest = point, bits, found
         return self._latest[2]
 
-    def forces(self, point: Point) -> list[list[mpf]]:
+    def forces(self, point: SymbolValues) -> list[list[mpf]]:
         """For each coordinate λ·gradient of each closure and gap that holds it."""
         found: list[list[mpf]] = [[] for _ in self.tapes.q]
         for closure, (gradient, _, _) in zip(
@@ -89,7 +90,7 @@ class Restraints:
             found[j].append(force)
         return found
 
-    def mismatch(self, point: Point, least: mpf = _ZERO) -> mpf:
+    def mismatch(self, point: SymbolValues, least: mpf = _ZERO) -> mpf:
         """Largest relative difference between what was derived and the equations as stated.
 
         Differences up to ``least`` are none.
@@ -162,7 +163,7 @@ class Restraints:
         return worst
 
     def solved(
-        self, point: Point, mass: Sequence[SparseRow], forcing: Sequence[mpf]
+        self, point: SymbolValues, mass: Sequence[SparseRow], forcing: Sequence[mpf]
     ) -> list[mpf] | None:
         """a and λ of [[M, −Φᵀ], [Φ, 0]] [a; λ] = [f; −bias]; None where that is singular,
         or too large. Contacts push as the state says."""

@@ -11,10 +11,11 @@ from collections.abc import Iterator, Sequence
 
 from mpmath import mpf
 
-from lagrange_cli.mechanics.certify.routes import Point, Tapes
-from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.certify.routes import Tapes
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.numerics.autodiff import Tape, TapeRun
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
+from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.reduction.geometry import gap_over_names
 from lagrange_cli.mechanics.sparse import entries
 
@@ -29,7 +30,7 @@ _Triple = tuple[mpf, mpf, mpf]
 class GapCheck:
     """The gaps of one derivation; ``closures`` holds them."""
 
-    def __init__(self, derivation: Derivation, tapes: Tapes) -> None:
+    def __init__(self, derivation: Uncertified, tapes: Tapes) -> None:
         reduced = derivation.reduced
         self.closures = tuple(c.closure for c in derivation.contacts)
         self.tapes = tapes
@@ -45,7 +46,7 @@ class GapCheck:
             tapes.moving,
         )
 
-    def forces(self, point: Point) -> Iterator[tuple[int, mpf]]:
+    def forces(self, point: SymbolValues) -> Iterator[tuple[int, mpf]]:
         """Number of a coordinate and λ times its entry of the gradient, for each gap."""
         if not self.closures:
             return
@@ -53,7 +54,7 @@ class GapCheck:
             for j, x in gradient.items():
                 yield j, point[closure.multiplier] * x
 
-    def _parts(self, point: Point) -> list[tuple[mpf, SparseRow, mpf, mpf]]:
+    def _parts(self, point: SymbolValues) -> list[tuple[mpf, SparseRow, mpf, mpf]]:
         """Value, gradient, rate and bias of each gap, as derived."""
         inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
         pending = iter(self._derived.run(inputs, 0).values)
@@ -62,7 +63,7 @@ class GapCheck:
             for held in self._held
         ]
 
-    def mismatch(self, point: Point) -> mpf:
+    def mismatch(self, point: SymbolValues) -> mpf:
         """Largest relative difference between gaps as derived and as stated."""
         if not self.closures:
             return _ZERO

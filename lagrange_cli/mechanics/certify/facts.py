@@ -14,7 +14,7 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.certify.certificate import Evidence
-from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Closure, Conserved
 from lagrange_cli.mechanics.proofs.finite_field import field_inverse
 from lagrange_cli.mechanics.proofs.refutation import depends, is_nonzero, jumps
@@ -25,7 +25,7 @@ from lagrange_cli.mechanics.proofs.zero_test import (
     vanish,
 )
 
-__all__ = ["open_questions", "proven"]
+__all__ = ["open_questions", "proven_evidence"]
 
 _ZERO = sp.Integer(0)
 
@@ -33,7 +33,7 @@ _ZERO = sp.Integer(0)
 _CLOSURES = 24
 
 
-def proven(derivation: Derivation, evidence: Evidence) -> Evidence:
+def proven_evidence(derivation: Uncertified, evidence: Evidence) -> Evidence:
     """The evidence with only those facts that are proven to hold at every state.
 
     A coordinate counts as forced unless it is proven that it is not.
@@ -55,13 +55,13 @@ def proven(derivation: Derivation, evidence: Evidence) -> Evidence:
     )
 
 
-def _held(derivation: Derivation) -> set[sp.Symbol]:
+def _held(derivation: Uncertified) -> set[sp.Symbol]:
     """Symbols that stand in L."""
     held: set[sp.Symbol] = derivation.kinetic.free_symbols | derivation.potential.free_symbols
     return held
 
 
-def _generalized_forces(derivation: Derivation) -> list[sp.Expr]:
+def _generalized_forces(derivation: Uncertified) -> list[sp.Expr]:
     """Σ F·∂r/∂q − ∂D/∂q̇ for each coordinate."""
     drag, rows = derivation.dissipation, []
     for j, c in enumerate(derivation.reduced.coordinates):
@@ -70,7 +70,7 @@ def _generalized_forces(derivation: Derivation) -> list[sp.Expr]:
     return rows
 
 
-def _conserves_energy(derivation: Derivation, forces: Sequence[sp.Expr]) -> bool:
+def _conserves_energy(derivation: Uncertified, forces: Sequence[sp.Expr]) -> bool:
     """L does not depend on t, and forces do no work."""
     reduced = derivation.reduced
     t = reduced.names.t
@@ -109,7 +109,7 @@ def _is_combination(values: Sequence[int], n: int, p: int) -> bool:
     return not any(x % p for x in first)
 
 
-def _energy_is_sum(derivation: Derivation) -> bool:
+def _energy_is_sum(derivation: Uncertified) -> bool:
     """Σ q̇ ∂L/∂q̇ − L = T + V, with V at rest: T is quadratic in velocities, and V linear.
 
     Positions without t make the particles' kinetic energy so. Else T and V are compared with
@@ -153,7 +153,7 @@ def _degree(e: sp.Expr, velocities: frozenset[sp.Symbol]) -> int | None:
 
 
 def open_questions(
-    derivation: Derivation, seen: Evidence, facts: Evidence, conserved: Sequence[Conserved]
+    derivation: Uncertified, seen: Evidence, facts: Evidence, conserved: Sequence[Conserved]
 ) -> Iterator[str]:
     """Names of coordinates that may be cyclic, and of quantities that may be conserved.
 

@@ -9,15 +9,14 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
-from lagrange_cli.mechanics.dynamics.lagrange import Derivation, raw_terms
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, raw_terms
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TaylorSeries
+from lagrange_cli.mechanics.numerics.rank import SymbolValues
 
-__all__ = ["Observation", "Point", "Tapes"]
+__all__ = ["Observation", "Tapes"]
 
 _ZERO = mpf(0)
 _ONE: TaylorSeries = (mpf(1), _ZERO, _ZERO)
-
-Point = Mapping[sp.Symbol, mpf]
 
 
 @dataclass(frozen=True)
@@ -27,7 +26,7 @@ class Observation:
     ``magnitude`` is the decimal exponent of the largest number met on the way to L.
     """
 
-    point: Point
+    point: SymbolValues
     series: Mapping[sp.Symbol, TaylorSeries]
     forces: list[mpf]
     values: list[mpf]
@@ -38,7 +37,7 @@ class Observation:
 class Tapes:
     """The tapes of one derivation; states give t, q, v, a, parameters and inputs."""
 
-    def __init__(self, derivation: Derivation) -> None:
+    def __init__(self, derivation: Uncertified) -> None:
         reduced = derivation.reduced
         self.reduced = reduced
         self.t = reduced.names.t
@@ -63,7 +62,7 @@ class Tapes:
         self._newton_tapes(derivation)
         self._declared_tapes(derivation)
 
-    def _newton_tapes(self, derivation: Derivation) -> None:
+    def _newton_tapes(self, derivation: Uncertified) -> None:
         reduced = self.reduced
         self.symbols = list(reduced.resolved)
         number = {s: k for k, s in enumerate(self.symbols)}
@@ -88,7 +87,7 @@ class Tapes:
             bodies[f.on] if len(f.components) == 3 else [-1 - self._row(f.on)] for f in self.forces
         ]
 
-    def _declared_tapes(self, derivation: Derivation) -> None:
+    def _declared_tapes(self, derivation: Uncertified) -> None:
         """What the scene declares or geometry implies, beside what the derivation reports."""
         self.declared = Tape(
             [sp.Add(*self.terms.kinetic), sp.Add(*self.terms.velocity_dependent)], self.moving
@@ -111,7 +110,7 @@ class Tapes:
 
     # Evaluations at one state (q, v, a, t, parameters).
 
-    def derived_parts(self, point: Point) -> tuple[list[dict[int, mpf]], list[mpf]]:
+    def derived_parts(self, point: SymbolValues) -> tuple[list[dict[int, mpf]], list[mpf]]:
         """M, by rows without zeros, and f at a state."""
         values = self.derived.run([(point[s], _ZERO, _ZERO) for s in self.moving], 0).values
         mass: list[dict[int, mpf]] = [{} for _ in range(self.n)]
@@ -119,7 +118,7 @@ class Tapes:
             mass[j][k] = mass[k][j] = value
         return mass, values[len(self.upper) :]
 
-    def series(self, point: Point) -> dict[sp.Symbol, TaylorSeries]:
+    def series(self, point: SymbolValues) -> dict[sp.Symbol, TaylorSeries]:
         """t, q, v and parameters along the motion with the state's accelerations."""
         series: dict[sp.Symbol, TaylorSeries] = {self.t: (point[self.t], mpf(1), _ZERO)}
         for q, v, a in zip(self.q, self.v, self.a, strict=True):
@@ -232,7 +231,7 @@ class Tapes:
             *((x, w, max(abs(x), size)) for x, (w, size) in work),
         ]
 
-    def observe(self, point: Point) -> Observation:
+    def observe(self, point: SymbolValues) -> Observation:
         """Series, Q and the gradient of L at a state."""
         series = self.series(point)
         run = self.lagrangian.run([series[s] for s in self.moving], 1)

@@ -10,10 +10,10 @@ from mpmath import mpf
 
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.sampling import PLACED_DRAWS, SamplePoint
-from lagrange_cli.mechanics.reduction.geometry import Restriction
+from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 
-__all__ = ["Room"]
+__all__ = ["FeasibilitySearch"]
 
 #: Starts in a scene of many coordinates.
 _FEW = 4
@@ -21,7 +21,7 @@ _FEW = 4
 _WIDTHS = (mpf(1), mpf("0.25"), mpf(4), mpf("0.0625"), mpf(16))
 
 
-class Room:
+class FeasibilitySearch:
     """Configurations that satisfy closures and one-sided constraints.
 
     Parameters
@@ -35,7 +35,7 @@ class Room:
         From how many starts is searched.
     """
 
-    def __init__(self, reduced: Reduced, gaps: Sequence[Restriction] | None = None) -> None:
+    def __init__(self, reduced: Reduced, gaps: Sequence[ClosureEquation] | None = None) -> None:
         self._reduced = reduced
         self.closures = [c for c in reduced.closures if c.kind == "position"]
         self.gaps = list(reduced.gaps if gaps is None else gaps)
@@ -75,7 +75,9 @@ class Room:
     def _coordinates(self) -> list[sp.Symbol]:
         return [c.q for c in self._reduced.coordinates]
 
-    def _ways(self, closures: Sequence[Restriction], gaps: Sequence[Restriction]) -> list[Manifold]:
+    def _ways(
+        self, closures: Sequence[ClosureEquation], gaps: Sequence[ClosureEquation]
+    ) -> list[Manifold]:
         """What is to hold, at a time that is given; at any time where time plays a part."""
         sides = [(r.left, r.right) for r in (*closures, *gaps)]
         found = [self._manifold(sides, [])]

@@ -13,11 +13,11 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.contacts.infeasible import require_room
+from lagrange_cli.mechanics.contacts.infeasible import require_feasible
 from lagrange_cli.mechanics.equations import Closure, Contact
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, working_digits
-from lagrange_cli.mechanics.reduction.geometry import Restriction, gap_over_names
+from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, gap_over_names
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted
 from lagrange_cli.mechanics.symbols.values import nearest_double
@@ -53,7 +53,7 @@ def contacts(reduced: Reduced, gaps: Sequence[Closure]) -> tuple[Contact, ...]:
         for gap, closure in zip(reduced.gaps, gaps, strict=True):
             _require_change(reduced, gap, closure, states)
             _require_sign_open(reduced, gap, closure)
-        require_room(reduced)
+        require_feasible(reduced)
     coefficients = [_restitution(reduced, one_sided) for one_sided in reduced.scene.unilateral]
     return tuple(map(Contact, gaps, coefficients))
 
@@ -77,7 +77,7 @@ def _restitution(reduced: Reduced, one_sided: Unilateral) -> sp.Expr:
     return reduced.names.convert(written)
 
 
-def _require_sign_open(reduced: Reduced, gap: Restriction, closure: Closure) -> None:
+def _require_sign_open(reduced: Reduced, gap: ClosureEquation, closure: Closure) -> None:
     """Refuse a gap whose sign is that of its expression, whatever the coordinates are."""
     names = reduced.names
     constants = {names.parameters[n]: x for n, x in reduced.values.exact.items()}
@@ -89,7 +89,7 @@ def _require_sign_open(reduced: Reduced, gap: Restriction, closure: Closure) -> 
 
 
 def _require_change(
-    reduced: Reduced, gap: Restriction, closure: Closure, states: Sequence[SamplePoint]
+    reduced: Reduced, gap: ClosureEquation, closure: Closure, states: Sequence[SamplePoint]
 ) -> None:
     """Refuse a gap that is the same in all configurations next to each other."""
     slopes = {reduced.coordinates[j].q: closure.gradient[j] for j in closure.held}
@@ -114,7 +114,7 @@ def _require_change(
 
 
 def _change(
-    gap: Restriction, slopes: Mapping[sp.Symbol, sp.Expr], states: Sequence[SamplePoint]
+    gap: ClosureEquation, slopes: Mapping[sp.Symbol, sp.Expr], states: Sequence[SamplePoint]
 ) -> tuple[mpf, mpf, bool]:
     """φ and the size of its terms at the first state, and whether φ differs at another."""
     terms = [*sp.Add.make_args(gap.left), *sp.Add.make_args(gap.right)]
@@ -132,7 +132,7 @@ def _change(
     return level, size, False
 
 
-def _constraints_that_hold(reduced: Reduced, gap: Restriction) -> list[str]:
+def _constraints_that_hold(reduced: Reduced, gap: ClosureEquation) -> list[str]:
     """Constraints that a gap's names are solved from, or that are kept beside them."""
     found = reduced.chart.geometry.found
     held = _names_in(reduced, gap)
@@ -144,12 +144,12 @@ def _constraints_that_hold(reduced: Reduced, gap: Restriction) -> list[str]:
     return list(dict.fromkeys(stated))
 
 
-def _names_in(reduced: Reduced, gap: Restriction) -> list[sp.Symbol]:
+def _names_in(reduced: Reduced, gap: ClosureEquation) -> list[sp.Symbol]:
     one_sided = next(u for u in reduced.scene.unilateral if u.name == gap.name)
     return sorted(gap_over_names(reduced.names, one_sided).free_symbols, key=str)
 
 
-def _holding(reduced: Reduced, gap: Restriction) -> Iterator[str]:
+def _holding(reduced: Reduced, gap: ClosureEquation) -> Iterator[str]:
     """What keeps a gap from changing: constraints and definitions of the names in it."""
     stated = _constraints_that_hold(reduced, gap)
     if stated:
@@ -179,7 +179,7 @@ def _neighbours(reduced: Reduced) -> list[SamplePoint]:
     return found
 
 
-def _refusal(gap: Restriction, says: str, hint: str) -> InputError:
+def _refusal(gap: ClosureEquation, says: str, hint: str) -> InputError:
     return InputError(
         Problem(f"the one-sided constraint '{gap.name}' {says}", gap.mark, hint, rule="one-sided")
     )

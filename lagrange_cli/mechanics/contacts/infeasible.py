@@ -15,7 +15,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, InputError, Problem
-from lagrange_cli.mechanics.contacts.feasibility import Room
+from lagrange_cli.mechanics.contacts.feasibility import FeasibilitySearch
 from lagrange_cli.mechanics.diagnosis.errors import equations_behind
 from lagrange_cli.mechanics.diagnosis.inconsistency import irreducible_subset, is_contradictory
 from lagrange_cli.mechanics.diagnosis.rod_lengths import overlong_rod_error
@@ -29,7 +29,7 @@ from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
 from lagrange_cli.mechanics.symbols.yaml_snippets import one_sided_snippet
 from lagrange_cli.scene.model import Unilateral
 
-__all__ = ["require_room"]
+__all__ = ["require_feasible"]
 
 #: Constraints among which a smallest set is sought by proofs, and by searches.
 _MOST, _MOST_SEARCHES = 40, 12
@@ -43,7 +43,7 @@ _DOUBLINGS, _BISECTIONS = 16, 12
 _DIGITS, _MORE = 3, mpf("1.1")
 
 
-def require_room(reduced: Reduced) -> None:
+def require_feasible(reduced: Reduced) -> None:
     """Refuse one-sided constraints that nothing satisfies.
 
     Raises
@@ -52,7 +52,7 @@ def require_room(reduced: Reduced) -> None:
         A smallest set that contradicts itself, with its proof; or one for which no
         configuration came up.
     """
-    room = Room(reduced)
+    room = FeasibilitySearch(reduced)
     if not reduced.gaps or room.found(starts=_FIRST) is not None:
         return
     one_sided = [_stated(reduced.names, u) for u in reduced.scene.unilateral]
@@ -267,13 +267,13 @@ def _wider(reduced: Reduced, stated: StatedEquation, missing: mpf) -> str:
     more = sp.Rational(mpmath.nstr(missing * _MORE, 2))
     moved = replace(gap, left=gap.left + more)
     gaps = [moved if g is gap else g for g in reduced.gaps]
-    if Room(reduced, gaps).found() is None:
+    if FeasibilitySearch(reduced, gaps).found() is None:
         return ""
     bound = reduced.names.convert(one_sided.inequality.right)
     return one_sided_snippet(one_sided, more, bound)
 
 
-def _not_found(reduced: Reduced, room: Room) -> InputError | None:
+def _not_found(reduced: Reduced, room: FeasibilitySearch) -> InputError | None:
     """The error of a smallest set for which no configuration comes up.
 
     None for an inequality by itself: tan z >= 1e300 holds, where no search finds it.
@@ -299,7 +299,7 @@ def _not_found(reduced: Reduced, room: Room) -> InputError | None:
 
 
 def _beside(
-    reduced: Reduced, room: Room, closures: Sequence[int], gaps: Sequence[int]
+    reduced: Reduced, room: FeasibilitySearch, closures: Sequence[int], gaps: Sequence[int]
 ) -> list[str]:
     """Constraints that are kept, or were put into what a gap is written in."""
     names, found = reduced.names, reduced.chart.geometry.found

@@ -11,13 +11,13 @@ from lagrange_cli.mechanics.sparse import entries
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["coupled_blocks", "explicit_accelerations", "right_sides"]
+__all__ = ["explicit_accelerations", "right_hand_sides"]
 
 #: Larger coupled systems are left as M q̈ = f: their closed forms fill pages.
 _LARGEST_SOLVED = 2
 
 
-def coupled_blocks(equations: Equations) -> list[list[int]]:
+def _coupled_blocks(equations: Equations) -> list[list[int]]:
     """Groups of coordinates (indices, ascending) whose accelerations are coupled."""
     blocks: list[list[int]] = []
     placed: set[int] = set()
@@ -35,7 +35,7 @@ def coupled_blocks(equations: Equations) -> list[list[int]]:
     return blocks
 
 
-def right_sides(equations: Equations) -> list[sympy.Expr]:
+def right_hand_sides(equations: Equations) -> list[sympy.Expr]:
     """What M a equals: the forcing, and what multipliers add to it."""
     terms = [[f] for f in equations.forcing]
     for closure in equations.pushing:
@@ -54,7 +54,7 @@ def explicit_accelerations(equations: Equations) -> tuple[sympy.Expr | None, ...
     factors cancel.
     """
     solved: list[sympy.Expr | None] = [None] * len(equations.coordinates)
-    for block in coupled_blocks(equations):
+    for block in _coupled_blocks(equations):
         if len(block) > _LARGEST_SOLVED:
             continue
         mass, forcing = _linear_system(equations, block)

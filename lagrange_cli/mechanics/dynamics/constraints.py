@@ -21,9 +21,9 @@ from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
 from lagrange_cli.mechanics.equations import Closure, tagged
-from lagrange_cli.mechanics.reduction.geometry import Restriction
+from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 from lagrange_cli.mechanics.reduction.reduce import Reduced
-from lagrange_cli.mechanics.sparse import SparseRow
+from lagrange_cli.mechanics.sparse import ExpressionRow
 
 __all__ = ["closures"]
 
@@ -33,14 +33,14 @@ _TERM_BUDGET = 200
 
 def closures(reduced: Reduced) -> tuple[tuple[Closure, ...], tuple[Closure, ...]]:
     """The closures of a scene and the gaps of its one-sided constraints, each in its order."""
-    restrictions = (*reduced.closures, *reduced.gaps)
+    equations = (*reduced.closures, *reduced.gaps)
     works = {"position": _of_position, "velocity": _of_velocity}
     families = {
         kind: ShapeClasses(reduced.coordinates, partial(w, reduced)) for kind, w in works.items()
     }
     found = tuple(
-        _closure(restriction, name, symbol, families[restriction.kind])
-        for restriction, (name, symbol) in zip(restrictions, _multipliers(reduced), strict=True)
+        _closure(equation, name, symbol, families[equation.kind])
+        for equation, (name, symbol) in zip(equations, _multipliers(reduced), strict=True)
     )
     count = len(reduced.closures)
     return found[:count], found[count:]
@@ -85,23 +85,23 @@ class _Parts:
 
 
 def _closure(
-    restriction: Restriction, name: str, multiplier: sp.Symbol, families: ShapeClasses[_Parts]
+    equation: ClosureEquation, name: str, multiplier: sp.Symbol, families: ShapeClasses[_Parts]
 ) -> Closure:
-    member = families.of(restriction.left - restriction.right)
+    member = families.of(equation.left - equation.right)
     parts = member.result
     numbers = dict(zip(sorted(parts.gradient), member.numbers, strict=True))
     gradient = {numbers[j]: member.renamed(entry) for j, entry in parts.gradient.items()}
     return Closure(
         name=name,
-        kind=restriction.kind,
+        kind=equation.kind,
         expression=member.renamed(parts.expression),
-        gradient=SparseRow(families.width, gradient),
+        gradient=ExpressionRow(families.width, gradient),
         rate=member.renamed(parts.rate),
         bias=member.renamed(parts.bias),
         multiplier=multiplier,
-        text=restriction.text,
-        mark=restriction.mark,
-        integral=restriction.integral,
+        text=equation.text,
+        mark=equation.mark,
+        integral=equation.integral,
     )
 
 

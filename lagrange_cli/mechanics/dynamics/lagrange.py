@@ -38,22 +38,22 @@ from lagrange_cli.mechanics.contacts.gaps import contacts
 from lagrange_cli.mechanics.dynamics.constraints import closures
 from lagrange_cli.mechanics.equations import BodyForce, Closure, Contact
 from lagrange_cli.mechanics.reduction.reduce import Reduced
-from lagrange_cli.mechanics.sparse import SparseRow
+from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.scene.model import Force
 
-__all__ = ["Derivation", "derive_uncertified", "raw_terms"]
+__all__ = ["Uncertified", "derive_uncertified", "raw_terms"]
 
 _Entry = TypeVar("_Entry")
 
 #: Products that are multiplied out and collected; beyond it sums are left factored.
-PRODUCT_BUDGET = 50_000
+_PRODUCT_BUDGET = 50_000
 
 #: Terms that one factor of a force may be multiplied out to.
 _TERM_BUDGET = 200
 
 
 @dataclass(frozen=True)
-class Derivation:
+class Uncertified:
     """``mass[j][k]`` and ``forcing[j]`` as lists of collected terms, and what they came from.
 
     Rows of ``mass`` hold the columns that are not zero; ``mass_matrix`` has each list as one
@@ -77,7 +77,7 @@ class Derivation:
 
     reduced: Reduced
     mass: tuple[Mapping[int, tuple[sp.Expr, ...]], ...]
-    mass_matrix: tuple[SparseRow, ...]
+    mass_matrix: tuple[ExpressionRow, ...]
     forcing: tuple[tuple[sp.Expr, ...], ...]
     kinetic: sp.Expr
     potential: sp.Expr
@@ -128,7 +128,7 @@ def raw_terms(reduced: Reduced) -> RawTerms:
     return RawTerms(tuple(positional), tuple(dependent), tuple(kinetic))
 
 
-def derive_uncertified(reduced: Reduced) -> Derivation:
+def derive_uncertified(reduced: Reduced) -> Uncertified:
     """Mass matrix, forcing and energies of a reduced scene, not yet checked."""
     return _Builder(reduced).build()
 
@@ -156,7 +156,7 @@ class _Builder:
         self.jacobians = {s: self.kinematics.jacobian(s) for s, _ in self.components}
         self._masses: dict[int, Weights] = {}
 
-    def build(self) -> Derivation:
+    def build(self) -> Uncertified:
         collected = self._add_inertia()
         for potential in self.terms.positional:
             self._add_potential(potential)
@@ -173,10 +173,10 @@ class _Builder:
             for s in body
         }
         kept, gaps = closures(self.reduced)
-        return Derivation(
+        return Uncertified(
             self.reduced,
             tuple(_full(self.n, upper)),
-            tuple(SparseRow(self.n, row) for row in _full(self.n, inertia)),
+            tuple(ExpressionRow(self.n, row) for row in _full(self.n, inertia)),
             tuple(tuple(f.collected()) for f in self.forcing),
             self._kinetic(velocity, inertia),
             self._potential(),
@@ -199,7 +199,7 @@ class _Builder:
 
     def _add_inertia(self) -> bool:
         gathered = recurring_products(self._moving_components(factored=False))
-        fits = gathered.number <= PRODUCT_BUDGET
+        fits = gathered.number <= _PRODUCT_BUDGET
         if not fits:
             gathered = recurring_products(self._moving_components(factored=True))
         for row, column, a, b, carried in gathered:

@@ -17,18 +17,18 @@ import numpy as np
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.polynomials import factored_form
-from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.solve_exactly import solve_exactly
-from lagrange_cli.mechanics.equations import SingularPlace
+from lagrange_cli.mechanics.equations import SingularConfiguration
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
-__all__ = ["MOST_COORDINATES", "kept_momenta", "singular_places"]
+__all__ = ["MOST_COORDINATES", "conserved_momenta", "singular_configurations"]
 
 #: Coordinates of a block that is looked at, and operations of its entries.
-LARGEST_BLOCK, ENTRY_BUDGET = 3, 400
+_LARGEST_BLOCK, _ENTRY_BUDGET = 3, 400
 
 #: Operations of a sum that is looked for factors.
-FACTOR_BUDGET = 60
+_FACTOR_BUDGET = 60
 
 #: Coordinates of a system whose momenta are looked at.
 MOST_COORDINATES = 6
@@ -41,7 +41,7 @@ _NOTHING = 1e-9
 _Matrix = Sequence[Sequence[sp.Expr]]
 
 
-def singular_places(derivation: Derivation) -> tuple[SingularPlace, ...]:
+def singular_configurations(derivation: Uncertified) -> tuple[SingularConfiguration, ...]:
     """Where the coordinates are singular, as far as it is proven; none beside closures."""
     reduced = derivation.reduced
     if derivation.closures or reduced.gaps:
@@ -57,7 +57,7 @@ def singular_places(derivation: Derivation) -> tuple[SingularPlace, ...]:
     for block in _blocks(derivation):
         mass = [[derivation.mass_matrix[j][k].xreplace(signed) for k in block] for j in block]
         own = [coordinates[j] for j in block]
-        if sum(e.count_ops() for row in mass for e in row) > ENTRY_BUDGET:
+        if sum(e.count_ops() for row in mass for e in row) > _ENTRY_BUDGET:
             continue
         for factor, infinite in _factors(mass, own):
             if _vanishes(factor, coordinates, numbers):
@@ -67,12 +67,12 @@ def singular_places(derivation: Derivation) -> tuple[SingularPlace, ...]:
                 found.setdefault((factor, infinite), {}).update(dict.fromkeys(q.name for q in lost))
     named = {positive: symbol for symbol, positive in signed.items()}
     return tuple(
-        SingularPlace(tuple(names), where.xreplace(named), infinite)
+        SingularConfiguration(tuple(names), where.xreplace(named), infinite)
         for (where, infinite), names in found.items()
     )
 
 
-def kept_momenta(derivation: Derivation) -> tuple[str, ...]:
+def conserved_momenta(derivation: Uncertified) -> tuple[str, ...]:
     """Coordinates whose momentum is proven to be conserved and to be their rate times an inertia.
 
     Where such a rate is not zero it keeps its sign, and the inertia does not vanish on the way. No
@@ -85,7 +85,7 @@ def kept_momenta(derivation: Derivation) -> tuple[str, ...]:
     for j, (coordinate, row) in enumerate(zip(coordinates, derivation.mass, strict=True)):
         inertia = sp.Add(*row.get(j, ()))
         force = sp.Add(*derivation.forcing[j])
-        if set(row) != {j} or inertia.count_ops() + force.count_ops() > ENTRY_BUDGET:
+        if set(row) != {j} or inertia.count_ops() + force.count_ops() > _ENTRY_BUDGET:
             continue
         change = inertia.diff(derivation.reduced.names.t)
         change += sp.Add(*(inertia.diff(c.q) * c.v for c in coordinates))
@@ -94,7 +94,7 @@ def kept_momenta(derivation: Derivation) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _with_signs(derivation: Derivation) -> dict[sp.Symbol, sp.Symbol]:
+def _with_signs(derivation: Uncertified) -> dict[sp.Symbol, sp.Symbol]:
     """Parameters whose values are positive, as symbols that say so."""
     reduced = derivation.reduced
     return {
@@ -104,7 +104,7 @@ def _with_signs(derivation: Derivation) -> dict[sp.Symbol, sp.Symbol]:
     }
 
 
-def _blocks(derivation: Derivation) -> Iterator[list[int]]:
+def _blocks(derivation: Uncertified) -> Iterator[list[int]]:
     """Coordinates that M couples, in small groups whose part of M is not constant."""
     moving = {c.q for c in derivation.reduced.coordinates}
     seen: set[int] = set()
@@ -116,7 +116,7 @@ def _blocks(derivation: Derivation) -> Iterator[list[int]]:
             block += [k for k in derivation.mass[j] if k not in block]
         seen.update(block)
         terms = [t for j in block for entry in derivation.mass[j].values() for t in entry]
-        held = len(block) <= LARGEST_BLOCK and any(t.free_symbols & moving for t in terms)
+        held = len(block) <= _LARGEST_BLOCK and any(t.free_symbols & moving for t in terms)
         if held:
             yield sorted(block)
 
@@ -137,7 +137,7 @@ def _factors(mass: _Matrix, own: Sequence[sp.Symbol]) -> Iterator[tuple[sp.Expr,
 
 def _product(pivot: sp.Expr) -> sp.Expr:
     """The pivot as one fraction of products, where it is short."""
-    if pivot.count_ops() > FACTOR_BUDGET:
+    if pivot.count_ops() > _FACTOR_BUDGET:
         return pivot
     whole = sp.together(pivot)
     above, below = sp.fraction(whole)

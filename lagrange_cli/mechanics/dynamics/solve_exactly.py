@@ -38,11 +38,11 @@ from lagrange_cli.mechanics.algebra.collect import (
 from lagrange_cli.mechanics.algebra.trig_polynomials import TrigPolynomial, refined
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
-__all__ = ["Solution", "Solved", "solve_exactly"]
+__all__ = ["ExactSolution", "SolvedAcceleration", "solve_exactly"]
 
 #: Products that one entry may be multiplied out to, and terms of a numerator.
-PRODUCT_BUDGET = 250
-NUMERATOR_BUDGET = 40
+_PRODUCT_BUDGET = 250
+_NUMERATOR_BUDGET = 40
 
 #: Digits carried and relative agreement asked for where a solution is tried; points tried.
 _DIGITS, _AGREEMENT, _DRAWS = 40, mpf(10) ** -25, 8
@@ -54,7 +54,7 @@ _Product = tuple[int, _Terms, _Terms]
 
 
 @dataclass(frozen=True)
-class Solved:
+class SolvedAcceleration:
     """a of one coordinate: (numerator − Σ coupling · a of another) / denominator."""
 
     coordinate: int
@@ -64,14 +64,14 @@ class Solved:
 
 
 @dataclass(frozen=True)
-class Solution:
+class ExactSolution:
     """Accelerations in the order in which they are found, and as many pivots.
 
     Parameters that are to be positive being so, M is positive definite where
     all pivots are positive, and only there. No pivot holds a difference.
     """
 
-    steps: tuple[Solved, ...]
+    steps: tuple[SolvedAcceleration, ...]
     pivots: tuple[sp.Expr, ...]
 
 
@@ -81,7 +81,7 @@ class _OverBudgetError(Exception):
 
 def solve_exactly(
     mass: Sequence[Sequence[sp.Expr]], forcing: Sequence[sp.Expr], coordinates: Iterable[sp.Symbol]
-) -> Solution | None:
+) -> ExactSolution | None:
     """Solve M a = f, where M is positive definite, as the module says; None where it cannot.
 
     Parameters
@@ -104,7 +104,7 @@ def solve_exactly(
 
 
 def _is_confirmed(
-    solution: Solution, mass: Sequence[Sequence[sp.Expr]], forcing: Sequence[sp.Expr]
+    solution: ExactSolution, mass: Sequence[Sequence[sp.Expr]], forcing: Sequence[sp.Expr]
 ) -> bool:
     """Whether a point was found where all is real and finite.
 
@@ -137,7 +137,7 @@ def _is_confirmed(
     return False
 
 
-def _substituted(solution: Solution, numbers: Iterator[mpf]) -> list[mpf]:
+def _substituted(solution: ExactSolution, numbers: Iterator[mpf]) -> list[mpf]:
     """Accelerations from the values of what the steps hold, in their order."""
     found: dict[int, mpf] = {}
     for step in solution.steps:
@@ -167,7 +167,7 @@ class _Distribution:
                 rest.append(factor)
             else:
                 terms = [a * b for a in terms for b in self.terms(factor)]
-                if len(terms) > PRODUCT_BUDGET:
+                if len(terms) > _PRODUCT_BUDGET:
                     raise _OverBudgetError
         return [sp.Mul(t, *rest) for t in terms]
 
@@ -201,7 +201,7 @@ class _System:
             for j, entry in enumerate(row)
         }
 
-    def solution(self) -> Solution | None:
+    def solution(self) -> ExactSolution | None:
         order = self._eliminate_mass()
         if len(self.left) > 2:
             return None
@@ -213,7 +213,7 @@ class _System:
         first = self._last_coordinates(determinant)
         if first is None:
             return None
-        return Solution((*first, *reversed(rows)), (*pivots, _factored(determinant)))
+        return ExactSolution((*first, *reversed(rows)), (*pivots, _factored(determinant)))
 
     def _eliminate_mass(self) -> list[int]:
         """Eliminate every coordinate that can be from M; return them in order."""
@@ -241,7 +241,7 @@ class _System:
         (inertia,) = self.mass[k, k]
         return [t / inertia for t in self.mass[i, k]]
 
-    def _eliminate_forcing(self, order: Sequence[int]) -> list[Solved]:
+    def _eliminate_forcing(self, order: Sequence[int]) -> list[SolvedAcceleration]:
         """Do for f what was done for M; return the rows for substitution."""
         rows = []
         for position, k in enumerate(order):
@@ -253,13 +253,13 @@ class _System:
                 )
         return rows
 
-    def _row(self, k: int, others: Sequence[int]) -> Solved:
+    def _row(self, k: int, others: Sequence[int]) -> SolvedAcceleration:
         """The equation of coordinate k, solved for its acceleration."""
         coupled = [j for j in others if self.mass[k, j]]
         entries = [self.forcing[k], self.mass[k, k], *(self.mass[k, j] for j in coupled)]
         common = common_factor([term for entry in entries for term in entry])
         right, inertia, *coupling = (sp.Add(*(t / common for t in entry)) for entry in entries)
-        return Solved(k, right, tuple(zip(coupled, coupling, strict=True)), inertia)
+        return SolvedAcceleration(k, right, tuple(zip(coupled, coupling, strict=True)), inertia)
 
     def _determinant(self) -> _Terms:
         i, j = self.left[0], self.left[-1]
@@ -269,7 +269,7 @@ class _System:
             (1, self.mass[i, i], self.mass[j, j]), (-1, self.mass[i, j], self.mass[i, j])
         )
 
-    def _last_coordinates(self, determinant: _Terms) -> list[Solved] | None:
+    def _last_coordinates(self, determinant: _Terms) -> list[SolvedAcceleration] | None:
         """One by Cramer's rule, the other, if there is one, from its equation."""
         if len(self.left) == 1:
             (i,) = self.left
@@ -282,7 +282,7 @@ class _System:
         if not choices:
             return None
         length, i, j, numerator = min(choices, key=lambda choice: choice[:3])
-        if length > NUMERATOR_BUDGET:
+        if length > _NUMERATOR_BUDGET:
             return None
         first = _quotient(i, numerator, determinant)
         other = self._numerator(j, i)
@@ -298,7 +298,7 @@ class _System:
 
     def _sum(self, *products: _Product) -> _Terms:
         """Σ ± first · second, collected."""
-        if sum(len(a) * len(b) for _, a, b in products) > PRODUCT_BUDGET:
+        if sum(len(a) * len(b) for _, a, b in products) > _PRODUCT_BUDGET:
             raise _OverBudgetError
         total = TermSum(self.splitter)
         for sign, first, second in products:
@@ -331,12 +331,12 @@ def _factored(terms: _Terms) -> sp.Expr:
     return _times(common, sp.Add(*(t / common for t in terms)))
 
 
-def _quotient(coordinate: int, numerator: _Terms, determinant: _Terms) -> Solved:
+def _quotient(coordinate: int, numerator: _Terms, determinant: _Terms) -> SolvedAcceleration:
     common = common_factor(determinant)
     rest = sp.Add(*(t / common for t in determinant))
     shared = common_factor([*numerator, common])
     above = sp.Add(*(t / shared for t in numerator))
-    return Solved(coordinate, above, (), _times(common / shared, rest))
+    return SolvedAcceleration(coordinate, above, (), _times(common / shared, rest))
 
 
 def _times(factor: sp.Expr, rest: sp.Expr) -> sp.Expr:

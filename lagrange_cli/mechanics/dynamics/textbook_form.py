@@ -16,18 +16,18 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.collect import common_factor, factored, scaled
 from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities, positional_groups
-from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import ShownEquation
 from lagrange_cli.mechanics.sparse import entries
 
 __all__ = ["shown_equations"]
 
 #: Whether the equation with this residual, divided by this factor, is the one asked for.
-Asked = Callable[[sp.Expr], bool]
+_IsExpected = Callable[[sp.Expr], bool]
 
 
 def shown_equations(
-    derivation: Derivation, conserving: Sequence[bool], asked: Asked | None
+    derivation: Uncertified, conserving: Sequence[bool], asked: _IsExpected | None
 ) -> tuple[ShownEquation, ...]:
     """Textbook form of every equation.
 
@@ -42,7 +42,7 @@ def shown_equations(
     return tuple(_shown(rows, row, whole, asked) for row, whole in enumerate(conserving))
 
 
-def _shown(rows: _Rows, row: int, cyclic: bool, asked: Asked | None) -> ShownEquation:
+def _shown(rows: _Rows, row: int, cyclic: bool, asked: _IsExpected | None) -> ShownEquation:
     name = rows.derivation.reduced.coordinates[row].name
     groups = rows.groups(row)
     whole = _without_fractions(common_factor([c for c, _ in groups]), groups)
@@ -69,7 +69,7 @@ def _without_fractions(whole: sp.Expr, groups: Sequence[tuple[sp.Expr, sp.Expr]]
 class _Rows:
     """A derivation by rows, with what is looked up in each of them."""
 
-    def __init__(self, derivation: Derivation) -> None:
+    def __init__(self, derivation: Uncertified) -> None:
         self.derivation = derivation
         reduced = derivation.reduced
         self.parameters = frozenset(reduced.names.parameters.values())

@@ -20,10 +20,10 @@ from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.numerics.rank import rank
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 
-__all__ = ["STARTS", "Configurations", "Search"]
+__all__ = ["NEWTON_STARTS", "ConfigurationSearch", "Configurations"]
 
 _ZERO = mpf(0)
-STARTS = 24
+NEWTON_STARTS = 24
 _NEWTON_STEPS = 60
 
 
@@ -50,7 +50,7 @@ class Configurations:
     regular: bool = False
 
 
-class Search:
+class ConfigurationSearch:
     """Search for the coordinates ``missing`` that give ``symbols`` the values ``target``.
 
     They are to satisfy the positional closures as well, whose misses follow those of the
@@ -150,7 +150,7 @@ class Search:
         """The guess and others around the circle or the origin (a golden-section spread)."""
         starts = [list(guess)]
         scale = max((abs(v) for v in self._target), default=mpf(1)) or self._length
-        for k in range(1, STARTS):
+        for k in range(1, NEWTON_STARTS):
             start = list(guess)
             for i, j in enumerate(self._missing):
                 step = mpmath.frac(k * mpmath.sqrt(2 + i)) - mpf(1) / 2

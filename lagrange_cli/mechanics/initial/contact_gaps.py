@@ -12,10 +12,10 @@ from mpmath import mpf
 from lagrange_cli.errors import InconsistentStartError, InputError, NotRealError, Problem
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TapeRun
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
-from lagrange_cli.mechanics.reduction.geometry import Restriction, gap_over_names
+from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, gap_over_names
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 
-__all__ = ["GapStart"]
+__all__ = ["GapProjection"]
 
 _ZERO = mpf(0)
 
@@ -26,7 +26,7 @@ _TOLERANCE = mpf(10) ** -9
 _ROUNDING = mpf(10) ** -20
 
 
-class GapStart:
+class GapProjection:
     """The gaps of a scene at its parameters and start time.
 
     Parameters
@@ -100,7 +100,7 @@ class GapStart:
             return False
         return True
 
-    def _touching(self, q: Sequence[mpf]) -> list[Restriction]:
+    def _touching(self, q: Sequence[mpf]) -> list[ClosureEquation]:
         """The gaps that are closed; an error where one is violated or has no gradient."""
         touching = []
         scales, still = self._reduced.scales, [_ZERO] * len(q)
@@ -141,7 +141,7 @@ class GapStart:
         size = max(map(abs, before), default=_ZERO)
         return after, change if change > _ROUNDING * size else _ZERO
 
-    def _violated(self, gap: Restriction, value: mpf) -> InputError:
+    def _violated(self, gap: ClosureEquation, value: mpf) -> InputError:
         """The error at the first initial value that the gap holds, or at the first of all."""
         scene, names = self._reduced.scene, self._reduced.names
         one_sided = next(u for u in scene.unilateral if u.name == gap.name)
@@ -157,7 +157,7 @@ class GapStart:
         )
 
 
-def _rough(gap: Restriction) -> InputError:
+def _rough(gap: ClosureEquation) -> InputError:
     return NotRealError(
         Problem(
             f"the one-sided constraint '{gap.name}' has no gradient at the initial configuration",

@@ -9,11 +9,11 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentStartError, InputError, Problem
-from lagrange_cli.mechanics.initial.configuration import STARTS, Search
+from lagrange_cli.mechanics.initial.configuration import NEWTON_STARTS, ConfigurationSearch
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 
-__all__ = ["Restricted"]
+__all__ = ["ClosureProjection"]
 
 _ZERO = mpf(0)
 
@@ -23,7 +23,7 @@ _TOLERANCE = mpf(10) ** -9
 _ROUNDING = mpf(10) ** -20
 
 
-class Restricted:
+class ClosureProjection:
     """Closures at the parameters and the start time of a scene.
 
     Parameters
@@ -45,7 +45,7 @@ class Restricted:
         self._q = [c.q for c in reduced.coordinates]
         self._v = [c.v for c in reduced.coordinates]
         self._manifold = reduced.manifold()
-        self._search = Search(reduced, constants, [], [], [], length)
+        self._search = ConfigurationSearch(reduced, constants, [], [], [], length)
 
     def placed(self, q: Sequence[mpf]) -> tuple[list[mpf], mpf]:
         """Coordinates that satisfy the closures, and the largest change.
@@ -117,7 +117,8 @@ class Restricted:
         satisfies = f" that satisfies {named}" if named else ""
         return InconsistentStartError(
             Problem(
-                f"no configuration with the initial values was found in {STARTS} starts{satisfies}",
+                f"no configuration with the initial values was found in {NEWTON_STARTS}"
+                f" starts{satisfies}",
                 self._start,
                 rule="initial-inconsistent",
             )

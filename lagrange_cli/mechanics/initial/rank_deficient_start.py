@@ -12,9 +12,9 @@ from collections.abc import Mapping
 import sympy as sp
 
 from lagrange_cli.errors import Mark, Problem
-from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Closure, Contact, InitialState
-from lagrange_cli.mechanics.initial.suggestions import elsewhere
+from lagrange_cli.mechanics.initial.suggestions import other_start_hint
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import (
     RANK_TOLERANCE,
@@ -24,10 +24,12 @@ from lagrange_cli.mechanics.numerics.rank import (
 )
 from lagrange_cli.mechanics.sparse import entries
 
-__all__ = ["singular_start"]
+__all__ = ["rank_deficiency_warning"]
 
 
-def singular_start(derivation: Derivation, initial: InitialState | None) -> Problem | None:
+def rank_deficiency_warning(
+    derivation: Uncertified, initial: InitialState | None
+) -> Problem | None:
     """The warning that names closures whose gradients depend on each other at the start.
 
     So may that of a gap that is closed there depend on those of closures.
@@ -56,7 +58,7 @@ def _closed(contact: Contact, point: Mapping[sp.Symbol, sp.Expr]) -> bool:
     return bool(abs(value) <= RANK_TOLERANCE * sum(map(abs, terms)))
 
 
-def _configuration(derivation: Derivation, initial: InitialState) -> Mapping[sp.Symbol, sp.Expr]:
+def _configuration(derivation: Uncertified, initial: InitialState) -> Mapping[sp.Symbol, sp.Expr]:
     reduced = derivation.reduced
     point = dict(reduced.reference)
     symbols = [c.q for c in reduced.coordinates]
@@ -73,7 +75,7 @@ def _gradients(
     return [normalized_row({j: next(pending) for j in row}) for row in held]
 
 
-def _warning(taking_part: list[Closure], derivation: Derivation) -> Problem:
+def _warning(taking_part: list[Closure], derivation: Uncertified) -> Problem:
     named = ", ".join(f"'{closure.name}'" for closure in taking_part)
     verb, their = ("is", "its gradient vanishes")
     if len(taking_part) > 1:
@@ -83,7 +85,7 @@ def _warning(taking_part: list[Closure], derivation: Derivation) -> Problem:
         f"constraint{'s' if len(taking_part) > 1 else ''} {named} {verb} singular at the initial"
         f" configuration: {their} there, and the accelerations are not determined",
         mark or Mark(derivation.reduced.scene.file, 1, 1),
-        hint=elsewhere(derivation.reduced),
+        hint=other_start_hint(derivation.reduced),
         rule="singular",
         severity="warning",
     )

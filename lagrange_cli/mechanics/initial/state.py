@@ -24,9 +24,9 @@ from lagrange_cli.errors import (
     SingularError,
 )
 from lagrange_cli.mechanics.equations import InitialState
-from lagrange_cli.mechanics.initial.configuration import Configurations, Search
-from lagrange_cli.mechanics.initial.contact_gaps import GapStart
-from lagrange_cli.mechanics.initial.projection import Restricted
+from lagrange_cli.mechanics.initial.configuration import Configurations, ConfigurationSearch
+from lagrange_cli.mechanics.initial.contact_gaps import GapProjection
+from lagrange_cli.mechanics.initial.projection import ClosureProjection
 from lagrange_cli.mechanics.initial.suggestions import with_suggestion
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow, least_norm_solution
@@ -41,7 +41,7 @@ from lagrange_cli.mechanics.symbols.values import evaluated
 from lagrange_cli.mechanics.symbols.yaml_snippets import near_snippet
 from lagrange_cli.scene.model import InitialValue
 
-__all__ = ["Inertia", "initial_state"]
+__all__ = ["HasMassMatrix", "initial_state"]
 
 #: Largest violation, relative to the scene's length, that is projected instead of refused.
 _TOLERANCE = mpf(10) ** -9
@@ -61,7 +61,7 @@ _DEPENDENT = 1e-12
 _LARGE = 64
 
 
-class Inertia(Protocol):
+class HasMassMatrix(Protocol):
     """A reduced scene with its mass matrix, as derivations have it."""
 
     @property
@@ -71,7 +71,7 @@ class Inertia(Protocol):
     def mass(self) -> Sequence[Mapping[int, Sequence[sp.Expr]]]: ...
 
 
-def initial_state(derivation: Inertia) -> InitialState | None:
+def initial_state(derivation: HasMassMatrix) -> InitialState | None:
     """Initial q and v in doubles; None if the scene gives none or a parameter lacks its value.
 
     Raises
@@ -96,7 +96,7 @@ def initial_state(derivation: Inertia) -> InitialState | None:
     )
 
 
-def _solved(derivation: Inertia, digits: int) -> InitialState:
+def _solved(derivation: HasMassMatrix, digits: int) -> InitialState:
     with mpmath.workdps(digits):
         state = _Initial(derivation, digits)
         try:
@@ -119,7 +119,7 @@ def _without_noise(values: Sequence[float], finer: Sequence[float]) -> tuple[flo
 
 
 class _Initial:
-    def __init__(self, derivation: Inertia, digits: int) -> None:
+    def __init__(self, derivation: HasMassMatrix, digits: int) -> None:
         self.derivation, self.digits = derivation, digits
         self.reduced = derivation.reduced
         names = self.reduced.names
@@ -132,8 +132,8 @@ class _Initial:
         self.given: dict[int, dict[sp.Symbol, tuple[mpf, InitialValue]]] = {0: {}, 1: {}}
         for entry in self.reduced.scene.initial:
             self._take(entry)
-        self.restrictions = Restricted(self.reduced, self.constants, self._length())
-        self.gaps = GapStart(self.reduced, self.constants)
+        self.closures = ClosureProjection(self.reduced, self.constants, self._length())
+        self.gaps = GapProjection(self.reduced, self.constants)
         self.placed = False
 
     def _take(self, entry: InitialValue) -> None:
@@ -156,7 +156,7 @@ class _Initial:
         self.placed = self._agrees(start)
         try:
             velocities = self._velocities(self._tape(1), start)
-            velocities, turned = self.restrictions.tangent(start, velocities)
+            velocities, turned = self.closures.tangent(start, velocities)
             velocities, slid = self.gaps.tangent(start, velocities)
         except DomainError:
             raise self._singular() from None
@@ -168,7 +168,7 @@ class _Initial:
     def _placed(self) -> tuple[list[mpf], mpf]:
         """Coordinates on the closures and at closed gaps, and how far they were from them."""
         try:
-            start, moved = self.restrictions.placed(self._positions())
+            start, moved = self.closures.placed(self._positions())
             start, closed = self.gaps.placed(start)
             return start, max(moved, closed)
         except DomainError:
@@ -208,12 +208,12 @@ class _Initial:
         symbols = self._cartesian(0)
         target = [self.given[0][s][0] for s in symbols]
         length = self._length()
-        search = Search(self.reduced, self.constants, symbols, target, missing, length)
+        search = ConfigurationSearch(self.reduced, self.constants, symbols, target, missing, length)
         found = search.configurations(guess, _TOLERANCE * length)
         if not found.exact and found.nearest:
             raise self._unreachable(symbols, found)
         if not found.exact and found.regular:
-            raise self.restrictions.nowhere()
+            raise self.closures.nowhere()
         if not found.exact:
             raise self._undetermined(missing)
         near = any(self.q[j] in self.reduced.reference for j in missing)
@@ -226,7 +226,7 @@ class _Initial:
         """Given Cartesian values that no configuration has: the worst one is named."""
         worst = max(range(len(found.misses)), key=lambda k: found.misses[k])
         if worst >= len(symbols):
-            raise self.restrictions.violated(worst - len(symbols), found.misses[worst])
+            raise self.closures.violated(worst - len(symbols), found.misses[worst])
         _, entry = self.given[0][symbols[worst]]
         return _contradiction(entry, found.values[worst])
 
@@ -269,7 +269,7 @@ class _Initial:
         velocities = [known.get(q, _ZERO) for q in self.q]
         missing = [j for j, q in enumerate(self.q) if q not in known]
         symbols = self._cartesian(1)
-        kept, levels = self.restrictions.rates(start)
+        kept, levels = self.closures.rates(start)
         if not (symbols or kept) or not missing:
             return velocities
         rows, drift = self._rates(tape, start)

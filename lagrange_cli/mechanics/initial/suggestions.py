@@ -22,7 +22,7 @@ from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.mechanics.symbols.yaml_snippets import initial_snippet, section_snippet
 
-__all__ = ["configuration", "elsewhere", "possible_start", "with_suggestion"]
+__all__ = ["other_start_hint", "possible_start", "suggested_configuration", "with_suggestion"]
 
 #: Coordinates of a scene for which a configuration is looked for; places it is looked for from.
 _MOST, _PLACES = 16, 8
@@ -36,7 +36,7 @@ _WRONG = (InconsistentStartError, NotRealError, SingularError)
 _Point = dict[sp.Symbol, mpf]
 
 
-def configuration(
+def suggested_configuration(
     reduced: Reduced, known: Mapping[sp.Symbol, mpf], around: Mapping[sp.Symbol, mpf] | None = None
 ) -> dict[str, str] | None:
     """Values of all coordinates with which closures and gaps hold, as short as may be; by name.
@@ -122,13 +122,13 @@ def possible_start(reduced: Reduced) -> dict[str, str]:
     """Values of all coordinates from which a motion can start; empty where none are found."""
     if any(p.name not in reduced.values.exact for p in reduced.scene.parameters):
         return {}
-    return configuration(reduced, {}) or {}
+    return suggested_configuration(reduced, {}) or {}
 
 
-def elsewhere(reduced: Reduced) -> str:
+def other_start_hint(reduced: Reduced) -> str:
     """A hint at another configuration to start from."""
     hint = "start from another configuration"
-    values = configuration(reduced, {})
+    values = suggested_configuration(reduced, {})
     return f"{hint}:\n{section_snippet('initial', values)}" if values else hint
 
 
@@ -148,11 +148,11 @@ def with_suggestion(
     singular, orders = isinstance(error, SingularError), tuple[int, ...]()
     values: dict[str, str] | None = {}
     if isinstance(error, MissingStartError):
-        values, orders = configuration(reduced, given), (0, 1)
+        values, orders = suggested_configuration(reduced, given), (0, 1)
     elif isinstance(error, _WRONG) and placed and not singular:
         orders = (0,)
     elif isinstance(error, _WRONG):
-        values = configuration(reduced, {}, None if singular else given)
+        values = suggested_configuration(reduced, {}, None if singular else given)
         # Velocities are free where only gaps hold the positions.
         orders = () if reduced.closures else (1,)
     if not values and orders in ((), (1,)):

@@ -13,17 +13,17 @@ from dataclasses import dataclass
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.mechanics.symbols.convert import total_derivative
 from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.model import Term
 
-__all__ = ["Loads", "loads", "velocity_slopes"]
+__all__ = ["AppliedForces", "applied_forces", "velocity_slopes"]
 
 
 @dataclass(frozen=True)
-class Loads:
+class AppliedForces:
     """−F for each symbol, in parts, and names of terms that act on no particle.
 
     ``positional`` of potentials without velocities and ``other`` of everything else
@@ -40,12 +40,12 @@ class Loads:
         return self.positional.get(symbol, sp.Integer(0)) + self.other.get(symbol, sp.Integer(0))
 
 
-def loads(derivation: Derivation) -> Loads:
+def applied_forces(derivation: Uncertified) -> AppliedForces:
     """The loads of a derivation."""
-    return _Reader(derivation).loads()
+    return _Reader(derivation).applied_forces()
 
 
-def velocity_slopes(derivation: Derivation, equation: Equation) -> dict[sp.Symbol, sp.Expr]:
+def velocity_slopes(derivation: Uncertified, equation: Equation) -> dict[sp.Symbol, sp.Expr]:
     """∂ψ/∂ṡ of an equation of velocities, by Cartesian name or coordinate."""
     reader = _Reader(derivation)
     left, right = (reader.converted(side) for side in (equation.left, equation.right))
@@ -54,7 +54,7 @@ def velocity_slopes(derivation: Derivation, equation: Equation) -> dict[sp.Symbo
 
 
 class _Reader:
-    def __init__(self, derivation: Derivation) -> None:
+    def __init__(self, derivation: Uncertified) -> None:
         self.derivation = derivation
         self.reduced: Reduced = derivation.reduced
         names = self.reduced.names
@@ -66,7 +66,7 @@ class _Reader:
         self.other: dict[sp.Symbol, list[sp.Expr]] = {}
         self.unattached: list[str] = []
 
-    def loads(self) -> Loads:
+    def applied_forces(self) -> AppliedForces:
         scene = self.reduced.scene
         for name, raw in self._converted(scene.potentials):
             moving = not raw.free_symbols.isdisjoint(self.rates.values())
@@ -77,7 +77,7 @@ class _Reader:
             for s, rate in self.rates.items():
                 self._add(name, s, derivative(raw, rate), self.other)
         self._add_forces()
-        return Loads(_summed(self.positional), _summed(self.other), tuple(self.unattached))
+        return AppliedForces(_summed(self.positional), _summed(self.other), tuple(self.unattached))
 
     def _converted(self, terms: Sequence[Term]) -> Iterator[tuple[str, sp.Expr]]:
         for term in terms:

@@ -26,22 +26,32 @@ from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
 from lagrange_cli.mechanics.algebra.polynomials import factored_form
 from lagrange_cli.mechanics.algebra.shorten import length_factor, shortened
 from lagrange_cli.mechanics.certify.certificate import Evidence
-from lagrange_cli.mechanics.certify.constraints import Restraints
-from lagrange_cli.mechanics.certify.routes import Point, Tapes
+from lagrange_cli.mechanics.certify.constraints import ClosureCheck
+from lagrange_cli.mechanics.certify.routes import Tapes
 from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations
-from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Equations, tagged
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reaction_values import BodyReaction, ConstraintForces, Reaction
-from lagrange_cli.mechanics.reactions.applied_forces import Loads, loads, velocity_slopes
-from lagrange_cli.mechanics.reactions.multipliers import Equation, Row, multipliers, rows_of
+from lagrange_cli.mechanics.reactions.applied_forces import (
+    AppliedForces,
+    applied_forces,
+    velocity_slopes,
+)
+from lagrange_cli.mechanics.reactions.multipliers import (
+    ConstraintEquation,
+    ForceBalance,
+    force_balances,
+    multipliers,
+)
 from lagrange_cli.mechanics.reduction.geometry import gap_over_names
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.scene.language.expression import Equation as Written
 from lagrange_cli.scene.model import Scene
 
-__all__ = ["constraint_forces"]
+__all__ = ["derive_constraint_forces"]
 
 _ZERO = mpf(0)
 
@@ -72,8 +82,8 @@ class _Forces:
     solved: dict[sp.Symbol, sp.Expr]
 
 
-def constraint_forces(
-    derivation: Derivation, evidence: Evidence, equations: Equations
+def derive_constraint_forces(
+    derivation: Uncertified, evidence: Evidence, equations: Equations
 ) -> ConstraintForces:
     """The constraint forces of a certified derivation.
 
@@ -82,7 +92,7 @@ def constraint_forces(
     InternalError
         They disagree with Newton's law.
     """
-    applied = loads(derivation)
+    applied = applied_forces(derivation)
     forces = _forces(derivation, equations, applied)
     with mpmath.workdps(working_digits(evidence.certificate.digits)):
         check = _Check(derivation, applied, evidence)
@@ -111,7 +121,7 @@ def _form(
 # The forces.
 
 
-def _forces(derivation: Derivation, equations: Equations, applied: Loads) -> _Forces:
+def _forces(derivation: Uncertified, equations: Equations, applied: AppliedForces) -> _Forces:
     reduced = derivation.reduced
     masses = dict.fromkeys(reduced.names.cartesian.values(), sp.Integer(0))
     bodies = zip(reduced.names.particle_symbols, reduced.masses, strict=True)
@@ -148,7 +158,7 @@ def _accelerations(equations: Equations) -> dict[sp.Symbol, sp.Expr]:
     return solved if len(solved) == len(found) else {}
 
 
-def _acceleration(derivation: Derivation, symbol: sp.Symbol) -> sp.Expr:
+def _acceleration(derivation: Uncertified, symbol: sp.Symbol) -> sp.Expr:
     """r̈ along a raw symbol."""
     reduced = derivation.reduced
     q, v = [c.q for c in reduced.coordinates], [c.v for c in reduced.coordinates]
@@ -161,7 +171,7 @@ def _acceleration(derivation: Derivation, symbol: sp.Symbol) -> sp.Expr:
     return sp.Add(*turned, *kinematics.convective(symbol))
 
 
-def _direct(derivation: Derivation) -> Iterator[tuple[sp.Symbol, int]]:
+def _direct(derivation: Uncertified) -> Iterator[tuple[sp.Symbol, int]]:
     """Raw symbols that are coordinates which move nothing else, with their numbers."""
     resolved = derivation.reduced.resolved
     for j, c in enumerate(derivation.reduced.coordinates):
@@ -171,7 +181,9 @@ def _direct(derivation: Derivation) -> Iterator[tuple[sp.Symbol, int]]:
                 yield c.q, j
 
 
-def _bodies(derivation: Derivation, applied: Loads, forces: _Forces) -> Iterator[BodyReaction]:
+def _bodies(
+    derivation: Uncertified, applied: AppliedForces, forces: _Forces
+) -> Iterator[BodyReaction]:
     """Every particle, and points that are pulled at."""
     reduced = derivation.reduced
     names = reduced.names
@@ -196,7 +208,7 @@ def _bodies(derivation: Derivation, applied: Loads, forces: _Forces) -> Iterator
 # Multipliers.
 
 
-def _stated(derivation: Derivation) -> list[Equation]:
+def _stated(derivation: Uncertified) -> list[ConstraintEquation]:
     """The scene's equations and gaps, each with the name of its multiplier."""
     reduced = derivation.reduced
     kept = {(r.mark, r.text): c for r, c in zip(reduced.closures, derivation.closures, strict=True)}
@@ -210,17 +222,17 @@ def _stated(derivation: Derivation) -> list[Equation]:
             name = _numbered(name, taken)
             taken.add(name)
         known = None if closure is None else closure.multiplier
-        found.append(Equation(name, equation.text, slopes, known))
+        found.append(ConstraintEquation(name, equation.text, slopes, known))
     for one_sided, contact in zip(reduced.scene.unilateral, derivation.contacts, strict=True):
         gap = gap_over_names(reduced.names, one_sided)
         slopes = {s: derivative(gap, s) for s in gap.free_symbols}
         text = one_sided.inequality.text
-        found.append(Equation(contact.name, text, slopes, contact.closure.multiplier))
+        found.append(ConstraintEquation(contact.name, text, slopes, contact.closure.multiplier))
     return found
 
 
 def _written(
-    derivation: Derivation,
+    derivation: Uncertified,
 ) -> Iterator[tuple[str, bool, Written, dict[sp.Symbol, sp.Expr]]]:
     """Constraint, whether it has several equations, one of them and its slopes."""
     reduced = derivation.reduced
@@ -246,15 +258,15 @@ def _numbered(name: str, taken: set[str]) -> str:
 
 
 def _reactions(
-    derivation: Derivation, stated: Sequence[Equation], forces: _Forces, check: _Check
+    derivation: Uncertified, stated: Sequence[ConstraintEquation], forces: _Forces, check: _Check
 ) -> tuple[list[Reaction], tuple[str, ...]]:
     """What each equation exerts, and names of those for which that is not found."""
     reduced = derivation.reduced
     along = dict(forces.along)
     along |= {c.q: check.applied.of(c.q) for c in reduced.coordinates if c.q not in along}
     point = check.points[0]
-    exact = rows_of(reduced, stated, along, point, given=False)
-    hoped = rows_of(reduced, stated, forces.along, point, given=True)
+    exact = force_balances(reduced, stated, along, point, given=False)
+    hoped = force_balances(reduced, stated, forces.along, point, given=True)
     found = multipliers(stated, exact, hoped, point, check.scales[0])
     check.rows([r for r in exact if r.gradient.keys() <= found.keys()], found)
     reactions = [
@@ -265,7 +277,9 @@ def _reactions(
     return reactions, tuple(e.name for k, e in enumerate(stated) if k not in found)
 
 
-def _sizes(rows: Sequence[Row], number: int, multiplier: sp.Expr) -> Iterator[tuple[str, sp.Expr]]:
+def _sizes(
+    rows: Sequence[ForceBalance], number: int, multiplier: sp.Expr
+) -> Iterator[tuple[str, sp.Expr]]:
     """λ |∇φ| for each body."""
     slopes: dict[str, list[sp.Expr]] = {}
     for row in rows:
@@ -291,25 +305,25 @@ class _Check:
         Size of the forces at each.
     """
 
-    def __init__(self, derivation: Derivation, applied: Loads, evidence: Evidence) -> None:
+    def __init__(self, derivation: Uncertified, applied: AppliedForces, evidence: Evidence) -> None:
         self.applied, self.scene = applied, derivation.reduced.scene
         self.tolerance = mpf(10) ** (5 - evidence.certificate.digits)
         self.tapes = Tapes(derivation)
-        self.restraints = Restraints(derivation, self.tapes)
+        self.closures = ClosureCheck(derivation, self.tapes)
         self.states = evidence.states
-        self.seen: list[Point] = []
-        self.points: list[Point] = []
+        self.seen: list[SymbolValues] = []
+        self.points: list[SymbolValues] = []
         self.scales: list[mpf] = []
         self._floor = self._rounding = _ZERO
 
-    def _moving(self, point: Point) -> Point:
+    def _moving(self, point: SymbolValues) -> SymbolValues:
         if not self.tapes.n:
             return point
         mass, forcing = self.tapes.derived_parts(point)
-        solution = self.restraints.solved(point, mass, forcing)
+        solution = self.closures.solved(point, mass, forcing)
         if solution is None:
             return point
-        multipliers = [c.multiplier for c in self.restraints.closures]
+        multipliers = [c.multiplier for c in self.closures.closures]
         return {**point, **dict(zip([*self.tapes.a, *multipliers], solution, strict=True))}
 
     def newton(self, forces: _Forces) -> None:
@@ -329,7 +343,7 @@ class _Check:
         if not self.seen:
             raise _without_values(self.scene)
 
-    def _looked_at(self, state: Point, compare: Callable[[Point], _Seen]) -> _Seen:
+    def _looked_at(self, state: SymbolValues, compare: Callable[[SymbolValues], _Seen]) -> _Seen:
         """What a comparison gives, at a second look with digits at which rounding is nothing.
 
         Forces that vanish, as those on a straight path, are rounding alone at the first look.
@@ -345,7 +359,7 @@ class _Check:
                 finally:
                     self._floor = _ZERO
 
-    def _compared(self, point: Point, forces: _Forces) -> mpf:
+    def _compared(self, point: SymbolValues, forces: _Forces) -> mpf:
         """Compare at one state; the size of the forces there."""
         tapes = self.tapes
         series = tapes.series(point)
@@ -374,7 +388,7 @@ class _Check:
         self._require_work(point, work, scale)
         return scale
 
-    def _require_work(self, point: Point, work: Sequence[mpf], scale: mpf) -> None:
+    def _require_work(self, point: SymbolValues, work: Sequence[mpf], scale: mpf) -> None:
         """Σ f ∂r/∂q and what acts on coordinates alone must be M a − f."""
         direct = evaluate([self.applied.of(q) for q in self._alone()], point)
         alone = dict(zip(self._alone(), direct, strict=True))
@@ -387,7 +401,7 @@ class _Check:
     def _alone(self) -> list[sp.Symbol]:
         return [q for q in self.tapes.q if q not in self.tapes.symbols]
 
-    def _residuals(self, point: Point) -> list[tuple[mpf, mpf]]:
+    def _residuals(self, point: SymbolValues) -> list[tuple[mpf, mpf]]:
         """M a − f of each coordinate, with the size of its terms."""
         mass, forcing = self.tapes.derived_parts(point)
         accelerations = [point[a] for a in self.tapes.a]
@@ -397,19 +411,23 @@ class _Check:
             found.append((sum(parts, -f), sum(map(abs, parts), abs(f))))
         return found
 
-    def _lacking(self, point: Point) -> list[mpf]:
+    def _lacking(self, point: SymbolValues) -> list[mpf]:
         """M a − f − Σ λ·gradient: zero at a state of the motion."""
-        pairs = zip(self._residuals(point), self.restraints.forces(point), strict=True)
+        pairs = zip(self._residuals(point), self.closures.forces(point), strict=True)
         return [residual - sum(parts, _ZERO) for (residual, _), parts in pairs]
 
-    def rows(self, rows: Sequence[Row], multipliers: Mapping[int, sp.Expr]) -> None:
+    def rows(self, rows: Sequence[ForceBalance], multipliers: Mapping[int, sp.Expr]) -> None:
         """Require that the multipliers make up the forces."""
         for state, scale in zip(self.seen, self.scales, strict=True):
             compare = partial(self._compare_rows, rows=rows, multipliers=multipliers, scale=scale)
             self._looked_at(state, compare)
 
     def _compare_rows(
-        self, point: Point, rows: Sequence[Row], multipliers: Mapping[int, sp.Expr], scale: mpf
+        self,
+        point: SymbolValues,
+        rows: Sequence[ForceBalance],
+        multipliers: Mapping[int, sp.Expr],
+        scale: mpf,
     ) -> None:
         numbers = sorted(multipliers)
         known = dict(zip(numbers, evaluate([multipliers[k] for k in numbers], point), strict=True))

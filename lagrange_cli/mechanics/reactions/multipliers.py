@@ -21,11 +21,11 @@ from mpmath import mpf
 
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.shorten import shortened
-from lagrange_cli.mechanics.certify.routes import Point
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 
-__all__ = ["Equation", "Row", "multipliers", "rows_of"]
+__all__ = ["ConstraintEquation", "ForceBalance", "force_balances", "multipliers"]
 
 #: Numbers below this part of their terms are zeros.
 _NOTHING = mpf(10) ** -20
@@ -35,7 +35,7 @@ _LONGEST = 300
 
 
 @dataclass(frozen=True)
-class Equation:
+class ConstraintEquation:
     """One equation of the scene; ``known``: its multiplier's symbol.
 
     ``slopes``: raw symbol or coordinate → ∂φ/∂s, or ∂ψ/∂ṡ of velocities, over raw symbols.
@@ -48,7 +48,7 @@ class Equation:
 
 
 @dataclass(frozen=True)
-class Row:
+class ForceBalance:
     """``force = Σ λ_k gradient_k`` along one symbol of a body."""
 
     body: str
@@ -65,13 +65,13 @@ class _Search:
     """
 
     found: dict[int, sp.Expr]
-    point: Point
+    point: SymbolValues
     scale: mpf
     given_up: set[int] = field(default_factory=set)
 
-    def peel(self, rows: Sequence[Row], unknown: set[int]) -> None:
+    def peel(self, rows: Sequence[ForceBalance], unknown: set[int]) -> None:
         """Solve body by body until no body has one or two unknown multipliers."""
-        bodies: dict[str, list[Row]] = {}
+        bodies: dict[str, list[ForceBalance]] = {}
         for row in rows:
             bodies.setdefault(row.body, []).append(row)
         # Two at once only where no body has one: at two, rods in line share what they exert.
@@ -80,9 +80,9 @@ class _Search:
         ):
             pass
 
-    def _solve_body(self, rows: Sequence[Row], unknown: set[int], number: int) -> bool:
+    def _solve_body(self, rows: Sequence[ForceBalance], unknown: set[int], number: int) -> bool:
         """Solve multipliers that some rows of a body determine, so many at once."""
-        groups: list[list[Row]] = []
+        groups: list[list[ForceBalance]] = []
         for row in rows:
             wanted = row.gradient.keys() - self.found.keys()
             if wanted:
@@ -91,7 +91,7 @@ class _Search:
                 groups.append([row, *(other for g in joined for other in g)])
         return any(self._solve_group(group, unknown, number) for group in groups)
 
-    def _solve_group(self, group: Sequence[Row], unknown: set[int], number: int) -> bool:
+    def _solve_group(self, group: Sequence[ForceBalance], unknown: set[int], number: int) -> bool:
         """Solve the unknown multipliers of some rows, where they are determined."""
         wanted = sorted({k for row in group for k in row.gradient} - self.found.keys())
         open_ones = unknown - self.given_up
@@ -115,7 +115,7 @@ class _Search:
         self.found.update(zip(wanted, short, strict=True))
         return True
 
-    def _work(self, group: Sequence[Row], number: int) -> sp.Expr:
+    def _work(self, group: Sequence[ForceBalance], number: int) -> sp.Expr:
         """What is left of the force along the gradient of an equation."""
         terms = []
         for row in group:
@@ -125,7 +125,7 @@ class _Search:
                 terms.append(direction * shortened(row.force - sp.Add(*known)))
         return shortened(sp.Add(*terms))
 
-    def explains(self, row: Row) -> bool:
+    def explains(self, row: ForceBalance) -> bool:
         """Whether the multipliers found make up the force along a row."""
         parts = [self.found[k] * g for k, g in row.gradient.items() if k in self.found]
         total, *sizes = evaluate([row.force - sp.Add(*parts), row.force, *parts], self.point)
@@ -133,10 +133,10 @@ class _Search:
 
 
 def multipliers(
-    equations: Sequence[Equation],
-    exact: Sequence[Row],
-    hoped: Sequence[Row],
-    point: Point,
+    equations: Sequence[ConstraintEquation],
+    exact: Sequence[ForceBalance],
+    hoped: Sequence[ForceBalance],
+    point: SymbolValues,
     scale: mpf,
 ) -> dict[int, sp.Expr]:
     """Multiplier of each equation that is determined, by its number.
@@ -170,14 +170,14 @@ def multipliers(
     return {k: e for k, e in search.found.items() if k in before or k not in wrong}
 
 
-def rows_of(
+def force_balances(
     reduced: Reduced,
-    equations: Sequence[Equation],
+    equations: Sequence[ConstraintEquation],
     forces: Mapping[sp.Symbol, sp.Expr],
-    point: Point,
+    point: SymbolValues,
     *,
     given: bool,
-) -> list[Row]:
+) -> list[ForceBalance]:
     """Rows over all names of particles, or over names and coordinates that no definition gives.
 
     Those that no equation acts on are left out: they are equations of motion.
@@ -206,7 +206,7 @@ def rows_of(
         gradient = {k: slope for k, slope in slopes if not _is_zero(slope, point)}
         if gradient:
             force = _chained(reduced, forces, chain)
-            rows.append(Row(owners.get(w, w.name), force, gradient))
+            rows.append(ForceBalance(owners.get(w, w.name), force, gradient))
     return rows
 
 
@@ -220,7 +220,7 @@ def _chained(
     return shortened(sp.Add(*terms))
 
 
-def _is_zero(expr: sp.Expr, point: Point) -> bool:
+def _is_zero(expr: sp.Expr, point: SymbolValues) -> bool:
     """Whether a sum vanishes at a point."""
     value, *parts = evaluate([expr, *sp.Add.make_args(expr)], point)
     return bool(abs(value) <= _NOTHING * sum(map(abs, parts), mpf(0)))
@@ -244,6 +244,6 @@ def _expanded(given: Mapping[sp.Symbol, sp.Expr], symbol: sp.Symbol) -> sp.Expr:
     return expr
 
 
-def _dot(group: Sequence[Row], i: int, j: int) -> sp.Expr:
+def _dot(group: Sequence[ForceBalance], i: int, j: int) -> sp.Expr:
     pairs = [(row.gradient[i], row.gradient[j]) for row in group if {i, j} <= row.gradient.keys()]
     return shortened(sp.Add(*(a * b for a, b in pairs)))

@@ -30,13 +30,13 @@ from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE, dependent_rows, normalized_row
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, working_digits
 from lagrange_cli.mechanics.reduction.angles import periodic_symbols
-from lagrange_cli.mechanics.reduction.geometry import Restriction
-from lagrange_cli.mechanics.reduction.reduce import POINTS, Reduced, in_coordinates
+from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
+from lagrange_cli.mechanics.reduction.reduce import RANK_POINTS, Reduced, in_coordinates
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene
 
-__all__ = ["cartesian_form", "incidence"]
+__all__ = ["cartesian_form", "closure_incidence"]
 
 _DIGITS = 30
 _ZERO = sp.Integer(0)
@@ -57,7 +57,7 @@ def cartesian_form(reduced: Reduced) -> Reduced | None:
         return _Form(reduced).build()
 
 
-def incidence(reduced: Reduced) -> list[frozenset[sp.Symbol]]:
+def closure_incidence(reduced: Reduced) -> list[frozenset[sp.Symbol]]:
     """Names that closures are to hold, for each; found without forming any.
 
     What is eliminated ties together the names of the equations that hold it.
@@ -240,7 +240,7 @@ class _Form:
             self.names.rewriting(rewrite, dropped),
             {s: self.known.get(s, s) for s in self.names.cartesian.values()},
             coordinates,
-            [_restriction(r, self.reduced.scene) for r in kept],
+            [_closure_equation(r, self.reduced.scene) for r in kept],
             self._reference(coordinates),
         )
 
@@ -250,7 +250,7 @@ class _Form:
         """Relations that hold, one for each coordinate too many; None where they do not suffice."""
         wanted = len(coordinates) - len(self.reduced.coordinates)
         sampler = self.reduced.sampler([])
-        points = [p for p in (sampler.draw() for _ in range(POINTS)) if p is not None]
+        points = [p for p in (sampler.draw() for _ in range(RANK_POINTS)) if p is not None]
         manifold = Manifold(
             [(r.expression, _ZERO) for r in relations],
             [],
@@ -295,13 +295,15 @@ class _Form:
         return {s: x for s, x in known.items() if s not in gone}
 
 
-def _restriction(relation: ImplicitEquation, scene: Scene) -> Restriction:
+def _closure_equation(relation: ImplicitEquation, scene: Scene) -> ClosureEquation:
     places = {c.name: e.mark() for c in scene.constraints for e in c.equations[:1]}
     if not relation.stated:
         places = {p.name: p.mark for p in scene.particles}
         places |= {p.name: p.mark for p in scene.points}
     place = places.get(relation.name)
-    return Restriction(relation.name, "position", relation.expression, _ZERO, relation.text, place)
+    return ClosureEquation(
+        relation.name, "position", relation.expression, _ZERO, relation.text, place
+    )
 
 
 def _unchanged(expr: sp.Expr) -> sp.Expr:

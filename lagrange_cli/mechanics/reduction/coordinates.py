@@ -12,10 +12,10 @@ from lagrange_cli.mechanics.equations import Coordinate
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.sampling import Sampler, typical_length
 from lagrange_cli.mechanics.reduction.angles import periodic_symbols
-from lagrange_cli.mechanics.reduction.geometry import Geometry, Restriction
+from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, Geometry
 from lagrange_cli.mechanics.symbols.values import ParameterValues
 
-__all__ = ["Chart", "generalized", "manifold_of", "sampler_of", "scales"]
+__all__ = ["Chart", "generalized_coordinates", "manifold_of", "sampler_of", "scales"]
 
 
 @dataclass(frozen=True)
@@ -27,12 +27,14 @@ class Chart:
     coordinates: tuple[Coordinate, ...]
 
 
-def generalized(geometry: Geometry, restrictions: Sequence[Restriction]) -> Iterator[Coordinate]:
+def generalized_coordinates(
+    geometry: Geometry, closures: Sequence[ClosureEquation]
+) -> Iterator[Coordinate]:
     """Declared coordinates and open names, with what the scene says of them."""
     scene = geometry.names.scene
     declared = {c.name: c for c in scene.coordinates or ()}
     expressions = [geometry.resolved[s] for s in geometry.positions]
-    expressions += [side for r in (*restrictions, *geometry.gaps) for side in (r.left, r.right)]
+    expressions += [side for r in (*closures, *geometry.gaps) for side in (r.left, r.right)]
     periodic = periodic_symbols(expressions)
     for q in geometry.coordinates:
         written = declared.get(q.name)
@@ -76,15 +78,15 @@ def sampler_of(chart: Chart, domain: list[sp.Expr], manifold: Manifold) -> Sampl
     )
 
 
-def _differences(restrictions: Sequence[Restriction]) -> list[sp.Expr]:
-    return [r.left - r.right for r in restrictions]
+def _differences(closures: Sequence[ClosureEquation]) -> list[sp.Expr]:
+    return [r.left - r.right for r in closures]
 
 
-def manifold_of(chart: Chart, restrictions: Sequence[Restriction]) -> Manifold:
+def manifold_of(chart: Chart, closures: Sequence[ClosureEquation]) -> Manifold:
     names = chart.geometry.names
     return Manifold(
-        [(r.left, r.right) for r in restrictions if r.kind == "position"],
-        [r.left - r.right for r in restrictions if r.kind == "velocity"],
+        [(r.left, r.right) for r in closures if r.kind == "position"],
+        [r.left - r.right for r in closures if r.kind == "velocity"],
         names.t,
         [c.q for c in chart.coordinates],
         [c.v for c in chart.coordinates],

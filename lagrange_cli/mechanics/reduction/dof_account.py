@@ -26,27 +26,30 @@ from lagrange_cli.mechanics.numerics.rank import (
     dependent_columns,
     dependent_gradients,
 )
-from lagrange_cli.mechanics.reduction.geometry import Geometry, Holding, examine
-from lagrange_cli.mechanics.reduction.rate_redundancy import Redundant
-from lagrange_cli.mechanics.reduction.velocity_constraints import Independent, Level
+from lagrange_cli.mechanics.reduction.geometry import Geometry, IdentityFinder, classify_leftovers
+from lagrange_cli.mechanics.reduction.rate_redundancy import RedundantRate
+from lagrange_cli.mechanics.reduction.velocity_constraints import (
+    IndependentPart,
+    VelocityConstraint,
+)
 from lagrange_cli.mechanics.symbols.convert import total_derivative
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import quoted
 from lagrange_cli.scene.language.expression import Equation
 
 __all__ = [
-    "balance",
-    "level_remarks",
-    "level_warnings",
-    "on_a_part",
-    "rate_warnings",
-    "with_levels",
-    "without_rates",
+    "balanced_account",
+    "redundant_rate_warnings",
+    "velocity_remarks",
+    "velocity_warnings",
+    "with_partial_identities",
+    "with_velocities",
+    "without_redundant_rates",
 ]
 
 
-def balance(
-    geometry: Geometry, points: Sequence[SymbolValues], kept: Sequence[int], holding: Holding
+def balanced_account(
+    geometry: Geometry, points: Sequence[SymbolValues], kept: Sequence[int], holding: IdentityFinder
 ) -> tuple[Account, list[Problem]]:
     """DOF = 3N + E − K with the status of each constraint; warnings for redundant ones.
 
@@ -76,7 +79,7 @@ def balance(
     return _account(geometry, satisfied, dependent, kept, extra), _warnings(geometry, dependent)
 
 
-def on_a_part(
+def with_partial_identities(
     geometry: Geometry,
     account: Account,
     warnings: Sequence[Problem],
@@ -87,7 +90,7 @@ def on_a_part(
     Parameters
     ----------
     account, warnings
-        As :func:`balance` gives them: warnings are of redundant equations.
+        As :func:`balanced_account` gives them: warnings are of redundant equations.
     violated
         Configurations that violate equations, by their numbers.
     """
@@ -131,7 +134,9 @@ def _values_at(geometry: Geometry, number: int, point: SymbolValues) -> str:
     return ", ".join(f"{s} = {float(point[s]):.3g}" for s in shown)
 
 
-def with_levels(account: Account, levels: Sequence[Level], found: Independent) -> Account:
+def with_velocities(
+    account: Account, levels: Sequence[VelocityConstraint], found: IndependentPart
+) -> Account:
     """The account with constraints on velocities: integrable ones count to K."""
     redundant = {levels[k].constraint: by for k, by in found.redundant.items()}
     kept = {levels[k].constraint for k in found.kept}
@@ -153,8 +158,8 @@ def with_levels(account: Account, levels: Sequence[Level], found: Independent) -
     )
 
 
-def without_rates(
-    account: Account, dropped: Sequence[Redundant], open_ones: Sequence[tuple[str, Equation]]
+def without_redundant_rates(
+    account: Account, dropped: Sequence[RedundantRate], open_ones: Sequence[tuple[str, Equation]]
 ) -> Account:
     """The account with constraints on velocities that others imply; ``open_ones`` stay."""
     by: dict[str, tuple[str, ...]] = {}
@@ -171,7 +176,7 @@ def without_rates(
     return replace(account, lines=tuple(map(line, account.lines)))
 
 
-def rate_warnings(dropped: Sequence[Redundant]) -> list[Problem]:
+def redundant_rate_warnings(dropped: Sequence[RedundantRate]) -> list[Problem]:
     """Warnings for constraints on velocities that others, or their rates, imply."""
     return [
         _redundant(one.constraint, one.equation, one.implied_by, one.by_definitions)
@@ -179,7 +184,9 @@ def rate_warnings(dropped: Sequence[Redundant]) -> list[Problem]:
     ]
 
 
-def level_warnings(levels: Sequence[Level], found: Independent) -> list[Problem]:
+def velocity_warnings(
+    levels: Sequence[VelocityConstraint], found: IndependentPart
+) -> list[Problem]:
     """Warnings for constraints on velocities that others imply."""
     return [
         _redundant(levels[k].constraint, levels[k].equation, by)
@@ -187,7 +194,7 @@ def level_warnings(levels: Sequence[Level], found: Independent) -> list[Problem]
     ]
 
 
-def level_remarks(levels: Sequence[Level], found: Independent) -> list[str]:
+def velocity_remarks(levels: Sequence[VelocityConstraint], found: IndependentPart) -> list[str]:
     """What to say of integrable constraints that stay constraints on velocities."""
     if not found.integrable:
         return []
@@ -221,11 +228,11 @@ def _satisfied(leftovers: set[int], dependent: Mapping[int, tuple[int, ...]]) ->
 
 
 def _require_solutions(
-    geometry: Geometry, points: Sequence[SymbolValues], holding: Holding
+    geometry: Geometry, points: Sequence[SymbolValues], holding: IdentityFinder
 ) -> None:
     """Refuse solutions that do not solve their equation (an inverse function's other branch)."""
     found, solved = geometry.found, geometry.solved_sides
-    wrong = [r.number for r in examine(solved, points) if not r.identity]
+    wrong = [r.number for r in classify_leftovers(solved, points) if not r.identity]
     held = holding({k: solved[k] for k in wrong}) if wrong else ()
     for number in wrong:
         if number not in held:

@@ -27,10 +27,18 @@ from lagrange_cli.mechanics.symbols.yaml_snippets import must_stay
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Unilateral
 
-__all__ = ["Geometry", "Holding", "Leftover", "Restriction", "examine", "gap_over_names", "related"]
+__all__ = [
+    "ClosureEquation",
+    "Geometry",
+    "IdentityFinder",
+    "Leftover",
+    "classify_leftovers",
+    "gap_over_names",
+    "restricting_equations",
+]
 
 #: Numbers of those of some equations that hold identically around the start.
-Holding = Callable[[Mapping[int, tuple[sp.Expr, sp.Expr]]], Collection[int]]
+IdentityFinder = Callable[[Mapping[int, tuple[sp.Expr, sp.Expr]]], Collection[int]]
 
 
 @dataclass(frozen=True)
@@ -68,12 +76,12 @@ class Geometry:
         """What each of ``resolved`` depends on."""
         return {s: frozenset(r.free_symbols) for s, r in self.resolved.items()}
 
-    def restriction(self, number: int) -> Restriction:
+    def closure_equation(self, number: int) -> ClosureEquation:
         """A pending equation as one that is kept."""
         stated = self.found.stated[number]
         left, right = self.found.pending[number]
         equation = stated.equation
-        return Restriction(
+        return ClosureEquation(
             stated.constraint,
             "position",
             left,
@@ -100,16 +108,18 @@ class Geometry:
         )
 
     @cached_property
-    def gaps(self) -> tuple[Restriction, ...]:
+    def gaps(self) -> tuple[ClosureEquation, ...]:
         """The one-sided constraints: ``left`` ≥ ``right``."""
         return tuple(map(self._gap, self.names.scene.unilateral))
 
-    def _gap(self, one_sided: Unilateral) -> Restriction:
+    def _gap(self, one_sided: Unilateral) -> ClosureEquation:
         written = one_sided.inequality
         left, right = self._resolved(written.left), self._resolved(written.right)
         if written.relation == "<=":
             left, right = right, left
-        return Restriction(one_sided.name, "position", left, right, written.text, written.mark())
+        return ClosureEquation(
+            one_sided.name, "position", left, right, written.text, written.mark()
+        )
 
     def _resolved(self, expression: Expression) -> sp.Expr:
         """An expression of the scene over q and t."""
@@ -121,7 +131,7 @@ class Geometry:
 
 
 @dataclass(frozen=True)
-class Restriction:
+class ClosureEquation:
     """An equation kept beside the coordinates, ``left = right``.
 
     Of ``position`` over q and t; of ``velocity`` over q, v and t. ``text`` and ``mark``
@@ -154,8 +164,10 @@ def gap_over_names(names: Names, one_sided: Unilateral) -> sp.Expr:
     return difference if written.relation == ">=" else -difference
 
 
-def related(
-    geometry: Geometry, points: Sequence[SymbolValues], holding: Holding = lambda _: frozenset()
+def restricting_equations(
+    geometry: Geometry,
+    points: Sequence[SymbolValues],
+    holding: IdentityFinder = lambda _: frozenset(),
 ) -> tuple[int, ...]:
     """Numbers of the pending equations that restrict the coordinates: they are to stay.
 
@@ -172,7 +184,7 @@ def related(
         A contradiction, or a declared coordinate that an equation gives in closed form.
     """
     pending = geometry.found.pending
-    relations = [r for r in examine(pending, points) if not r.identity]
+    relations = [r for r in classify_leftovers(pending, points) if not r.identity]
     satisfied = holding({r.number: pending[r.number] for r in relations}) if relations else ()
     kept = [r for r in relations if r.number not in satisfied]
     for relation in kept:
@@ -182,7 +194,7 @@ def related(
     return tuple(r.number for r in kept)
 
 
-def examine(
+def classify_leftovers(
     equations: Mapping[int, tuple[sp.Expr, sp.Expr]], points: Sequence[SymbolValues]
 ) -> list[Leftover]:
     """Evaluate reduced equations: identities, contradictions or relations."""
@@ -192,7 +204,7 @@ def examine(
         samples = [iter(evaluate(everything, point)) for point in points]
     except DomainError:
         if len(asked) > 1:
-            return [examine({k: sides}, points)[0] for k, sides in equations.items()]
+            return [classify_leftovers({k: sides}, points)[0] for k, sides in equations.items()]
         # Not even real where the coordinates lead: it restricts them.
         return [
             Leftover(k, terms[-1], identity=False, constant=False) for k, terms in asked.items()

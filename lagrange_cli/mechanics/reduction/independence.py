@@ -19,7 +19,7 @@ from lagrange_cli.mechanics.numerics.rank import (
 )
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler, to_double
 from lagrange_cli.mechanics.reduction.geometry import Geometry
-from lagrange_cli.mechanics.reduction.local_identities import hold_around
+from lagrange_cli.mechanics.reduction.local_identities import identities_around
 
 __all__ = ["independent_closures", "require_determined"]
 
@@ -76,7 +76,7 @@ def _without_slope(
     held = [q for q in geometry.coordinates if q in (sides[0] - sides[1]).free_symbols]
     for place in places:
         values = {q: mpf(f"{to_double(place[q]):.2g}") for q in held}
-        if hold_around({number: sides}, sampler, {**place, **values}):
+        if identities_around({number: sides}, sampler, {**place, **values}):
             shown = {q.name: f"{to_double(x):.2g}" for q, x in values.items()}
             stated = geometry.found.stated[number]
             return refusals.satisfied_elsewhere_error(geometry.names.scene, stated, shown)

@@ -24,14 +24,14 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE, Matrix, SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import to_double
 
-__all__ = ["Form", "integrable_rank", "integral"]
+__all__ = ["PfaffianForm", "integrable_rank", "integrate_form"]
 
 #: Terms that a coefficient may be multiplied out to, and operations of one that is integrated.
 _TERM_BUDGET, _OPERATION_BUDGET = 60, 40
 
 
 @dataclass(frozen=True)
-class Form:
+class PfaffianForm:
     """ω = Σ coefficient·d(variable); the last variable is t."""
 
     variables: tuple[sp.Symbol, ...]
@@ -49,7 +49,7 @@ class Form:
         return found
 
 
-def integral(form: Form, points: Sequence[SymbolValues]) -> sp.Expr | None:
+def integrate_form(form: PfaffianForm, points: Sequence[SymbolValues]) -> sp.Expr | None:
     """F with dF = ω; None where ω is not closed, or F not found in closed form.
 
     Parameters
@@ -106,7 +106,7 @@ def _vanishes(terms: Sequence[sp.Expr], points: Sequence[SymbolValues]) -> bool:
 
 
 def integrable_rank(
-    forms: Sequence[Form], points: Sequence[SymbolValues], scale: Sequence[float]
+    forms: Sequence[PfaffianForm], points: Sequence[SymbolValues], scale: Sequence[float]
 ) -> int:
     """Dimension of the largest integrable system that constant combinations of the forms span.
 
@@ -145,7 +145,7 @@ def _weighted(numbers: _Numbers, weights: Matrix) -> _Numbers:
     return weights[:, None] * rows, [w * d for w, d in zip(weights, curls, strict=True)]
 
 
-def _numbers(forms: Sequence[Form], point: SymbolValues, scale: Matrix) -> _Numbers:
+def _numbers(forms: Sequence[PfaffianForm], point: SymbolValues, scale: Matrix) -> _Numbers:
     """Rows ω and matrices dω at a point, for variables in units of a scale."""
     n = len(forms[0].variables)
     rows, curls = np.zeros((len(forms), n)), []

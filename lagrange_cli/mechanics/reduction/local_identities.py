@@ -16,11 +16,11 @@ from mpmath import mpf
 
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler
-from lagrange_cli.mechanics.reduction.geometry import Restriction
+from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 
-__all__ = ["Sides", "has_branches", "hold_around", "violated_at"]
+__all__ = ["EquationSides", "identities_around", "violating_configurations"]
 
-Sides = tuple[sp.Expr, sp.Expr]
+EquationSides = tuple[sp.Expr, sp.Expr]
 
 #: Functions of which another branch may begin elsewhere.
 _BRANCHES = (sp.asin, sp.acos, sp.atan, sp.atan2, sp.acosh, sp.Abs, sp.sign, sp.Max, sp.Min)
@@ -37,15 +37,15 @@ _FAR, _TRIALS, _MOST = (1, 4, 16, 64), 12, 16
 _VIOLATED = mpf(10) ** -6
 
 
-def has_branches(sides: Sides) -> bool:
+def _has_branches(sides: EquationSides) -> bool:
     """Whether a function with branches stands in an equation."""
     return any(
         e.has(*_BRANCHES) or any(not p.exp.is_Integer for p in e.atoms(sp.Pow)) for e in sides
     )
 
 
-def hold_around(
-    equations: Mapping[int, Sides], sampler: Sampler, point: Mapping[sp.Symbol, mpf]
+def identities_around(
+    equations: Mapping[int, EquationSides], sampler: Sampler, point: Mapping[sp.Symbol, mpf]
 ) -> set[int]:
     """Numbers of the equations with branches that hold identically around a point.
 
@@ -59,7 +59,7 @@ def hold_around(
     held = set[int]()
     for number, sides in equations.items():
         present = (sides[0].free_symbols | sides[1].free_symbols) & coordinates
-        if present and present <= point.keys() and has_branches(sides):
+        if present and present <= point.keys() and _has_branches(sides):
             around = (_around(sampler, point, width) for width in _WIDTHS)
             if any(all(_is_identity(sides, p) for p in points) for points in around):
                 held.add(number)
@@ -76,7 +76,7 @@ def _around(
             yield {**moved, sampler.t: point[sampler.t] + sign * width}
 
 
-def _is_identity(sides: Sides, point: Mapping[sp.Symbol, mpf]) -> bool:
+def _is_identity(sides: EquationSides, point: Mapping[sp.Symbol, mpf]) -> bool:
     """Whether left − right is rounding: it vanishes as digits grow."""
     found = _misses(sides, point)
     if found is None:
@@ -91,7 +91,7 @@ def _differ(coarse: mpf, fine: mpf) -> bool:
     return bool(abs(coarse - fine) > _VIOLATED * fine)
 
 
-def _violation(sides: Sides, point: Mapping[sp.Symbol, mpf]) -> mpf:
+def _violation(sides: EquationSides, point: Mapping[sp.Symbol, mpf]) -> mpf:
     """|left − right| beside the terms of both; 0 where it is small, or rounding."""
     found = _misses(sides, point)
     if found is None:
@@ -102,7 +102,7 @@ def _violation(sides: Sides, point: Mapping[sp.Symbol, mpf]) -> mpf:
     return fine / size
 
 
-def _misses(sides: Sides, point: Mapping[sp.Symbol, mpf]) -> tuple[mpf, mpf, mpf] | None:
+def _misses(sides: EquationSides, point: Mapping[sp.Symbol, mpf]) -> tuple[mpf, mpf, mpf] | None:
     """|left − right| with the digits carried and with more, and Σ |terms|; None if not real."""
     terms = [e for side in sides for e in sp.Add.make_args(side)]
     try:
@@ -115,8 +115,8 @@ def _misses(sides: Sides, point: Mapping[sp.Symbol, mpf]) -> tuple[mpf, mpf, mpf
     return abs(left - right), fine, size
 
 
-def violated_at(
-    equations: Mapping[int, Sides], sampler: Sampler, gaps: Sequence[Restriction]
+def violating_configurations(
+    equations: Mapping[int, EquationSides], sampler: Sampler, gaps: Sequence[ClosureEquation]
 ) -> dict[int, SamplePoint]:
     """Configurations that violate equations which hold identically around the start, by number.
 
@@ -129,7 +129,7 @@ def violated_at(
     """
     if len(sampler.coordinates) > _MOST:
         return {}
-    tried = {k: sides for k, sides in equations.items() if has_branches(sides)}
+    tried = {k: sides for k, sides in equations.items() if _has_branches(sides)}
     if not tried:
         return {}
     openings = [gap.left - gap.right for gap in gaps]

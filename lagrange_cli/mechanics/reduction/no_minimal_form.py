@@ -10,11 +10,11 @@ from lagrange_cli.mechanics.elimination.solve_equation import (
     solutions,
     solves_everywhere,
 )
-from lagrange_cli.mechanics.reduction.geometry import Restriction
+from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.mechanics.symbols.quoting import quoted
 
-__all__ = ["no_minimal"]
+__all__ = ["no_minimal_form_error"]
 
 #: Reasons, of one constraint and of several.
 _NONHOLONOMIC = (
@@ -36,7 +36,7 @@ _DIVIDES = (
 _OPEN = ("has no solution in closed form", "have no solution in closed form")
 
 
-def no_minimal(reduced: Reduced) -> InputError:
+def no_minimal_form_error(reduced: Reduced) -> InputError:
     """The error of asking for a minimal form of a scene with closures, with their reasons."""
     statuses = {line.name: line.status for line in reduced.account.lines}
     reasons: dict[tuple[str, str], dict[str, None]] = {}
@@ -63,7 +63,7 @@ def _said(names: Sequence[str], one: str, several: str) -> str:
     return f"{quoted(names)} {one if len(names) == 1 else several}"
 
 
-def _of_position(reduced: Reduced, closure: Restriction) -> tuple[str, str]:
+def _of_position(reduced: Reduced, closure: ClosureEquation) -> tuple[str, str]:
     """What stands in the way of solving an equation between positions for a coordinate."""
     phi = closure.left - closure.right
     constants = frozenset(reduced.names.parameters.values())

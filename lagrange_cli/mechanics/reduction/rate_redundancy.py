@@ -36,7 +36,7 @@ from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
 from lagrange_cli.scene.language.expression import Equation, names_in
 
-__all__ = ["Redundant", "redundant_rates"]
+__all__ = ["RedundantRate", "redundant_rates"]
 
 #: Rows of which a combination is found in closed form, and operations it may have.
 _ROWS, _OPERATIONS = 4, 120
@@ -45,7 +45,7 @@ _ZERO = sp.Integer(0)
 
 
 @dataclass(frozen=True)
-class Redundant:
+class RedundantRate:
     """A constraint on velocities that others imply."""
 
     constraint: str
@@ -127,7 +127,7 @@ def redundant_rates(
     resolved: Mapping[sp.Symbol, sp.Expr],
     points: Sequence[SamplePoint],
     reference: Mapping[sp.Symbol, mpf],
-) -> dict[int, Redundant]:
+) -> dict[int, RedundantRate]:
     """Constraints on velocities that those on positions, or earlier ones, imply; by number.
 
     Parameters
@@ -164,7 +164,7 @@ def redundant_rates(
         by = tuple(dict.fromkeys([*(rows[j].constraint for j in circuit[:-1]), *combination.put]))
         constraint, equation = rows[k].constraint, rows[k].equation
         defined = not by and rates.holds_definitions(equation)
-        implied[numbers[k - first]] = Redundant(constraint, equation, by, defined)
+        implied[numbers[k - first]] = RedundantRate(constraint, equation, by, defined)
     return implied
 
 

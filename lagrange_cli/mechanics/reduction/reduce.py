@@ -35,28 +35,36 @@ from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler, working_digits
 from lagrange_cli.mechanics.reduction.coordinates import (
     Chart,
-    generalized,
+    generalized_coordinates,
     manifold_of,
     sampler_of,
     scales,
 )
 from lagrange_cli.mechanics.reduction.dof_account import (
-    balance,
-    level_remarks,
-    level_warnings,
-    on_a_part,
-    rate_warnings,
-    with_levels,
-    without_rates,
+    balanced_account,
+    redundant_rate_warnings,
+    velocity_remarks,
+    velocity_warnings,
+    with_partial_identities,
+    with_velocities,
+    without_redundant_rates,
 )
-from lagrange_cli.mechanics.reduction.geometry import Geometry, Restriction, related
+from lagrange_cli.mechanics.reduction.geometry import (
+    ClosureEquation,
+    Geometry,
+    restricting_equations,
+)
 from lagrange_cli.mechanics.reduction.independence import independent_closures, require_determined
-from lagrange_cli.mechanics.reduction.local_identities import Sides, hold_around, violated_at
-from lagrange_cli.mechanics.reduction.rate_redundancy import Redundant, redundant_rates
+from lagrange_cli.mechanics.reduction.local_identities import (
+    EquationSides,
+    identities_around,
+    violating_configurations,
+)
+from lagrange_cli.mechanics.reduction.rate_redundancy import RedundantRate, redundant_rates
 from lagrange_cli.mechanics.reduction.velocity_constraints import (
-    Level,
-    independent_levels,
-    integrals,
+    VelocityConstraint,
+    independent_constraints,
+    integrate_constraints,
 )
 from lagrange_cli.mechanics.symbols.convert import Rate, total_derivative
 from lagrange_cli.mechanics.symbols.masses import particle_mass
@@ -71,10 +79,10 @@ __all__ = ["Reduced", "in_coordinates", "reduce"]
 _DIGITS = 30
 
 #: Configurations at which identities and ranks are looked at.
-POINTS = 3
+RANK_POINTS = 3
 
 #: The same on closures of many coordinates: what is constant is told from what is not.
-FEWEST_POINTS = 2
+_FEWEST_POINTS = 2
 
 
 _Motion: TypeAlias = "Mapping[sp.Symbol, tuple[int, sp.Symbol]]"
@@ -108,7 +116,7 @@ class Reduced:
     reference: Mapping[sp.Symbol, mpf]
     warnings: tuple[Problem, ...]
     remarks: tuple[str, ...]
-    closures: tuple[Restriction, ...]
+    closures: tuple[ClosureEquation, ...]
     chart: Chart
     origin: Reduced | None = None
 
@@ -129,7 +137,7 @@ class Reduced:
         return {symbol: (number, rate) for number, (symbol, rate) in enumerate(moving)}
 
     @property
-    def gaps(self) -> tuple[Restriction, ...]:
+    def gaps(self) -> tuple[ClosureEquation, ...]:
         """One-sided constraints, ``left`` ≥ ``right``."""
         return self.chart.geometry.gaps
 
@@ -145,7 +153,7 @@ class Reduced:
         """Random feasible configurations at which ``domain`` is real as well."""
         return sampler_of(self.chart, domain, self.manifold())
 
-    def manifold(self, gaps: Sequence[Restriction] = ()) -> Manifold:
+    def manifold(self, gaps: Sequence[ClosureEquation] = ()) -> Manifold:
         """The states that the closures leave, and ``gaps`` that are closed."""
         return manifold_of(self.chart, [*self.closures, *gaps]) if gaps else self._manifold
 
@@ -190,9 +198,9 @@ def reduce(scene: Scene) -> Reduced:
             require_determined(geometry, reduced.manifold(), draw)
         reduced = replace(
             reduced,
-            account=without_rates(reduced.account, integrated.redundant, equations),
+            account=without_redundant_rates(reduced.account, integrated.redundant, equations),
             remarks=(*reduced.remarks, *integrated.remarks),
-            warnings=(*reduced.warnings, *rate_warnings(integrated.redundant)),
+            warnings=(*reduced.warnings, *redundant_rate_warnings(integrated.redundant)),
         )
         return _with_levels(reduced, _levels(reduced, equations)) if equations else reduced
 
@@ -202,13 +210,13 @@ def in_coordinates(
     names: Names,
     resolved: Mapping[sp.Symbol, sp.Expr],
     coordinates: Sequence[sp.Symbol],
-    closures: Sequence[Restriction],
+    closures: Sequence[ClosureEquation],
     reference: Mapping[sp.Symbol, mpf],
 ) -> Reduced:
     """The same scene over other coordinates with closures beside them; its account stays."""
     found = reduced.chart.geometry.found
     geometry = Geometry(names, found, resolved, coordinates, reference)
-    chart = Chart(reduced.values, geometry, tuple(generalized(geometry, closures)))
+    chart = Chart(reduced.values, geometry, tuple(generalized_coordinates(geometry, closures)))
     return replace(
         reduced,
         names=names,
@@ -257,7 +265,7 @@ class _Integrated:
 
     reduced: Reduced
     open_ones: Sequence[_Written] = ()
-    redundant: Sequence[Redundant] = ()
+    redundant: Sequence[RedundantRate] = ()
     remarks: Sequence[str] = ()
 
 
@@ -278,7 +286,9 @@ def _integrated(problem: _Problem) -> _Integrated:
         reduced = found.reduced
         levels = _levels(reduced, found.open_ones)
         points = _drawn(reduced.chart.geometry, reduced.sampler([]), ())
-        whole, new = integrals(names, levels, reduced.coordinates, points, problem.reference)
+        whole, new = integrate_constraints(
+            names, levels, reduced.coordinates, points, problem.reference
+        )
         if not whole:
             break
         stated += whole.values()
@@ -296,7 +306,7 @@ def _integrated(problem: _Problem) -> _Integrated:
 
 def _implied(
     reduced: Reduced, open_ones: Sequence[_Written], points: Sequence[SamplePoint]
-) -> dict[int, Redundant]:
+) -> dict[int, RedundantRate]:
     found, reference = reduced.chart.geometry.found, reduced.reference
     return redundant_rates(reduced.names, found, open_ones, reduced.resolved, points, reference)
 
@@ -305,10 +315,10 @@ def _holds_rate(names: Names, written: _Written) -> bool:
     return any(names.holds_rate(side) for side in (written[1].left, written[1].right))
 
 
-def _levels(reduced: Reduced, equations: Sequence[_Written]) -> list[Level]:
+def _levels(reduced: Reduced, equations: Sequence[_Written]) -> list[VelocityConstraint]:
     convert = reduced.names.convert
     return [
-        Level(
+        VelocityConstraint(
             name,
             equation,
             reduced.resolve(convert(equation.left, reduced.rate)),
@@ -325,10 +335,10 @@ def _reduced(problem: _Problem, stated: list[StatedEquation], strict: bool) -> R
     symbols = _coordinate_symbols(names, found)
     resolved = {s: _placed(found, s) for s in names.cartesian.values()}
     geometry = Geometry(names, found, resolved, symbols, reference)
-    chart = Chart(problem.values, geometry, tuple(generalized(geometry, ())))
+    chart = Chart(problem.values, geometry, tuple(generalized_coordinates(geometry, ())))
     chart, points, kept = _restricted(chart)
-    account, warnings = balance(geometry, points, kept, partial(_held_around, chart))
-    account, warnings = on_a_part(geometry, account, warnings, _violated(chart, kept))
+    account, warnings = balanced_account(geometry, points, kept, partial(_held_around, chart))
+    account, warnings = with_partial_identities(geometry, account, warnings, _violated(chart, kept))
     return Reduced(
         scene,
         names,
@@ -340,24 +350,24 @@ def _reduced(problem: _Problem, stated: list[StatedEquation], strict: bool) -> R
         reference,
         (*scene.warnings, *warnings),
         tuple(found.remarks),
-        tuple(geometry.restriction(k) for k in kept),
+        tuple(geometry.closure_equation(k) for k in kept),
         chart,
     )
 
 
-def _with_levels(reduced: Reduced, levels: Sequence[Level]) -> Reduced:
+def _with_levels(reduced: Reduced, levels: Sequence[VelocityConstraint]) -> Reduced:
     """The scene with constraints on velocities beside those on positions."""
     coordinates, t = reduced.coordinates, reduced.names.t
-    everything = [*reduced.closures, *(x.restriction() for x in levels)]
+    everything = [*reduced.closures, *(x.closure_equation() for x in levels)]
     manifold = manifold_of(reduced.chart, everything)
     points = _drawn(reduced.chart.geometry, reduced.sampler([]), ())
-    found = independent_levels(levels, coordinates, reduced.closures, t, manifold, points)
-    kept = tuple(levels[k].restriction() for k in found.kept)
+    found = independent_constraints(levels, coordinates, reduced.closures, t, manifold, points)
+    kept = tuple(levels[k].closure_equation() for k in found.kept)
     return replace(
         reduced,
-        account=with_levels(reduced.account, levels, found),
-        warnings=(*reduced.warnings, *level_warnings(levels, found)),
-        remarks=(*reduced.remarks, *level_remarks(levels, found)),
+        account=with_velocities(reduced.account, levels, found),
+        warnings=(*reduced.warnings, *velocity_warnings(levels, found)),
+        remarks=(*reduced.remarks, *velocity_remarks(levels, found)),
         closures=(*reduced.closures, *kept),
     )
 
@@ -366,25 +376,25 @@ def _restricted(chart: Chart) -> tuple[Chart, list[SamplePoint], tuple[int, ...]
     """The chart, feasible points of it, and the numbers of the equations that it keeps."""
     geometry = chart.geometry
     points = _drawn(geometry, sampler_of(chart, [], manifold_of(chart, ())), ())
-    numbers = related(geometry, points, partial(_held_around, chart))
+    numbers = restricting_equations(geometry, points, partial(_held_around, chart))
     if not numbers:
         return chart, points, ()
-    restrictions = [geometry.restriction(k) for k in numbers]
-    chart = replace(chart, coordinates=tuple(generalized(geometry, restrictions)))
-    manifold = manifold_of(chart, restrictions)
+    equations = [geometry.closure_equation(k) for k in numbers]
+    chart = replace(chart, coordinates=tuple(generalized_coordinates(geometry, equations)))
+    manifold = manifold_of(chart, equations)
     sampler = sampler_of(chart, [], manifold)
-    points = _drawn(geometry, sampler, numbers, 1 if sampler.many else POINTS)
+    points = _drawn(geometry, sampler, numbers, 1 if sampler.many else RANK_POINTS)
     kept = independent_closures(geometry, numbers, manifold, sampler, points)
     if len(kept) < len(numbers) and sampler.many:  # one point proves independence only
-        points += _drawn(geometry, sampler, numbers, FEWEST_POINTS - 1)
+        points += _drawn(geometry, sampler, numbers, _FEWEST_POINTS - 1)
         kept = independent_closures(geometry, numbers, manifold, sampler, points)
     return chart, points, kept
 
 
-def _held_around(chart: Chart, equations: Mapping[int, Sides]) -> set[int]:
+def _held_around(chart: Chart, equations: Mapping[int, EquationSides]) -> set[int]:
     """Numbers of the equations that hold identically around the given configuration."""
     sampler = sampler_of(chart, [], manifold_of(chart, ()))
-    return hold_around(equations, sampler, chart.geometry.reference)
+    return identities_around(equations, sampler, chart.geometry.reference)
 
 
 def _violated(chart: Chart, kept: Sequence[int]) -> dict[int, SamplePoint]:
@@ -392,14 +402,14 @@ def _violated(chart: Chart, kept: Sequence[int]) -> dict[int, SamplePoint]:
     geometry = chart.geometry
     equations = {k: sides for k, sides in geometry.found.pending.items() if k not in kept}
     equations |= geometry.solved_sides
-    manifold = manifold_of(chart, [geometry.restriction(k) for k in kept])
-    return violated_at(equations, sampler_of(chart, [], manifold), geometry.gaps)
+    manifold = manifold_of(chart, [geometry.closure_equation(k) for k in kept])
+    return violating_configurations(equations, sampler_of(chart, [], manifold), geometry.gaps)
 
 
 def _drawn(
     geometry: Geometry, sampler: Sampler, restricting: Sequence[int], wanted: int | None = None
 ) -> list[SamplePoint]:
-    wanted = wanted or (FEWEST_POINTS if sampler.many else POINTS)
+    wanted = wanted or (_FEWEST_POINTS if sampler.many else RANK_POINTS)
     points = [p for p in (sampler.draw() for _ in range(wanted)) if p is not None]
     if len(points) < wanted:
         found, reference = geometry.found, geometry.reference

@@ -27,18 +27,27 @@ from lagrange_cli.mechanics.numerics.rank import (
     scale_columns,
 )
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, to_double
-from lagrange_cli.mechanics.reduction.geometry import Restriction
-from lagrange_cli.mechanics.reduction.integrability import Form, integrable_rank, integral
+from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
+from lagrange_cli.mechanics.reduction.integrability import (
+    PfaffianForm,
+    integrable_rank,
+    integrate_form,
+)
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted
 from lagrange_cli.mechanics.symbols.yaml_snippets import initial_snippet
 from lagrange_cli.scene.language.expression import Equation
 
-__all__ = ["Independent", "Level", "independent_levels", "integrals"]
+__all__ = [
+    "IndependentPart",
+    "VelocityConstraint",
+    "independent_constraints",
+    "integrate_constraints",
+]
 
 
 @dataclass(frozen=True)
-class Level:
+class VelocityConstraint:
     """A constraint on velocities, ``left = right`` over q, v and t."""
 
     constraint: str
@@ -50,14 +59,14 @@ class Level:
     def psi(self) -> sp.Expr:
         return self.left - self.right
 
-    def restriction(self) -> Restriction:
+    def closure_equation(self) -> ClosureEquation:
         """The constraint as one that is kept."""
         place = self.equation.mark()
-        return Restriction(
+        return ClosureEquation(
             self.constraint, "velocity", self.left, self.right, self.equation.text, place
         )
 
-    def form(self, coordinates: Sequence[Coordinate], t: sp.Symbol) -> Form:
+    def form(self, coordinates: Sequence[Coordinate], t: sp.Symbol) -> PfaffianForm:
         """ψ dt = Σ A dq + b dt.
 
         Raises
@@ -71,7 +80,7 @@ class Level:
         if any(a.free_symbols & velocities for a in found):
             raise self._not_linear()
         rest = self.psi.xreplace(dict.fromkeys(velocities, sp.Integer(0)))
-        return Form((*(c.q for c in coordinates), t), (*found, rest))
+        return PfaffianForm((*(c.q for c in coordinates), t), (*found, rest))
 
     def _not_linear(self) -> InputError:
         return InputError(
@@ -84,9 +93,9 @@ class Level:
         )
 
 
-def integrals(
+def integrate_constraints(
     names: Names,
-    levels: Sequence[Level],
+    levels: Sequence[VelocityConstraint],
     coordinates: Sequence[Coordinate],
     points: Sequence[SymbolValues],
     reference: SymbolValues,
@@ -108,7 +117,7 @@ def integrals(
     found: dict[int, StatedEquation] = {}
     remarks = []
     for number, level in enumerate(levels):
-        whole = integral(level.form(coordinates, names.t), points)
+        whole = integrate_form(level.form(coordinates, names.t), points)
         whole = None if whole is None else _real_branch(whole, reference)
         if whole is None or whole == 0:
             continue
@@ -158,7 +167,11 @@ def _value(expr: sp.Expr, reference: SymbolValues) -> mpf:
 
 
 def _constant(
-    names: Names, level: Level, whole: sp.Expr, q: Sequence[sp.Symbol], point: SymbolValues
+    names: Names,
+    level: VelocityConstraint,
+    whole: sp.Expr,
+    q: Sequence[sp.Symbol],
+    point: SymbolValues,
 ) -> sp.Expr | None:
     """The integral at the initial state, over parameters; None where there is none.
 
@@ -196,7 +209,7 @@ def _short(x: mpf) -> str:
 
 
 @dataclass(frozen=True)
-class Independent:
+class IndependentPart:
     """What stays of the levels.
 
     Attributes
@@ -214,14 +227,14 @@ class Independent:
     redundant: Mapping[int, tuple[str, ...]]
 
 
-def independent_levels(
-    levels: Sequence[Level],
+def independent_constraints(
+    levels: Sequence[VelocityConstraint],
     coordinates: Sequence[Coordinate],
-    closures: Sequence[Restriction],
+    closures: Sequence[ClosureEquation],
     t: sp.Symbol,
     manifold: Manifold,
     points: Sequence[SamplePoint],
-) -> Independent:
+) -> IndependentPart:
     """Rank of the levels beside the positional closures, and their integrable part.
 
     Parameters
@@ -247,21 +260,21 @@ def independent_levels(
         if k >= len(closures) and all(k in other for other in everywhere)
     }
     _require_consistent(
-        [*closures, *(x.restriction() for x in levels)], everywhere, manifold, points
+        [*closures, *(x.closure_equation() for x in levels)], everywhere, manifold, points
     )
     first = len(closures)
     kept = tuple(k for k in range(len(levels)) if first + k not in dropped)
     positional = [
-        Form((*(c.q for c in coordinates), t), _slope(c, coordinates, t)) for c in closures
+        PfaffianForm((*(c.q for c in coordinates), t), _slope(c, coordinates, t)) for c in closures
     ]
     forms = [*positional, *(levels[k].form(coordinates, t) for k in kept)]
     scale = _curving(forms, [u * to_double(x) for u, x in zip(units, manifold.scale, strict=True)])
     integrable = integrable_rank(forms, points, [*scale, 1.0]) - len(closures)
     redundant = {k - first: tuple(names[j] for j in by) for k, by in dropped.items()}
-    return Independent(kept, max(0, integrable), redundant)
+    return IndependentPart(kept, max(0, integrable), redundant)
 
 
-def _curving(forms: Sequence[Form], scale: Sequence[float]) -> list[float]:
+def _curving(forms: Sequence[PfaffianForm], scale: Sequence[float]) -> list[float]:
     """Scales of coordinates, those within rows so that they are 1 where coefficients turn."""
     inside = set().union(*(c.free_symbols for f in forms for c in f.coefficients))
     held = {j for f in forms for j, c in enumerate(f.coefficients[:-1]) if c != 0}
@@ -270,7 +283,7 @@ def _curving(forms: Sequence[Form], scale: Sequence[float]) -> list[float]:
 
 
 def _slope(
-    closure: Restriction, coordinates: Sequence[Coordinate], t: sp.Symbol
+    closure: ClosureEquation, coordinates: Sequence[Coordinate], t: sp.Symbol
 ) -> tuple[sp.Expr, ...]:
     phi = closure.left - closure.right
     return tuple(derivative(phi, s) for s in (*(c.q for c in coordinates), t))
@@ -286,7 +299,7 @@ def _slopes(
 
 
 def _require_consistent(
-    restrictions: Sequence[Restriction],
+    equations: Sequence[ClosureEquation],
     dependent: Sequence[Mapping[int, tuple[int, ...]]],
     manifold: Manifold,
     points: Sequence[SamplePoint],
@@ -296,7 +309,7 @@ def _require_consistent(
     Parameters
     ----------
     dependent
-        At each point the restrictions that depend on others, with those.
+        At each point the equations that depend on others, with those.
     """
     still = [mpf(0)] * len(manifold.v)
     for rows, point in zip(dependent, points, strict=True):
@@ -307,10 +320,10 @@ def _require_consistent(
         wrong = [k for k, x in enumerate(after) if abs(x) > least]
         if wrong:
             circuits = ([*by, k] for k, by in rows.items() if k in wrong)
-            raise _inconsistent([restrictions[k] for k in sorted(next(circuits, wrong))])
+            raise _inconsistent([equations[k] for k in sorted(next(circuits, wrong))])
 
 
-def _inconsistent(taking_part: Sequence[Restriction]) -> InputError:
+def _inconsistent(taking_part: Sequence[ClosureEquation]) -> InputError:
     named = list(dict.fromkeys(r.name for r in taking_part))
     what = f"constraint {quoted(named)} contradicts itself: no velocities satisfy its equations"
     if len(named) > 1:

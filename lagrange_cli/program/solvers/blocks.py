@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import sympy
 
-from lagrange_cli.mechanics.dynamics.solve_exactly import Solution, solve_exactly
+from lagrange_cli.mechanics.dynamics.solve_exactly import ExactSolution, solve_exactly
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.program.graph.value_graph import ONE, Input, Scaled, Values
 from lagrange_cli.program.solvers.bandwidth import bandwidth, elimination_order, is_banded
@@ -301,7 +301,7 @@ def _unroll(
     return _ldl_solve(values, matrix, [values.convert(f) for f in forcing])
 
 
-def _substitute(values: Values, solution: Solution) -> _Unrolled:
+def _substitute(values: Values, solution: ExactSolution) -> _Unrolled:
     """The exact solution, step by step."""
     found: dict[int, Scaled] = {}
     for step in solution.steps:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import sympy
 
 from lagrange_cli.mechanics.equations import Parameter
-from lagrange_cli.mechanics.sparse import SparseRow, entries
+from lagrange_cli.mechanics.sparse import ExpressionRow, entries
 from lagrange_cli.program.solvers.blocks import System
 from lagrange_cli.program.systems.constraint_systems import (
     gradient_square,
@@ -91,7 +91,7 @@ def _system(
 def _times(weight: Expr, row: Sequence[Expr]) -> Sequence[Expr]:
     if weight == 1:
         return row
-    return SparseRow(len(row), {j: weight * entry for j, entry in entries(row).items()})
+    return ExpressionRow(len(row), {j: weight * entry for j, entry in entries(row).items()})
 
 
 def _rest(e: Equations) -> list[Expr]:

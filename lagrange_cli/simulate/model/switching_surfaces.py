@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import sympy
 
 from lagrange_cli.mechanics.equations import Parameter
-from lagrange_cli.mechanics.sparse import SparseRow, entries
+from lagrange_cli.mechanics.sparse import ExpressionRow, entries
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -99,8 +99,8 @@ def _momenta(equations: Equations, smooth: Callable[[Expr], Expr]) -> Iterator[E
 
 
 def _row(row: Sequence[Expr], smooth: Callable[[Expr], Expr]) -> Sequence[Expr]:
-    if isinstance(row, SparseRow):
-        return SparseRow(len(row), {j: smooth(entry) for j, entry in entries(row).items()})
+    if isinstance(row, ExpressionRow):
+        return ExpressionRow(len(row), {j: smooth(entry) for j, entry in entries(row).items()})
     return tuple(map(smooth, row))
 
 

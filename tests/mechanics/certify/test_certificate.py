@@ -13,7 +13,7 @@ from lagrange_cli import loads
 from lagrange_cli.errors import InputError, InternalError
 from lagrange_cli.mechanics import derive, derive_uncertified, reduce
 from lagrange_cli.mechanics.certify.certificate import certify, certify_shown
-from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.textbook_form import shown_equations
 from lagrange_cli.scene import read_text
 from tests.mechanics.mechanics_support import DOUBLE_PENDULUM, derived
@@ -36,11 +36,11 @@ potentials:
 
 
 @cache
-def derivation(text: str = FORCED) -> Derivation:
+def derivation(text: str = FORCED) -> Uncertified:
     return derive_uncertified(reduce(read_text("name: tested\n" + text)))
 
 
-def require_caught(wrong: Derivation, digits: int = 30) -> None:
+def require_caught(wrong: Uncertified, digits: int = 30) -> None:
     with pytest.raises(InternalError) as caught:
         certify(wrong, digits, 3)
     assert caught.value.exit_code == 3

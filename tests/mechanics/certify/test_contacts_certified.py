@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from lagrange_cli.errors import InputError, InternalError
 from lagrange_cli.mechanics import derive_uncertified, reduce
 from lagrange_cli.mechanics.certify.certificate import certify, certify_shown
-from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.textbook_form import shown_equations
-from lagrange_cli.mechanics.sparse import SparseRow
+from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.scene import read_text
 from tests.mechanics.mechanics_support import derived, generated
 
@@ -38,11 +38,11 @@ near: {r: 1, theta: 0.3, z: 2, x: 4, y: 0}
 
 
 @cache
-def derivation() -> Derivation:
+def derivation() -> Uncertified:
     return derive_uncertified(reduce(read_text("name: tested\n" + SCENE)))
 
 
-def with_gap(number: int, **changed: object) -> Derivation:
+def with_gap(number: int, **changed: object) -> Uncertified:
     right = derivation()
     contacts = list(right.contacts)
     closure = replace(contacts[number].closure, **changed)
@@ -50,7 +50,7 @@ def with_gap(number: int, **changed: object) -> Derivation:
     return replace(right, contacts=tuple(contacts))
 
 
-def require_caught(wrong: Derivation) -> None:
+def require_caught(wrong: Uncertified) -> None:
     with pytest.raises(InternalError) as caught:
         certify(wrong, 30, 3)
     assert caught.value.exit_code == 3
@@ -96,7 +96,7 @@ def test_wrong_gradient(number: int, change: str) -> None:
         row[next(j for j in range(6) if j not in row) % 5] = sp.Rational(1, 10**12)
     else:
         row[first] *= -1 if change == "sign" else 1 + sp.Rational(1, 10**18)
-    require_caught(with_gap(number, gradient=SparseRow(5, row)))
+    require_caught(with_gap(number, gradient=ExpressionRow(5, row)))
 
 
 def test_contacts_in_the_wrong_order() -> None:

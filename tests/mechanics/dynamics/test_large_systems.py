@@ -20,13 +20,13 @@ from lagrange_cli.mechanics import derive, derive_uncertified, reduce
 from lagrange_cli.mechanics.algebra.alpha_equivalence import ShapeClasses, rename_symbols, shape
 from lagrange_cli.mechanics.certify.certificate import certify
 from lagrange_cli.mechanics.dynamics import constraints as closures_module
-from lagrange_cli.mechanics.dynamics.lagrange import Derivation
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Closure, Coordinate, Equations
 from lagrange_cli.mechanics.numerics.autodiff import Tape
 from lagrange_cli.mechanics.numerics.autodiff_float import DoubleTape
 from lagrange_cli.mechanics.numerics.gauss_newton import least_norm_solution
 from lagrange_cli.mechanics.numerics.rank import clearly_independent, dependent_rows
-from lagrange_cli.mechanics.sparse import SparseRow, entries
+from lagrange_cli.mechanics.sparse import ExpressionRow, entries
 from lagrange_cli.scene import read_text
 from tests.mechanics.mechanics_support import generated
 
@@ -55,7 +55,7 @@ def chain(n: int = LINKS, length: str = "0.25", extra: str = "") -> str:
 
 
 @cache
-def derivation() -> Derivation:
+def derivation() -> Uncertified:
     return derive_uncertified(reduce(read_text(chain())))
 
 
@@ -73,10 +73,10 @@ def change(closure: Closure, part: str) -> Closure:
     if part == "gradient":
         held = dict(entries(closure.gradient))
         held[max(held)] *= slightly
-        return replace(closure, gradient=SparseRow(len(closure.gradient), held))
+        return replace(closure, gradient=ExpressionRow(len(closure.gradient), held))
     if part == "neighbour":
         held = {j + 2: entry for j, entry in entries(closure.gradient).items()}
-        return replace(closure, gradient=SparseRow(len(closure.gradient), held))
+        return replace(closure, gradient=ExpressionRow(len(closure.gradient), held))
     if part == "rate":
         return replace(closure, rate=sp.Rational(1, 10**20))
     return replace(closure, **{part: getattr(closure, part) * slightly})
@@ -186,7 +186,7 @@ def test_what_is_left_unevaluated_stays_so() -> None:
 @given(st.dictionaries(st.integers(0, 7), st.integers(-2, 2)))
 @generated
 def test_a_sparse_row_reads_like_a_tuple(held: dict[int, int]) -> None:
-    row = SparseRow(8, {j: sp.Integer(x) for j, x in held.items()})
+    row = ExpressionRow(8, {j: sp.Integer(x) for j, x in held.items()})
     plain = tuple(sp.Integer(held.get(j, 0)) for j in range(8))
     assert (tuple(row), len(row), row[-1], row[2:5]) == (plain, 8, plain[-1], plain[2:5])
     assert row == plain

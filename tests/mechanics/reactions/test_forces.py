@@ -281,9 +281,9 @@ potentials: {weight: {gravity: g}}
 
 def test_nothing_is_found_unless_it_is_asked_for(monkeypatch):
     asked = []
-    original = forces.constraint_forces
+    original = forces.derive_constraint_forces
     monkeypatch.setattr(
-        forces, "constraint_forces", lambda *args: asked.append(1) or original(*args)
+        forces, "derive_constraint_forces", lambda *args: asked.append(1) or original(*args)
     )
     scene = read_text("name: tested\n" + ANGLE)
     assert derive(scene).constraint_forces is None
@@ -316,13 +316,13 @@ def test_wrong_forces_are_never_shown(monkeypatch):
 
 def test_a_missing_normal_part_is_noticed(monkeypatch):
     """A force without its part along the normal does the same work: none."""
-    original = forces.loads
+    original = forces.applied_forces
 
     def without_weight(derivation):
         found = original(derivation)
-        return forces.Loads({}, found.other, found.unattached)
+        return forces.AppliedForces({}, found.other, found.unattached)
 
-    monkeypatch.setattr(forces, "loads", without_weight)
+    monkeypatch.setattr(forces, "applied_forces", without_weight)
     with pytest.raises(InternalError):
         written("""
 parameters: {m: 1, g: 9.81}

@@ -12,7 +12,11 @@ import sympy as sp
 from mpmath import mpf
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
-from lagrange_cli.mechanics.reduction.integrability import Form, integrable_rank, integral
+from lagrange_cli.mechanics.reduction.integrability import (
+    PfaffianForm,
+    integrable_rank,
+    integrate_form,
+)
 from tests.mechanics.closures_support import close, holds, solved, state_of
 from tests.mechanics.mechanics_support import derived, number, refusal
 
@@ -313,8 +317,8 @@ POINTS = [
 ]
 
 
-def form(*coefficients: object) -> Form:
-    return Form(VARIABLES, tuple(sp.sympify(c) for c in coefficients))
+def form(*coefficients: object) -> PfaffianForm:
+    return PfaffianForm(VARIABLES, tuple(sp.sympify(c) for c in coefficients))
 
 
 CONTACT = form(-Y, 0, 1, 0, 0)  # dz − y dx
@@ -335,7 +339,7 @@ CONTACT = form(-Y, 0, 1, 0, 0)  # dz − y dx
         ([], 0),
     ],
 )
-def test_rank_of_the_integrable_part(forms: list[Form], rank: int) -> None:
+def test_rank_of_the_integrable_part(forms: list[PfaffianForm], rank: int) -> None:
     assert integrable_rank(forms, POINTS, [1.0] * len(VARIABLES)) == rank
 
 
@@ -370,14 +374,14 @@ def test_two_blades_of_a_board_of_any_size_tell_how_it_turns(power: int) -> None
     [X * Y, sp.sin(X * Y) + Z**2, X * sp.cos(Y) - 3 * W * T, sp.exp(X) * sp.sin(Y) + Z, X / Y],
 )
 def test_closed_forms_are_integrated(whole: sp.Expr) -> None:
-    found = integral(Form(VARIABLES, tuple(whole.diff(s) for s in VARIABLES)), POINTS)
+    found = integrate_form(PfaffianForm(VARIABLES, tuple(whole.diff(s) for s in VARIABLES)), POINTS)
     assert found is not None
     assert all(sp.simplify((found - whole).diff(s)) == 0 for s in VARIABLES)
 
 
 @pytest.mark.parametrize("open_form", [CONTACT, form(Y, -X, 0, 0, 0)])
-def test_forms_that_are_not_closed_have_no_integral(open_form: Form) -> None:
-    assert integral(open_form, POINTS) is None
+def test_forms_that_are_not_closed_have_no_integral(open_form: PfaffianForm) -> None:
+    assert integrate_form(open_form, POINTS) is None
 
 
 def test_rates_that_vanish_but_for_rounding_are_no_endless_search() -> None:
