@@ -21,7 +21,7 @@ from references import FOLDER, Array
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate.ensemble.batched_results import Family, family_of
-from lagrange_cli.simulate.integrators.native.batched_taylor import Steps
+from lagrange_cli.simulate.integrators.native.batched_taylor import TaylorSteps
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import SimulationOptions
 
@@ -71,7 +71,7 @@ def judge(family: Family, members: int, accuracy: float, tally: Tally) -> None:
     wider = together.wider
     if wider is None:
         raise SystemExit("no arithmetic wider than doubles on this machine")
-    steps = Steps(EXACT_ORDER, EXACT_TOLERANCE, together.problem.longest_step, MOST_STEPS)
+    steps = TaylorSteps(EXACT_ORDER, EXACT_TOLERANCE, together.problem.longest_step, MOST_STEPS)
     exact = wider.run("rhs", family.request.times[:], starts, parameters, steps)
     for runs in together.promised(accuracy, starts, parameters, lambda: None):
         errors = np.abs(runs.states - exact.states[runs.numbers]) / runs.scales[:, None, :]

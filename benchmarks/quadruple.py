@@ -22,10 +22,10 @@ from lagrange_cli.emit.c.names import Real
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.simulate.model.build import programs_of
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.native.simulation import library_source
-from lagrange_cli.simulate.system.inputs import Drive, drive_of
+from lagrange_cli.simulate.native.sources import library_source
+from lagrange_cli.simulate.system.inputs import RecordedInputs, read_recorded_inputs
 from lagrange_cli.simulate.toolchain.compiler import find_compiler
-from lagrange_cli.simulate.toolchain.shared_library import Source, load
+from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
 
 Array = NDArray[np.float64]
 
@@ -84,12 +84,12 @@ class Library:
 
     def __init__(self, equations: Equations, model: Model) -> None:
         self.model = model
-        self.drive: Drive | None = drive_of(model.recordings)
+        self.drive: RecordedInputs | None = read_recorded_inputs(model.recordings)
         system = "#include <quadmath.h>\n" + library_source(programs_of(equations), QUADRUPLE)
         own = Path(__file__).with_name("quadruple.c").read_text(encoding="ascii")
         options = ("-std=gnu99", "-O2", "-Wl,--no-as-needed", "-lquadmath")
-        source = Source({"system.c": system, "quadruple.c": own}, options)
-        (self._library,) = load(find_compiler(), [source], open_cache())
+        source = CSource({"system.c": system, "quadruple.c": own}, options)
+        (self._library,) = load_libraries(find_compiler(), [source], open_cache())
         for name, (result, arguments) in _INTERFACE.items():
             function = getattr(self._library, f"quadruple_{name}")
             function.restype, function.argtypes = result, arguments

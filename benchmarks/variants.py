@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import projection
-from lagrange_cli.simulate.integrators.hybrid.contact_system import SwitchedRhs
+from lagrange_cli.simulate.integrators.hybrid.contact_system import HybridRhs
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.functions import right_hand_side
 
@@ -53,6 +53,6 @@ def _is_allowed(model: Model) -> bool:
     """Whether no contact is violated at the start."""
     rhs = right_hand_side(model).rhs
     state = np.array(model.initial)
-    if not isinstance(rhs, SwitchedRhs):
+    if not isinstance(rhs, HybridRhs):
         return bool(np.isfinite(state).all())
     return bool((rhs.gaps(model.defaults.start, state).values >= 0).all())

@@ -15,7 +15,7 @@ from lagrange_cli.scene.model import SimulationDefaults
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.samples.rows import Grid, Rows
+from lagrange_cli.simulate.samples.rows import Grid, RowSequence
 
 __all__ = ["AUTO", "Request", "SimulationOptions", "method_of", "require_fit", "resolve"]
 
@@ -118,7 +118,7 @@ class Request:
         Place of the scene's section where no option gives the accuracy; else None.
     """
 
-    times: Rows
+    times: RowSequence
     initial: Array
     accuracy: float | None
     method: type[Integrator] | None
@@ -298,7 +298,7 @@ def _grid(
 
 def _times(
     model: Model, grid: Grid, step: float | None, *, fixed: bool, in_memory: int | None
-) -> Rows:
+) -> RowSequence:
     """The sample times, as an array where the states of all are to be in memory."""
     width = 2 * len(model.coordinates)
     many = in_memory is not None and len(grid) * width > in_memory

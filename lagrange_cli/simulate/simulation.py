@@ -32,11 +32,11 @@ from lagrange_cli.simulate.results.streaming import (
 from lagrange_cli.simulate.results.trajectory import Event, Trajectory
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.start_checks import require_a_start
-from lagrange_cli.simulate.samples.buffer import Samples
-from lagrange_cli.simulate.samples.rows import Grid, Rows
+from lagrange_cli.simulate.samples.buffer import SampleBuffer
+from lagrange_cli.simulate.samples.rows import Grid, RowSequence
 from lagrange_cli.simulate.sharpness.unwatched import unseen_forces
 from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_side
-from lagrange_cli.simulate.system.singular_guard import guards
+from lagrange_cli.simulate.system.singular_guard import guard_signs
 from lagrange_cli.simulate.verification.branching import without_branches
 from lagrange_cli.simulate.verification.contact_history import MotionFunctions, functions_along
 from lagrange_cli.simulate.verification.disproof import cut_at_disproof, energy_drift
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 __all__ = ["RunContext", "integrate", "problem_of", "simulate", "trajectory_of"]
 
 #: Looks at all times and states of a stream, and at what is known of them.
-Look: TypeAlias = Callable[[Rows, Rows, Trajectory], None]
+Look: TypeAlias = Callable[[RowSequence, RowSequence, Trajectory], None]
 
 
 @dataclass(frozen=True)
@@ -194,7 +194,7 @@ def _simulated(
     request: Request,
     watch: Watch,
     context: RunContext,
-    room: Callable[[], Samples] | None = None,
+    room: Callable[[], SampleBuffer] | None = None,
     look: Look | None = None,
 ) -> Trajectory:
     started = time.perf_counter()
@@ -241,11 +241,11 @@ def problem_of(
     model: Model,
     request: Request,
     functions: RightHandSide,
-    room: Callable[[], Samples] | None = None,
+    room: Callable[[], SampleBuffer] | None = None,
 ) -> InitialValueProblem:
     """What is to be integrated, as numbers."""
     if request.accuracy is not None and functions.guarded is not None:
-        kept = guards(model, float(request.times[0]), request.initial)
+        kept = guard_signs(model, float(request.times[0]), request.initial)
         functions = functions if kept is None else functions.guarded(kept)
     problem = InitialValueProblem(
         functions.rhs,

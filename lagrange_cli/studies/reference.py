@@ -23,7 +23,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.progress import Deadline, RunProgress, Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
 from lagrange_cli.simulate.integrators.base import projection
-from lagrange_cli.simulate.integrators.hybrid.contact_system import Switch
+from lagrange_cli.simulate.integrators.hybrid.contact_system import ModeChange
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales, ulps
 from lagrange_cli.simulate.runs.run import Failure, Run
 
@@ -59,7 +59,7 @@ class Motion(NamedTuple):
     """Samples of a run, what happened to contacts, and how far it came."""
 
     states: Array
-    switches: tuple[Switch, ...]
+    switches: tuple[ModeChange, ...]
     t: float
 
 

@@ -16,8 +16,8 @@ from lagrange_cli.mechanics.equations import Contact, InitialState
 from lagrange_cli.program.constraint_programs import constraint_programs, contact_programs
 from lagrange_cli.program.program import build_program
 from lagrange_cli.program.systems.contact_systems import flagged
-from lagrange_cli.simulate.native.rounding_model import disturb
-from lagrange_cli.simulate.native.simulation import library_source
+from lagrange_cli.simulate.native.rounding_model import perturb
+from lagrange_cli.simulate.native.sources import library_source
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.emitted_c import WARNINGS, compiler, run
@@ -164,7 +164,7 @@ def simulation_programs(equations):
         **constraint_programs(e),
         **contact_programs(e),
     }
-    return programs | {"contact_disturbed": disturb(programs["contact_rhs"])}
+    return programs | {"contact_disturbed": perturb(programs["contact_rhs"])}
 
 
 def defaults(equations):

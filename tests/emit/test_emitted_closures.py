@@ -15,7 +15,7 @@ from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.program.constraint_programs import constraint_programs
 from lagrange_cli.program.program import build_program
 from lagrange_cli.program.solvers.blocks import Block
-from lagrange_cli.simulate.native.simulation import lanes_source, library_source
+from lagrange_cli.simulate.native.sources import lanes_source, library_source
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.closed_code import (

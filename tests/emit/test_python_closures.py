@@ -12,7 +12,7 @@ import pytest
 
 from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.simulate.native.rounding_model import disturb
+from lagrange_cli.simulate.native.rounding_model import perturb
 from tests.emit import emit_closures as closures
 from tests.emit.closed_code import (
     CASES,
@@ -96,7 +96,7 @@ def test_python_script_stays_on_the_closures(tmp_path):
 def test_python_for_the_simulation():
     equations = closures.chain(2, name="secret")
     programs = simulation_programs(equations)
-    programs["disturbed"] = disturb(programs["rhs"])
+    programs["disturbed"] = perturb(programs["rhs"])
     factors = programs["disturbed"].parameters - len(equations.parameters)
     assert factors > 4
     text = module_source(programs)

@@ -9,7 +9,7 @@ from lagrange_cli.program import program as programs
 from lagrange_cli.program.constraint_programs import contact_programs
 from lagrange_cli.program.program import eliminations, operations
 from lagrange_cli.program.systems.contact_systems import flagged
-from lagrange_cli.simulate.native.simulation import library_source
+from lagrange_cli.simulate.native.sources import library_source
 from tests.emit import contact_systems as contacts
 from tests.emit import emit_closures as closures
 

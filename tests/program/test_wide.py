@@ -26,7 +26,7 @@ from lagrange_cli.program.solvers.bandwidth import couplings
 from lagrange_cli.program.solvers.sparse_factorization import Band, Supernodes, factors, supernodes
 from lagrange_cli.program.systems.loops import Elimination, Kernel
 from lagrange_cli.scene import read_text
-from lagrange_cli.simulate.native.rounding_model import disturb
+from lagrange_cli.simulate.native.rounding_model import perturb
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.emitted_c import Compiled, write
@@ -340,7 +340,7 @@ def test_closures_without_rank_are_singular(tmp_path):
 def test_disturbed_programs_have_a_factor_for_each_operation():
     equations = net(5)
     program = build_program(equations, ["acceleration"])
-    off = disturb(program)
+    off = perturb(program)
     namespace = {}
     exec(module_source({"rhs": program, "disturbed": off}), namespace)  # over dummy names
     p = [x.value for x in equations.parameters]

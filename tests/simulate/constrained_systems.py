@@ -12,7 +12,7 @@ from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.integrators.base import ConstrainedRhs
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, function_type, projection_type
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
-from lagrange_cli.simulate.toolchain.shared_library import Source
+from lagrange_cli.simulate.toolchain.shared_library import CSource
 from tests.simulate.native_systems import compiled
 
 #: A pendulum of parameters l, g in x, z; y = [x, z, vx, vz].
@@ -148,11 +148,11 @@ DIMENSIONS = {"pendulum": 4, "double_pendulum": 8, "edge": 2}
 
 def constrained(name, *parameters, fixed_dimension=True, real=DOUBLE):
     """A system with its projection, and the integrators for it."""
-    n = DIMENSIONS[name] if fixed_dimension else kernels.LARGEST_DIMENSION + 1
-    system, stepping = {"system.c": TEXTS[name]}, kernels.files()
+    n = DIMENSIONS[name] if fixed_dimension else kernels.UNROLLED_DIMENSION + 1
+    system, stepping = {"system.c": TEXTS[name]}, kernels.kernel_files()
     if real is not DOUBLE:
-        system, stepping = kernels.extended(system), kernels.extended(stepping)
-    library, stepper = compiled(Source(system), Source(stepping, kernels.options(n)))
+        system, stepping = kernels.extended_precision(system), kernels.extended_precision(stepping)
+    library, stepper = compiled(CSource(system), CSource(stepping, kernels.kernel_options(n)))
     return NativeRhs(
         function_type(real)((name, library)),
         np.array(parameters or (0.0,)),

@@ -10,7 +10,7 @@ from lagrange_cli.simulate.integrators.event_functions import NativeEvents
 from lagrange_cli.simulate.integrators.native.c_types import LANES, RHS
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
-from lagrange_cli.simulate.toolchain.shared_library import Source, load
+from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
 from tests.simulate.compiling import skip_without_compiler
 
 #: Bodies of f(t, y, p) → out, by name.
@@ -84,14 +84,14 @@ def compiled(*sources, cache=None):
         compiler = find_compiler()
     except CompileError as error:
         skip_without_compiler(error.reason)
-    return load(compiler, sources, open_cache() if cache is None else cache)
+    return load_libraries(compiler, sources, open_cache() if cache is None else cache)
 
 
 def native(name, *parameters, lanes=True, fixed_dimension=True):
     """A system of :data:`SYSTEMS` with the integrators for it."""
-    n = DIMENSIONS.get(name, 2) if fixed_dimension else kernels.LARGEST_DIMENSION + 1
-    stepping = Source(kernels.files(), kernels.options(n))
-    library, stepper = compiled(Source({"systems.c": text_of_systems()}), stepping)
+    n = DIMENSIONS.get(name, 2) if fixed_dimension else kernels.UNROLLED_DIMENSION + 1
+    stepping = CSource(kernels.kernel_files(), kernels.kernel_options(n))
+    library, stepper = compiled(CSource({"systems.c": text_of_systems()}), stepping)
     function = LANES((f"{name}_lanes", library)) if lanes else None
     given = np.array(parameters or (0.0,))
     return NativeRhs(RHS((name, library)), given, np.zeros(1), lambda _: stepper, function)
@@ -103,6 +103,6 @@ def interpreted(rhs):
 
 
 def native_events(name, *parameters, directions=(0,), terminal=(False,)):
-    (library,) = compiled(Source({"systems.c": text_of_systems()}))
+    (library,) = compiled(CSource({"systems.c": text_of_systems()}))
     given = np.array(parameters or (0.0,))
     return NativeEvents(RHS((name, library)), directions, terminal, given, np.zeros(1))

@@ -9,14 +9,14 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
-from lagrange_cli.simulate.integrators.event_functions import Falling
-from lagrange_cli.simulate.integrators.hybrid.contact_system import Flags, Gaps, SwitchedRhs
+from lagrange_cli.simulate.integrators.event_functions import TerminalEvents
+from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode, Gaps, HybridRhs
 
 G = 9.81
 
 
 @dataclass(frozen=True)
-class OneContact(SwitchedRhs):
+class OneContact(HybridRhs):
     """One particle of mass 1 in the xz plane under gravity beside one contact.
 
     ``gap`` and ``push`` (the multiplier) at y = [x, z, ẋ, ż]; ``held`` gives accelerations in
@@ -37,20 +37,20 @@ class OneContact(SwitchedRhs):
     def project(self, t: float, y: Array) -> Array:
         return np.array(y)
 
-    def side(self, closed: Flags) -> Rhs:
+    def side(self, closed: ContactMode) -> Rhs:
         if not closed[0]:
             return lambda t, y: self(t, y)
         return lambda t, y: np.concatenate([y[2:], self.held(y)])
 
     def falling(
         self,
-        closed: Flags,
+        closed: ContactMode,
         signs: tuple[float, ...],
         noise: tuple[float, ...],
         reach: tuple[float, ...] = (),
-    ) -> Falling:
+    ) -> TerminalEvents:
         of = self.push if closed[0] else self.gap
-        return Falling(lambda t, y: np.array([of(y)]), signs, noise, reach=reach)
+        return TerminalEvents(lambda t, y: np.array([of(y)]), signs, noise, reach=reach)
 
     def gaps(self, t: float, y: Array) -> Gaps:
         gap, size, normal = [self.gap(y)], [1.0], [self.normal(y)]
@@ -62,8 +62,8 @@ class OneContact(SwitchedRhs):
         return np.array([turn @ y[2:]])
 
     def reset(
-        self, t: float, y: Array, closed: Flags, event: int, bounce: float
-    ) -> tuple[Array | None, Flags]:
+        self, t: float, y: Array, closed: ContactMode, event: int, bounce: float
+    ) -> tuple[Array | None, ContactMode]:
         y, normal = np.array(y), self.normal(y)
         if event == 0 and closed[0]:
             return y, (False,)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from lagrange_cli.errors import AccuracyError
 from lagrange_cli.simulate import INTEGRATORS
-from lagrange_cli.simulate.integrators.hybrid.contact_system import Switch
+from lagrange_cli.simulate.integrators.hybrid.contact_system import ModeChange
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales
 from lagrange_cli.studies.reference import Motion, errors, reference
 from lagrange_cli.studies.tradeoff.measure import trade
@@ -98,7 +98,7 @@ def test_what_is_not_finite_is_an_infinite_error():
 
 
 def jump(t, contact=0, kind="contact"):
-    return Switch(t, contact, kind, np.array([0.0, -1.0]), np.array([0.0, 1.0]), (False,))
+    return ModeChange(t, contact, kind, np.array([0.0, -1.0]), np.array([0.0, 1.0]), (False,))
 
 
 def test_velocities_beside_a_jump_do_not_count_but_its_time_does():

@@ -21,8 +21,8 @@ from lagrange_cli.simulate.accuracy.method_selection import CoarseResult, suits_
 from lagrange_cli.simulate.accuracy.tolerances import ToleranceSchedule
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
-from lagrange_cli.simulate.integrators.base import State, projection
-from lagrange_cli.simulate.integrators.hybrid.contact_system import SwitchedRhs
+from lagrange_cli.simulate.integrators.base import SavedState, projection
+from lagrange_cli.simulate.integrators.hybrid.contact_system import HybridRhs
 from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, RunningScales
@@ -251,7 +251,7 @@ class Attempt:
             ended = ended or self._hopeless(goal - block)
             at.blocks, at.turn, at.ended = at.blocks + 1, 0, ended or goal >= samples
 
-    def state(self) -> State:
+    def state(self) -> SavedState:
         """All that the runs go on from."""
         runs = [(run.state(), self._controls[run][0].atol) for run in self._own_runs]
         return {
@@ -262,7 +262,7 @@ class Attempt:
             "seconds": self.run_seconds,
         }
 
-    def restore(self, state: State) -> bool:
+    def restore(self, state: SavedState) -> bool:
         """Go on where an attempt at this tolerance stood; False where its samples are lost."""
         if self._perturbed.method.name != state["methods"][-1]:
             self._perturb_alike()
@@ -353,7 +353,7 @@ class Attempt:
     def events(self) -> EventAgreement | None:
         """What the runs say of the events of contacts, None where there are none."""
         problem, rhs = self._problem, self._problem.rhs
-        if not isinstance(rhs, SwitchedRhs):
+        if not isinstance(rhs, HybridRhs):
             return None
         switches = [run.switches for run in self._runs]
         near = CLOSE * self._eps * problem.span

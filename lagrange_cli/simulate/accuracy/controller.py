@@ -37,10 +37,10 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.checkpoint import CheckpointWriter
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS
-from lagrange_cli.simulate.integrators.hybrid.contact_system import Flags, Switch
+from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode, ModeChange
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales, ulps
 from lagrange_cli.simulate.runs.run import Failure
-from lagrange_cli.simulate.samples.rows import Rows, first_rows, windows
+from lagrange_cli.simulate.samples.rows import RowSequence, first_rows, windows
 from lagrange_cli.simulate.sharpness.peaks import watching
 
 __all__ = [
@@ -118,7 +118,7 @@ class Measured:
     run, ``all_evaluations`` of everything.
     """
 
-    states: Rows
+    states: RowSequence
     scales: Array
     estimate: float
     failure: Failure | None
@@ -132,8 +132,8 @@ class Measured:
     estimate_seconds: float
     disproved: Disproof | None = None
     wider: bool = False
-    switches: tuple[Switch, ...] = ()
-    began: Flags = ()
+    switches: tuple[ModeChange, ...] = ()
+    began: ContactMode = ()
     unclear: UnclearContacts | None = None
     exempt: Array = field(default_factory=lambda: np.empty(0))
     limiting_component: LimitingComponent | None = None
@@ -328,7 +328,9 @@ def _measured(
     )
 
 
-def _exempt(events: EventAgreement | None, times: Rows, states: Rows, samples: int) -> Array:
+def _exempt(
+    events: EventAgreement | None, times: RowSequence, states: RowSequence, samples: int
+) -> Array:
     """The times at which velocities are as close to a jump as the error of its time."""
     if events is None:
         return np.empty(0)
@@ -336,7 +338,7 @@ def _exempt(events: EventAgreement | None, times: Rows, states: Rows, samples: i
     return np.concatenate([part[events.exempt(part)] for part in parts])
 
 
-def _unclear(best: Attempt, samples: int, times: Rows) -> UnclearContacts | None:
+def _unclear(best: Attempt, samples: int, times: RowSequence) -> UnclearContacts | None:
     """The contacts at which the promise ends, None where it does not, or elsewhere."""
     if best.events is None or samples == len(times):
         return None
@@ -357,8 +359,8 @@ def limiting_component(estimates: Sequence[ErrorEstimate], eps: float) -> Limiti
 
 
 def switches_until(
-    switches: Sequence[Switch], problem: InitialValueProblem, samples: int
-) -> tuple[Switch, ...]:
+    switches: Sequence[ModeChange], problem: InitialValueProblem, samples: int
+) -> tuple[ModeChange, ...]:
     """Those up to the last of so many samples, and the end of bounces next behind it."""
     last, all_of_them = float(problem.times[samples - 1]), samples == len(problem.times)
     inside = [s for s in switches if s.t <= last]

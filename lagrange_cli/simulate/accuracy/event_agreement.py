@@ -13,9 +13,9 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.hybrid.contact_motion import LOCATED
 from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     TOUCHING,
-    Flags,
-    Switch,
-    SwitchedRhs,
+    ContactMode,
+    HybridRhs,
+    ModeChange,
 )
 
 __all__ = [
@@ -52,7 +52,7 @@ class EventAgreement:
     differing: tuple[int, ...] = ()
 
     def unclear(
-        self, kept: float, lost: float, switches: Sequence[Switch]
+        self, kept: float, lost: float, switches: Sequence[ModeChange]
     ) -> UnclearContacts | None:
         """What happens to contacts where a promise ends: between two samples, of which the first
         is kept and the other is not. ``switches`` are those of the first run."""
@@ -97,7 +97,7 @@ class EventAgreement:
 
 
 def event_agreement(
-    runs: Sequence[Sequence[Switch]],
+    runs: Sequence[Sequence[ModeChange]],
     reached: Sequence[float],
     weights: Sequence[float],
     end: float = np.inf,
@@ -147,7 +147,7 @@ def event_agreement(
 
 
 def contacts_near_end(
-    rhs: SwitchedRhs, closed: Flags, t: float, y: Array, errors: Array
+    rhs: HybridRhs, closed: ContactMode, t: float, y: Array, errors: Array
 ) -> tuple[Array, Array]:
     """Times of contacts that may as well close before a run ends, at t, as behind that.
 
@@ -170,6 +170,6 @@ def contacts_near_end(
     return times, np.abs(times - t) + noise[falls] / np.abs(speeds[falls])
 
 
-def first_zeno_time(switches: Sequence[Switch]) -> float:
+def first_zeno_time(switches: Sequence[ModeChange]) -> float:
     """When the first sequence of ever shorter bounces ends; infinity where none does."""
     return min((s.t for s in switches if s.kind == "zeno"), default=np.inf)

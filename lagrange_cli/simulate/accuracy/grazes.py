@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.hybrid.contact_system import Dip, SwitchedRhs
+from lagrange_cli.simulate.integrators.hybrid.contact_system import HybridRhs, NearContact
 
 __all__ = ["Grazes", "first_graze"]
 
@@ -30,22 +30,22 @@ _NEGLIGIBLE = 1e-3
 class Grazes:
     """What decides over grazes: the accuracy ``eps`` of ``scales``, shape (2n,), until ``end``."""
 
-    rhs: SwitchedRhs
+    rhs: HybridRhs
     eps: float
     scales: Array
     end: float
 
-    def margin(self, dip: Dip, spread: float) -> float:
+    def margin(self, dip: NearContact, spread: float) -> float:
         """To what a gap's least value is known, of which runs differ by ``spread``."""
         n = len(dip.gradient)
         moves = float(np.abs(dip.gradient) @ self.scales[:n])
         return spread + _ROUNDING * (dip.size + moves)
 
-    def most(self, dip: Dip) -> float:
+    def most(self, dip: NearContact) -> float:
         """As much as a gap can be off where the accuracy is kept."""
         return float(np.abs(dip.gradient) @ self.scales[: len(dip.gradient)]) * self.eps
 
-    def matters(self, dip: Dip, depth: float) -> bool:
+    def matters(self, dip: NearContact, depth: float) -> bool:
         """Whether it matters if a gap is struck that is passed by so much at most."""
         if not dip.bend > 0:
             return True
@@ -55,7 +55,7 @@ class Grazes:
         kept = (change <= allowed[n:]) & (change * (self.end - dip.t) <= allowed[:n])
         return not bool(kept.all())
 
-    def _impact(self, dip: Dip, speed: float) -> Array:
+    def _impact(self, dip: NearContact, speed: float) -> Array:
         """What an impact at a speed changes velocities by, shape (n,)."""
         n, y = len(dip.gradient), dip.y.copy()
         gaps = self.rhs.gaps(dip.t, y)
@@ -66,7 +66,7 @@ class Grazes:
 
 
 def first_graze(
-    runs: Sequence[Sequence[Dip]], weights: Sequence[float], reached: float, grazes: Grazes
+    runs: Sequence[Sequence[NearContact]], weights: Sequence[float], reached: float, grazes: Grazes
 ) -> tuple[float, int] | None:
     """When and at which contact runs first cannot tell whether it is struck, where that matters.
 
@@ -98,7 +98,10 @@ def first_graze(
 
 
 def _spread(
-    dip: Dip, runs: Sequence[Sequence[Dip]], weights: Sequence[float], grazes: Grazes
+    dip: NearContact,
+    runs: Sequence[Sequence[NearContact]],
+    weights: Sequence[float],
+    grazes: Grazes,
 ) -> float:
     """How much runs differ in a dip of the first."""
     spread = 0.0
@@ -110,7 +113,7 @@ def _spread(
     return spread
 
 
-def _nearest(dip: Dip, among: Sequence[Dip]) -> Dip | None:
+def _nearest(dip: NearContact, among: Sequence[NearContact]) -> NearContact | None:
     """The dip of the same contact that is nearest in time."""
     same = (other for other in among if other.contact == dip.contact)
     return min(same, key=lambda other: abs(other.t - dip.t), default=None)

@@ -21,14 +21,14 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.checkpoint import CheckpointWriter
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
-from lagrange_cli.simulate.integrators.base import Rhs, State
+from lagrange_cli.simulate.integrators.base import Rhs, SavedState
 from lagrange_cli.simulate.integrators.external.heyoka_method import Taylor
 from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
-from lagrange_cli.simulate.integrators.piecewise import pieces
+from lagrange_cli.simulate.integrators.piecewise import input_pieces
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.run import Run
-from lagrange_cli.simulate.samples.rows import Grid, thinned
+from lagrange_cli.simulate.samples.rows import Grid, decimated
 from lagrange_cli.simulate.sharpness.analyticity import AnalyticDiscs, longest_step
 from lagrange_cli.simulate.sharpness.peaks import watching
 
@@ -112,13 +112,13 @@ class CoarseResult:
         """The same found with arithmetic whose rounding is that part of doubles'."""
         return replace(self, noise=factor * self.noise)
 
-    def state(self) -> State:
+    def state(self) -> SavedState:
         """The same as plain values."""
         numbers = {field.name: getattr(self, field.name) for field in fields(self)}
         return {**numbers, "method": self.method.name}
 
     @classmethod
-    def restored(cls, state: State) -> CoarseResult:
+    def restored(cls, state: SavedState) -> CoarseResult:
         """What :meth:`state` was made of."""
         return cls(**{**state, "method": INTEGRATORS[state["method"]]})
 
@@ -150,7 +150,7 @@ def coarse_result(
     """
     many = isinstance(problem.times, Grid)
     stride = -(-len(problem.times) * len(problem.y0) // _MOST) if many else 1
-    problem, spent = replace(watching(problem), times=thinned(problem.times, stride)), 0
+    problem, spent = replace(watching(problem), times=decimated(problem.times, stride)), 0
     sight = AnalyticDiscs(problem)
     # What has a kink is analytic in no disc around it.
     looks = looks and surfaces_of(problem.rhs) is None
@@ -192,7 +192,7 @@ def _method_of_tame(
     are kept, fewer steps are fewer projections.
     """
     names, rhs = ("DOP853", "Gauss16"), problem.rhs
-    suits = isinstance(rhs, NativeRhs) and pieces(rhs) is None
+    suits = isinstance(rhs, NativeRhs) and input_pieces(rhs) is None
     if method.name not in names or not suits or tolerance > _FINE:
         return method, 0
     if tracker is None:
@@ -245,7 +245,9 @@ def _followed(
 def suits_gauss(rhs: Rhs) -> bool:
     """Whether Gauss16 has what makes it fast: stages side by side, and no rows of inputs, which
     make steps so short that DOP853 is cheaper."""
-    return isinstance(rhs, NativeRhs) and rhs.lanes_address is not None and pieces(rhs) is None
+    return (
+        isinstance(rhs, NativeRhs) and rhs.lanes_address is not None and input_pieces(rhs) is None
+    )
 
 
 def suits_taylor(rhs: Rhs, size: int) -> bool:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.model.model import Model, SingularPlace
+from lagrange_cli.simulate.model.model import ChartSingularity, Model
 from lagrange_cli.simulate.results.outcome import Status
 from lagrange_cli.simulate.results.trajectory import Trajectory
-from lagrange_cli.simulate.samples.rows import Rows, windows
+from lagrange_cli.simulate.samples.rows import RowSequence, windows
 from lagrange_cli.simulate.system.functions import functions_of
 
 __all__ = [
@@ -36,7 +36,7 @@ NEAR_SINGULAR = 1e-3
 class SingularPassage:
     """A place, the samples before it, and whether the run went past it."""
 
-    place: SingularPlace
+    place: ChartSingularity
     samples: int
     passed: bool
 
@@ -52,7 +52,7 @@ def _factors(model: Model, t: Array, states: Array) -> Array:
     return np.array(rows, dtype=float).reshape(len(t), -1)
 
 
-def singular_start(model: Model) -> SingularPlace | None:
+def singular_start(model: Model) -> ChartSingularity | None:
     """The place at which the motion begins, if it does."""
     if model.initial is None:
         return None
@@ -72,7 +72,7 @@ def passage_of_run(model: Model, run: Trajectory) -> SingularPassage | None:
 
 
 def first_passage(
-    model: Model, times: Rows, states: Rows, status: Status, accuracy: float | None
+    model: Model, times: RowSequence, states: RowSequence, status: Status, accuracy: float | None
 ) -> SingularPassage | None:
     """The first place that samples, of shapes (m,) and (m, 2n), passed or ended at."""
     passed, near = _barred(model, times, states)
@@ -129,7 +129,7 @@ class _Near:
         return pace > 0 and last <= _ARRIVED * pace
 
 
-def _barred(model: Model, times: Rows, states: Rows) -> tuple[dict[int, int], _Near]:
+def _barred(model: Model, times: RowSequence, states: RowSequence) -> tuple[dict[int, int], _Near]:
     """The sample before each place was passed first, where it was."""
     near, passed = _Near(model), dict[int, int]()
     for t, part in windows(times, states):
@@ -152,7 +152,9 @@ def _unresolved(model: Model, t: float, state: Array, number: int) -> float:
     return change / abs(own) if own else float("inf") if change else 0.0
 
 
-def _is_barred(model: Model, number: int, times: Rows, states: Rows, before: int) -> bool:
+def _is_barred(
+    model: Model, number: int, times: RowSequence, states: RowSequence, before: int
+) -> bool:
     """Whether a motion that changed sides after a sample cannot have done so.
 
     The momentum of a coordinate that loses its inertia as the factor's square keeps its

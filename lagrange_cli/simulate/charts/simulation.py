@@ -35,11 +35,11 @@ from lagrange_cli.simulate.charts.detection import (
     passage_of_run,
     singular_start,
 )
-from lagrange_cli.simulate.model.model import FormerChart, Model, SingularPlace
+from lagrange_cli.simulate.model.model import ChartSingularity, FormerChart, Model
 from lagrange_cli.simulate.request import Request, SimulationOptions
 from lagrange_cli.simulate.results.outcome import Status
 from lagrange_cli.simulate.results.trajectory import Trajectory
-from lagrange_cli.simulate.samples.rows import Rows
+from lagrange_cli.simulate.samples.rows import RowSequence
 from lagrange_cli.simulate.simulation import RunContext, integrate
 from lagrange_cli.simulate.system.functions import functions_of
 
@@ -93,7 +93,7 @@ def simulate_past_singularities(
     started = time.perf_counter()
     looked: list[int] = []
 
-    def look(times: Rows, states: Rows, found: Trajectory) -> None:
+    def look(times: RowSequence, states: RowSequence, found: Trajectory) -> None:
         looked.append(len(states))
         _refuse_met(first_passage(model, times, states, found.status, found.requested), times)
 
@@ -118,7 +118,7 @@ def simulate_past_singularities(
     return _thinned(_cut(first, met), every)
 
 
-def _refuse_met(met: SingularPassage | None, times: Rows) -> None:
+def _refuse_met(met: SingularPassage | None, times: RowSequence) -> None:
     """Refuse more samples than memory holds of a motion past a singular place."""
     if met is None:
         return
@@ -192,7 +192,7 @@ def _sliced(columns: Mapping[str, Array], kept: NDArray[np.intp]) -> dict[str, A
 
 def _in_other(
     other: Callable[[], Model],
-    place: SingularPlace,
+    place: ChartSingularity,
     options: SimulationOptions,
     context: RunContext,
 ) -> Trajectory | None:

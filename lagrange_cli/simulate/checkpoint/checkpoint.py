@@ -26,7 +26,7 @@ from lagrange_cli.simulate.checkpoint.serialization import (
     serialize,
 )
 from lagrange_cli.simulate.integrators import INTEGRATORS
-from lagrange_cli.simulate.integrators.base import Integrator, State
+from lagrange_cli.simulate.integrators.base import Integrator, SavedState
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.samples.buffer import named_file
@@ -137,17 +137,17 @@ class CheckpointWriter:
 
     def __init__(self, asked: Checkpoint, known: Mapping[str, Any]) -> None:
         self.path, self._known = asked.path, dict(known)
-        self.before: State | None = self._read() if asked.resume else None
+        self.before: SavedState | None = self._read() if asked.resume else None
         if not asked.resume and os.path.exists(asked.path):
             self._require_own()
             raise _refused(
                 f"'{asked.path}' has the state of a run that was interrupted",
                 f"--resume '{asked.path}' goes on with it; rm '{asked.path}' lets it begin anew",
             )
-        self._state: Callable[[], State] | None = None
+        self._state: Callable[[], SavedState] | None = None
         self._last = -INTERVAL
 
-    def keep(self, state: Callable[[], State]) -> None:
+    def keep(self, state: Callable[[], SavedState]) -> None:
         """Take what gives the state from now on."""
         self._state = state
 
@@ -201,7 +201,7 @@ class CheckpointWriter:
                 "give the name of a file that is not there",
             ) from error
 
-    def _contents(self) -> tuple[State, State]:
+    def _contents(self) -> tuple[SavedState, SavedState]:
         """What the run was and its state; a device or pipe is not read."""
         if os.path.exists(self.path) and not os.path.isfile(self.path):
             raise DamagedError
@@ -212,7 +212,7 @@ class CheckpointWriter:
             found = deserialize(file.read())
         return found["run"], found["state"]
 
-    def _read(self) -> State:
+    def _read(self) -> SavedState:
         try:
             was, state = self._contents()
         except OSError as error:

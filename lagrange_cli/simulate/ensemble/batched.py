@@ -28,10 +28,10 @@ from lagrange_cli.simulate.accuracy.controller import Measured, limiting_compone
 from lagrange_cli.simulate.accuracy.error_estimate import FLOOR_ULPS, error_estimate
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.batched_taylor import (
-    Motions,
-    Samples,
-    SideBySide,
-    Steps,
+    BatchedMotions,
+    BatchedSamples,
+    BatchedTaylor,
+    TaylorSteps,
     digits_of,
 )
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED, NativeReal
@@ -40,7 +40,7 @@ from lagrange_cli.simulate.runs.problem import InitialValueProblem, scales_from,
 from lagrange_cli.simulate.system.libraries import OPTIONS
 from lagrange_cli.simulate.system.rounding import each_off_by_one_ulp, rounding_factors
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
-from lagrange_cli.simulate.toolchain.shared_library import Source, load
+from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
 
 __all__ = ["METHOD", "BatchedMembers", "BatchedRuns", "batched_members"]
 
@@ -146,26 +146,28 @@ def batched_members(
     apart = (model.multipliers, model.contacts, model.surfaces, model.recordings)
     if any((*apart, model.singular, model.chart)) or not model.code.taylor:
         return None
-    system = Source({"system.c": model.code.c + model.code.lanes, **kernels.headers()}, OPTIONS)
+    system = CSource(
+        {"system.c": model.code.c + model.code.lanes, **kernels.kernel_headers()}, OPTIONS
+    )
     try:
-        functions, series, stepper = load(
+        functions, series, stepper = load_libraries(
             find_compiler(), [system, *_sources(model, DOUBLE)], cache
         )
     except CompileError:
         return None
-    motions = SideBySide(series, stepper, _kinds(model))
-    return BatchedMembers(model, problem, functions, motions, Samples(stepper), cache)
+    motions = BatchedTaylor(series, stepper, _kinds(model))
+    return BatchedMembers(model, problem, functions, motions, BatchedSamples(stepper), cache)
 
 
-def _sources(model: Model, real: NativeReal) -> list[Source]:
+def _sources(model: Model, real: NativeReal) -> list[CSource]:
     """The series of a model, and what steps them."""
-    headers = {name: text for name, text in kernels.members().items() if name.endswith(".h")}
-    stepping, options = kernels.members(), kernels.options(2 * len(model.coordinates))
+    headers = {name: text for name, text in kernels.batched_files().items() if name.endswith(".h")}
+    stepping, options = kernels.batched_files(), kernels.kernel_options(2 * len(model.coordinates))
     if real is DOUBLE:
         series = {"series.c": model.code.taylor + model.code.tables, **headers}
-        return [Source(series, options), Source(stepping, options)]
+        return [CSource(series, options), CSource(stepping, options)]
     series, options = {"series.c": model.code.taylor, **headers}, (*options, "-DLAGRANGE_WIDE")
-    return [Source(kernels.extended(files), options) for files in (series, stepping)]
+    return [CSource(kernels.extended_precision(files), options) for files in (series, stepping)]
 
 
 def _kinds(model: Model) -> _Integers:
@@ -194,8 +196,8 @@ class BatchedMembers:
     model: Model
     problem: InitialValueProblem
     system: ctypes.CDLL
-    motions: SideBySide
-    samples: Samples
+    motions: BatchedTaylor
+    samples: BatchedSamples
     cache: Cache
     _scratch: _Scratch = field(default_factory=_Scratch)
 
@@ -205,17 +207,19 @@ class BatchedMembers:
         return self.problem.times[:]
 
     @cached_property
-    def wider(self) -> SideBySide | None:
+    def wider(self) -> BatchedTaylor | None:
         """The same in numbers wider than doubles, None where there are none."""
         if EXTENDED.epsilon >= DOUBLE.epsilon:
             return None
         try:
-            series, stepper = load(find_compiler(), _sources(self.model, EXTENDED), self.cache)
+            series, stepper = load_libraries(
+                find_compiler(), _sources(self.model, EXTENDED), self.cache
+            )
         except CompileError:
             return None
         if 2.0 ** (1 - digits_of(stepper)) != EXTENDED.epsilon:
             return None
-        return SideBySide(series, stepper, _kinds(self.model), EXTENDED)
+        return BatchedTaylor(series, stepper, _kinds(self.model), EXTENDED)
 
     def promised(
         self, eps: float, starts: Array, parameters: Array, between: Callable[[], None]
@@ -280,9 +284,9 @@ class BatchedMembers:
         runs = BatchedRuns(every, run.states, scales, nothing, run.steps, evaluations, evaluations)
         return runs.only(np.flatnonzero(run.filled == len(times)))
 
-    def _steps(self, tolerance: float, higher: int = 0, longer: float = 1.0) -> Steps:
+    def _steps(self, tolerance: float, higher: int = 0, longer: float = 1.0) -> TaylorSteps:
         order = round(2 - math.log(tolerance) / 2) + _ABOVE
-        return Steps(
+        return TaylorSteps(
             min(max(order, _ORDERS[0]), _ORDERS[1]) + higher,
             tolerance,
             longer * self.problem.longest_step,
@@ -291,7 +295,7 @@ class BatchedMembers:
 
     def _attempt(
         self,
-        motions: SideBySide,
+        motions: BatchedTaylor,
         tolerance: float,
         eps: float,
         starts: Array,
@@ -314,7 +318,7 @@ class BatchedMembers:
         own = BatchedRuns(every, run.states, scales, nothing, run.steps, evaluations, evaluations)
         own = own.only(np.flatnonzero(possible))
 
-        def followed(runs: BatchedRuns, patterns: Sequence[int], how: Steps) -> BatchedRuns:
+        def followed(runs: BatchedRuns, patterns: Sequence[int], how: TaylorSteps) -> BatchedRuns:
             """Those runs, with a further companion disturbed by each pattern."""
             if len(runs.numbers) == 0:
                 return runs
@@ -348,7 +352,7 @@ class BatchedMembers:
             own = followed(own.undecided(eps), _MORE_PATTERNS, disturbed)
         yield own
 
-    def _beside(self, runs: BatchedRuns, found: Motions, order: int) -> BatchedRuns:
+    def _beside(self, runs: BatchedRuns, found: BatchedMotions, order: int) -> BatchedRuns:
         """Runs with further companions, some of each, and what all tell."""
         count = len(runs.numbers)
         more = range(0, len(found.states), count)
@@ -361,7 +365,7 @@ class BatchedMembers:
             all_evaluations=runs.all_evaluations + spent * order,
         )
 
-    def _looser(self, steps: Steps) -> Steps:
+    def _looser(self, steps: TaylorSteps) -> TaylorSteps:
         """Of the same order, so that errors are larger as tolerances are."""
         tolerance, longer = _LOOSER * steps.tolerance, _LOOSER ** (1 / steps.order)
         return replace(steps, tolerance=tolerance, longest=longer * steps.longest)

@@ -10,19 +10,19 @@ from lagrange_cli.simulate.integrators.external.heyoka_method import Taylor
 from lagrange_cli.simulate.integrators.external.ida import IDA
 from lagrange_cli.simulate.integrators.external.sundials import CVODE, CVODEAdams
 from lagrange_cli.simulate.integrators.gauss import Gauss16
-from lagrange_cli.simulate.integrators.hybrid.contact_motion import Switching
-from lagrange_cli.simulate.integrators.hybrid.contact_system import SwitchedRhs
-from lagrange_cli.simulate.integrators.hybrid.crossing import Crossing
+from lagrange_cli.simulate.integrators.hybrid.contact_motion import ContactMotion
+from lagrange_cli.simulate.integrators.hybrid.contact_system import HybridRhs
+from lagrange_cli.simulate.integrators.hybrid.surface_motion import SurfaceMotion
 from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.native.methods import COMPILED
-from lagrange_cli.simulate.integrators.piecewise import in_pieces, pieces
+from lagrange_cli.simulate.integrators.piecewise import in_pieces, input_pieces
 from lagrange_cli.simulate.integrators.rattle import Rattle
 from lagrange_cli.simulate.integrators.scipy_explicit import DOP853, RK4, RK45
 from lagrange_cli.simulate.integrators.scipy_implicit import BDF, LSODA, Radau
 from lagrange_cli.simulate.integrators.symplectic import Gauss4, Gauss6, Verlet
 
-__all__ = ["INTEGRATORS", "Control", "Integrator", "Rhs", "StepError", "start"]
+__all__ = ["INTEGRATORS", "Control", "Integrator", "Rhs", "StepError", "start_integrator"]
 
 #: Every method by the name that the user types.
 INTEGRATORS: dict[str, type[Integrator]] = {
@@ -34,18 +34,18 @@ INTEGRATORS: dict[str, type[Integrator]] = {
 }
 
 
-def start(
+def start_integrator(
     method: type[Integrator], rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control
 ) -> Integrator:
     """Stand at (t0, y0) with a method, in machine code where it and ``rhs`` have one."""
     if not method.projects and projection(rhs) is not None:
         raise ValueError(f"{method.name} cannot move its states onto constraints")
-    if isinstance(rhs, SwitchedRhs):
-        return Switching(partial(start, method), rhs, t0, y0, t_end, control)
+    if isinstance(rhs, HybridRhs):
+        return ContactMotion(partial(start_integrator, method), rhs, t0, y0, t_end, control)
     if surfaces_of(rhs) is not None and method.interpolates and not method.traces:
-        return Crossing(partial(start, method), rhs, t0, y0, t_end, control)
+        return SurfaceMotion(partial(start_integrator, method), rhs, t0, y0, t_end, control)
     implementation = _implementation(method, rhs)
-    if implementation is method and pieces(rhs) is not None:
+    if implementation is method and input_pieces(rhs) is not None:
         return in_pieces(method, rhs, t0, y0, t_end, control)
     return implementation(rhs, t0, y0, t_end, control)
 

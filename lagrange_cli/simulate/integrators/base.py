@@ -61,20 +61,20 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.event_functions import Event, Falling
-from lagrange_cli.simulate.integrators.event_location import Search
+from lagrange_cli.simulate.integrators.event_functions import TerminalEvents, ZeroCrossing
+from lagrange_cli.simulate.integrators.event_location import EventSearch
 
 __all__ = [
     "UNMET",
     "Advance",
-    "Begun",
     "ConstrainedRhs",
     "Control",
+    "EventStart",
     "Integrator",
     "Projection",
     "Rhs",
+    "SavedState",
     "Shift",
-    "State",
     "StepError",
     "UnfitError",
     "projection",
@@ -83,7 +83,7 @@ __all__ = [
 Rhs: TypeAlias = Callable[[float, Array], Array]
 
 #: The state of a run: numbers, texts, arrays, None, and sequences and mappings of these by names.
-State: TypeAlias = Mapping[str, Any]
+SavedState: TypeAlias = Mapping[str, Any]
 
 #: (t, y) → the state moved onto the constraints, a fresh array; NaN where that fails.
 Projection: TypeAlias = Callable[[float, Array], Array]
@@ -153,7 +153,7 @@ class Control:
 
 
 #: Of event functions: their signs, noise and reach (:mod:`.event_functions`).
-Begun: TypeAlias = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+EventStart: TypeAlias = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 
 
 @dataclass(frozen=True)
@@ -204,10 +204,10 @@ class Integrator(ABC):
     last_step: float = 0.0
     remade: int = 0
     _projection: Projection | None = None
-    _search: Search | None = None
+    _search: EventSearch | None = None
 
     @property
-    def dips(self) -> Sequence[Event]:
+    def dips(self) -> Sequence[ZeroCrossing]:
         """Where event functions had least values within their reach of zero, in order."""
         return () if self._search is None else self._search.dips
 
@@ -230,24 +230,24 @@ class Integrator(ABC):
         """States at ``times`` within the last step, shape (len(times), n)."""
         raise NotImplementedError(f"{self.name} does not interpolate")
 
-    def stop_at(self, falling: Falling) -> None:
+    def stop_at(self, falling: TerminalEvents) -> None:
         """End the run where one of the functions falls through zero."""
         if not self.interpolates:
             raise ValueError(f"steps of {self.name} have no interpolant to find events on")
-        self._search = Search(falling)
+        self._search = EventSearch(falling)
 
-    def again(self, t0: float, y0: Array, first_step: float, falling: Begun) -> bool:
+    def again(self, t0: float, y0: Array, first_step: float, falling: EventStart) -> bool:
         """Stand at another state with the same right-hand side, control and event functions, as
         if begun there; False where that is not to be had, and a run has to be made."""
         return False
 
-    def state(self) -> State:
+    def state(self) -> SavedState:
         """All that later steps depend on."""
         names = ("t", "y", "steps", "evaluations", "fallen", *self.kept)
         found = {name: getattr(self, name) for name in names if hasattr(self, name)}
         return found if self._search is None else {**found, "signs": self._search.signs}
 
-    def restore(self, state: State) -> None:
+    def restore(self, state: SavedState) -> None:
         """Go on where a run of this method with the same start and control stood."""
         for name in ("t", "y", "steps", "evaluations", "fallen", *self.kept):
             if name in state:

@@ -12,17 +12,17 @@ from typing import Any
 
 from lagrange_cli.simulate.arrays import Array
 
-__all__ = ["PARTS", "RISES", "Event", "Falling", "NativeEvents"]
+__all__ = ["EVENT_PARTS", "RISES", "NativeEvents", "TerminalEvents", "ZeroCrossing"]
 
 #: Parts of a step in which signs are looked at (events.h).
-PARTS = 4
+EVENT_PARTS = 4
 
 #: The sign of a function that is zero at first, but for rounding, and then positive (events.h).
 RISES = 2.0
 
 
 @dataclass(frozen=True)
-class Event:
+class ZeroCrossing:
     """Event function ``index`` was zero at ``time``, in state ``state``."""
 
     time: float
@@ -63,7 +63,7 @@ class NativeEvents:
 
 
 @dataclass(frozen=True)
-class Falling:
+class TerminalEvents:
     """Functions g(t, y), of which a run ends where the first falls through zero.
 
     ``values`` gives all of them; ``signs`` are those that they have at first (or

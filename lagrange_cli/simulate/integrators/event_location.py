@@ -12,29 +12,34 @@ from dataclasses import dataclass
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.event_functions import PARTS, RISES, Event, Falling
+from lagrange_cli.simulate.integrators.event_functions import (
+    EVENT_PARTS,
+    RISES,
+    TerminalEvents,
+    ZeroCrossing,
+)
 
-__all__ = ["Search"]
+__all__ = ["EventSearch"]
 
 #: A function whose least value is more than so many times what it changes by does not dip to zero.
-SHALLOW = 4.0
+_SHALLOW = 4.0
 
 #: Part of a part of a step in which it is seen whether a function falls into it, and what tells
 #: least values there from slopes.
-NEAR, FLAT = 2.0**-12, 4.0
+_NEAR, _FLAT = 2.0**-12, 4.0
 
 #: Part of an interval to which a least value is located: it is then known to rounding.
-SHARP = 1e-9
+_SHARP = 1e-9
 
 
-class Search:
+class EventSearch:
     """``signs`` are those of the functions on the way; ``dips`` where they came close to zero."""
 
-    def __init__(self, falling: Falling) -> None:
+    def __init__(self, falling: TerminalEvents) -> None:
         self._values, self._noise = falling.values, falling.noise
         self._reach = falling.reach or (0.0,) * len(falling.signs)
         self.signs = list(falling.signs)
-        self.dips: list[Event] = []
+        self.dips: list[ZeroCrossing] = []
 
     def first(
         self, state: Callable[[float], Array], start: float, end: float
@@ -46,9 +51,9 @@ class Search:
         state
             The state at a time within the step.
         """
-        times = np.linspace(start, end, PARTS + 1)
+        times = np.linspace(start, end, EVENT_PARTS + 1)
         values = np.array([self._values(t, state(t)) for t in times.tolist()])
-        near = NEAR * (end - start) / PARTS
+        near = _NEAR * (end - start) / EVENT_PARTS
         inside = [self._values(t, state(t)) for t in (start + near, end - near)]
         # What lies outside is told from whether values fall into the step.
         ends = [
@@ -70,7 +75,7 @@ class Search:
                 dips.append((dip, k))
         first = min(found, default=None)
         last = np.inf if first is None else first[0]
-        self.dips += [Event(t, k, state(t)) for t, k in sorted(dips) if t < last]
+        self.dips += [ZeroCrossing(t, k, state(t)) for t, k in sorted(dips) if t < last]
         return first
 
 
@@ -78,7 +83,7 @@ def _falls_from(at: Array, near: Array, beside: Array) -> Array:
     """Infinity where functions fall from their value at the end of a step, or are as flat there as
     at a least value; minus infinity where they rise."""
     with np.errstate(invalid="ignore"):
-        falls = near - at <= FLAT * NEAR**2 * np.abs(beside - at)
+        falls = near - at <= _FLAT * _NEAR**2 * np.abs(beside - at)
     return np.where(falls, np.inf, -np.inf)
 
 
@@ -122,7 +127,7 @@ class _Function:
         """Whether it may have a least value in the part that ends at a time."""
         around = self.values[k - 2 : k], self.values[k - 1 : k + 1], self.values[k : k + 2]
         least = self.values[k - 1 : k + 1].min()
-        if least > SHALLOW * (self.values[k - 2 : k + 2].max() - least):
+        if least > _SHALLOW * (self.values[k - 2 : k + 2].max() - least):
             return False
         (before, left), (_, right), (_, behind) = around
         return bool((left < before and left < right) or (right < left and right < behind))
@@ -156,6 +161,6 @@ def _least(g: Callable[[float], float], a: float, b: float) -> tuple[float, floa
         lambda since: g(a + since),
         bounds=(0.0, b - a),
         method="bounded",
-        options={"xatol": SHARP * (b - a)},
+        options={"xatol": _SHARP * (b - a)},
     )
     return a + float(least.x), float(least.fun)

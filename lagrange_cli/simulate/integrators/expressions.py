@@ -13,12 +13,12 @@ from typing import Any, TypeAlias
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
 
-__all__ = ["Expressions", "Tracing", "expressions"]
+__all__ = ["Expressions", "Tracer", "expressions"]
 
 #: (functions, t, y, p, u) → slopes: a right-hand side run over objects. The functions are those
 #: of :mod:`math` by name, and ``solve``, of a matrix, right sides, and the number of rows that
 #: are the mass matrix's; the text calls no others.
-Tracing: TypeAlias = Callable[
+Tracer: TypeAlias = Callable[
     [Mapping[str, Callable[..., Any]], Any, Sequence[Any], Sequence[Any], Sequence[Any]],
     Sequence[Any],
 ]
@@ -28,7 +28,7 @@ Tracing: TypeAlias = Callable[
 class Expressions:
     """A right-hand side that can be traced, with its parameters and inputs as numbers."""
 
-    trace: Tracing
+    trace: Tracer
     parameters: Array
     inputs: Array
 

@@ -23,20 +23,20 @@ from lagrange_cli.simulate.integrators.scipy_explicit import two_sum
 
 __all__ = ["Gauss16"]
 
-STAGES = 8
-MOST_ITERATIONS = 16
+_STAGES = 8
+_MOST_ITERATIONS = 16
 
 #: The error that iterations may leave beside the tolerance: it adds up over steps.
-LEFT = 1e-3
+_LEFT = 1e-3
 
 #: Where iterations stop to converge, this many rounding errors are those of the slopes.
-STALLED = 2048.0
+_STALLED = 2048.0
 
 #: The error beside the estimate, which is the last coefficient of the slope.
-CAUTION = 0.01
+_CAUTION = 0.01
 
 #: Most growth of a step.
-GROW = 2.0
+_GROW = 2.0
 
 
 @dataclass(frozen=True)
@@ -57,21 +57,21 @@ class _Tableau:
 
 @cache
 def _tableau() -> _Tableau:
-    x, w = np.polynomial.legendre.leggauss(STAGES)
-    expansion = ((2 * np.arange(STAGES) + 1) * _legendre(x)[:, :-1]).T * (w / 2)
+    x, w = np.polynomial.legendre.leggauss(_STAGES)
+    expansion = ((2 * np.arange(_STAGES) + 1) * _legendre(x)[:, :-1]).T * (w / 2)
     a = _integrals(x) @ expansion
     return _Tableau((1 + x) / 2, w / 2, a, a @ a, expansion)
 
 
 def _legendre(x: Array) -> Array:
     """P_0 … P_8 at each x, shape (len(x), 9)."""
-    return np.asarray(np.polynomial.legendre.legvander(x, STAGES))
+    return np.asarray(np.polynomial.legendre.legvander(x, _STAGES))
 
 
 def _integrals(x: Array) -> Array:
     """∫ of P_0 … P_7 over half the distance from −1 to each x, shape (len(x), 8)."""
     values = _legendre(x)
-    k = np.arange(1, STAGES)
+    k = np.arange(1, _STAGES)
     higher = (values[:, 2:] - values[:, :-2]) / (2 * (2 * k + 1))
     return np.column_stack([(1 + x) / 2, higher])
 
@@ -101,7 +101,7 @@ class Gauss16(Integrator):
         self._first = 0 if n % 2 else n // 2
         self._rate = 0.1
         # Legendre coefficients of the slope over the last step; a constant before the first.
-        self._shape = np.zeros((STAGES, n))
+        self._shape = np.zeros((_STAGES, n))
         self._shape[0] = self._rhs(t0, self.y)
 
     def step(self, limit: float) -> None:
@@ -136,11 +136,11 @@ class Gauss16(Integrator):
         weight = scale[first:]
         if first:
             weight = np.maximum(weight, h * scale[:first])
-        slopes = self._predicted(h) if started else np.tile(self._shape[0], (STAGES, 1))
+        slopes = self._predicted(h) if started else np.tile(self._shape[0], (_STAGES, 1))
         stages = self._stages(h, start, rest, slopes)
         noise = _noise(stages[:, first:] * weight)
         before, rate = math.inf, self._expected_rate(h)
-        for k in range(MOST_ITERATIONS):
+        for k in range(_MOST_ITERATIONS):
             old = stages
             slopes = np.array(
                 [self._rhs(self.t + h * c, y) for c, y in zip(nodes, old, strict=True)]
@@ -154,8 +154,8 @@ class Gauss16(Integrator):
             change = _mean((stages - old)[:, first:] * weight)
             noise = _noise(stages[:, first:] * weight)
             rate = change / before if k else rate
-            stalled = k > 1 and rate > 0.5 and change < STALLED * noise
-            if change * rate < LEFT * (1 - rate) or change < noise or stalled:
+            stalled = k > 1 and rate > 0.5 and change < _STALLED * noise
+            if change * rate < _LEFT * (1 - rate) or change < noise or stalled:
                 self._rate = min(max(rate, 1e-3), 0.5)
                 return error, slopes, old
             if not rate < 0.9:
@@ -213,7 +213,7 @@ def _estimate(h: float, slopes: Array, weight: Array, noise: float) -> float:
     beside the rounding of the stages where that is larger."""
     before, last = (_tableau().expansion[-2:] @ slopes) * weight * h
     last, before = _mean(last), _mean(before)
-    return CAUTION * last * (last / before if last < before else 1.0) / max(1.0, noise)
+    return _CAUTION * last * (last / before if last < before else 1.0) / max(1.0, noise)
 
 
 def _noise(stages: Array) -> float:
@@ -228,4 +228,4 @@ def _mean(values: Array) -> float:
 
 def _factor(error: float) -> float:
     """The factor by which a step may change: the interpolant is of order 9."""
-    return min(0.9 * error ** (-1 / 9), GROW) if error > 0 else GROW
+    return min(0.9 * error ** (-1 / 9), _GROW) if error > 0 else _GROW

@@ -21,20 +21,20 @@ from lagrange_cli.simulate.integrators.base import (
     Integrator,
     Projection,
     Rhs,
+    SavedState,
     Shift,
-    State,
     projection,
 )
 
-__all__ = ["Pieces", "PiecewiseRhs", "in_pieces", "pieces", "with_projection"]
+__all__ = ["InputPieces", "PiecewiseRhs", "in_pieces", "input_pieces", "with_projection"]
 
 
 #: Units in the last place within which times are the same.
-ROUNDING = 16
+_SAME_TIME_ULPS = 16
 
 
 @dataclass(frozen=True)
-class Pieces:
+class InputPieces:
     """Numbers ``rows[k]``, which hold from ``starts[k]`` (ascending) to the next start.
 
     The first row holds before the first start too; at a start the new row does.
@@ -53,7 +53,7 @@ class Pieces:
 
         A start may be found, as where a contact closes, and be meant to be its end.
         """
-        return self.at(t + ROUNDING * math.ulp(t))
+        return self.at(t + _SAME_TIME_ULPS * math.ulp(t))
 
     def end(self, piece: int) -> float:
         """Where a piece ends."""
@@ -64,7 +64,7 @@ class Pieces:
 class PiecewiseRhs:
     """A right-hand side with pieces; ``within`` makes it for one row of them."""
 
-    pieces: Pieces
+    pieces: InputPieces
     within: Callable[[Array], Rhs]
     project: Projection | None = None
 
@@ -76,9 +76,9 @@ class PiecewiseRhs:
         return self.within(self.pieces.rows[piece])
 
 
-def pieces(rhs: Rhs) -> Pieces | None:
+def input_pieces(rhs: Rhs) -> InputPieces | None:
     """The pieces of a right-hand side, None where it has none."""
-    found: Pieces | None = getattr(rhs, "pieces", None)
+    found: InputPieces | None = getattr(rhs, "pieces", None)
     return found
 
 
@@ -129,11 +129,11 @@ class _Piecewise(Integrator):
         self.t, self.y = self._run.t, self._run.y
         self.evaluations = self._before + self._run.evaluations
 
-    def state(self) -> State:
+    def state(self) -> SavedState:
         own = {"piece": self._piece, "taken": self._taken, "from": self._from}
         return {**super().state(), **own, "before": self._before, "run": self._run.state()}
 
-    def restore(self, state: State) -> None:
+    def restore(self, state: SavedState) -> None:
         t, y = state["from"]
         self._begin(state["piece"], t, y, state["taken"][0])
         self._run.restore(state["run"])

@@ -16,7 +16,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
-from lagrange_cli.simulate.integrators.scipy_state import OfScipy
+from lagrange_cli.simulate.integrators.scipy_state import ScipyIntegrator
 
 if TYPE_CHECKING:
     from scipy.integrate import DenseOutput
@@ -31,7 +31,7 @@ def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
     return s, (a - (s - part)) + (b - part)
 
 
-class _ScipyPair(OfScipy):
+class _ScipyPair(ScipyIntegrator):
     """An embedded pair of SciPy, stepped one step at a time."""
 
     pair: ClassVar[str]

@@ -13,7 +13,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Rhs, StepError
-from lagrange_cli.simulate.integrators.scipy_state import OfScipy
+from lagrange_cli.simulate.integrators.scipy_state import ScipyIntegrator
 
 __all__ = ["BDF", "LSODA", "Radau"]
 
@@ -22,10 +22,10 @@ _SMALLEST_RTOL = 100 * np.finfo(float).eps
 
 
 #: Steps of fewer units in the last place of t have underflowed.
-SMALLEST_STEP = 10
+_SMALLEST_STEP = 10
 
 
-class _ScipyImplicit(OfScipy):
+class _ScipyImplicit(ScipyIntegrator):
     """A solver of SciPy over z = y − y0, so that a large offset costs no digits."""
 
     implicit = True
@@ -65,7 +65,7 @@ class _ScipyImplicit(OfScipy):
         except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
             raise StepError("the Jacobian is no longer finite") from error
         # LSODA goes on with steps that no longer change t.
-        crawls = solver.t < limit and solver.t - self.t < SMALLEST_STEP * np.spacing(abs(self.t))
+        crawls = solver.t < limit and solver.t - self.t < _SMALLEST_STEP * np.spacing(abs(self.t))
         if solver.status == "failed" or crawls:
             raise StepError("the step size underflowed")
         t, y = self._reached(self._origin)

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Integrator, State, StepError
+from lagrange_cli.simulate.integrators.base import Integrator, SavedState, StepError
 
-__all__ = ["OfScipy"]
+__all__ = ["ScipyIntegrator"]
 
 #: What is a value, and not a function or another object.
 _PLAIN = (bool, int, float, str, np.generic, np.ndarray, type(None))
 
 
-class OfScipy(Integrator):
+class ScipyIntegrator(Integrator):
     """A solver of SciPy over the difference to an origin, stepped one step at a time."""
 
     _solver: Any
@@ -33,20 +33,20 @@ class OfScipy(Integrator):
             raise StepError("the state is no longer finite")
         return t, y
 
-    def state(self) -> State:
+    def state(self) -> SavedState:
         return {**super().state(), "solver": _solver_state(self._solver)}
 
-    def restore(self, state: State) -> None:
+    def restore(self, state: SavedState) -> None:
         super().restore(state)
         _restore_solver(self._solver, state["solver"])
 
 
-def _solver_state(solver: Any) -> State:
+def _solver_state(solver: Any) -> SavedState:
     """Copies of all attributes of a solver that are values, or pairs of them."""
     return {name: _copied(value) for name, value in vars(solver).items() if _plain(value)}
 
 
-def _restore_solver(solver: Any, state: State) -> None:
+def _restore_solver(solver: Any, state: SavedState) -> None:
     """Give a fresh solver of the same problem these attributes."""
     for name, value in state.items():
         setattr(solver, name, _copied(value))

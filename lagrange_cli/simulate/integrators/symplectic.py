@@ -28,7 +28,7 @@ MOST_ITERATIONS = 60
 CALM = 2
 
 #: How far iterations may end from each other, as a part of what the step changes.
-CONVERGED = 2.0**-20
+_CONVERGED = 2.0**-20
 
 
 class FixedStep(Integrator):
@@ -164,7 +164,7 @@ class _Collocation(FixedStep):
         return np.asarray(self.tableau.ahead @ self._slopes)
 
     def _require_convergence(self, change: Array, slopes: Array, h: float) -> None:
-        size = CONVERGED * abs(h) * np.abs(slopes).max(axis=0) + 64 * np.spacing(np.abs(self.y))
+        size = _CONVERGED * abs(h) * np.abs(slopes).max(axis=0) + 64 * np.spacing(np.abs(self.y))
         if (abs(h) * change.max(axis=0) > size).any():
             raise StepError(DIVERGES)
 

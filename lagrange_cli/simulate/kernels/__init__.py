@@ -6,10 +6,17 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-__all__ = ["GROUPS", "extended", "files", "headers", "members", "options"]
+__all__ = [
+    "GROUPS",
+    "batched_files",
+    "extended_precision",
+    "kernel_files",
+    "kernel_headers",
+    "kernel_options",
+]
 
 #: States of more numbers are integrated by loops of a length known only when they run.
-LARGEST_DIMENSION = 64
+UNROLLED_DIMENSION = 64
 
 _FOLDER = Path(__file__).parent
 
@@ -40,7 +47,7 @@ _CONSTANT = re.compile(
 )
 
 
-def files(*groups: str) -> dict[str, str]:
+def kernel_files(*groups: str) -> dict[str, str]:
     """Name → text of every file that the integrators of some :data:`GROUPS` are made of, or all."""
     found = sorted(path.name for path in _FOLDER.iterdir() if path.suffix in (".c", ".h"))
     others = [
@@ -49,21 +56,21 @@ def files(*groups: str) -> dict[str, str]:
     return {name: _text(name) for name in found if name not in (*_HEADERS, *others)}
 
 
-def headers() -> dict[str, str]:
+def kernel_headers() -> dict[str, str]:
     """Name → text of the headers for a right-hand side."""
     return {name: _text(name) for name in _HEADERS}
 
 
-def members() -> dict[str, str]:
+def batched_files() -> dict[str, str]:
     """Name → text of the files that step many motions at once, with the headers of their
     right-hand sides."""
     own = sorted(
         path.name for path in (_FOLDER / "members").iterdir() if path.suffix in (".c", ".h")
     )
-    return {**headers(), **{name: _text(f"members/{name}") for name in own}}
+    return {**kernel_headers(), **{name: _text(f"members/{name}") for name in own}}
 
 
-def extended(sources: Mapping[str, str]) -> dict[str, str]:
+def extended_precision(sources: Mapping[str, str]) -> dict[str, str]:
     """The same files computing with long doubles: with 64 binary digits on x86, where doubles
     have 53."""
     kept = {name: text for name, text in sources.items() if name not in _DOUBLES_ALONE}
@@ -79,11 +86,11 @@ def _text(name: str) -> str:
     return (_FOLDER / name).read_text(encoding="ascii")
 
 
-def options(dimension: int) -> tuple[str, ...]:
+def kernel_options(dimension: int) -> tuple[str, ...]:
     """Options of the compiler for states of ``dimension`` numbers.
 
     Products and sums may be fused: the compensated sums hold no products.
     """
-    if dimension > LARGEST_DIMENSION:
+    if dimension > UNROLLED_DIMENSION:
         return ("-O2", "-ffp-contract=fast")
     return ("-O3", "-ffp-contract=fast", f"-DLAGRANGE_DIM={dimension}")

@@ -22,32 +22,32 @@ from lagrange_cli.program.constraint_programs import (
 from lagrange_cli.program.program import build_program
 from lagrange_cli.program.systems.contact_systems import flagged
 from lagrange_cli.simulate.model.charts import (
+    chart_singularities,
+    coordinate_kinds,
     former_chart,
-    guarded_places,
-    kinds,
-    singular_places,
-    singular_text,
+    guard_program,
+    singular_source,
 )
 from lagrange_cli.simulate.model.model import Code, Model, ModelParameter
-from lagrange_cli.simulate.model.peak_exponents import landmarks
+from lagrange_cli.simulate.model.peak_exponents import peak_exponents
 from lagrange_cli.simulate.model.switching_surfaces import (
     OneSided,
-    continuous,
-    located,
+    continuous_quantities,
     one_sided,
-    rates,
-    values,
+    surface_events,
+    surface_rates,
+    surface_values,
 )
-from lagrange_cli.simulate.model.unbounded_slopes import steep_places, steep_text
-from lagrange_cli.simulate.native.rounding_model import disturb
-from lagrange_cli.simulate.native.simulation import (
-    DOUBLE,
+from lagrange_cli.simulate.model.unbounded_slopes import steep_places, steep_source
+from lagrange_cli.simulate.native.guarded_rhs import GUARD_PROGRAM, guard_source
+from lagrange_cli.simulate.native.rounding_model import perturb
+from lagrange_cli.simulate.native.sources import (
+    C_DOUBLE,
+    lane_tables_source,
     lanes_source,
     library_source,
-    tables_source,
     taylor_source,
 )
-from lagrange_cli.simulate.native.singular_guard import PLACES, guard_source
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -58,7 +58,7 @@ if TYPE_CHECKING:
 __all__ = ["model_of", "programs_of"]
 
 #: Evaluators of a simulation, beside the disturbed right-hand side.
-FUNCTIONS = ("rhs", "energy", "positions", "velocities")
+EVALUATORS = ("rhs", "energy", "positions", "velocities")
 
 
 def model_of(equations: Equations) -> Model:
@@ -83,7 +83,7 @@ def _model_of(equations: Equations) -> Model:
     return Model(
         name=equations.name,
         coordinates=tuple(c.name for c in equations.coordinates),
-        kinds=kinds(equations.coordinates),
+        kinds=coordinate_kinds(equations.coordinates),
         cartesian=tuple(c.name for c in equations.cartesian_names),
         parameters=tuple(
             ModelParameter(p.name, p.value, p.name not in unused) for p in equations.parameters
@@ -102,12 +102,12 @@ def _model_of(equations: Equations) -> Model:
         forces=tuple(name for name, _ in force_columns(equations)),
         contacts=tuple(c.name for c in equations.contacts),
         recordings=tuple(u.recording for u in equations.inputs if u.recording is not None),
-        singular=singular_places(equations),
+        singular=chart_singularities(equations),
         chart=former_chart(equations),
         massless=_massless(equations),
-        steep=steep_places(driven(equations)),
+        steep=steep_places(substitute_inputs(equations)),
         **_surfaces(equations),
-        landmarks=len(landmarks(driven(equations))),
+        landmarks=len(peak_exponents(substitute_inputs(equations))),
     )
 
 
@@ -122,7 +122,7 @@ def _massless(equations: Equations) -> tuple[str, ...]:
     )
 
 
-def driven(equations: Equations) -> Equations:
+def substitute_inputs(equations: Equations) -> Equations:
     """The equations with the scene's functions of time in place of its inputs.
 
     Those from files become polynomials whose coefficients are inputs.
@@ -202,7 +202,7 @@ def _evaluated(equations: Equations) -> Equations:
 
 def _sided(equations: Equations) -> tuple[Equations, OneSided | None]:
     """The equations with functions of time in place of inputs, and those on one side."""
-    known = driven(equations)
+    known = substitute_inputs(equations)
     return known, one_sided(known)
 
 
@@ -219,7 +219,7 @@ def _surfaces(equations: Equations) -> dict[str, Any]:
 
 
 def _programs(equations: Equations) -> dict[str, Program]:
-    programs = {name: program_of(equations, name) for name in FUNCTIONS}
+    programs = {name: program_of(equations, name) for name in EVALUATORS}
     if equations.outputs:
         programs["outputs"] = program_of(equations, "outputs")
     return programs | constraint_programs(equations) | contact_programs(equations)
@@ -237,10 +237,14 @@ def _sided_programs(equations: Equations) -> dict[str, Program]:
         programs["sided_contact_rhs"] = build_program(sided.equations, ("contact_acceleration",))
     return programs | {
         "sided_rhs": build_program(sided.equations, ("acceleration",)),
-        "continuous": program_of(replace(sided.equations, outputs=continuous(sided)), "outputs"),
-        "surfaces": program_of(replace(sided.equations, outputs=located(sided)), "outputs"),
-        "surface_values": program_of(replace(sided.equations, outputs=values(sided)), "outputs"),
-        "surface_rates": program_of(rates(sided).equations, "outputs"),
+        "continuous": program_of(
+            replace(sided.equations, outputs=continuous_quantities(sided)), "outputs"
+        ),
+        "surfaces": program_of(replace(sided.equations, outputs=surface_events(sided)), "outputs"),
+        "surface_values": program_of(
+            replace(sided.equations, outputs=surface_values(sided)), "outputs"
+        ),
+        "surface_rates": program_of(surface_rates(sided).equations, "outputs"),
     }
 
 
@@ -250,33 +254,33 @@ def _code(equations: Equations) -> Code:
     equations = _evaluated(equations)
     programs = _programs(equations) | sided
     disturbed = {
-        name.replace("rhs", "disturbed"): disturb(programs[name])
+        name.replace("rhs", "disturbed"): perturb(programs[name])
         for name in ("rhs", "contact_rhs", "sided_rhs", "sided_contact_rhs")
         if name in programs
     }
     programs |= disturbed | shifting_programs(equations)
     compiled = programs | _watched(equations) | ({} if forces is None else {"forces": forces})
-    guarded = guarded_places(equations)
-    places, rates = ({}, []) if guarded is None else ({PLACES: guarded[0]}, guarded[1])
+    guarded = guard_program(equations)
+    places, rates = ({}, []) if guarded is None else ({GUARD_PROGRAM: guarded[0]}, guarded[1])
     compiled |= places
     lanes = lanes_source(programs)
     return Code(
-        c=library_source(compiled) + guard_source(compiled, rates, DOUBLE),
-        lanes=lanes + guard_source(compiled, rates, DOUBLE, lanes),
+        c=library_source(compiled) + guard_source(compiled, rates, C_DOUBLE),
+        lanes=lanes + guard_source(compiled, rates, C_DOUBLE, lanes),
         taylor="" if sided else taylor_source(programs),
-        tables=tables_source(programs),
+        tables=lane_tables_source(programs),
         python=module_source(programs | _watched(equations)),
         work=workspace(compiled),
         factors=max(d.parameters for d in disturbed.values()) - len(equations.parameters),
         forces="" if forces is None else module_source({"outputs": forces}),
-        singular=singular_text(equations),
-        steep=steep_text(equations),
+        singular=singular_source(equations),
+        steep=steep_source(equations),
     )
 
 
 def _watched(equations: Equations) -> dict[str, Program]:
     """The program for exponents of sharp functions, where there are any."""
-    exponents = landmarks(equations)
+    exponents = peak_exponents(equations)
     if not exponents:
         return {}
     outputs = tuple((f"landmark({k})", e) for k, e in enumerate(exponents))
@@ -292,4 +296,4 @@ def _forces(equations: Equations) -> Program | None:
     unknowns = [*(c.a for c in equations.coordinates), *(c.multiplier for c in closures)]
     known = (*equations.parameters, *(Parameter(s.name, s) for s in unknowns))
     asked = replace(equations, parameters=known, outputs=tuple(columns))
-    return program_of(driven(asked), "outputs")
+    return program_of(substitute_inputs(asked), "outputs")

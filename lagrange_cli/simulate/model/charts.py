@@ -8,31 +8,37 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.json_report import in_scene_language
 from lagrange_cli.emit.python.functions import module_source, program_of
-from lagrange_cli.simulate.model.model import FormerChart, SingularPlace
+from lagrange_cli.simulate.model.model import ChartSingularity, FormerChart
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Coordinate, Equations
     from lagrange_cli.program.program import Program
 
-__all__ = ["former_chart", "guarded_places", "kinds", "singular_places", "singular_text"]
+__all__ = [
+    "chart_singularities",
+    "coordinate_kinds",
+    "former_chart",
+    "guard_program",
+    "singular_source",
+]
 
 
-def kinds(coordinates: Iterable[Coordinate]) -> tuple[str, ...]:
+def coordinate_kinds(coordinates: Iterable[Coordinate]) -> tuple[str, ...]:
     """``angle``, or a word that coordinates of the same dimension share."""
     return tuple("angle" if c.is_angle else c.unit or "length" for c in coordinates)
 
 
-def singular_places(equations: Equations) -> tuple[SingularPlace, ...]:
+def chart_singularities(equations: Equations) -> tuple[ChartSingularity, ...]:
     """Where the coordinates are singular, in words."""
     return tuple(
-        SingularPlace(
+        ChartSingularity(
             f"{in_scene_language(equations, place.where)} = 0", place.coordinates, place.infinite
         )
         for place in equations.singular
     )
 
 
-def singular_text(equations: Equations) -> str:
+def singular_source(equations: Equations) -> str:
     """A function whose numbers vanish at these places; empty where there are none."""
     if not equations.singular:
         return ""
@@ -40,7 +46,7 @@ def singular_text(equations: Equations) -> str:
     return module_source({"outputs": program_of(replace(equations, outputs=asked), "outputs")})
 
 
-def guarded_places(equations: Equations) -> tuple[Program, list[list[int]]] | None:
+def guard_program(equations: Equations) -> tuple[Program, list[list[int]]] | None:
     """A program whose numbers vanish where coordinates lose their meaning but do not end, and for
     each such place the numbers, in the state, of the rates that move nothing there; None where
     there is none."""
@@ -70,7 +76,7 @@ def former_chart(equations: Equations) -> FormerChart | None:
     start = chart.start
     return FormerChart(
         tuple(c.name for c in chart.coordinates),
-        kinds(chart.coordinates),
+        coordinate_kinds(chart.coordinates),
         None if start is None else (*start.positions, *start.velocities),
         module_source(programs),
         chart.steady,

@@ -14,7 +14,7 @@ from lagrange_cli.errors import Mark
 from lagrange_cli.files import Recording
 from lagrange_cli.scene.model import SimulationDefaults
 
-__all__ = ["Code", "FormerChart", "Model", "ModelParameter", "SingularPlace"]
+__all__ = ["ChartSingularity", "Code", "FormerChart", "Model", "ModelParameter"]
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class ModelParameter:
 class Code:
     """The same functions in two languages, over dummy names.
 
-    ``c``: the text of :func:`lagrange_cli.simulate.native.simulation.library_source`;
+    ``c``: the text of :func:`lagrange_cli.simulate.native.sources.library_source`;
     ``lanes``: that of its neighbour ``lanes_source``, which follows it; ``taylor``: that of
     ``taylor_source``, which stands alone and may be empty, ``tables`` what follows that;
     ``python``: that of :func:`lagrange_cli.emit.python.functions.module_source`.
@@ -54,7 +54,7 @@ class Code:
 
 
 @dataclass(frozen=True)
-class SingularPlace:
+class ChartSingularity:
     """``where``, an equation in words of the scene; the coordinates ``lost`` there.
 
     ``ends``: they end there; else their rates move nothing.
@@ -129,7 +129,7 @@ class Model:
     forces: tuple[str, ...] = ()
     recordings: tuple[Recording, ...] = ()
     contacts: tuple[str, ...] = ()
-    singular: tuple[SingularPlace, ...] = ()
+    singular: tuple[ChartSingularity, ...] = ()
     chart: FormerChart | None = None
     massless: tuple[str, ...] = ()
     steep: tuple[str, ...] = ()
@@ -165,8 +165,8 @@ def _defaults(mark: dict[str, Any] | None, **fields: Any) -> SimulationDefaults:
     return SimulationDefaults(mark=None if mark is None else Mark(**mark), **fields)
 
 
-def _place(where: str, lost: list[str], ends: bool) -> SingularPlace:
-    return SingularPlace(where, tuple(lost), ends)
+def _place(where: str, lost: list[str], ends: bool) -> ChartSingularity:
+    return ChartSingularity(where, tuple(lost), ends)
 
 
 def _chart(

@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["landmarks"]
+__all__ = ["peak_exponents"]
 
 #: Systems with more of them are left without.
-MOST = 32
+_MOST_EXPONENTS = 32
 
 #: The least exponent of a power that is sharp at its largest.
-HIGH = 8
+_LEAST_SHARP_POWER = 8
 
 #: Functions that go from one value to another within a few units of their argument.
 _STEPS = (sympy.tanh, sympy.atan)
 
 
-def landmarks(equations: Equations) -> tuple[Expr, ...]:
+def peak_exponents(equations: Equations) -> tuple[Expr, ...]:
     """What sharp functions in the equations are the exponentials of, over q, v, t, parameters.
 
     A function has a peak, or its step, where one of these has a peak. None where there are more
@@ -44,7 +44,7 @@ def landmarks(equations: Equations) -> tuple[Expr, ...]:
             for exponent in _exponents(part):
                 if not moving.isdisjoint(exponent.free_symbols):
                     every[exponent] = None
-    return tuple(every) if len(every) <= MOST else ()
+    return tuple(every) if len(every) <= _MOST_EXPONENTS else ()
 
 
 def _expressions(equations: Equations) -> Iterator[Expr]:
@@ -59,7 +59,7 @@ def _exponents(e: Expr) -> Iterator[Expr]:
         yield -sympy.Abs(e.args[0])
     elif isinstance(e, _STEPS):
         yield -sympy.Abs(e.args[0])
-    elif e.is_Pow and e.exp.is_number and (e.exp.is_negative or e.exp >= HIGH):
+    elif e.is_Pow and e.exp.is_number and (e.exp.is_negative or e.exp >= _LEAST_SHARP_POWER):
         if isinstance(e.base, sympy.cosh):
             # As good as its logarithm, and never too large.
             yield e.exp * sympy.Abs(e.base.args[0])

@@ -25,7 +25,14 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Closure, Contact, Equations
 
-__all__ = ["OneSided", "continuous", "located", "one_sided", "rates", "values"]
+__all__ = [
+    "OneSided",
+    "continuous_quantities",
+    "one_sided",
+    "surface_events",
+    "surface_rates",
+    "surface_values",
+]
 
 _ONE = sympy.Integer(1)
 
@@ -208,25 +215,25 @@ def _kinks(e: Expr) -> Iterator[Expr]:
         yield e
 
 
-def located(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
+def surface_events(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
     """What is positive on the present side of each surface."""
     return _named([sign * s for sign, s in zip(sided.signs, sided.surfaces, strict=True)])
 
 
-def values(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
+def surface_values(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
     """What vanishes on each surface, then the magnitudes that each is the sum of."""
     return _named([*sided.surfaces, *map(_magnitude, sided.surfaces)])
 
 
-def continuous(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
+def continuous_quantities(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
     """What does not jump at a surface where no impulse acts."""
     return _named(sided.continuous)
 
 
-def rates(sided: OneSided) -> OneSided:
+def surface_rates(sided: OneSided) -> OneSided:
     """Equations with the accelerations as further parameters, whose outputs tell how what
-    :func:`values` gives changes: the first rate of each surface, then the second, 0 where the
-    surface hangs on velocities, then the magnitudes behind the first.
+    :func:`surface_values` gives changes: the first rate of each surface, then the second, 0 where
+    the surface hangs on velocities, then the magnitudes behind the first.
     """
     e = sided.equations
     velocities = {c.v for c in e.coordinates}

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["steep_arguments", "steep_places", "steep_text"]
+__all__ = ["steep_arguments", "steep_places", "steep_source"]
 
 #: Arguments that are looked at, and operations of each.
-MOST_ARGUMENTS, LARGEST_ARGUMENT = 16, 200
+_MOST_ARGUMENTS, _LARGEST_ARGUMENT = 16, 200
 
 
 def steep_arguments(equations: Equations) -> tuple[Expr, ...]:
@@ -42,10 +42,10 @@ def steep_arguments(equations: Equations) -> tuple[Expr, ...]:
     found: dict[Expr, None] = {}
     for expression in _forces(equations):
         for argument in _steep(expression, numbers):
-            short = argument.count_ops() <= LARGEST_ARGUMENT
+            short = argument.count_ops() <= _LARGEST_ARGUMENT
             if short and not argument.free_symbols.isdisjoint(moving):
                 found[argument] = None
-    return tuple(found)[:MOST_ARGUMENTS]
+    return tuple(found)[:_MOST_ARGUMENTS]
 
 
 def _forces(equations: Equations) -> Iterator[Expr]:
@@ -71,7 +71,7 @@ def steep_places(equations: Equations) -> tuple[str, ...]:
     return tuple(f"{in_scene_language(equations, g)} = 0" for g in steep_arguments(equations))
 
 
-def steep_text(equations: Equations) -> str:
+def steep_source(equations: Equations) -> str:
     """Python text with a function ``outputs`` for each argument its value, its first and its
     second rate; empty where there is none. It reads the accelerations behind the parameters.
 

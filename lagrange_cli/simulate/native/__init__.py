@@ -2,7 +2,7 @@
 
 Programs go in; text of C comes out for states side by side in vectors, for Taylor coefficients,
 and for values off by rounding (Vignes, *Math. Comput. Simul.* 35 (1993) 233). Read
-:mod:`.simulation` first.
+:mod:`.sources` first.
 """
 
-__all__ = ["rounding_model", "simulation", "singular_guard"]
+__all__ = ["guarded_rhs", "rounding_model", "sources"]

@@ -16,10 +16,10 @@ from itertools import count
 from lagrange_cli.program.program import Call, Operand, Product, Program, Sum, Variable
 from lagrange_cli.program.systems.loops import Column, Kernel, Part
 
-__all__ = ["disturb"]
+__all__ = ["perturb"]
 
 
-def disturb(program: Program) -> Program:
+def perturb(program: Program) -> Program:
     """The program with every sum, product and call times a factor of its own.
 
     The factors are parameters after those of the program, in order.

@@ -12,11 +12,11 @@ from lagrange_cli.simulate.native.taylor_recurrences import (
     FIRST,
     NOW,
     NoSeriesError,
+    Recurrence,
     Recurrences,
-    Series,
-    Step,
-    Term,
-    rows_of,
+    SeriesTerm,
+    TaylorSeries,
+    series_rows,
 )
 
 __all__ = ["TAYLOR_HEADER", "taylor_text"]
@@ -63,11 +63,11 @@ def taylor_text(function: str, program: Program, target: CTarget) -> str:
     )
 
 
-def _kept(found: Recurrences, series: Series) -> Series:
+def _kept(found: Recurrences, series: TaylorSeries) -> TaylorSeries:
     """A series that is used more than once: a row of its own, unless it is nearly one."""
     if len(series.terms) == 1 and not series.constant and len(series.terms[0].rows) == 1:
         return series
-    return Series("", (Term("", (found.row(series),)),)) if series.terms else series
+    return TaylorSeries("", (SeriesTerm("", (found.row(series),)),)) if series.terms else series
 
 
 def _tests(program: Program, found: Recurrences) -> list[str]:
@@ -90,7 +90,7 @@ def _tests(program: Program, found: Recurrences) -> list[str]:
 
 
 def _function(
-    name: str, found: Recurrences, outputs: Mapping[int, Series], tests: Sequence[str]
+    name: str, found: Recurrences, outputs: Mapping[int, TaylorSeries], tests: Sequence[str]
 ) -> str:
     return f"""\
 int {name}_rows(void)
@@ -109,7 +109,9 @@ def _indented(lines: Iterable[str]) -> str:
     return "\n".join(f"    {line}" for line in lines)
 
 
-def _body(found: Recurrences, outputs: Mapping[int, Series], tests: Sequence[str]) -> Iterator[str]:
+def _body(
+    found: Recurrences, outputs: Mapping[int, TaylorSeries], tests: Sequence[str]
+) -> Iterator[str]:
     """The first coefficients, the second ones of the state, and the loop for all others."""
     n, rows = found.coordinates, found.rows
     yield "const lagrange_lane zero = {0.0};"
@@ -124,7 +126,7 @@ def _body(found: Recurrences, outputs: Mapping[int, Series], tests: Sequence[str
     yield from _loop(found, outputs)
 
 
-def _loop(found: Recurrences, outputs: Mapping[int, Series]) -> Iterator[str]:
+def _loop(found: Recurrences, outputs: Mapping[int, TaylorSeries]) -> Iterator[str]:
     """All further coefficients: number 1, then two in a turn, whose sums share what they read.
 
     What number k adds to the sums of number k + 1 follows between the two.
@@ -155,7 +157,7 @@ def _loop(found: Recurrences, outputs: Mapping[int, Series]) -> Iterator[str]:
     yield "}"
 
 
-def _statements(found: Recurrences, outputs: Mapping[int, Series]) -> list[str]:
+def _statements(found: Recurrences, outputs: Mapping[int, TaylorSeries]) -> list[str]:
     """Coefficients number k, and those of the state that follow."""
     n, live = found.coordinates, _live(found.steps, outputs.values())
     lines = [line for step in found.steps if set(step.rows) & live for line in step.further]
@@ -202,9 +204,9 @@ def _declared(line: str) -> str:
     return f"const lagrange_lane {line}" if line.startswith("i") else line
 
 
-def _live(steps: list[Step], outputs: Iterable[Series]) -> set[int]:
+def _live(steps: list[Recurrence], outputs: Iterable[TaylorSeries]) -> set[int]:
     """Rows whose further coefficients the outputs need."""
-    live = {row for series in outputs for row in rows_of(series)}
+    live = {row for series in outputs for row in series_rows(series)}
     for step in reversed(steps):
         if set(step.rows) & live:
             live |= set(step.needs)

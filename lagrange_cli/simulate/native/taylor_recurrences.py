@@ -21,7 +21,16 @@ from fractions import Fraction
 
 from lagrange_cli.program.program import Call, Number, Operand, Product, Sum, Variable
 
-__all__ = ["FIRST", "NOW", "NoSeriesError", "Recurrences", "Series", "Step", "Term", "rows_of"]
+__all__ = [
+    "FIRST",
+    "NOW",
+    "NoSeriesError",
+    "Recurrence",
+    "Recurrences",
+    "SeriesTerm",
+    "TaylorSeries",
+    "series_rows",
+]
 
 #: Functions of constants and of the first coefficient.
 _EACH = {name: f"lagrange_each_{name}" for name in ("sin", "cos", "sqrt", "exp")}
@@ -38,7 +47,7 @@ class NoSeriesError(Exception):
 
 
 @dataclass(frozen=True)
-class Term:
+class SeriesTerm:
     """``scale`` (text; "" is 1) times a row, or times the product of two rows."""
 
     scale: str
@@ -46,15 +55,15 @@ class Term:
 
 
 @dataclass(frozen=True)
-class Series:
+class TaylorSeries:
     """A sum of terms and of a ``constant`` (text; "" is 0)."""
 
     constant: str
-    terms: tuple[Term, ...] = ()
+    terms: tuple[SeriesTerm, ...] = ()
 
 
 @dataclass(frozen=True)
-class Step:
+class Recurrence:
     """How the coefficients of rows are found: statements for the first one and for each further
     one, and the rows that these need."""
 
@@ -76,8 +85,8 @@ class Recurrences:
     rows: int
     constants: list[str] = field(default_factory=list)
     sums: list[tuple[int, int]] = field(default_factory=list)
-    steps: list[Step] = field(default_factory=list)
-    known: dict[str, Series] = field(default_factory=dict)
+    steps: list[Recurrence] = field(default_factory=list)
+    known: dict[str, TaylorSeries] = field(default_factory=dict)
     made: dict[object, int] = field(default_factory=dict)
 
     # Constants.
@@ -90,13 +99,13 @@ class Recurrences:
             self.constants.append(text)
         return f"k{self.constants.index(text)}"
 
-    def scaled(self, series: Series, scale: str) -> Series:
+    def scaled(self, series: TaylorSeries, scale: str) -> TaylorSeries:
         """A series times a constant."""
         if not scale:
             return series
         constant = self._times(series.constant, scale) if series.constant else ""
-        terms = (Term(self._times(term.scale, scale), term.rows) for term in series.terms)
-        return Series(constant, tuple(terms))
+        terms = (SeriesTerm(self._times(term.scale, scale), term.rows) for term in series.terms)
+        return TaylorSeries(constant, tuple(terms))
 
     def _times(self, one: str, other: str) -> str:
         return self.constant(f"{one}*{other}") if one and other else one or other
@@ -107,9 +116,9 @@ class Recurrences:
 
     # Series of operands.
 
-    def of(self, operand: Operand) -> Series:
+    def of(self, operand: Operand) -> TaylorSeries:
         if isinstance(operand, Number):
-            return Series(self.number(operand.value) or "1.0")
+            return TaylorSeries(self.number(operand.value) or "1.0")
         if isinstance(operand, Variable):
             return self._of_variable(operand.name)
         if isinstance(operand, Sum):
@@ -118,18 +127,18 @@ class Recurrences:
             return self._of_product(operand)
         return self._of_call(operand)
 
-    def _of_variable(self, name: str) -> Series:
+    def _of_variable(self, name: str) -> TaylorSeries:
         if name in self.known:
             return self.known[name]
         number = int(name[1:] or 0)
         if name[0] == "p":
-            return Series(f"p[{number}]")
+            return TaylorSeries(f"p[{number}]")
         if name[0] not in "qvt":
             raise NoSeriesError(name)
         places = {"q": number, "v": self.coordinates + number, "t": 2 * self.coordinates}
-        return Series("", (Term("", (places[name[0]],)),))
+        return TaylorSeries("", (SeriesTerm("", (places[name[0]],)),))
 
-    def _of_sum(self, operand: Sum) -> Series:
+    def _of_sum(self, operand: Sum) -> TaylorSeries:
         constants: list[str] = []
         terms: dict[tuple[int, ...], str] = {}
         for coefficient, part in operand.terms:
@@ -140,15 +149,15 @@ class Recurrences:
                 both = f"{terms[term.rows]} + {scale}" if term.rows in terms else scale
                 terms[term.rows] = both
         total = tuple(
-            Term("" if scale == "1.0" else self._grouped(scale), rows)
+            SeriesTerm("" if scale == "1.0" else self._grouped(scale), rows)
             for rows, scale in terms.items()
         )
-        return Series(self._grouped(" + ".join(constants)) if constants else "", total)
+        return TaylorSeries(self._grouped(" + ".join(constants)) if constants else "", total)
 
     def _grouped(self, text: str) -> str:
         return self.constant(f"({text})") if " + " in text else text
 
-    def _of_product(self, operand: Product) -> Series:
+    def _of_product(self, operand: Product) -> TaylorSeries:
         scale, rows = self._factors(operand.numerator)
         below, divisors = self._factors(operand.denominator)
         if below:
@@ -156,8 +165,8 @@ class Recurrences:
         if divisors:
             return self.scaled(self._quotient(rows, divisors), scale)
         if not rows:
-            return Series(scale or "1.0")
-        return Series("", (Term(scale, self._two(rows)),))
+            return TaylorSeries(scale or "1.0")
+        return TaylorSeries("", (SeriesTerm(scale, self._two(rows)),))
 
     def _factors(self, operands: tuple[Operand, ...]) -> tuple[str, list[int]]:
         """The constant factor of a product ("" is 1), and its rows."""
@@ -169,7 +178,7 @@ class Recurrences:
                 continue
             if not series.constant and len(series.terms) == 1 and series.terms[0].scale:
                 scale = self._times(scale, series.terms[0].scale)
-                series = Series("", (Term("", series.terms[0].rows),))
+                series = TaylorSeries("", (SeriesTerm("", series.terms[0].rows),))
             rows.append(self.row(series))
         return scale, rows
 
@@ -177,33 +186,35 @@ class Recurrences:
         """The product of rows as one or two of them."""
         rows = sorted(rows)
         while len(rows) > 2:
-            rows = [self.row(Series("", (Term("", (rows[0], rows[1])),))), *rows[2:]]
+            rows = [self.row(TaylorSeries("", (SeriesTerm("", (rows[0], rows[1])),))), *rows[2:]]
         return tuple(sorted(rows))
 
-    def _quotient(self, rows: list[int], divisors: list[int]) -> Series:
-        above = Series("", (Term("", self._two(rows)),)) if rows else Series("1.0")
-        below = self.row(Series("", (Term("", self._two(divisors)),)))
+    def _quotient(self, rows: list[int], divisors: list[int]) -> TaylorSeries:
+        above = (
+            TaylorSeries("", (SeriesTerm("", self._two(rows)),)) if rows else TaylorSeries("1.0")
+        )
+        below = self.row(TaylorSeries("", (SeriesTerm("", self._two(divisors)),)))
         number = self._new(("quotient", above, below))
         if number is None:
-            return Series("", (Term("", (self.made["quotient", above, below],)),))
+            return TaylorSeries("", (SeriesTerm("", (self.made["quotient", above, below],)),))
         above_at_0, above_now = (self.text(above, at) for at in (FIRST, NOW))
         first = (f"c[{number}] = ({above_at_0})/c[{below}];", f"i{number} = 1.0/c[{below}];")
         taken = f"({self.inner(below, number)} + now[{below}]*c[{number}])"
         further = (f"now[{number}] = ({above_now and above_now + ' '}- {taken})*i{number};",)
-        self._add(Step((number,), first, further, (below, *rows_of(above))))
-        return Series("", (Term("", (number,)),))
+        self._add(Recurrence((number,), first, further, (below, *series_rows(above))))
+        return TaylorSeries("", (SeriesTerm("", (number,)),))
 
-    def _of_call(self, operand: Call) -> Series:
+    def _of_call(self, operand: Call) -> TaylorSeries:
         if operand.function not in _EACH:
             raise NoSeriesError(operand.function)
         series = self.of(operand.arguments[0])
         if not series.terms:
             given = series.constant or "0.0"
-            return Series(self.constant(f"{_EACH[operand.function]}(zero + {given})"))
+            return TaylorSeries(self.constant(f"{_EACH[operand.function]}(zero + {given})"))
         argument = self.row(series)
         make = {"sin": self._turn, "cos": self._turn, "sqrt": self._root, "exp": self._growth}
         found = make[operand.function](argument) + (operand.function == "cos")
-        return Series("", (Term("", (found,)),))
+        return TaylorSeries("", (SeriesTerm("", (found,)),))
 
     def _turn(self, a: int) -> int:
         """The row of the sine; that of the cosine is the next."""
@@ -219,7 +230,7 @@ class Recurrences:
             f"now[{s}] = ({sine} + now[{rates}]*c[{c}])*part;",
             f"now[{c}] = ({cosine} + now[{rates}]*c[{s}])*-part;",
         )
-        self._add(Step((s, s + 1, s + 2), first, further, (a,)))
+        self._add(Recurrence((s, s + 1, s + 2), first, further, (a,)))
         return s
 
     def _root(self, a: int) -> int:
@@ -228,7 +239,7 @@ class Recurrences:
             return self.made["root", a]
         first = (f"c[{s}] = lagrange_each_sqrt(c[{a}]);", f"i{s} = 0.5/c[{s}];")
         further = (f"now[{s}] = (now[{a}] - {self.inner(s, s)})*i{s};",)
-        self._add(Step((s,), first, further, (a,)))
+        self._add(Recurrence((s,), first, further, (a,)))
         return s
 
     def _growth(self, a: int) -> int:
@@ -242,12 +253,12 @@ class Recurrences:
             f"now[{rates}] = now[{a}]*(double)k;",
             f"now[{e}] = ({self.inner(rates, e)} + now[{rates}]*c[{e}])*part;",
         )
-        self._add(Step((e, e + 1), first, further, (a,)))
+        self._add(Recurrence((e, e + 1), first, further, (a,)))
         return e
 
     # Rows.
 
-    def row(self, series: Series) -> int:
+    def row(self, series: TaylorSeries) -> int:
         """The number of the row that holds a series."""
         if not series.constant and len(series.terms) == 1:
             (term,) = series.terms
@@ -257,7 +268,7 @@ class Recurrences:
         if number is None:
             return self.made[series]
         first, further = (f"{at}[{number}] = {self.text(series, at)};" for at in (FIRST, NOW))
-        self._add(Step((number,), (first,), (further,), rows_of(series)))
+        self._add(Recurrence((number,), (first,), (further,), series_rows(series)))
         return number
 
     def _new(self, key: object) -> int | None:
@@ -268,10 +279,10 @@ class Recurrences:
         self.rows += 1
         return self.rows - 1
 
-    def _add(self, step: Step) -> None:
+    def _add(self, step: Recurrence) -> None:
         self.steps.append(step)
 
-    def text(self, series: Series, at: str) -> str:
+    def text(self, series: TaylorSeries, at: str) -> str:
         """The first coefficient of a series, or the present one; which stand ``at`` an array."""
         parts = [series.constant] if series.constant and at == FIRST else []
         for term in series.terms:
@@ -297,5 +308,5 @@ class Recurrences:
         return f"s{self.sums.index(pair)}"
 
 
-def rows_of(series: Series) -> tuple[int, ...]:
+def series_rows(series: TaylorSeries) -> tuple[int, ...]:
     return tuple(row for term in series.terms for row in term.rows)

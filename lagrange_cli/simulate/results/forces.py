@@ -7,7 +7,7 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.functions import RightHandSide, functions_of
-from lagrange_cli.simulate.system.tables import Knowing
+from lagrange_cli.simulate.system.tables import ParameterTable
 
 __all__ = ["constraint_force_columns"]
 
@@ -39,7 +39,7 @@ def _known(model: Model, functions: RightHandSide, t: Array, states: Array) -> A
     return np.hstack([rows, np.reshape(slopes, (len(t), n)), functions.multipliers(t, states)])
 
 
-def _interpreted(model: Model, functions: RightHandSide) -> Knowing:
+def _interpreted(model: Model, functions: RightHandSide) -> ParameterTable:
     """Forces by Python."""
     found, driven = functions_of(model.code.forces), functions.drive
 

@@ -15,7 +15,7 @@ from lagrange_cli.simulate.integrators.hybrid.contact_motion import (
     TOO_MANY,
     UNDETERMINED,
 )
-from lagrange_cli.simulate.integrators.hybrid.crossing import (
+from lagrange_cli.simulate.integrators.hybrid.surface_motion import (
     AMBIGUOUS,
     CROWDED,
     IMPULSIVE,

@@ -18,8 +18,14 @@ from lagrange_cli.simulate.results.columns import Sampled
 from lagrange_cli.simulate.results.decimation import Decimator
 from lagrange_cli.simulate.results.formats import format_of
 from lagrange_cli.simulate.results.trajectory import Trajectory
-from lagrange_cli.simulate.samples.buffer import Samples, Spool, folder_of, require_room, spool_file
-from lagrange_cli.simulate.samples.rows import Rows, windows
+from lagrange_cli.simulate.samples.buffer import (
+    FileBuffer,
+    SampleBuffer,
+    buffer_folder,
+    require_disk_space,
+    unnamed_file,
+)
+from lagrange_cli.simulate.samples.rows import RowSequence, windows
 
 __all__ = ["IN_MEMORY", "Stream", "buffers", "shown_samples", "written_in_windows"]
 
@@ -51,7 +57,7 @@ class Stream:
 @contextmanager
 def buffers(
     stream: Stream, model: Model, request: Request, checkpoint: Checkpoint | None
-) -> Iterator[Callable[[], Samples]]:
+) -> Iterator[Callable[[], SampleBuffer]]:
     """What gives each run room for the states of its samples on a disk.
 
     It is that of the result, and for a while; with a checkpoint it is beside that, and stays.
@@ -63,21 +69,21 @@ def buffers(
     """
     width = 2 * len(model.coordinates)
     columns = 0 if stream.output is None else 1 + width + 2 * len(model.cartesian)
-    folder = folder_of(stream.output if checkpoint is None else checkpoint.path)
+    folder = buffer_folder(stream.output if checkpoint is None else checkpoint.path)
     if checkpoint is None or not checkpoint.resume:
         runs = 1 if request.accuracy is None else _COMPARED
-        require_room(folder, len(request.times), runs * width + columns)
+        require_disk_space(folder, len(request.times), runs * width + columns)
     names = count()
     with ExitStack() as files:
 
-        def room() -> Samples:
-            file = spool_file(folder) if checkpoint is None else checkpoint.samples(next(names))
-            return Spool(files.enter_context(file), width)
+        def room() -> SampleBuffer:
+            file = unnamed_file(folder) if checkpoint is None else checkpoint.samples(next(names))
+            return FileBuffer(files.enter_context(file), width)
 
         yield room
 
 
-def shown_samples(times: Rows, states: Rows) -> tuple[Array, Array]:
+def shown_samples(times: RowSequence, states: RowSequence) -> tuple[Array, Array]:
     """The samples that a trajectory has: all in memory, or some of those in a file."""
     if isinstance(states, np.ndarray):
         return times[: len(states)], states
@@ -88,8 +94,8 @@ def shown_samples(times: Rows, states: Rows) -> tuple[Array, Array]:
 def written_in_windows(
     stream: Stream,
     found: Trajectory,
-    times: Rows,
-    states: Rows,
+    times: RowSequence,
+    states: RowSequence,
     sampled: Callable[[Array, Array], Sampled],
 ) -> Trajectory:
     """The trajectory, with all samples written to where they are asked for.
@@ -112,7 +118,7 @@ def written_in_windows(
     with ExitStack() as files:
         add = None
         if stream.output is not None:
-            form, folder = format_of(stream.output), folder_of(stream.output)
+            form, folder = format_of(stream.output), buffer_folder(stream.output)
             file = files.enter_context(whole_file(stream.output))
             add = files.enter_context(form(file, len(states), folder))
         for part in windows(times, states):

@@ -10,9 +10,9 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
-from lagrange_cli.simulate.integrators.native.peaks import NativeLandmarks
-from lagrange_cli.simulate.samples.buffer import InMemory, Samples
-from lagrange_cli.simulate.samples.rows import Grid, Rows, windows
+from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
+from lagrange_cli.simulate.samples.buffer import MemoryBuffer, SampleBuffer
+from lagrange_cli.simulate.samples.rows import Grid, RowSequence, windows
 
 __all__ = [
     "InitialValueProblem",
@@ -52,7 +52,7 @@ class InitialValueProblem:
 
     rhs: Rhs
     y0: Array
-    times: Rows
+    times: RowSequence
     kinds: tuple[str, ...]
     disturbed: tuple[Rhs, Rhs] | None = None
     autonomous: bool = True
@@ -60,14 +60,14 @@ class InitialValueProblem:
     wider: Callable[[], InitialValueProblem | None] = lambda: None
     widens: bool = False
     read_off: bool = False
-    room: Callable[[], Samples] | None = None
+    room: Callable[[], SampleBuffer] | None = None
     between: Array | None = None
     landmarks: NativeLandmarks | None = None
 
-    def samples(self) -> Samples:
+    def samples(self) -> SampleBuffer:
         """Where a run puts its samples."""
         if self.room is None or not isinstance(self.times, Grid):
-            return InMemory(len(self.times), len(self.y0))
+            return MemoryBuffer(len(self.times), len(self.y0))
         return self.room()
 
     @property
@@ -141,7 +141,7 @@ class RunningScales:
         return scales_from(self._problem, largest, speed)
 
 
-def last_scales(problem: InitialValueProblem, states: Rows) -> Array:
+def last_scales(problem: InitialValueProblem, states: RowSequence) -> Array:
     """The last row of :func:`running_scales`, of states that may not all be in memory."""
     scales, found = RunningScales(problem, states[0]), np.empty(0)
     for _, part in windows(problem.times, states):

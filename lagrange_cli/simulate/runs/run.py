@@ -10,12 +10,16 @@ from dataclasses import dataclass
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators import Control, Integrator, Rhs, start
-from lagrange_cli.simulate.integrators.base import State, UnfitError
-from lagrange_cli.simulate.integrators.hybrid.contact_motion import Switching
-from lagrange_cli.simulate.integrators.hybrid.contact_system import Dip, Flags, Switch
+from lagrange_cli.simulate.integrators import Control, Integrator, Rhs, start_integrator
+from lagrange_cli.simulate.integrators.base import SavedState, UnfitError
+from lagrange_cli.simulate.integrators.hybrid.contact_motion import ContactMotion
+from lagrange_cli.simulate.integrators.hybrid.contact_system import (
+    ContactMode,
+    ModeChange,
+    NearContact,
+)
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
-from lagrange_cli.simulate.samples.rows import Rows
+from lagrange_cli.simulate.samples.rows import RowSequence
 
 __all__ = ["Failure", "Run"]
 
@@ -75,7 +79,7 @@ class Run:
         self.filled = 1
         self._pace = 1
         with _fitting(method):
-            self._integrator = start(
+            self._integrator = start_integrator(
                 method,
                 problem.rhs if rhs is None else rhs,
                 problem.start,
@@ -85,7 +89,7 @@ class Run:
             )
 
     @property
-    def rows(self) -> Rows:
+    def rows(self) -> RowSequence:
         return self._samples.rows(self.filled)
 
     @property
@@ -119,28 +123,28 @@ class Run:
         return (self.t - float(self._times[0])) / max(self.steps, 1)
 
     @property
-    def switches(self) -> Sequence[Switch]:
+    def switches(self) -> Sequence[ModeChange]:
         """What happened to contacts so far."""
-        return self._integrator.switches if isinstance(self._integrator, Switching) else ()
+        return self._integrator.switches if isinstance(self._integrator, ContactMotion) else ()
 
     @property
-    def began(self) -> Flags:
+    def began(self) -> ContactMode:
         """The contacts that were closed at first."""
-        return self._integrator.began if isinstance(self._integrator, Switching) else ()
+        return self._integrator.began if isinstance(self._integrator, ContactMotion) else ()
 
     @property
-    def grazes(self) -> Sequence[Dip]:
+    def grazes(self) -> Sequence[NearContact]:
         """Where gaps came close to zero and opened again."""
-        return self._integrator.grazes if isinstance(self._integrator, Switching) else ()
+        return self._integrator.grazes if isinstance(self._integrator, ContactMotion) else ()
 
     @property
-    def closed(self) -> Flags:
+    def closed(self) -> ContactMode:
         """The contacts that are closed where the run stands."""
-        return self._integrator.closed if isinstance(self._integrator, Switching) else ()
+        return self._integrator.closed if isinstance(self._integrator, ContactMotion) else ()
 
     @property
     def _in_the_way(self) -> tuple[int, ...]:
-        stuck = self._integrator.stuck if isinstance(self._integrator, Switching) else None
+        stuck = self._integrator.stuck if isinstance(self._integrator, ContactMotion) else None
         return () if stuck is None else stuck.contacts
 
     @property
@@ -148,7 +152,7 @@ class Run:
         """Whether the run is complete or has failed."""
         return self.failure is not None or self.filled == len(self._times)
 
-    def state(self) -> State:
+    def state(self) -> SavedState:
         """All that the run goes on from; its samples are on the disk where they are in a file."""
         failure = self.failure
         return {
@@ -158,7 +162,7 @@ class Run:
             "integrator": self._integrator.state(),
         }
 
-    def restore(self, state: State) -> bool:
+    def restore(self, state: SavedState) -> bool:
         """Go on where a run of the same problem stood; False where its samples are not there."""
         self.filled = state["filled"]
         self.failure = state["failure"] and Failure(*state["failure"])

@@ -14,36 +14,44 @@ import numpy as np
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import State
-from lagrange_cli.simulate.samples.rows import PartsOfRows, Rows, window_rows
+from lagrange_cli.simulate.integrators.base import SavedState
+from lagrange_cli.simulate.samples.rows import LazyRows, RowSequence, window_rows
 
-__all__ = ["InMemory", "Samples", "Spool", "folder_of", "named_file", "require_room", "spool_file"]
+__all__ = [
+    "FileBuffer",
+    "MemoryBuffer",
+    "SampleBuffer",
+    "buffer_folder",
+    "named_file",
+    "require_disk_space",
+    "unnamed_file",
+]
 
 #: Bytes of a number.
-NUMBER = 8
+_DOUBLE_SIZE = 8
 
 
-class Samples(Protocol):
+class SampleBuffer(Protocol):
     """Where a run puts its samples."""
 
     def room(self, first: int, last: int) -> Array:
         """Rows that are to be filled, from the number ``first`` to ``last`` at most."""
         ...
 
-    def rows(self, count: int) -> Rows:
+    def rows(self, count: int) -> RowSequence:
         """So many that have been filled."""
         ...
 
-    def state(self, count: int) -> State:
+    def state(self, count: int) -> SavedState:
         """What is to be written of so many that have been filled."""
         ...
 
-    def restore(self, state: State) -> bool:
+    def restore(self, state: SavedState) -> bool:
         """Fill those again; False where that is not possible."""
         ...
 
 
-class InMemory:
+class MemoryBuffer:
     """All samples in one array, shape (count, width)."""
 
     def __init__(self, count: int, width: int) -> None:
@@ -55,15 +63,15 @@ class InMemory:
     def rows(self, count: int) -> Array:
         return self._array[:count]
 
-    def state(self, count: int) -> State:
+    def state(self, count: int) -> SavedState:
         return {"states": self._array[:count]}
 
-    def restore(self, state: State) -> bool:
+    def restore(self, state: SavedState) -> bool:
         self._array[: len(state["states"])] = state["states"]
         return True
 
 
-class Spool:
+class FileBuffer:
     """Samples in a file; those of the window that is being filled are in memory.
 
     Parameters
@@ -88,7 +96,7 @@ class Spool:
             self._base = first
         return self._buffer[first - self._base : last - self._base]
 
-    def rows(self, count: int) -> Rows:
+    def rows(self, count: int) -> RowSequence:
         return _Spooled(self, count)
 
     def read(self, first: int, last: int) -> Array:
@@ -96,25 +104,25 @@ class Spool:
         kept = self._buffer[max(first - self._base, 0) : max(last - self._base, 0)]
         if first >= self._base:
             return kept.copy()
-        size = NUMBER * self._width
+        size = _DOUBLE_SIZE * self._width
         self._file.seek(first * size)
         data = self._file.read((min(last, self._base) - first) * size)
         return np.concatenate([np.frombuffer(data).reshape(-1, self._width), kept])
 
-    def state(self, count: int) -> State:
+    def state(self, count: int) -> SavedState:
         """See to it that the first ``count`` rows are on the disk; how to know them again."""
         check = self._put(count - self._base)
         os.fsync(self._file.fileno())
         return {"count": count, "check": check}
 
-    def restore(self, state: State) -> bool:
+    def restore(self, state: SavedState) -> bool:
         """Go on behind the rows in the file; False where they are not those that were written."""
         count, size = state["count"], len(self._buffer)
         self._file.seek(0)
         for self._base in range(0, count, size):
             rows = min(size, count - self._base)
-            data = self._file.read(NUMBER * self._width * rows)
-            if len(data) < NUMBER * self._width * rows:
+            data = self._file.read(_DOUBLE_SIZE * self._width * rows)
+            if len(data) < _DOUBLE_SIZE * self._width * rows:
                 return False
             self._buffer[:rows] = np.frombuffer(data).reshape(rows, self._width)
             check, self._check = self._check, zlib.crc32(data, self._check)
@@ -125,7 +133,7 @@ class Spool:
         """Write the first rows of the window into the file; return the CRC-32 of it up to them."""
         data = self._buffer[:rows].tobytes()
         try:
-            self._file.seek(NUMBER * self._width * self._base)
+            self._file.seek(_DOUBLE_SIZE * self._width * self._base)
             self._file.write(data)
             self._file.flush()
         except OSError as error:
@@ -134,10 +142,10 @@ class Spool:
 
 
 @dataclass(frozen=True)
-class _Spooled(PartsOfRows):
+class _Spooled(LazyRows):
     """The first ``count`` rows of a spool."""
 
-    spool: Spool
+    spool: FileBuffer
     count: int
 
     def __len__(self) -> int:
@@ -147,7 +155,7 @@ class _Spooled(PartsOfRows):
         return self.spool.read(start, stop)
 
 
-def spool_file(folder: str) -> IO[bytes]:
+def unnamed_file(folder: str) -> IO[bytes]:
     """A file without a name, that is gone with the process.
 
     Raises
@@ -175,14 +183,14 @@ def named_file(path: str, *, again: bool) -> IO[bytes]:
         raise cannot_write(f"'{path}'", error) from error
 
 
-def folder_of(beside: str | os.PathLike[str] | None) -> str:
+def buffer_folder(beside: str | os.PathLike[str] | None) -> str:
     """Where samples are spooled: the folder of a result, or that of temporary files."""
     if beside is None:
         return tempfile.gettempdir()
     return os.path.dirname(os.path.realpath(beside))
 
 
-def require_room(folder: str, count: int, numbers: int) -> None:
+def require_disk_space(folder: str, count: int, numbers: int) -> None:
     """Refuse samples for which a disk has no room.
 
     Parameters
@@ -195,13 +203,14 @@ def require_room(folder: str, count: int, numbers: int) -> None:
     InputError
         With what they take and what there is.
     """
-    wanted, free = NUMBER * numbers * count, shutil.disk_usage(folder).free
+    row, free = _DOUBLE_SIZE * numbers, shutil.disk_usage(folder).free
+    wanted = row * count
     if wanted > free:
         raise InputError(
             Problem(
                 f"{count:,} samples take {wanted / 1e9:.3g} GB, and '{folder}' has"
                 f" {free / 1e9:.3g} GB left",
-                hint=f"--samples {max(2, free // (NUMBER * numbers) // 2)}, or -o FILE on another"
+                hint=f"--samples {max(2, free // row // 2)}, or -o FILE on another"
                 " disk (TMPDIR where there is no -o)",
                 rule="limit",
             )

@@ -15,12 +15,12 @@ from lagrange_cli.simulate.arrays import Array
 __all__ = [
     "WINDOW",
     "Grid",
-    "PartsOfRows",
-    "Ranges",
-    "Rows",
+    "LazyRows",
+    "RowRanges",
+    "RowSequence",
+    "decimated",
     "first_from",
     "first_rows",
-    "thinned",
     "window_rows",
     "windows",
 ]
@@ -29,7 +29,7 @@ __all__ = [
 WINDOW = 2**17
 
 
-class Rows(Protocol):
+class RowSequence(Protocol):
     """A sequence of numbers or of states, of which any part can be had as an array."""
 
     def __len__(self) -> int: ...
@@ -76,7 +76,7 @@ class Grid:
         return times
 
 
-class PartsOfRows(ABC):
+class LazyRows(ABC):
     """Rows of which a part is read when it is asked for."""
 
     @abstractmethod
@@ -101,10 +101,10 @@ class PartsOfRows(ABC):
 
 
 @dataclass(frozen=True)
-class Ranges(PartsOfRows):
+class RowRanges(LazyRows):
     """The rows of some ranges of others, one range after the other."""
 
-    rows: Rows
+    rows: RowSequence
     ranges: Sequence[tuple[int, int]]
 
     def __len__(self) -> int:
@@ -122,12 +122,12 @@ class Ranges(PartsOfRows):
         return np.concatenate([self.rows[:0], *parts])
 
 
-def first_rows(rows: Rows, count: int) -> Rows:
+def first_rows(rows: RowSequence, count: int) -> RowSequence:
     """The first ``count`` of some rows."""
-    return rows[:count] if isinstance(rows, np.ndarray) else Ranges(rows, [(0, count)])
+    return rows[:count] if isinstance(rows, np.ndarray) else RowRanges(rows, [(0, count)])
 
 
-def thinned(rows: Rows, stride: int) -> Rows:
+def decimated(rows: RowSequence, stride: int) -> RowSequence:
     """Every so many of some rows, and the last."""
     if stride == 1:
         return rows[:]
@@ -140,7 +140,9 @@ def window_rows(width: int) -> int:
     return max(1, WINDOW // max(width, 1))
 
 
-def windows(times: Rows, states: Rows, size: int | None = None) -> Iterator[tuple[Array, Array]]:
+def windows(
+    times: RowSequence, states: RowSequence, size: int | None = None
+) -> Iterator[tuple[Array, Array]]:
     """Times and states in parts; all at once where they are in memory."""
     count = len(states)
     if isinstance(states, np.ndarray):
@@ -152,7 +154,7 @@ def windows(times: Rows, states: Rows, size: int | None = None) -> Iterator[tupl
         yield times[first:last], states[first:last]
 
 
-def first_from(times: Rows, t: float) -> int:
+def first_from(times: RowSequence, t: float) -> int:
     """The number of the first time that is not before t."""
     low, high = 0, len(times)
     while low < high:

@@ -22,8 +22,8 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs, UnfitError
 from lagrange_cli.simulate.integrators.expressions import Expressions, expressions
 from lagrange_cli.simulate.integrators.external.heyoka_algebra import Algebra, Traced
-from lagrange_cli.simulate.integrators.hybrid.contact_system import Flags, SwitchedRhs
-from lagrange_cli.simulate.integrators.piecewise import pieces
+from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode, HybridRhs
+from lagrange_cli.simulate.integrators.piecewise import input_pieces
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, groups
 from lagrange_cli.simulate.sharpness.disc_arithmetic import DISCS, Disc
 
@@ -72,14 +72,14 @@ class PathPoint:
 
     t: float
     y: Array
-    closed: Flags = ()
+    closed: ContactMode = ()
 
 
 class AnalyticDiscs:
     """What can be seen from places on a motion."""
 
     def __init__(self, problem: InitialValueProblem) -> None:
-        self._problem, self._blind = problem, pieces(problem.rhs) is not None
+        self._problem, self._blind = problem, input_pieces(problem.rhs) is not None
 
     def first(self, place: PathPoint) -> float:
         """The radius of a disc of times in which the motion from there is analytic and tame: the
@@ -121,9 +121,9 @@ class AnalyticDiscs:
         bent = (1 - x) * (starts - line) - x * (ends - line)
         return PathPoint(one.t + x * h, one.y + x * (line + (1 - x) * bent), one.closed)
 
-    def _side(self, closed: Flags) -> Rhs:
+    def _side(self, closed: ContactMode) -> Rhs:
         rhs = self._problem.rhs
-        return rhs.side(closed) if isinstance(rhs, SwitchedRhs) else rhs
+        return rhs.side(closed) if isinstance(rhs, HybridRhs) else rhs
 
     def _clear(self, places: Sequence[PathPoint], radii: Array, scales: Array) -> _Flags:
         """Whether motions from places are shown to be tame, each within its radius."""
@@ -167,7 +167,7 @@ class _Places:
                 break
             states = np.where(inside[:, None], states, np.fmax(states, _MARGIN * needed))
         clear = inside & ~lost
-        if isinstance(rhs, SwitchedRhs) and clear.any():
+        if isinstance(rhs, HybridRhs) and clear.any():
             clear &= self._falls_tamely(rhs, self._tightened(of, states))
         return np.asarray(clear)
 
@@ -208,7 +208,7 @@ class _Places:
                 largest[:, numbers] = states[:, numbers].max(axis=1, keepdims=True)
         return largest
 
-    def _falls_tamely(self, rhs: SwitchedRhs, states: Array) -> _Flags:
+    def _falls_tamely(self, rhs: HybridRhs, states: Array) -> _Flags:
         """Whether what falls through zero at events changes no faster than a cubic."""
         gaps, multipliers = rhs.traced(self._closed)
         count, tame = len(self._closed), np.ones(len(states), dtype=bool)

@@ -9,7 +9,7 @@ from functools import partial
 from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
-from lagrange_cli.simulate.integrators.native.peaks import NativeLandmarks
+from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 
 __all__ = ["watching"]

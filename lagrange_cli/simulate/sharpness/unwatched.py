@@ -11,7 +11,7 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
-from lagrange_cli.simulate.samples.rows import Rows, thinned
+from lagrange_cli.simulate.samples.rows import RowSequence, decimated
 from lagrange_cli.simulate.system.functions import RightHandSide
 
 __all__ = ["unseen_forces"]
@@ -25,14 +25,14 @@ _MOST_SAMPLES, _PART = 256, 1 / 64
 
 
 def unseen_forces(
-    model: Model, functions: RightHandSide, problem: InitialValueProblem, states: Rows
+    model: Model, functions: RightHandSide, problem: InitialValueProblem, states: RowSequence
 ) -> tuple[str, ...]:
     """The remark, where an exponent changes so fast somewhere that a step may pass its peak."""
     watched = functions.native and not model.contacts
     if watched or not model.landmarks or len(states) < 2:
         return ()
     stride = -(-len(states) // _MOST_SAMPLES)
-    times, rows = thinned(problem.times, stride), states[::stride]
+    times, rows = decimated(problem.times, stride), states[::stride]
     if not _is_sharp(functions, problem, np.asarray(times[: len(rows)]), np.asarray(rows)):
         return ()
     where = "beside contacts" if functions.native else "without compiled code"

@@ -15,24 +15,24 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.event_functions import NativeEvents
-from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing
+from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, RHS, projection_type
-from lagrange_cli.simulate.integrators.native.function import Driving, NativeRhs
-from lagrange_cli.simulate.integrators.piecewise import Pieces, with_projection
+from lagrange_cli.simulate.integrators.native.function import NativeInputs, NativeRhs
+from lagrange_cli.simulate.integrators.piecewise import InputPieces, with_projection
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.system.parameters import SIDES
+from lagrange_cli.simulate.system.parameters import SURFACE_NUMBERS
 from lagrange_cli.simulate.system.tables import (
-    Row,
+    StateFunction,
     Table,
     bound,
-    interpreted_row,
+    interpreted_state_function,
     interpreted_table,
-    native_row,
+    native_state_function,
     native_table,
 )
-from lagrange_cli.simulate.system.tracing import tracing
+from lagrange_cli.simulate.system.tracing import tracer
 
-__all__ = ["ContactParts", "InterpretedParts", "NativeParts"]
+__all__ = ["ContactFunctions", "InterpretedContacts", "NativeContacts"]
 
 _POINTER = ctypes.c_void_p
 
@@ -48,10 +48,10 @@ _RESET = ctypes.CFUNCTYPE(
 
 
 #: What ``system_reset`` returns where there is no motion behind an event.
-DEADLOCK = 4
+_DEADLOCK = 4
 
 
-class ContactParts(Protocol):
+class ContactFunctions(Protocol):
     """Functions of a system with contacts for given ``parameters``, flags among them."""
 
     def side(self, name: str, parameters: Array) -> Rhs:
@@ -60,7 +60,7 @@ class ContactParts(Protocol):
     def table(self, name: str, columns: int, parameters: Array) -> Table:
         """Another function, at many states."""
 
-    def row(self, name: str, columns: int, parameters: Array) -> Row:
+    def row(self, name: str, columns: int, parameters: Array) -> StateFunction:
         """The same at one state."""
 
     def traced(self, name: str, parameters: Array) -> Expressions:
@@ -82,7 +82,7 @@ class ContactParts(Protocol):
         that leave no motion, if that is why."""
 
 
-class NativeParts:
+class NativeContacts:
     """Those of a library of machine code; ``kernels`` those that hold integrators."""
 
     def __init__(
@@ -90,10 +90,10 @@ class NativeParts:
         model: Model,
         system: ctypes.CDLL,
         kernels: Callable[[str], ctypes.CDLL | None],
-        pieces: Pieces | None,
+        pieces: InputPieces | None,
     ) -> None:
         self._model, self._system, self._kernels = model, system, kernels
-        self._driving = None if pieces is None else Driving(pieces, DOUBLE)
+        self._driving = None if pieces is None else NativeInputs(pieces, DOUBLE)
         self._work = np.empty(model.code.work)
         self._reset = _RESET(("system_reset", system))
         # Where states are handed over, made at the first call.
@@ -105,7 +105,7 @@ class NativeParts:
         name: str,
         parameters: Array,
         projection: Any = None,
-        trace: Tracing | None = None,
+        trace: Tracer | None = None,
     ) -> NativeRhs:
         entry = RHS((f"system_{name}", self._system))
         work = np.empty_like(self._work)
@@ -121,15 +121,15 @@ class NativeParts:
 
     def side(self, name: str, parameters: Array) -> Rhs:
         project = projection_type(DOUBLE)(("system_contact_project", self._system))
-        return self._function(name, parameters, project, tracing(self._model.code.python, name))
+        return self._function(name, parameters, project, tracer(self._model.code.python, name))
 
     def table(self, name: str, columns: int, parameters: Array) -> Table:
         width = 2 * len(self._model.coordinates)
         return native_table(self._system, self._function(name, parameters), width, columns)
 
-    def row(self, name: str, columns: int, parameters: Array) -> Row:
+    def row(self, name: str, columns: int, parameters: Array) -> StateFunction:
         width = 2 * len(self._model.coordinates)
-        return native_row(self._function(name, parameters), width, columns)
+        return native_state_function(self._function(name, parameters), width, columns)
 
     def traced(self, name: str, parameters: Array) -> Expressions:
         return _traced(self._model, name, parameters)
@@ -161,15 +161,15 @@ class NativeParts:
         status = self._reset(t, state, inputs, given, event, bounce, work)
         flags = self._given[_flags(self._model)].copy()
         if status:
-            return None, flags if status == DEADLOCK else np.zeros_like(flags)
+            return None, flags if status == _DEADLOCK else np.zeros_like(flags)
         return self._state.copy(), flags
 
 
-class InterpretedParts:
+class InterpretedContacts:
     """Those of a module of Python."""
 
     def __init__(
-        self, model: Model, functions: Mapping[str, Callable[..., Any]], pieces: Pieces | None
+        self, model: Model, functions: Mapping[str, Callable[..., Any]], pieces: InputPieces | None
     ) -> None:
         self._model, self._functions, self._pieces = model, functions, pieces
 
@@ -179,14 +179,14 @@ class InterpretedParts:
     def side(self, name: str, parameters: Array) -> Rhs:
         given = parameters.tolist()
         project = bound(self._functions["contact_project"], given, None)
-        trace = tracing(self._model.code.python, name)
+        trace = tracer(self._model.code.python, name)
         return with_projection(bound(self._functions[name], given, self._pieces, trace), project)
 
     def table(self, name: str, columns: int, parameters: Array) -> Table:
         return interpreted_table(self._bound(name, parameters), columns)
 
-    def row(self, name: str, columns: int, parameters: Array) -> Row:
-        return interpreted_row(self._bound(name, parameters))
+    def row(self, name: str, columns: int, parameters: Array) -> StateFunction:
+        return interpreted_state_function(self._bound(name, parameters))
 
     def traced(self, name: str, parameters: Array) -> Expressions:
         return _traced(self._model, name, parameters)
@@ -213,10 +213,10 @@ class InterpretedParts:
 
 
 def _traced(model: Model, name: str, parameters: Array) -> Expressions:
-    return Expressions(tracing(model.code.python, name), parameters, np.empty(0))
+    return Expressions(tracer(model.code.python, name), parameters, np.empty(0))
 
 
 def _flags(model: Model) -> slice:
     """Where the flags of closed contacts are among the parameters."""
-    first = len(model.parameters) + SIDES * len(model.surfaces)
+    first = len(model.parameters) + SURFACE_NUMBERS * len(model.surfaces)
     return slice(first, first + len(model.contacts))

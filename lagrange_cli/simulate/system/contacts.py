@@ -8,18 +8,18 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs, projection
-from lagrange_cli.simulate.integrators.event_functions import Falling
+from lagrange_cli.simulate.integrators.event_functions import TerminalEvents
 from lagrange_cli.simulate.integrators.expressions import Expressions
-from lagrange_cli.simulate.integrators.hybrid.contact_system import Flags, Gaps, SwitchedRhs
+from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode, Gaps, HybridRhs
 from lagrange_cli.simulate.integrators.hybrid.surfaces import Surfaces
-from lagrange_cli.simulate.system.contact_functions import ContactParts
-from lagrange_cli.simulate.system.switching_surfaces import with_surfaces
-from lagrange_cli.simulate.system.tables import Row, Table
+from lagrange_cli.simulate.system.contact_functions import ContactFunctions
+from lagrange_cli.simulate.system.surface_functions import with_surfaces
+from lagrange_cli.simulate.system.tables import StateFunction, Table
 
 __all__ = ["ContactRhs"]
 
 
-class ContactRhs(SwitchedRhs):
+class ContactRhs(HybridRhs):
     """The right-hand side of a system with contacts.
 
     Parameters
@@ -37,7 +37,7 @@ class ContactRhs(SwitchedRhs):
     def __init__(
         self,
         flight: Rhs,
-        parts: ContactParts,
+        parts: ContactFunctions,
         name: str,
         parameters: Array,
         first: int,
@@ -47,9 +47,9 @@ class ContactRhs(SwitchedRhs):
         self.free = (False,) * contacts
         self._flight, self._parts, self._name = flight, parts, name
         self._parameters, self._flags = parameters, slice(first, first + contacts)
-        self._sides: dict[Flags, Rhs] = {self.free: flight}
+        self._sides: dict[ContactMode, Rhs] = {self.free: flight}
         self._gaps = parts.row("gaps", 2 * contacts, parameters)
-        self._terms: Row | None = None
+        self._terms: StateFunction | None = None
         self._known: tuple[float, bytes, Gaps] | None = None
         self._surfaces = surfaces
 
@@ -60,7 +60,7 @@ class ContactRhs(SwitchedRhs):
         project = projection(self._flight)
         return np.array(y) if project is None else project(t, y)
 
-    def side(self, closed: Flags) -> Rhs:
+    def side(self, closed: ContactMode) -> Rhs:
         if closed not in self._sides:
             side = self._parts.side(self._name, self._with(closed))
             if self._surfaces is not None:
@@ -68,24 +68,24 @@ class ContactRhs(SwitchedRhs):
             self._sides[closed] = side
         return self._sides[closed]
 
-    def _with(self, closed: Flags) -> Array:
+    def _with(self, closed: ContactMode) -> Array:
         parameters = np.array(self._parameters)
         parameters[self._flags] = closed
         return parameters
 
     def falling(
         self,
-        closed: Flags,
+        closed: ContactMode,
         signs: tuple[float, ...],
         noise: tuple[float, ...],
         reach: tuple[float, ...] = (),
-    ) -> Falling:
+    ) -> TerminalEvents:
         parameters = self._with(closed)
         values = self._parts.row("events", len(closed), parameters)
         native = self._parts.events(parameters, signs, noise, reach)
-        return Falling(values, signs, noise, native, reach)
+        return TerminalEvents(values, signs, noise, native, reach)
 
-    def traced(self, closed: Flags) -> tuple[Expressions, Expressions]:
+    def traced(self, closed: ContactMode) -> tuple[Expressions, Expressions]:
         parameters = self._with(closed)
         return self._parts.traced("gaps", parameters), self._parts.traced(
             "contact_multipliers", parameters
@@ -105,13 +105,13 @@ class ContactRhs(SwitchedRhs):
         self._known = t, place, found
         return found
 
-    def table(self, name: str, columns: int, closed: Flags) -> Table:
+    def table(self, name: str, columns: int, closed: ContactMode) -> Table:
         """Another function of the system with contacts, at many states."""
         return self._parts.table(name, columns, self._with(closed))
 
     def reset(
-        self, t: float, y: Array, closed: Flags, event: int, bounce: float
-    ) -> tuple[Array | None, Flags]:
+        self, t: float, y: Array, closed: ContactMode, event: int, bounce: float
+    ) -> tuple[Array | None, ContactMode]:
         state, flags = self._parts.reset(t, y, self._with(closed), event, bounce)
         if state is not None and not np.isfinite(state).all():
             return None, self.free

@@ -16,41 +16,44 @@ from lagrange_cli.errors import StoppedError
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs, Shift
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
-from lagrange_cli.simulate.integrators.native.peaks import NativeLandmarks
+from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.piecewise import with_projection
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.contact_functions import (
-    ContactParts,
-    InterpretedParts,
-    NativeParts,
+    ContactFunctions,
+    InterpretedContacts,
+    NativeContacts,
 )
 from lagrange_cli.simulate.system.contacts import ContactRhs
-from lagrange_cli.simulate.system.inputs import Drive, drive_of
+from lagrange_cli.simulate.system.inputs import RecordedInputs, read_recorded_inputs
 from lagrange_cli.simulate.system.libraries import Libraries, pieces_of
-from lagrange_cli.simulate.system.parameters import SIDES, given, off
-from lagrange_cli.simulate.system.singular_guard import beside_places
-from lagrange_cli.simulate.system.switching_surfaces import (
+from lagrange_cli.simulate.system.parameters import (
+    SURFACE_NUMBERS,
+    parameter_values,
+)
+from lagrange_cli.simulate.system.singular_guard import guarded_rhs
+from lagrange_cli.simulate.system.surface_functions import (
     InterpretedCode,
     MakeSurfaces,
     NativeCode,
-    makes_surfaces,
+    surfaces_maker,
     with_surfaces,
 )
 from lagrange_cli.simulate.system.tables import (
-    Knowing,
+    ParameterTable,
     Table,
     bound,
     interpreted_table,
-    native_knowing,
+    native_parameter_table,
     native_table,
     no_columns,
 )
-from lagrange_cli.simulate.system.tracing import functions_of, tracing
+from lagrange_cli.simulate.system.tracing import functions_of, tracer
 from lagrange_cli.simulate.toolchain.compiler import CompileError
 
 __all__ = [
     "RightHandSide",
-    "Wider",
+    "WiderArithmetic",
     "compiled",
     "functions_of",
     "interpreted",
@@ -59,11 +62,11 @@ __all__ = [
 ]
 
 #: Part of a budget after which the compiler is given up, so that the rest is for Python.
-COMPILING = 0.5
+_COMPILING = 0.5
 
 
 @dataclass(frozen=True)
-class Wider:
+class WiderArithmetic:
     """The right-hand sides of a system in numbers wider than doubles.
 
     ``epsilon``: the distance from 1 to the next of these numbers.
@@ -92,7 +95,7 @@ class RightHandSide:
     files pieces, see :func:`.pieces.pieces`; ``drive`` is what was read. Those with contacts are
     :class:`.contacts.ContactRhs`. ``forces`` gives constraint forces, in machine code alone,
     where they were derived. ``guarded``: the same with right-hand sides that do not exist beyond
-    singular places of the coordinates, for the numbers of :func:`.singular_guard.guards`.
+    singular places of the coordinates, for the numbers of :func:`.singular_guard.guard_signs`.
     ``landmarks``: exponents of sharp functions, which compiled integrators can watch, ``exponents``
     the table of them.
     """
@@ -107,10 +110,10 @@ class RightHandSide:
     outputs: Table
     implementation: str
     native: bool = False
-    wider: Callable[[], Wider | None] = lambda: None
+    wider: Callable[[], WiderArithmetic | None] = lambda: None
     widens: bool = False
-    drive: Drive | None = None
-    forces: Knowing | None = None
+    drive: RecordedInputs | None = None
+    forces: ParameterTable | None = None
     guarded: Callable[[Array], RightHandSide] | None = None
     landmarks: NativeLandmarks | None = None
     exponents: Table = no_columns
@@ -141,7 +144,7 @@ def _sided(model: Model, functions: RightHandSide, surfaces: MakeSurfaces | None
         return functions
 
     def side(rhs: Rhs, pattern: int) -> Rhs:
-        parameters = off(model, pattern) if pattern else given(model)
+        parameters = parameter_values(model, pattern)
         return with_surfaces(rhs, surfaces(pattern, "", parameters))
 
     one, other = functions.disturbed
@@ -157,7 +160,7 @@ def _sided(model: Model, functions: RightHandSide, surfaces: MakeSurfaces | None
 def _with_contacts(
     model: Model,
     functions: RightHandSide,
-    parts: Callable[[int], ContactParts],
+    parts: Callable[[int], ContactFunctions],
     surfaces: MakeSurfaces | None,
 ) -> RightHandSide:
     """The functions with right-hand sides for every set of closed contacts, if there are any.
@@ -169,8 +172,8 @@ def _with_contacts(
 
     def side(flight: Rhs, pattern: int) -> ContactRhs:
         name = "contact_disturbed" if pattern else "contact_rhs"
-        parameters = off(model, pattern) if pattern else given(model)
-        first = len(model.parameters) + SIDES * len(model.surfaces)
+        parameters = parameter_values(model, pattern)
+        first = len(model.parameters) + SURFACE_NUMBERS * len(model.surfaces)
         of_contacts = None if surfaces is None else partial(surfaces, pattern, "contact_")
         count = len(model.contacts)
         return ContactRhs(flight, parts(pattern), name, parameters, first, count, of_contacts)
@@ -199,8 +202,8 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
         A file of inputs cannot be read.
     """
     started = time.perf_counter()
-    drive = drive_of(model.recordings)
-    libraries = Libraries(model, drive, cache, DOUBLE, started + COMPILING * budget)
+    drive = read_recorded_inputs(model.recordings)
+    libraries = Libraries(model, drive, cache, DOUBLE, started + _COMPILING * budget)
     return _native(libraries, cache, started + budget)
 
 
@@ -214,7 +217,7 @@ def right_hand_sides(model: Model, cache: Cache | None = None) -> Callable[[Mode
     InputError
         A file of inputs cannot be read.
     """
-    kept, drive = open_cache() if cache is None else cache, drive_of(model.recordings)
+    kept, drive = open_cache() if cache is None else cache, read_recorded_inputs(model.recordings)
     try:
         libraries = Libraries(model, drive, kept, DOUBLE, math.inf)
     except CompileError as error:
@@ -233,19 +236,19 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
             return no_columns
         return native_table(libraries.system, libraries.function(name), width, columns)
 
-    def forces() -> Knowing | None:
+    def forces() -> ParameterTable | None:
         if not model.forces:
             return None
         known = np.empty(len(model.parameters) + len(model.coordinates) + len(model.symbols))
         function = libraries.function("forces", parameters=known)
-        return native_knowing(libraries.system, function, width, len(model.forces))
+        return native_parameter_table(libraries.system, function, width, len(model.forces))
 
     def guarded(guards: Array) -> RightHandSide:
         rhs, disturbed = libraries.sides(guards)
         wider = partial(_wider, model, drive, cache, deadline, guards)
         within = replace(plain, rhs=rhs, disturbed=disturbed, wider=wider, guarded=None)
         code = partial(NativeCode, libraries, guards=guards)
-        return _sided(model, within, makes_surfaces(model, code))
+        return _sided(model, within, surfaces_maker(model, code))
 
     rhs, disturbed = libraries.sides()
     plain = RightHandSide(
@@ -267,12 +270,12 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
         guarded=guarded,
         landmarks=libraries.landmarks,
     )
-    surfaces = makes_surfaces(model, partial(NativeCode, libraries))
+    surfaces = surfaces_maker(model, partial(NativeCode, libraries))
     found = _sided(model, plain, surfaces)
     return _with_contacts(
         model,
         found,
-        lambda pattern: NativeParts(
+        lambda pattern: NativeContacts(
             model, libraries.system, libraries.holding, pieces_of(drive, pattern)
         ),
         surfaces,
@@ -280,8 +283,12 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
 
 
 def _wider(
-    model: Model, drive: Drive | None, cache: Cache, deadline: float, guards: Array | None = None
-) -> Wider | None:
+    model: Model,
+    drive: RecordedInputs | None,
+    cache: Cache,
+    deadline: float,
+    guards: Array | None = None,
+) -> WiderArithmetic | None:
     """Right-hand sides in long doubles, where they have more digits here and in C.
 
     Raises
@@ -299,18 +306,18 @@ def _wider(
         return None
     if 2.0 ** (1 - libraries.digits) != EXTENDED.epsilon:
         return None
-    return Wider(*libraries.sides(guards), EXTENDED.epsilon, libraries.landmarks)
+    return WiderArithmetic(*libraries.sides(guards), EXTENDED.epsilon, libraries.landmarks)
 
 
 # Interpreted.
 
 
-def _shift(functions: dict[str, Any], given: list[float]) -> Shift | None:
+def _shift(functions: dict[str, Any], parameters: list[float]) -> Shift | None:
     """What leads positions back to the constraints along gradients elsewhere, if it is there."""
     change = functions.get("shifted_change")
     if change is None:
         return None
-    return lambda t, q, there: np.asarray(change(t, np.concatenate([q, there]), given))
+    return lambda t, q, there: np.asarray(change(t, np.concatenate([q, there]), parameters))
 
 
 def interpreted(model: Model, reason: str) -> RightHandSide:
@@ -322,11 +329,11 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         A file of inputs cannot be read.
     """
     functions = functions_of(model.code.python)
-    drive = drive_of(model.recordings)
+    drive = read_recorded_inputs(model.recordings)
 
     def given_to(name: str, pattern: int = 0) -> Rhs:
-        parameters = off(model, pattern) if pattern else given(model)
-        trace = tracing(model.code.python, name)
+        parameters = parameter_values(model, pattern)
+        trace = tracer(model.code.python, name)
         return bound(functions[name], parameters.tolist(), pieces_of(drive, pattern), trace)
 
     def table(name: str, columns: int) -> Table:
@@ -336,19 +343,19 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         rhs = given_to(name, pattern)
         if not model.multipliers:
             return rhs
-        parameters = off(model, pattern) if pattern else given(model)
-        numbers = parameters[: len(given(model))].tolist()
+        parameters = parameter_values(model, pattern)
+        numbers = parameters[: len(parameter_values(model))].tolist()
         project = bound(functions["project"], numbers, None)
         return with_projection(rhs, project, _shift(functions, numbers))
 
     def guarded(guards: Array) -> RightHandSide:
-        beside = partial(beside_places, model, guards)
+        beside = partial(guarded_rhs, model, guards)
         one, other = map(beside, plain.disturbed)
         within = replace(plain, rhs=beside(plain.rhs), disturbed=(one, other), guarded=None)
         return _sided(model, within, surfaces_beside(beside))
 
     def surfaces_beside(beside: Callable[[Rhs], Rhs]) -> MakeSurfaces | None:
-        return makes_surfaces(
+        return surfaces_maker(
             model, lambda pattern: InterpretedCode(functions, pieces_of(drive, pattern), beside)
         )
 
@@ -371,6 +378,6 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
     return _with_contacts(
         model,
         found,
-        lambda pattern: InterpretedParts(model, functions, pieces_of(drive, pattern)),
+        lambda pattern: InterpretedContacts(model, functions, pieces_of(drive, pattern)),
         surfaces,
     )

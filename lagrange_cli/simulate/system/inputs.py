@@ -15,20 +15,20 @@ import numpy as np
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.files import Recording
 from lagrange_cli.files.interpolation import Polynomials, polynomials
-from lagrange_cli.simulate.integrators.piecewise import Pieces
+from lagrange_cli.simulate.integrators.piecewise import InputPieces
 from lagrange_cli.simulate.system.rounding import off_by_one_ulp
 
-__all__ = ["Drive", "drive_of"]
+__all__ = ["RecordedInputs", "read_recorded_inputs"]
 
 #: Numbers of all pieces together.
 MOST_TABLE_NUMBERS = 20_000_000
 
 
 @dataclass(frozen=True)
-class Drive:
+class RecordedInputs:
     """The inputs of a model from files: their pieces, and ``first`` to ``last`` time of each."""
 
-    pieces: Pieces
+    pieces: InputPieces
     recordings: tuple[Recording, ...]
     spans: tuple[tuple[float, float], ...]
 
@@ -44,9 +44,9 @@ class Drive:
             if not first <= start <= until <= last:
                 raise _beyond(recording, (first, last), (start, until))
 
-    def disturbed(self, pattern: int) -> Pieces:
+    def disturbed(self, pattern: int) -> InputPieces:
         """The pieces with every number off by its rounding error."""
-        return Pieces(self.pieces.starts, off_by_one_ulp(self.pieces.rows, pattern))
+        return InputPieces(self.pieces.starts, off_by_one_ulp(self.pieces.rows, pattern))
 
 
 def _beyond(
@@ -69,7 +69,7 @@ def _beyond(
     )
 
 
-def drive_of(recordings: Sequence[Recording]) -> Drive | None:
+def read_recorded_inputs(recordings: Sequence[Recording]) -> RecordedInputs | None:
     """Read the recordings; None where there are none.
 
     Raises
@@ -82,16 +82,16 @@ def drive_of(recordings: Sequence[Recording]) -> Drive | None:
     found = [polynomials(recording) for recording in recordings]
     spans = tuple((float(of.starts[0]), of.end) for of in found)
     pieces = _together([_pieces(of) for of in found], recordings[0].mark)
-    return Drive(pieces, tuple(recordings), spans)
+    return RecordedInputs(pieces, tuple(recordings), spans)
 
 
-def _pieces(of: Polynomials) -> Pieces:
+def _pieces(of: Polynomials) -> InputPieces:
     """Coefficients after the time since which they count, which one alone does not need."""
     columns = [of.coefficients] if of.coefficients.shape[1] == 1 else [of.starts, of.coefficients]
-    return Pieces(of.starts, np.column_stack(columns))
+    return InputPieces(of.starts, np.column_stack(columns))
 
 
-def _together(each: Sequence[Pieces], mark: Mark) -> Pieces:
+def _together(each: Sequence[InputPieces], mark: Mark) -> InputPieces:
     """The pieces of all inputs side by side: one begins where any of them does."""
     starts = np.unique(np.concatenate([pieces.starts for pieces in each]))
     width = sum(pieces.rows.shape[1] for pieces in each)
@@ -106,4 +106,4 @@ def _together(each: Sequence[Pieces], mark: Mark) -> Pieces:
         )
     held = [np.searchsorted(pieces.starts, starts, side="right") - 1 for pieces in each]
     parts = [p.rows[np.maximum(k, 0)] for p, k in zip(each, held, strict=True)]
-    return Pieces(starts, np.hstack(parts))
+    return InputPieces(starts, np.hstack(parts))

@@ -13,22 +13,22 @@ import numpy as np
 from lagrange_cli.cache import Cache
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.expressions import Tracing
+from lagrange_cli.simulate.integrators.expressions import Tracer
 from lagrange_cli.simulate.integrators.native.c_types import (
     DOUBLE,
     NativeReal,
     function_type,
     projection_type,
 )
-from lagrange_cli.simulate.integrators.native.function import Driving, NativeRhs
-from lagrange_cli.simulate.integrators.native.peaks import NativeLandmarks
-from lagrange_cli.simulate.integrators.piecewise import Pieces
+from lagrange_cli.simulate.integrators.native.function import NativeInputs, NativeRhs
+from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
+from lagrange_cli.simulate.integrators.piecewise import InputPieces
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.system.inputs import Drive
-from lagrange_cli.simulate.system.parameters import given, off
-from lagrange_cli.simulate.system.tracing import tracing
+from lagrange_cli.simulate.system.inputs import RecordedInputs
+from lagrange_cli.simulate.system.parameters import parameter_values
+from lagrange_cli.simulate.system.tracing import tracer
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
-from lagrange_cli.simulate.toolchain.shared_library import Source, load
+from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
 
 __all__ = ["OPTIONS", "Libraries", "pieces_of"]
 
@@ -39,14 +39,14 @@ _DIGITS = ctypes.CFUNCTYPE(ctypes.c_int64)
 OPTIONS = ("-O2",)
 
 
-def pieces_of(drive: Drive | None, pattern: int) -> Pieces | None:
+def pieces_of(drive: RecordedInputs | None, pattern: int) -> InputPieces | None:
     """Pieces of inputs, off by their rounding error in a pattern other than 0."""
     if drive is None:
         return None
     return drive.disturbed(pattern) if pattern else drive.pieces
 
 
-def _reading(trace: Tracing, count: int) -> Tracing:
+def _reading(trace: Tracer, count: int) -> Tracer:
     """The same of the first ``count`` parameters."""
     return lambda known, t, y, p, u: trace(known, t, y, p[:count], u)
 
@@ -61,18 +61,26 @@ class Libraries:
     """
 
     def __init__(
-        self, model: Model, drive: Drive | None, cache: Cache, real: NativeReal, deadline: float
+        self,
+        model: Model,
+        drive: RecordedInputs | None,
+        cache: Cache,
+        real: NativeReal,
+        deadline: float,
     ) -> None:
-        code, options = model.code, kernels.options(2 * len(model.coordinates))
-        system, stepping = {"system.c": code.c}, kernels.files("stepping")
+        code, options = model.code, kernels.kernel_options(2 * len(model.coordinates))
+        system, stepping = {"system.c": code.c}, kernels.kernel_files("stepping")
         if real is not DOUBLE:
-            system, stepping = kernels.extended(system), kernels.extended(stepping)
+            system, stepping = (
+                kernels.extended_precision(system),
+                kernels.extended_precision(stepping),
+            )
         else:
-            system = {"system.c": code.c + code.lanes, **kernels.headers()}
-        sources = [Source(system, OPTIONS), Source(stepping, options)]
-        self.system, self.stepper = load(find_compiler(), sources, cache, deadline)
-        self._compile: Callable[[str], list[ctypes.CDLL]] = lambda group: load(
-            find_compiler(), [Source(kernels.files(group), options)], cache, deadline
+            system = {"system.c": code.c + code.lanes, **kernels.kernel_headers()}
+        sources = [CSource(system, OPTIONS), CSource(stepping, options)]
+        self.system, self.stepper = load_libraries(find_compiler(), sources, cache, deadline)
+        self._compile: Callable[[str], list[ctypes.CDLL]] = lambda group: load_libraries(
+            find_compiler(), [CSource(kernels.kernel_files(group), options)], cache, deadline
         )
         self._further: dict[str, ctypes.CDLL | None] = {}
         self.model, self._real, self.drive = model, real, drive
@@ -94,11 +102,11 @@ class Libraries:
         """A function of the system; its numbers are off by their rounding in a pattern not 0.
 
         ``parameters``: those that it reads, if not the model's; ``guards``: numbers of
-        :func:`.singular_guard.guards`, for the guarded form of a right-hand side.
+        :func:`.singular_guard.guard_signs`, for the guarded form of a right-hand side.
         """
         if parameters is None:
-            parameters = off(self.model, pattern, self._real) if pattern else given(self.model)
-        guarded, trace = "", tracing(self.model.code.python, name)
+            parameters = parameter_values(self.model, pattern, self._real)
+        guarded, trace = "", tracer(self.model.code.python, name)
         if guards is not None:
             guarded, trace = "guarded_", _reading(trace, len(parameters))
             parameters = np.concatenate([parameters, guards])
@@ -116,7 +124,7 @@ class Libraries:
             at_once,
             self._real,
             projection,
-            None if pieces is None else Driving(pieces, self._real),
+            None if pieces is None else NativeInputs(pieces, self._real),
             trace,
             self._shift,
         )
@@ -156,7 +164,7 @@ class Libraries:
             return None
         entry = function_type(self._real)(("system_landmarks", self.system))
         work = np.empty(self.model.code.work)
-        return NativeLandmarks(entry, given(self.model), work, self.model.landmarks)
+        return NativeLandmarks(entry, parameter_values(self.model), work, self.model.landmarks)
 
     @property
     def digits(self) -> int:

@@ -13,23 +13,28 @@ from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, NativeReal
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.rounding import off_by_one_ulp, rounding_factors
 
-__all__ = ["CONTACT_NUMBERS", "SIDES", "given", "off"]
+__all__ = ["SURFACE_NUMBERS", "parameter_values"]
 
 #: Numbers that code reads of each contact: whether it is closed, and what an impulse aims at.
-CONTACT_NUMBERS = 2
+_CONTACT_NUMBERS = 2
 
 #: Numbers that it reads of each switching surface: the weights of both sides.
-SIDES = 2
+SURFACE_NUMBERS = 2
 
 
-def given(model: Model) -> Array:
-    """Parameters, and behind them what is read of each surface, then of each contact."""
+def parameter_values(model: Model, pattern: int = 0, real: NativeReal = DOUBLE) -> Array:
+    """Parameters, and behind them what is read of each surface, then of each contact.
+
+    In a ``pattern`` other than 0 the parameters are off by their rounding error, and the
+    rounding factors of the pattern, of the type ``real``, follow.
+    """
     values = [0.0 if p.value is None else p.value for p in model.parameters]
-    surfaces, contacts = SIDES * len(model.surfaces), CONTACT_NUMBERS * len(model.contacts)
-    return np.array([*values, *[0.0] * (surfaces + contacts)])
-
-
-def off(model: Model, pattern: int, real: NativeReal = DOUBLE) -> Array:
-    """Parameters off by their rounding error, then the factors of a pattern."""
-    moved = off_by_one_ulp(given(model), pattern)
-    return np.concatenate([moved, rounding_factors(model.code.factors, pattern, real)])
+    surfaces, contacts = (
+        SURFACE_NUMBERS * len(model.surfaces),
+        _CONTACT_NUMBERS * len(model.contacts),
+    )
+    numbers = np.array([*values, *[0.0] * (surfaces + contacts)])
+    if not pattern:
+        return numbers
+    factors = rounding_factors(model.code.factors, pattern, real)
+    return np.concatenate([off_by_one_ulp(numbers, pattern), factors])

@@ -1,6 +1,6 @@
 """Right-hand sides that do not exist beyond singular places that a motion cannot pass.
 
-See :mod:`lagrange_cli.simulate.native.singular_guard` for why, and for the compiled form.
+See :mod:`lagrange_cli.simulate.native.guarded_rhs` for why, and for the compiled form.
 """
 
 from __future__ import annotations
@@ -12,29 +12,29 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
-from lagrange_cli.simulate.model.model import Model, SingularPlace
+from lagrange_cli.simulate.model.model import ChartSingularity, Model
 from lagrange_cli.simulate.system.tracing import functions_of
 
-__all__ = ["beside_places", "guards", "place_factors"]
+__all__ = ["guard_signs", "guarded_rhs", "singular_factors"]
 
 #: The numbers of places whose factor keeps its sign while rates of lost coordinates are not
 #: zero, and at all times, beside that sign.
-WHILE_MOVING, ALWAYS = 1.0, 2.0
+_WHILE_MOVING, _ALWAYS = 1.0, 2.0
 
 
-def place_factors(model: Model) -> Callable[[float, Array], Array]:
+def singular_factors(model: Model) -> Callable[[float, Array], Array]:
     """Numbers that vanish where the coordinates of a model are singular, of t and [q, v]."""
     given = [0.0 if p.value is None else p.value for p in model.parameters]
     function = functions_of(model.code.singular)["outputs"]
     return lambda t, y: np.asarray(function(t, y, given), dtype=float)
 
 
-def _rates(model: Model, place: SingularPlace) -> list[int]:
+def _rates(model: Model, place: ChartSingularity) -> list[int]:
     """The numbers, in a state, of the rates that move nothing at a place."""
     return [len(model.coordinates) + model.coordinates.index(name) for name in place.lost]
 
 
-def guards(model: Model, t: float, y: Array) -> Array | None:
+def guard_signs(model: Model, t: float, y: Array) -> Array | None:
     """On which side of each place a motion begins, and what keeps it there; None without places.
 
     The momentum of a coordinate that is lost at a place is its rate times an inertia that
@@ -50,8 +50,10 @@ def guards(model: Model, t: float, y: Array) -> Array | None:
     numbers = [k for k, place in enumerate(model.singular) if not place.ends]
     if not numbers:
         return None
-    factors = place_factors(model)(t, y)
-    keeps = [ALWAYS if y[_rates(model, model.singular[k])].any() else WHILE_MOVING for k in numbers]
+    factors = singular_factors(model)(t, y)
+    keeps = [
+        _ALWAYS if y[_rates(model, model.singular[k])].any() else _WHILE_MOVING for k in numbers
+    ]
     return np.array([np.sign(factors[k]) * keep for k, keep in zip(numbers, keeps, strict=True)])
 
 
@@ -71,9 +73,9 @@ class _BesidePlaces:
         return np.full(len(y), np.nan) if self.barred(t, y) else self.rhs(t, y)
 
 
-def beside_places(model: Model, kept: Array, rhs: Rhs) -> Rhs:
-    """A right-hand side run by Python, NaN beyond places, with the numbers of :func:`guards`."""
-    factors = place_factors(model)
+def guarded_rhs(model: Model, kept: Array, rhs: Rhs) -> Rhs:
+    """A right-hand side run by Python, NaN beyond places; ``kept`` is of :func:`guard_signs`."""
+    factors = singular_factors(model)
     places = [place for place in model.singular if not place.ends]
     numbers = [k for k, place in enumerate(model.singular) if not place.ends]
     rates = [_rates(model, place) for place in places]
@@ -81,7 +83,7 @@ def beside_places(model: Model, kept: Array, rhs: Rhs) -> Rhs:
     def barred(t: float, y: Array) -> bool:
         beyond = kept * factors(t, y)[numbers] < 0
         return any(
-            abs(side) > WHILE_MOVING or bool(y[own].any())
+            abs(side) > _WHILE_MOVING or bool(y[own].any())
             for side, own, there in zip(kept, rates, beyond, strict=True)
             if there
         )

@@ -12,19 +12,19 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
-from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing
+from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
-from lagrange_cli.simulate.integrators.piecewise import Pieces, PiecewiseRhs
+from lagrange_cli.simulate.integrators.piecewise import InputPieces, PiecewiseRhs
 
 __all__ = [
-    "Knowing",
-    "Row",
+    "ParameterTable",
+    "StateFunction",
     "Table",
     "bound",
-    "interpreted_row",
+    "interpreted_state_function",
     "interpreted_table",
-    "native_knowing",
-    "native_row",
+    "native_parameter_table",
+    "native_state_function",
     "native_table",
     "no_columns",
 ]
@@ -33,10 +33,10 @@ __all__ = [
 Table: TypeAlias = Callable[[Array, Array], Array]
 
 #: Values at one state.
-Row: TypeAlias = Callable[[float, Array], Array]
+StateFunction: TypeAlias = Callable[[float, Array], Array]
 
 #: The same at many, with parameters that differ from state to state: those of all, (m, l).
-Knowing: TypeAlias = Callable[[Array, Array, Array], Array]
+ParameterTable: TypeAlias = Callable[[Array, Array, Array], Array]
 
 _LONG, _POINTER = ctypes.c_long, ctypes.c_void_p
 
@@ -74,7 +74,7 @@ def native_table(library: ctypes.CDLL, function: NativeRhs, width: int, columns:
     return table
 
 
-def native_row(function: NativeRhs, width: int, columns: int) -> Row:
+def native_state_function(function: NativeRhs, width: int, columns: int) -> StateFunction:
     """A function of a library at one state of ``width`` numbers; not numbers where it fails."""
     state, out = np.empty(width), np.empty(columns)
     places = state.ctypes.data, out.ctypes.data
@@ -89,12 +89,14 @@ def native_row(function: NativeRhs, width: int, columns: int) -> Row:
     return row
 
 
-def interpreted_row(function: Callable[[float, Array], Any]) -> Row:
+def interpreted_state_function(function: Callable[[float, Array], Any]) -> StateFunction:
     """A function run by Python at one state."""
     return lambda t, y: np.asarray(function(t, y), dtype=float)
 
 
-def native_knowing(library: ctypes.CDLL, function: NativeRhs, width: int, columns: int) -> Knowing:
+def native_parameter_table(
+    library: ctypes.CDLL, function: NativeRhs, width: int, columns: int
+) -> ParameterTable:
     """A function of the library at many states, with the parameters of each."""
     table = native_table(library, function, width, columns)
 
@@ -138,7 +140,7 @@ class _Bound:
     function: Callable[..., Any]
     given: list[float]
     inputs: Array | None
-    trace: Tracing | None
+    trace: Tracer | None
 
     @cached_property
     def _arguments(self) -> list[Any]:
@@ -162,8 +164,8 @@ class _Bound:
 def bound(
     function: Callable[..., Any],
     given: list[float],
-    pieces: Pieces | None,
-    trace: Tracing | None = None,
+    pieces: InputPieces | None,
+    trace: Tracer | None = None,
 ) -> Rhs:
     """A function run by Python, of t and y, with its parameters and inputs.
 

@@ -16,16 +16,16 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import UnfitError
-from lagrange_cli.simulate.integrators.expressions import Tracing
+from lagrange_cli.simulate.integrators.expressions import Tracer
 
-__all__ = ["functions_of", "in_digits", "tracing"]
+__all__ = ["functions_of", "in_mpmath", "tracer"]
 
 #: Functions of :mod:`math` that texts call.
 _MATH = ["sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"]
 _MATH += ["asinh", "acosh", "atanh", "sqrt", "exp", "log", "hypot"]
 
 #: Why a text cannot be run over objects.
-LOOPS = "its equations are solved by loops over numbers"
+_LOOPS = "its equations are solved by loops over numbers"
 
 
 class _Listed(list[Any]):
@@ -36,7 +36,7 @@ class _Listed(list[Any]):
 
 
 def _refused(*_: Any, **__: Any) -> Any:
-    raise UnfitError(LOOPS)
+    raise UnfitError(_LOOPS)
 
 
 def _array(values: Sequence[Any], dtype: Any = None) -> Any:
@@ -71,7 +71,7 @@ def _compiled(code: str) -> CodeType:
     return compile(code, "<model>", "exec")
 
 
-def in_digits(code: str, name: str) -> Callable[[Any, Sequence[Any], Sequence[Any]], Any]:
+def in_mpmath(code: str, name: str) -> Callable[[Any, Sequence[Any], Sequence[Any]], Any]:
     """One of a model's functions of t, y and p with a single result, over numbers of mpmath.
 
     Raises
@@ -89,13 +89,13 @@ def in_digits(code: str, name: str) -> Callable[[Any, Sequence[Any], Sequence[An
         try:
             return namespace[name](t, _Listed(y), p)
         except (TypeError, AttributeError, KeyError, ValueError) as error:
-            raise UnfitError(LOOPS) from error
+            raise UnfitError(_LOOPS) from error
 
     return evaluated
 
 
 @cache
-def tracing(code: str, name: str) -> Tracing:
+def tracer(code: str, name: str) -> Tracer:
     """What runs one of a model's functions over objects.
 
     Parameters
@@ -121,6 +121,6 @@ def tracing(code: str, name: str) -> Tracing:
         try:
             return list(namespace[name](t, y, p, *arguments))
         except (TypeError, AttributeError, KeyError) as error:
-            raise UnfitError(LOOPS) from error
+            raise UnfitError(_LOOPS) from error
 
     return trace

@@ -20,38 +20,38 @@ if TYPE_CHECKING:
 __all__ = ["Compilation", "CompileError", "Compiler", "find_compiler", "processor"]
 
 #: Commands that are looked for, in this order, where ``CC`` names none.
-COMMANDS = ("cc", "gcc", "clang")
+COMPILER_COMMANDS = ("cc", "gcc", "clang")
 
 #: What tells a compiler cache, which may stand for the command, the compiler behind it.
-BEHIND = ("CCACHE_COMPILER", "CCACHE_CC", "CCACHE_PATH")
+CACHE_VARIABLES = ("CCACHE_COMPILER", "CCACHE_CC", "CCACHE_PATH")
 
 #: Options of every compilation. ``-ffp-contract=off``: a product and a sum are
 #: rounded as they are in any other language.
-ALWAYS = ("-std=c99", "-shared", "-fPIC", "-fno-math-errno", "-ffp-contract=off")
+COMMON_OPTIONS = ("-std=c99", "-shared", "-fPIC", "-fno-math-errno", "-ffp-contract=off")
 
 #: Further options, tried in turn: not every compiler knows this machine by name.
-TUNED = (("-march=native",), ())
+PROCESSOR_OPTIONS = (("-march=native",), ())
 
 #: Seconds after which a compilation is given up.
-LONGEST = 120.0
+LONGEST_COMPILATION = 120.0
 
 #: Seconds between two looks at whether somebody has asked for an end.
-GLANCE = 0.1
+_GLANCE = 0.1
 
 #: Characters of a reason; compilers can say much.
-LONGEST_REASON = 200
+_LONGEST_REASON = 200
 
 #: Text of /proc/cpuinfo that holds the first processor.
-CPUINFO = 8192
+_CPUINFO_SIZE = 8192
 
 
 class CompileError(Exception):
     """There is no compiler or it failed; ``reason`` is a phrase for a person, safe to print."""
 
     def __init__(self, reason: str) -> None:
-        shown = escape_controls(reason[: LONGEST_REASON + 1])
-        if len(shown) > LONGEST_REASON:
-            shown = shown[: LONGEST_REASON - 3] + "..."
+        shown = escape_controls(reason[: _LONGEST_REASON + 1])
+        if len(shown) > _LONGEST_REASON:
+            shown = shown[: _LONGEST_REASON - 3] + "..."
         super().__init__(shown)
         self.reason = shown
 
@@ -69,7 +69,7 @@ class Compiler:
 
 
 def find_compiler(environment: Mapping[str, str] = os.environ) -> Compiler:
-    """The compiler that ``CC`` names, else the first of :data:`COMMANDS` on the path.
+    """The compiler that ``CC`` names, else the first of :data:`COMPILER_COMMANDS` on the path.
 
     Raises
     ------
@@ -78,14 +78,14 @@ def find_compiler(environment: Mapping[str, str] = os.environ) -> Compiler:
     """
     folders = environment.get("PATH", os.defpath)
     named = _words(environment.get("CC", ""))
-    for command, *options in [named] if named else [[c] for c in COMMANDS]:
+    for command, *options in [named] if named else [[c] for c in COMPILER_COMMANDS]:
         path = _executable(command, folders)
         if path is not None:
             # A word after the first can be the compiler that the first one calls.
             called = [_executable(option, folders) for option in options]
             found = [path, *_behind(path, folders), *called]
             files = [_file(file) for file in found if file is not None]
-            chosen = [environment.get(name, "") for name in BEHIND]
+            chosen = [environment.get(name, "") for name in CACHE_VARIABLES]
             return Compiler((path, *options), " ".join([*files, str(options), *chosen]))
     if named:
         raise CompileError(f"CC names '{named[0]}', which was not found")
@@ -131,7 +131,7 @@ def processor() -> str:
     machine = " ".join(os.uname()[i] for i in (0, 4)) if hasattr(os, "uname") else os.name
     try:
         with open("/proc/cpuinfo", encoding="ascii", errors="replace") as file:
-            lines = file.read(CPUINFO).splitlines()
+            lines = file.read(_CPUINFO_SIZE).splitlines()
     except OSError:
         return machine
     wanted = ("model name", "flags", "Features", "isa", "cpu")
@@ -151,7 +151,7 @@ class Compilation:
         Further options of the compiler.
     deadline
         When to give up, in seconds of :func:`time.perf_counter`; at most
-        :data:`LONGEST` from now.
+        :data:`LONGEST_COMPILATION` from now.
     """
 
     def __init__(
@@ -163,13 +163,13 @@ class Compilation:
         deadline: float = math.inf,
     ) -> None:
         started = time.perf_counter()
-        self._deadline = min(deadline, started + LONGEST)
+        self._deadline = min(deadline, started + LONGEST_COMPILATION)
         self._longest = max(0.0, self._deadline - started)
         self._compiler, self._folder, self._options = compiler, folder, tuple(options)
         self._files = [name for name in sources if name.endswith(".c")]
         for name, text in sources.items():
             (folder / name).write_text(text, encoding="ascii")
-        self._process = self._start(TUNED[0])
+        self._process = self._start(PROCESSOR_OPTIONS[0])
 
     def result(self) -> bytes:
         """Wait for the shared object.
@@ -179,7 +179,7 @@ class Compilation:
         CompileError
             It could not be made.
         """
-        for tuned in (*TUNED[1:], None):
+        for tuned in (*PROCESSOR_OPTIONS[1:], None):
             message = self._wait()
             if message is None:
                 return self._object()
@@ -207,13 +207,13 @@ class Compilation:
         """Give up a compilation that takes too long, or that nobody waits for any more."""
         if is_to_end():
             raise CompileError(f"{self._compiler.name} was interrupted")
-        if left <= GLANCE:
+        if left <= _GLANCE:
             raise CompileError(f"{self._compiler.name} took more than {self._longest:.1f} s")
 
     def _start(self, tuned: Sequence[str]) -> Popen[str]:
         import subprocess
 
-        command = [*self._compiler.command, *ALWAYS, *tuned, *self._options]
+        command = [*self._compiler.command, *COMMON_OPTIONS, *tuned, *self._options]
         try:
             return subprocess.Popen(
                 [*command, "-o", "object.so", *self._files, "-lm"],
@@ -237,7 +237,7 @@ class Compilation:
         while True:
             left = self._deadline - time.perf_counter()
             try:
-                _, errors = self._process.communicate(timeout=min(left, GLANCE))
+                _, errors = self._process.communicate(timeout=min(left, _GLANCE))
                 break
             except subprocess.TimeoutExpired:
                 self._go_on(left)

@@ -14,22 +14,22 @@ from pathlib import Path
 from lagrange_cli.cache import Cache, digest
 from lagrange_cli.files import remove_abandoned_folders, temporary_folder
 from lagrange_cli.simulate.toolchain.compiler import (
-    ALWAYS,
-    TUNED,
+    COMMON_OPTIONS,
+    PROCESSOR_OPTIONS,
     Compilation,
     CompileError,
     Compiler,
     processor,
 )
 
-__all__ = ["Source", "load"]
+__all__ = ["CSource", "load_libraries"]
 
 #: The head of a function that others can call.
 _FUNCTION = re.compile(r"^[a-z]\w* (\w+)\(", re.MULTILINE | re.ASCII)
 
 
 @dataclass(frozen=True)
-class Source:
+class CSource:
     """Files of C, name → text, and the options to compile them with."""
 
     files: Mapping[str, str]
@@ -42,8 +42,8 @@ class Source:
         return [name for text in texts for name in _FUNCTION.findall(text)]
 
 
-def load(
-    compiler: Compiler, sources: Sequence[Source], cache: Cache, deadline: float = math.inf
+def load_libraries(
+    compiler: Compiler, sources: Sequence[CSource], cache: Cache, deadline: float = math.inf
 ) -> list[ctypes.CDLL]:
     """Load each source as a library; those not in the cache are compiled side by side.
 
@@ -70,13 +70,17 @@ def load(
     return [library for library in loaded if library is not None]
 
 
-def _key(compiler: Compiler, source: Source) -> str:
-    options = [*ALWAYS, *(option for tuned in TUNED for option in tuned), *source.options]
+def _key(compiler: Compiler, source: CSource) -> str:
+    options = [
+        *COMMON_OPTIONS,
+        *(option for tuned in PROCESSOR_OPTIONS for option in tuned),
+        *source.options,
+    ]
     texts = [part for item in sorted(source.files.items()) for part in item]
     return digest("object", processor(), compiler.identity, *options, "sources", *texts)
 
 
-def _cached(cache: Cache, key: str, source: Source) -> ctypes.CDLL | None:
+def _cached(cache: Cache, key: str, source: CSource) -> ctypes.CDLL | None:
     """The library of a source in the cache; one that lacks functions is removed."""
     path = cache.path(key)
     library = None if path is None else _opened(path)
@@ -95,7 +99,7 @@ def _opened(path: str) -> ctypes.CDLL | None:
         return None
 
 
-def _missing(library: ctypes.CDLL, source: Source) -> str:
+def _missing(library: ctypes.CDLL, source: CSource) -> str:
     """The first function that a library made of the source should have and has not, or ""."""
     for name in source.functions:
         try:
@@ -113,7 +117,7 @@ def _folder(stack: ExitStack) -> Path:
         raise CompileError(f"no temporary folder: {error.strerror}") from error
 
 
-def _start(stack: ExitStack, compiler: Compiler, source: Source, deadline: float) -> Compilation:
+def _start(stack: ExitStack, compiler: Compiler, source: CSource, deadline: float) -> Compilation:
     folder = _folder(stack)
     try:
         compilation = Compilation(compiler, folder, source.files, source.options, deadline)
@@ -124,7 +128,7 @@ def _start(stack: ExitStack, compiler: Compiler, source: Source, deadline: float
 
 
 def _fetched(
-    stack: ExitStack, content: bytes, cache: Cache, key: str, source: Source
+    stack: ExitStack, content: bytes, cache: Cache, key: str, source: CSource
 ) -> ctypes.CDLL:
     """Keep what was compiled and load it, from the cache or from a temporary file."""
     if cache.put(key, content, ".so"):

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.samples.rows import Rows, windows
+from lagrange_cli.simulate.samples.rows import RowSequence, windows
 
 __all__ = ["constraint_drift"]
 
@@ -24,7 +24,7 @@ Constraints = Callable[[Array, Array], Array]
 
 
 def constraint_drift(
-    constraints: Constraints, t: Rows, states: Rows, scales: Array
+    constraints: Constraints, t: RowSequence, states: RowSequence, scales: Array
 ) -> float | None:
     """The largest residual at any sample, as a part of its own scale.
 
@@ -56,7 +56,9 @@ def constraint_drift(
     return drift if math.isfinite(drift) else None
 
 
-def _residual_scales(constraints: Constraints, t: Rows, states: Rows, scales: Array) -> Array:
+def _residual_scales(
+    constraints: Constraints, t: RowSequence, states: RowSequence, scales: Array
+) -> Array:
     """Σ |∂c/∂y_i|·scale_i of each residual c, the largest at a few samples."""
     picked = np.unique(np.linspace(0, len(states) - 1, _SAMPLES).round().astype(int)).tolist()
     times, at = np.array([t[k] for k in picked]), np.array([states[k] for k in picked])

@@ -9,9 +9,13 @@ import numpy as np
 
 from lagrange_cli.simulate.accuracy.controller import Measured
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.hybrid.contact_system import TOUCHING, Flags, Switch
+from lagrange_cli.simulate.integrators.hybrid.contact_system import (
+    TOUCHING,
+    ContactMode,
+    ModeChange,
+)
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.samples.rows import Ranges, Rows, first_from, windows
+from lagrange_cli.simulate.samples.rows import RowRanges, RowSequence, first_from, windows
 from lagrange_cli.simulate.system.contacts import ContactRhs
 from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.system.tables import Table
@@ -37,7 +41,7 @@ class MotionFunctions:
     contact: ContactRhs | None
     lost: Callable[[Array], Array]
     gained: tuple[float, tuple[int, ...]] | None
-    drift: Callable[[Rows, Rows, Array], float | None]
+    drift: Callable[[RowSequence, RowSequence, Array], float | None]
 
 
 def functions_along(
@@ -63,12 +67,12 @@ def functions_along(
     columns = model.residuals + 2 * len(rhs.free)
     kept = _behind_the_start(measured.switches, start, rhs.free) or history
 
-    def drift(times: Rows, states: Rows, scales: Array) -> float | None:
+    def drift(times: RowSequence, states: RowSequence, scales: Array) -> float | None:
         found = []
         for closed, ranges in kept.ranges(times, len(states)):
             table = rhs.table("contact_constraints", columns, closed)
             if any(closed) or model.multipliers:
-                of = Ranges(times, ranges), Ranges(states, ranges)
+                of = RowRanges(times, ranges), RowRanges(states, ranges)
                 found.append(constraint_drift(table, *of, scales))
         return max((x for x in found if x is not None), default=None)
 
@@ -92,24 +96,26 @@ def _sums(steps: Sequence[_EnergyStep], start: float) -> Callable[[Array], Array
 class _History:
     """Which contacts are closed when."""
 
-    def __init__(self, switches: Sequence[Switch], began: Flags) -> None:
+    def __init__(self, switches: Sequence[ModeChange], began: ContactMode) -> None:
         self._times = [s.t for s in switches]
         self._closed = [began, *(s.flags for s in switches)]
 
-    def at(self, t: float) -> Flags:
+    def at(self, t: float) -> ContactMode:
         return self._closed[int(np.searchsorted(self._times, t, side="right"))]
 
-    def ranges(self, t: Rows, count: int) -> list[tuple[Flags, list[tuple[int, int]]]]:
+    def ranges(self, t: RowSequence, count: int) -> list[tuple[ContactMode, list[tuple[int, int]]]]:
         """Of the first ``count`` times, the ranges in which each set of contacts is closed."""
         ends = [min(first_from(t, time), count) for time in self._times]
-        found: dict[Flags, list[tuple[int, int]]] = {}
+        found: dict[ContactMode, list[tuple[int, int]]] = {}
         for closed, first, last in zip(self._closed, [0, *ends], [*ends, count], strict=True):
             if first < last:
                 found.setdefault(closed, []).append((first, last))
         return list(found.items())
 
 
-def _behind_the_start(switches: Sequence[Switch], start: float, free: Flags) -> _History | None:
+def _behind_the_start(
+    switches: Sequence[ModeChange], start: float, free: ContactMode
+) -> _History | None:
     """Which contacts are closed when, where an impact at the start closes them: the first
     sample is the state before it. None where there is no such impact."""
     if not any(s.jumps for s in switches if s.t == start):
@@ -118,7 +124,7 @@ def _behind_the_start(switches: Sequence[Switch], start: float, free: Flags) -> 
     return _History([replace(s, t=max(s.t, behind)) for s in switches], free)
 
 
-def _by_mode(history: _History, table: Callable[[Flags], Table], columns: int) -> Table:
+def _by_mode(history: _History, table: Callable[[ContactMode], Table], columns: int) -> Table:
     """A table whose rows are of the function for the contacts that are closed there."""
 
     def found(t: Array, y: Array) -> Array:
@@ -143,9 +149,11 @@ class _EnergyStep:
     size: float
 
 
-def _energy_steps(energy: Table, rhs: ContactRhs, switches: Sequence[Switch]) -> list[_EnergyStep]:
+def _energy_steps(
+    energy: Table, rhs: ContactRhs, switches: Sequence[ModeChange]
+) -> list[_EnergyStep]:
     """What each impact does to the energy."""
-    impacts: dict[int, list[Switch]] = {}
+    impacts: dict[int, list[ModeChange]] = {}
     for s in switches:
         if s.jumps:
             impacts.setdefault(id(s.before), []).append(s)
@@ -163,7 +171,7 @@ def _energy_steps(energy: Table, rhs: ContactRhs, switches: Sequence[Switch]) ->
 
 
 def first_penetration(
-    rhs: ContactRhs, t: Rows, states: Rows, accuracy: float, scales: Array
+    rhs: ContactRhs, t: RowSequence, states: RowSequence, accuracy: float, scales: Array
 ) -> tuple[int, tuple[int, ...]] | None:
     """Number of the first sample at which gaps are negative by more than the accuracy explains,
     and of these.

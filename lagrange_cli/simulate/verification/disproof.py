@@ -12,9 +12,9 @@ from lagrange_cli.simulate.accuracy.controller import Disproof, Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import UnfitError
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.samples.rows import Rows, first_from, first_rows, windows
-from lagrange_cli.simulate.system.parameters import given
-from lagrange_cli.simulate.system.tracing import in_digits
+from lagrange_cli.simulate.samples.rows import RowSequence, first_from, first_rows, windows
+from lagrange_cli.simulate.system.parameters import parameter_values
+from lagrange_cli.simulate.system.tracing import in_mpmath
 from lagrange_cli.simulate.verification.contact_history import MotionFunctions, first_penetration
 from lagrange_cli.simulate.verification.energy_drift import (
     EnergyDrift,
@@ -32,7 +32,7 @@ _DIGITS = 60
 
 
 def cut_at_disproof(
-    model: Model, seen: MotionFunctions, t: Rows, measured: Measured, accuracy: float | None
+    model: Model, seen: MotionFunctions, t: RowSequence, measured: Measured, accuracy: float | None
 ) -> Measured:
     """What is not disproved: by the energy, where it is conserved and an accuracy promised, by
     a gap that is negative, by an impact that adds energy.
@@ -50,7 +50,7 @@ def cut_at_disproof(
 
 
 def _disproofs(
-    model: Model, seen: MotionFunctions, t: Rows, measured: Measured, accuracy: float | None
+    model: Model, seen: MotionFunctions, t: RowSequence, measured: Measured, accuracy: float | None
 ) -> Iterator[tuple[int, Disproof]]:
     """Number of the first sample that does not hold, and why, for each reason there is."""
     if accuracy is not None and energy_is_conserved(model):
@@ -70,7 +70,7 @@ def _disproofs(
 
 
 def _contradicted(
-    model: Model, seen: MotionFunctions, t: Rows, measured: Measured, accuracy: float
+    model: Model, seen: MotionFunctions, t: RowSequence, measured: Measured, accuracy: float
 ) -> int | None:
     parts = windows(t, measured.states)
     kinetic = max(float(np.abs(energies(seen, *part)[1]).max()) for part in parts)
@@ -94,7 +94,7 @@ def _in_digits(model: Model, seen: MotionFunctions) -> ExactEnergy | None:
     # Imported where a conviction is looked at again: most runs need none of it.
     from mpmath import mp, mpf
 
-    energy, parameters = in_digits(model.code.python, "energy"), given(model)
+    energy, parameters = in_mpmath(model.code.python, "energy"), parameter_values(model)
 
     def exact(t: float, y: Array, moved: Array | None) -> Any:
         with mp.workdps(_DIGITS):
@@ -122,7 +122,9 @@ def energies(seen: MotionFunctions, t: Array, states: Array) -> tuple[Array, Arr
     return total, total - seen.functions.energy(t, still)[:, 0]
 
 
-def energy_drift(model: Model, seen: MotionFunctions, t: Rows, states: Rows) -> float | None:
+def energy_drift(
+    model: Model, seen: MotionFunctions, t: RowSequence, states: RowSequence
+) -> float | None:
     """How much the energy changes over the samples beside what it is made of, None where it is
     not conserved; see :class:`.energy_drift.EnergyDrift`."""
     if not energy_is_conserved(model):

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.samples.rows import Rows, windows
+from lagrange_cli.simulate.samples.rows import RowSequence, windows
 
 __all__ = [
     "EnergyDrift",
@@ -45,8 +45,8 @@ ExactEnergy = Callable[[float, Array, Array | None], Any]
 
 def first_contradiction(
     energy: Energy,
-    t: Rows,
-    states: Rows,
+    t: RowSequence,
+    states: RowSequence,
     accuracy: float,
     scales: Array,
     kinetic: float,

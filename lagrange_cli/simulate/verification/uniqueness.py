@@ -26,7 +26,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.functions import RightHandSide
-from lagrange_cli.simulate.system.parameters import given
+from lagrange_cli.simulate.system.parameters import parameter_values
 from lagrange_cli.simulate.system.tracing import functions_of
 
 __all__ = ["UnboundedSlopes", "require_unique_start", "unbounded_slopes"]
@@ -169,7 +169,7 @@ def unbounded_slopes(model: Model, functions: RightHandSide) -> UnboundedSlopes 
     """Where the slopes of a model's forces are unbounded; None where they are nowhere."""
     if not model.steep:
         return None
-    numbers = given(model).tolist()
+    numbers = parameter_values(model).tolist()
     function = functions_of(model.code.steep)["outputs"]
 
     def rates(t: float, y: Array, a: Array) -> Array:

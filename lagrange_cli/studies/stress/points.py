@@ -20,7 +20,7 @@ import numpy as np
 
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.functions import functions_of
-from lagrange_cli.simulate.system.parameters import given
+from lagrange_cli.simulate.system.parameters import parameter_values
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.dimensions import Base, Dimensions
@@ -114,9 +114,12 @@ class Ground:
         if start is None or model.recordings:
             return start is not None
         function, k = functions_of(model.code.python)["rhs"], model.coordinates.index(name)
-        given, t = _given(model), model.defaults.start
+        numbers, t = _given(model), model.defaults.start
         moved = [*start[:k], start[k] + 1.0, *start[k + 1 :]]
-        here, there = function(t, list(start), given), function(t, moved, given)
+        here, there = (
+            function(t, list(start), numbers),
+            function(t, moved, numbers),
+        )
         return not np.array_equal(here, there, equal_nan=True)
 
     @property
@@ -132,7 +135,7 @@ class Ground:
 
 def _given(model: Model) -> list[float]:
     """Parameters, and contacts that are open."""
-    return list(map(float, given(model)))
+    return list(map(float, parameter_values(model)))
 
 
 def points_of(ground: Ground, axes: Sequence[str] | None = None) -> list[StressPoint]:
@@ -233,11 +236,11 @@ def _vanishing(ground: Ground) -> Iterator[tuple[str, float]]:
     if start is None:
         return
     function = functions_of(model.code.singular)["outputs"]
-    given = _given(model)
+    numbers = _given(model)
     for k, (name, kind) in enumerate(zip(model.coordinates, model.kinds, strict=True)):
         for number in (0.0, math.pi / 2, math.pi) if kind == "angle" else (0.0,):
             state = [*start[:k], number, *start[k + 1 :]]
-            found = function(model.defaults.start, state, given)
+            found = function(model.defaults.start, state, numbers)
             if name in ground.initial and any(abs(x) < _VANISHES for x in found):
                 yield name, number
 

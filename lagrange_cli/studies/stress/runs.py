@@ -16,7 +16,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.charts.simulation import multiplier_form, simulate_past_singularities
 from lagrange_cli.simulate.checkpoint.progress import Deadline, Watch
 from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
-from lagrange_cli.simulate.integrators.hybrid.contact_system import Kind, Switch
+from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactEventKind, ModeChange
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import SimulationOptions, resolve
 from lagrange_cli.simulate.results.trajectory import Event, Trajectory
@@ -215,13 +215,13 @@ def _motion(model: Model, found: Trajectory, times: Array) -> Motion:
     return Motion(states, switches, float(times[-1]))
 
 
-def _switch(model: Model, names: tuple[str, ...], event: Event) -> Switch:
+def _switch(model: Model, names: tuple[str, ...], event: Event) -> ModeChange:
     kind, _, contact = event.name.partition(":")
     after = np.array([event.state[name] for name in names])
     before = after if event.before is None else np.array([event.before[name] for name in names])
     number = model.contacts.index(contact)
     flags = tuple(k == number and kind != "release" for k in range(len(model.contacts)))
-    return Switch(event.t, number, cast(Kind, kind), before, after, flags)
+    return ModeChange(event.t, number, cast(ContactEventKind, kind), before, after, flags)
 
 
 def _by_formulation(model: Model, found: Trajectory, budget: float) -> _Compared | None:

@@ -160,7 +160,7 @@ def test_wider_sources_are_strict_c99(tmp_path):
         assert os.environ.get("CI") != "true"
         pytest.skip("gcc was not found")
     model = double_pendulum("2")
-    sources = kernels.extended({**kernels.files(), "system.c": model.code.c})
+    sources = kernels.extended_precision({**kernels.kernel_files(), "system.c": model.code.c})
     for name, text in sources.items():
         (tmp_path / name).write_text(text, encoding="ascii")
     strict = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-Wdouble-promotion"]

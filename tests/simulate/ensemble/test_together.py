@@ -323,8 +323,8 @@ def test_an_interrupt_ends_the_block(monkeypatch):
 @pytest.mark.parametrize("name", SCENES)
 def test_the_c_is_clean_for_any_width(tmp_path, name):
     code = model_of(loads(f"name: {name}\n{SCENES[name]}").derive().equations).code
-    files = {"series.c": code.taylor + code.tables, **kernels.members()}
-    wide = kernels.extended({"series.c": code.taylor, **kernels.members()})
+    files = {"series.c": code.taylor + code.tables, **kernels.batched_files()}
+    wide = kernels.extended_precision({"series.c": code.taylor, **kernels.batched_files()})
     for options, texts in (
         ((), files),
         (("-DLAGRANGE_DIM=4",), files),

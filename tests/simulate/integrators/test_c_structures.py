@@ -14,12 +14,12 @@ from typing import Any
 import pytest
 
 from lagrange_cli.simulate import kernels
-from lagrange_cli.simulate.integrators.event_functions import PARTS, RISES
-from lagrange_cli.simulate.integrators.hybrid import crossing
+from lagrange_cli.simulate.integrators.event_functions import EVENT_PARTS, RISES
+from lagrange_cli.simulate.integrators.hybrid import surface_motion
 from lagrange_cli.simulate.integrators.native.c_structures import (
     LANDMARK_ROWS,
     MOST_EVENTS,
-    Status,
+    KernelStatus,
     events_type,
     landmarks_type,
     members_type,
@@ -36,10 +36,10 @@ if platform.machine() == "x86_64":
 
 #: A constant of C → its twin, by the file that has it.
 CONSTANTS: Mapping[str, Mapping[str, float]] = {
-    "events.c": {"MOST": MOST_EVENTS, "LAGRANGE_PARTS": PARTS, "LAGRANGE_RISES": RISES},
+    "events.c": {"MOST": MOST_EVENTS, "LAGRANGE_PARTS": EVENT_PARTS, "LAGRANGE_RISES": RISES},
     "landmarks.c": {"TIMES + 1": LANDMARK_ROWS, "RESOLVED": unseen.RESOLVED_EXPONENT},
-    "advance.c": {"EARLY": crossing.EARLY, "BEHIND": crossing.BEHIND},
-    "kernel.h": {f"LAGRANGE_{status.name}": status.value for status in Status},
+    "advance.c": {"EARLY": surface_motion._EARLY, "BEHIND": surface_motion._BEHIND},
+    "kernel.h": {f"LAGRANGE_{status.name}": status.value for status in KernelStatus},
 }
 
 
@@ -71,7 +71,7 @@ def compiled(
 
 
 def sources_of(real: NativeReal, sources: Mapping[str, str]) -> Mapping[str, str]:
-    return sources if real is DOUBLE else kernels.extended(sources)
+    return sources if real is DOUBLE else kernels.extended_precision(sources)
 
 
 @pytest.mark.compiler
@@ -82,7 +82,7 @@ def test_a_run_is_the_same_in_both_languages(real: NativeReal, tmp_path: Path) -
         *claims("lagrange_events", events_type()),
         *claims("lagrange_landmarks", landmarks_type()),
     ]
-    done = compiled(tmp_path, sources_of(real, kernels.files()), "events.h", claimed)
+    done = compiled(tmp_path, sources_of(real, kernels.kernel_files()), "events.h", claimed)
     assert done.returncode == 0, done.stderr[:2000]
 
 
@@ -96,7 +96,7 @@ def test_members_are_the_same_in_both_languages(
     claimed = [f"LAGRANGE_WIDTH == {width}"]
     claimed += claims("lagrange_members", members_type(width, real))
     wide = () if real is DOUBLE else ("-DLAGRANGE_WIDE",)
-    sources = sources_of(real, kernels.members())
+    sources = sources_of(real, kernels.batched_files())
     done = compiled(tmp_path, sources, "taylor.c", claimed, *options, *wide)
     assert done.returncode == 0, done.stderr[:2000]
 
@@ -105,7 +105,7 @@ def test_members_are_the_same_in_both_languages(
 @pytest.mark.parametrize("file", CONSTANTS)
 def test_constants_are_the_same_in_both_languages(file: str, tmp_path: Path) -> None:
     claimed = [f"{name} == {value!r}" for name, value in CONSTANTS[file].items()]
-    done = compiled(tmp_path, kernels.files(), file, claimed)
+    done = compiled(tmp_path, kernels.kernel_files(), file, claimed)
     assert done.returncode == 0, done.stderr[:2000]
 
 
@@ -115,17 +115,19 @@ def test_a_field_out_of_place_is_told(tmp_path: Path) -> None:
     fields[0], fields[1] = fields[1], fields[0]
     swapped = type("Swapped", (ctypes.Structure,), {"_fields_": fields})
     claimed = list(claims("lagrange_run", swapped))
-    done = compiled(tmp_path, kernels.files(), "events.h", claimed)
+    done = compiled(tmp_path, kernels.kernel_files(), "events.h", claimed)
     assert "offsetof(lagrange_run, rhs)" in done.stderr
 
 
 def test_no_status_is_missing() -> None:
-    (body,) = re.findall(r"enum \{\s*(LAGRANGE_OK.*?)\}", kernels.files()["kernel.h"], re.DOTALL)
-    assert re.findall(r"^\s*LAGRANGE_(\w+)", body, re.MULTILINE) == [s.name for s in Status]
+    (body,) = re.findall(
+        r"enum \{\s*(LAGRANGE_OK.*?)\}", kernels.kernel_files()["kernel.h"], re.DOTALL
+    )
+    assert re.findall(r"^\s*LAGRANGE_(\w+)", body, re.MULTILINE) == [s.name for s in KernelStatus]
 
 
 def test_files_of_c_include_each_other_in_no_circle() -> None:
-    texts = {**kernels.files(), **kernels.members()}
+    texts = {**kernels.kernel_files(), **kernels.batched_files()}
     graph = {name: re.findall(r'#include "(\S+)"', text) for name, text in texts.items()}
     assert graph["taylor.c"] == ["taylor.h"]
     assert set(TopologicalSorter(graph).static_order()) == texts.keys()

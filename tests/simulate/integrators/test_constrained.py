@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj
 
-from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
+from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
 from lagrange_cli.simulate.integrators.base import UNMET, ConstrainedRhs
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.integrators.native.methods import COMPILED
@@ -54,7 +54,7 @@ def raised():
 
 def samples(rhs, method, y0, times, how):
     """States at all times, with the integrator that made them."""
-    integrator = start(method, rhs, times[0], np.array(y0, dtype=float), times[-1], how)
+    integrator = start_integrator(method, rhs, times[0], np.array(y0, dtype=float), times[-1], how)
     states = np.empty((len(times), len(y0)))
     filled = 0
     while filled < len(times):
@@ -185,7 +185,7 @@ def test_one_slope_at_the_projected_end():
 def test_steps_end_on_the_constraints(method):
     rhs = constrained("pendulum", L, G)
     y0 = pendulum_at(np.zeros(1))[0]
-    run = start(method, rhs, 0.0, y0, 50.0, control(4, 1e-5, step=0.02))
+    run = start_integrator(method, rhs, 0.0, y0, 50.0, control(4, 1e-5, step=0.02))
     for _ in range(30):
         run.step(50.0)
         assert np.abs(rhs.project(run.t, run.y) - run.y).max() < 2e-15
@@ -198,7 +198,7 @@ def test_however_divided_the_same_bits(method, block):
     rhs = constrained("pendulum", L, G)
     y0, how = pendulum_at(times[:1])[0], control(4, step=0.02)
     whole, _ = samples(rhs, method, y0, times, how)
-    run = start(method, rhs, 0.0, y0, 4.0, how)
+    run = start_integrator(method, rhs, 0.0, y0, 4.0, how)
     parts = []
     for k in range(0, len(times), block):
         out = np.empty((len(times[k : k + block]), 4))
@@ -234,7 +234,9 @@ def test_loops_of_a_length_known_only_at_run_time_do_the_same(method):
 def test_a_projection_that_fails_ends_the_run(method, native):
     rhs = constrained("edge")
     rhs = rhs if native else interpreted(rhs)
-    run = start(method, rhs, 0.0, np.array([0.0, 1.0]), 2.0, control(2, max_step=0.1, step=0.01))
+    run = start_integrator(
+        method, rhs, 0.0, np.array([0.0, 1.0]), 2.0, control(2, max_step=0.1, step=0.01)
+    )
     done = run.advance(np.array([2.0]), np.empty((1, 2)), most_steps=999, most_evaluations=1e6)
     assert done.failure in (UNMET, "the step size underflowed")
     assert 0.85 <= run.t <= 1.0
@@ -249,7 +251,7 @@ def test_a_sample_that_cannot_be_projected_ends_the_run():
 
     rhs = ConstrainedRhs(lambda t, y: np.array([y[1], 0.0]), project)
     how = control(2, first_step=0.25, max_step=0.25)
-    run = start(INTEGRATORS["DOP853"], rhs, 0.0, np.array([0.0, 1.0]), 1.0, how)
+    run = start_integrator(INTEGRATORS["DOP853"], rhs, 0.0, np.array([0.0, 1.0]), 1.0, how)
     out = np.empty((3, 2))
     done = run.advance(np.array([0.1, 0.42, 0.6]), out, most_steps=99, most_evaluations=math.inf)
     assert (done.filled, done.failure) == (1, UNMET)
@@ -260,7 +262,7 @@ def test_events_are_on_the_constraints(name):
     """A terminal event cuts the run where it turns over."""
     method, y0 = INTEGRATORS[name], pendulum_at(np.zeros(1))[0]
     rhs, how = constrained("pendulum", L, G), control(4, 1e-7)
-    run = start(method, rhs, 0.0, y0, 9.0, how)
+    run = start_integrator(method, rhs, 0.0, y0, 9.0, how)
     run.watch(native_events("level", 0.5, directions=(-1,), terminal=(True,)))
     run.advance(np.array([9.0]), np.empty((1, 4)), most_steps=999, most_evaluations=1e6)
     assert run.ended
@@ -275,7 +277,7 @@ def test_a_method_that_cannot_project_is_not_started():
     method = INTEGRATORS["LSODA"]
     assert not method.projects
     with pytest.raises(ValueError, match="constraints"):
-        start(method, constrained("edge"), 0.0, np.zeros(2), 1.0, control(2))
+        start_integrator(method, constrained("edge"), 0.0, np.zeros(2), 1.0, control(2))
 
 
 @pytest.mark.slow

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from lagrange_cli.simulate.checkpoint.serialization import DamagedError, deserialize, serialize
-from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
+from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
 from lagrange_cli.simulate.integrators.base import ConstrainedRhs
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.integrators.native.methods import COMPILED
-from lagrange_cli.simulate.integrators.piecewise import Pieces, PiecewiseRhs
+from lagrange_cli.simulate.integrators.piecewise import InputPieces, PiecewiseRhs
 from tests.simulate.available import BY_VALUES
 from tests.simulate.constrained_systems import constrained
 from tests.simulate.native_systems import native
@@ -41,7 +41,7 @@ def onto_circle(t, y):
 
 def pushed():
     """A pendulum with a force that is another number in each piece of time."""
-    pieces = Pieces(np.array([0.0, 0.7, 1.9, 3.3, 4.0]), np.arange(5.0)[:, None])
+    pieces = InputPieces(np.array([0.0, 0.7, 1.9, 3.3, 4.0]), np.arange(5.0)[:, None])
     return PiecewiseRhs(pieces, lambda row: lambda t, y: pendulum(t, y) + np.array([0, row[0]]))
 
 
@@ -59,7 +59,7 @@ def control(n):
 
 def begun(method, name):
     rhs, y0 = PROBLEMS[name]
-    return start(method, rhs(), 0.0, np.array(y0), TIMES[-1], control(len(y0)))
+    return start_integrator(method, rhs(), 0.0, np.array(y0), TIMES[-1], control(len(y0)))
 
 
 def goes_on(begin, width, first):
@@ -97,7 +97,11 @@ def test_a_method_goes_on(method, name):
 def test_a_compiled_method_goes_on(method):
     rhs, y0 = native("pendulum"), np.array([2.0, 0.5])
     for first in (0, 1, 7, 40):
-        goes_on(lambda: start(INTEGRATORS[method], rhs, 0.0, y0, TIMES[-1], control(2)), 2, first)
+        goes_on(
+            lambda: start_integrator(INTEGRATORS[method], rhs, 0.0, y0, TIMES[-1], control(2)),
+            2,
+            first,
+        )
 
 
 @pytest.mark.parametrize("method", [n for n, m in COMPILED.items() if m.projects and not m.needs])
@@ -107,7 +111,11 @@ def test_a_compiled_method_goes_on_with_constraints(method, real):
         pytest.skip("eight states at once are doubles")
     rhs, y0 = constrained("pendulum", 1.0, 9.81, real=real), np.array([1.0, 0.0, 0.0, 0.0])
     for first in (0, 7, 40):
-        goes_on(lambda: start(INTEGRATORS[method], rhs, 0.0, y0, TIMES[-1], control(4)), 4, first)
+        goes_on(
+            lambda: start_integrator(INTEGRATORS[method], rhs, 0.0, y0, TIMES[-1], control(4)),
+            4,
+            first,
+        )
 
 
 @pytest.mark.slow
@@ -116,7 +124,7 @@ def test_motion_with_contacts_goes_on(name):
     y0 = np.array([0.0, 2.0, 1.0, 0.0])
 
     def begin():
-        return start(INTEGRATORS[name], ball(0.5), 0.0, y0, TIMES[-1], control(4))
+        return start_integrator(INTEGRATORS[name], ball(0.5), 0.0, y0, TIMES[-1], control(4))
 
     for first in (0, 3, 30, 90):
         run, again = goes_on(begin, 4, first)

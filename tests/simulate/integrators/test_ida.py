@@ -11,7 +11,7 @@ from scipy.special import ellipj
 from lagrange_cli import load, loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
+from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
 from lagrange_cli.simulate.integrators.base import UNMET, ConstrainedRhs
 from lagrange_cli.simulate.model.build import model_of
 from tests.simulate.available import or_skip
@@ -119,7 +119,7 @@ def turning(times, length=L, speed=RATE):
 
 
 def walked(method, rhs, y0, until, tolerance):
-    run = start(method, rhs, 0.0, y0, until, control(len(y0), tolerance))
+    run = start_integrator(method, rhs, 0.0, y0, until, control(len(y0), tolerance))
     done = run.advance(
         np.array([until]), np.empty((1, len(y0))), most_steps=10**6, most_evaluations=math.inf
     )
@@ -239,7 +239,7 @@ def test_through_a_folded_linkage_or_not_at_all(method, rtol):
 def test_a_projection_that_is_none_ends_the_run(method):
     """Its derivative is no projector: no equations follow from it."""
     rhs = ConstrainedRhs(lambda t, y: np.array([y[1], 0.0]), lambda t, y: y / 2)
-    run = start(method, rhs, 0.0, np.array([1.0, 1.0]), 1.0, control(2, 1e-6))
+    run = start_integrator(method, rhs, 0.0, np.array([1.0, 1.0]), 1.0, control(2, 1e-6))
     done = run.advance(np.ones(1), np.empty((1, 2)), most_steps=99, most_evaluations=1e4)
     assert done.failure == UNMET
     assert run.t == 0.0

@@ -8,7 +8,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
+from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
 from tests.simulate.native_systems import native, native_events
 
 METHODS = [INTEGRATORS[name] for name in ("DOP853", "Gauss16")]
@@ -18,7 +18,7 @@ names = {"ids": lambda method: method.name}
 def watched(method, rhs, y0, until, events, *, tolerance=1e-14, max_step=1e9):
     n = len(y0)
     how = Control(np.full(n, tolerance), np.full(n, tolerance), 1e-3, max_step)
-    run = start(method, rhs, 0.0, np.array(y0, dtype=float), until, how)
+    run = start_integrator(method, rhs, 0.0, np.array(y0, dtype=float), until, how)
     run.watch(events)
     return run
 
@@ -93,7 +93,7 @@ def test_events_after_a_terminal_one_are_forgotten(method):
     """All three times lie in one step; the terminal one is in the middle."""
     events = native_events("three_times", 1.5, directions=(0, 0, 0), terminal=(False, True, False))
     how = Control(np.full(2, 1e-3), np.full(2, 1e3), 9.0, 9.0)
-    run = start(method, native("constant"), 0.0, np.zeros(2), 9.0, how)
+    run = start_integrator(method, native("constant"), 0.0, np.zeros(2), 9.0, how)
     run.watch(events)
     found = run_to(run, 9.0)
     assert [event.index for event in found] == [2, 1]
@@ -106,7 +106,7 @@ def test_events_after_a_terminal_one_are_forgotten(method):
 def test_events_of_one_step_are_in_order(method):
     events = native_events("three_times", 1.5, directions=(0, 0, 0), terminal=(False, False, False))
     how = Control(np.full(2, 1e-3), np.full(2, 1e3), 9.0, 9.0)
-    run = start(method, native("constant"), 0.0, np.zeros(2), 9.0, how)
+    run = start_integrator(method, native("constant"), 0.0, np.zeros(2), 9.0, how)
     run.watch(events)
     found = run_to(run, 9.0)
     assert run.steps == 1
@@ -185,6 +185,8 @@ def test_more_events_than_one_call_has_room_for(method):
 
 def test_fixed_steps_have_no_events():
     how = Control(np.zeros(2), np.zeros(2), 1.0, 1.0, 0.1)
-    run = start(INTEGRATORS["RK4"], native("pendulum"), 0.0, np.array([1.0, 0.0]), 1.0, how)
+    run = start_integrator(
+        INTEGRATORS["RK4"], native("pendulum"), 0.0, np.array([1.0, 0.0]), 1.0, how
+    )
     with pytest.raises(ValueError, match="no interpolant"):
         run.watch(native_events("bottom"))

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from lagrange_cli.api import loads
 from lagrange_cli.simulate import kernels
-from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
+from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
 from lagrange_cli.simulate.integrators.native.c_types import LANES
 from lagrange_cli.simulate.model.build import model_of
-from lagrange_cli.simulate.toolchain.shared_library import Source
+from lagrange_cli.simulate.toolchain.shared_library import CSource
 from tests.simulate.compiling import compiled_or_skip
 from tests.simulate.native_systems import compiled
 
@@ -38,8 +38,8 @@ void both(const double *x, double *sine, double *cosine, long count)
 
 @pytest.fixture(scope="module", params=["-O2", "-O3", "-O2 -ffp-contract=fast"])
 def both(request):
-    files = {"both.c": _TEXT, **kernels.headers()}
-    (library,) = compiled(Source(files, tuple(request.param.split())))
+    files = {"both.c": _TEXT, **kernels.kernel_headers()}
+    (library,) = compiled(CSource(files, tuple(request.param.split())))
     call = library.both
     call.argtypes = [ctypes.c_void_p] * 3 + [ctypes.c_long]
 
@@ -177,7 +177,7 @@ def test_far_angles_are_integrated_one_by_one():
         how = Control(np.zeros(4), np.full(4, 1e-9), 1e-3, 1.0)
         shift = np.array([1.0, 1.0, 0.0, 0.0]) * turns * 2 * math.pi
         y0 = np.array([1.0, 0.5, 0.0, 0.0]) + shift
-        run = start(INTEGRATORS["Gauss16"], rhs, 0.0, y0, 1.0, how)
+        run = start_integrator(INTEGRATORS["Gauss16"], rhs, 0.0, y0, 1.0, how)
         out = np.empty((1, 4))
         assert run.advance(np.array([1.0]), out, most_steps=10**6, most_evaluations=1e9).filled
         found.append(out[0] - shift)
@@ -189,7 +189,7 @@ def test_functions_without_lanes_do_without():
     found = right_hand_side_of(EXPONENTIAL)
     assert found.rhs.lanes_address is None
     how = Control(np.zeros(2), np.full(2, 1e-11), 1e-3, 1.0)
-    run = start(INTEGRATORS["Gauss16"], found.rhs, 0.0, np.array([1.0, 0.0]), 9.0, how)
+    run = start_integrator(INTEGRATORS["Gauss16"], found.rhs, 0.0, np.array([1.0, 0.0]), 9.0, how)
     out = np.empty((1, 2))
     run.advance(np.array([9.0]), out, most_steps=10**6, most_evaluations=1e9)
     energy = [v * v / 2 + 4.0 * math.cosh(x) for x, v in ((1.0, 0.0), out[0])]

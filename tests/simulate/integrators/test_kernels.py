@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.simulate import kernels
-from lagrange_cli.simulate.integrators import INTEGRATORS, Control, StepError, start
+from lagrange_cli.simulate.integrators import INTEGRATORS, Control, StepError, start_integrator
 from lagrange_cli.simulate.integrators.native.methods import COMPILED
 from tests.simulate.native_systems import SYSTEMS, interpreted, native
 
@@ -30,7 +30,7 @@ def control(n=2, tolerance=1e-10, *, first_step=1e-3, max_step=1e9, step=None):
 
 
 def begun(method, rhs, y0, until, how, t0=0.0):
-    return start(method, rhs, t0, np.array(y0, dtype=float), until, how)
+    return start_integrator(method, rhs, t0, np.array(y0, dtype=float), until, how)
 
 
 def samples(integrator, times, **limits):
@@ -398,7 +398,7 @@ def test_sources_are_strict_c99(tmp_path):
     compiler = shutil.which("gcc") or shutil.which("cc")
     if compiler is None:
         pytest.skip("no C compiler was found")
-    for name, text in {**kernels.files(), **kernels.headers()}.items():
+    for name, text in {**kernels.kernel_files(), **kernels.kernel_headers()}.items():
         (tmp_path / name).write_text(text)
     (tmp_path / "header.c").write_text(
         '#include "lanes.h"\ndouble f(double x);\n'
@@ -413,7 +413,7 @@ def test_sources_are_strict_c99(tmp_path):
 
 def test_kernels_have_no_globals():
     """Nothing outlives a call but the memory that the caller gave."""
-    for name, text in kernels.files().items():
+    for name, text in kernels.kernel_files().items():
         for line in text.splitlines():
             if line.startswith("static ") and "(" not in line and "=" in line:
                 assert line.startswith("static const "), (name, line)

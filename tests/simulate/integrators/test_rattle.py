@@ -10,7 +10,7 @@ import pytest
 
 from lagrange_cli.api import loads
 from lagrange_cli.errors import InputError
-from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
+from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
 from lagrange_cli.simulate.integrators.base import ConstrainedRhs, UnfitError
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.simulation import simulate
@@ -64,7 +64,7 @@ def flow(y0, steps=50, h=0.02):
     """The state after some steps."""
     rhs = right_hand_side(model(ROD)).rhs
     how = Control(np.zeros(4), np.ones(4), 1.0, 1.0, h)
-    run = start(INTEGRATORS["RATTLE"], rhs, 0.0, y0, h * steps, how)
+    run = start_integrator(INTEGRATORS["RATTLE"], rhs, 0.0, y0, h * steps, how)
     for _ in range(steps):
         run.step(h * steps)
     return run.y
@@ -131,7 +131,9 @@ def test_the_twin_in_python_makes_the_same_steps(text):
 def test_it_goes_on_from_a_state_bit_by_bit():
     rhs, y0 = right_hand_side(model(ROD)).rhs, at(1.0, 2.0)
     how = Control(np.zeros(4), np.ones(4), 1.0, 1.0, 0.02)
-    whole, other = (start(INTEGRATORS["RATTLE"], rhs, 0.0, y0, 9.0, how) for _ in range(2))
+    whole, other = (
+        start_integrator(INTEGRATORS["RATTLE"], rhs, 0.0, y0, 9.0, how) for _ in range(2)
+    )
     for _ in range(5):
         whole.step(9.0)
     other.restore(whole.state())
@@ -179,4 +181,4 @@ def test_constraints_that_are_only_projected_on_are_not_for_it():
     rhs = ConstrainedRhs(lambda t, y: y, lambda t, y: y)
     how = Control(np.zeros(2), np.ones(2), 1.0, 1.0, 0.1)
     with pytest.raises(UnfitError, match="constraints"):
-        start(INTEGRATORS["RATTLE"], rhs, 0.0, np.zeros(2), 1.0, how)
+        start_integrator(INTEGRATORS["RATTLE"], rhs, 0.0, np.zeros(2), 1.0, how)

@@ -10,11 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lagrange_cli.simulate.accuracy.event_agreement import event_agreement, first_zeno_time
-from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
-from lagrange_cli.simulate.integrators.event_functions import RISES, Falling
-from lagrange_cli.simulate.integrators.event_location import Search
-from lagrange_cli.simulate.integrators.hybrid.contact_motion import ENDLESS, UNDETERMINED, Switching
-from lagrange_cli.simulate.integrators.hybrid.contact_system import Stuck, Switch
+from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
+from lagrange_cli.simulate.integrators.event_functions import RISES, TerminalEvents
+from lagrange_cli.simulate.integrators.event_location import EventSearch
+from lagrange_cli.simulate.integrators.hybrid.contact_motion import (
+    ENDLESS,
+    UNDETERMINED,
+    ContactMotion,
+)
+from lagrange_cli.simulate.integrators.hybrid.contact_system import ModeChange, Stuck
 from tests.simulate.switched_systems import G, OneContact, ball, on_sphere
 
 
@@ -22,13 +26,13 @@ def control(rtol: float = 1e-12) -> Control:
     return Control(np.full(4, rtol), np.full(4, rtol), 1e-3, 0.1)
 
 
-def switching(rhs: OneContact, y0: list[float], until: float) -> Switching:
-    found = start(INTEGRATORS["DOP853"], rhs, 0.0, np.array(y0), until, control())
-    assert isinstance(found, Switching)
+def switching(rhs: OneContact, y0: list[float], until: float) -> ContactMotion:
+    found = start_integrator(INTEGRATORS["DOP853"], rhs, 0.0, np.array(y0), until, control())
+    assert isinstance(found, ContactMotion)
     return found
 
 
-def gone(run: Switching, times: np.ndarray, at_once: int | None = None) -> np.ndarray:
+def gone(run: ContactMotion, times: np.ndarray, at_once: int | None = None) -> np.ndarray:
     """States at the times, asked for in blocks."""
     states = np.empty((len(times), 4))
     block = at_once or len(times)
@@ -113,8 +117,8 @@ def test_a_contact_that_neither_holds_nor_gives_way_ends_the_run():
 
 def search(values, signs, noise=0.0, parts=((0.0, 1.0),)):
     """The first fall of g(t) within steps, and where it is."""
-    falling = Falling(lambda t, y: np.array([values(t)]), (signs,), (noise,))
-    found = Search(falling)
+    falling = TerminalEvents(lambda t, y: np.array([values(t)]), (signs,), (noise,))
+    found = EventSearch(falling)
     for a, b in parts:
         event = found.first(lambda t: np.array([t]), a, b)
         if event is not None:
@@ -148,9 +152,9 @@ def test_noise_is_no_sign():
     assert search(lambda t: -(t**2), RISES, noise=1e-12) == pytest.approx(0, abs=0.3)
 
 
-def switch(t: float, contact: int = 0, kind: str = "contact") -> Switch:
+def switch(t: float, contact: int = 0, kind: str = "contact") -> ModeChange:
     moved = np.array([0.0, 1.0]) if kind == "contact" else np.zeros(2)
-    return Switch(t, contact, kind, np.zeros(2), moved, (False, False))
+    return ModeChange(t, contact, kind, np.zeros(2), moved, (False, False))
 
 
 def test_events_agree_contact_by_contact_in_any_order():

@@ -11,7 +11,7 @@ import pytest
 
 from lagrange_cli.api import load, loads
 from lagrange_cli.errors import InputError
-from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
+from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
 from lagrange_cli.simulate.integrators.base import UnfitError
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.simulation import simulate
@@ -66,7 +66,7 @@ def begun(of, rtol=1e-9, functions=None, **how):
     control = Control(
         np.full(n, rtol), np.full(n, rtol), **{"first_step": 1.0, "max_step": 9.0} | how
     )
-    return start(INTEGRATORS["taylor"], rhs, 0.0, np.array(of.initial), 20.0, control)
+    return start_integrator(INTEGRATORS["taylor"], rhs, 0.0, np.array(of.initial), 20.0, control)
 
 
 @pytest.mark.parametrize("rtol", [1e-5, 1e-9, 1e-13])
@@ -213,7 +213,7 @@ def test_what_has_no_series_is_refused(taylor):
 
 def test_what_would_compile_for_ages_is_refused(taylor, monkeypatch):
     monkeypatch.setattr(
-        "lagrange_cli.simulate.integrators.external.heyoka_algebra.MOST_OPERATIONS", 5
+        "lagrange_cli.simulate.integrators.external.heyoka_algebra.MOST_HEYOKA_OPERATIONS", 5
     )
     other = ROD.replace("m*g*z", "m*g*z + m*x^4")
     assert "more than 5 operations" in refusal(model(other), 1e-9)
@@ -222,7 +222,7 @@ def test_what_would_compile_for_ages_is_refused(taylor, monkeypatch):
 def test_a_right_hand_side_without_a_text_is_not_for_it():
     control = Control(np.zeros(2), np.ones(2), 1.0, 1.0)
     with pytest.raises(UnfitError, match="expressions"):
-        start(INTEGRATORS["taylor"], lambda t, y: y, 0.0, np.zeros(2), 1.0, control)
+        start_integrator(INTEGRATORS["taylor"], lambda t, y: y, 0.0, np.zeros(2), 1.0, control)
 
 
 def test_without_the_package_the_command_to_install_it_is_named(monkeypatch):

@@ -244,7 +244,7 @@ def test_a_kink_under_a_root_is_located_and_no_edge(functions):
 
 @pytest.mark.slow
 def test_checkpoints_go_on_across_kinks(tmp_path, functions):
-    from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start
+    from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
 
     text = body(
         'forces: {f: {on: x, force: "-0.3*sign(dot(x))"}}\npotentials: {v: x^2/2}',
@@ -257,7 +257,9 @@ def test_checkpoints_go_on_across_kinks(tmp_path, functions):
     times = np.linspace(0, 20, 41)
 
     def begun():
-        return start(INTEGRATORS["DOP853"], rhs, 0.0, np.array([1.0, 0.0]), 20.0, control)
+        return start_integrator(
+            INTEGRATORS["DOP853"], rhs, 0.0, np.array([1.0, 0.0]), 20.0, control
+        )
 
     whole, states = begun(), np.empty((41, 2))
     whole.advance(times, states, most_steps=10**6, most_evaluations=math.inf)

@@ -20,7 +20,7 @@ from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.system.functions import interpreted
 from lagrange_cli.simulate.toolchain.compiler import find_compiler
-from lagrange_cli.simulate.toolchain.shared_library import Source, load
+from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
 from tests.simulate.compiling import compiled_or_skip
 
 #: A cart on a spring whose other end and which itself are driven.
@@ -178,7 +178,9 @@ class Library:
         files = EMITTERS["c"].emit(equations, {"real": "double", "main": True})
         header = files[f"{equations.name}.h"]
         text = files[f"{equations.name}.c"].replace(f'#include "{equations.name}.h"', header)
-        (self.library,) = load(find_compiler(), [Source({"system.c": text})], open_cache())
+        (self.library,) = load_libraries(
+            find_compiler(), [CSource({"system.c": text})], open_cache()
+        )
         self.name, self.size = equations.name, size
         self.p = np.zeros(max(1, len(equations.parameters)))
         self.library[f"{self.name}_defaults"](ctypes.c_void_p(self.p.ctypes.data))

@@ -12,8 +12,8 @@ from lagrange_cli import load, loads
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.checkpoint.progress import Watch
-from lagrange_cli.simulate.model.build import driven, model_of
-from lagrange_cli.simulate.model.peak_exponents import landmarks
+from lagrange_cli.simulate.model.build import model_of, substitute_inputs
+from lagrange_cli.simulate.model.peak_exponents import peak_exponents
 from lagrange_cli.simulate.request import SimulationOptions, resolve
 from lagrange_cli.simulate.simulation import problem_of
 from lagrange_cli.simulate.system.functions import interpreted
@@ -86,9 +86,9 @@ def test_what_steps_resolve_anyway_is_not_watched() -> None:
 
 def test_exponents_are_those_of_sharp_functions_that_move() -> None:
     text = SCENE.format(width=0.1, force="exp(-((t - c)/w)^2)/(1 + x^2)*exp(w)*cos(x)^40")
-    equations = driven(loads(text).derive().equations)
+    equations = substitute_inputs(loads(text).derive().equations)
     t, x = equations.t, equations.coordinates[0].q
-    found = landmarks(equations)
+    found = peak_exponents(equations)
     assert {frozenset(e.free_symbols & {t, x}) for e in found} == {frozenset({t}), frozenset({x})}
     at = {s: 0.3 for e in found for s in e.free_symbols}
     values = sorted(float(e.subs(at)) for e in found)

@@ -22,7 +22,7 @@ from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.results.streaming import Stream
 from lagrange_cli.simulate.samples import buffer as spool
 from lagrange_cli.simulate.samples import rows
-from lagrange_cli.simulate.samples.rows import Grid, Ranges, first_from
+from lagrange_cli.simulate.samples.rows import Grid, RowRanges, first_from
 from lagrange_cli.simulate.simulation import RunContext
 
 PENDULUM = """
@@ -239,7 +239,7 @@ def test_the_first_time_from_one_on_is_found(t):
 
 def test_ranges_are_read_like_one_array():
     of = np.arange(40.0).reshape(20, 2)
-    found = Ranges(of, [(1, 4), (7, 8), (8, 8), (15, 20)])
+    found = RowRanges(of, [(1, 4), (7, 8), (8, 8), (15, 20)])
     expected = np.concatenate([of[1:4], of[7:8], of[15:20]])
     assert len(found) == len(expected)
     for first in range(10):
@@ -252,7 +252,7 @@ def test_ranges_are_read_like_one_array():
 def test_a_spool_gives_back_what_it_took():
     width, rng = 3, np.random.default_rng(1)
     values = rng.normal(size=(50, width))
-    of = spool.Spool(io.BytesIO(), width, size=8)
+    of = spool.FileBuffer(io.BytesIO(), width, size=8)
     filled = 0
     while filled < 50:
         room = of.room(filled, min(filled + int(rng.integers(1, 20)), 50))

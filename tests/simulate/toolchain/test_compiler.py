@@ -24,7 +24,7 @@ from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.functions import interpreted, right_hand_side
 from lagrange_cli.simulate.toolchain import compiler
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
-from lagrange_cli.simulate.toolchain.shared_library import Source
+from lagrange_cli.simulate.toolchain.shared_library import CSource
 from tests.simulate.compiling import compiled_or_skip
 from tests.simulate.native_systems import compiled
 
@@ -219,7 +219,7 @@ def deaf():
 
 @pytest.mark.usefixtures("deaf")
 def test_a_compilation_that_takes_too_long_is_given_up(model, monkeypatch, hanging):
-    monkeypatch.setattr(compiler, "LONGEST", 0.5)
+    monkeypatch.setattr(compiler, "LONGEST_COMPILATION", 0.5)
     found = simulate(model)
     assert found.status == "ok"
     assert found.implementation == "interpreted Python: cc took more than 0.5 s"
@@ -357,7 +357,7 @@ def test_a_damaged_object_is_made_anew(model, monkeypatch, tmp_path):
 
 
 def test_a_library_calls_what_it_was_made_from():
-    sources = [Source({"a.c": f"int number(void) {{ return {k}; }}\n"}) for k in (1, 2)]
+    sources = [CSource({"a.c": f"int number(void) {{ return {k}; }}\n"}) for k in (1, 2)]
     one, two = compiled(*sources, cache=Cache(None))
     assert (one.number(), two.number()) == (1, 2)
 

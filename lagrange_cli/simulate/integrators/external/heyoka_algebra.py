@@ -12,7 +12,7 @@ from lagrange_cli.simulate.integrators.base import UnfitError
 __all__ = ["Algebra", "Traced"]
 
 #: Operations of a right-hand side after which it is given up: elimination makes many of few.
-MOST_OPERATIONS = 20_000
+MOST_HEYOKA_OPERATIONS = 20_000
 
 #: Functions by their names in :mod:`math`, where heyoka calls them the same.
 _SAME = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh",
@@ -27,7 +27,7 @@ class Algebra:
     ``most``."""
 
     def __init__(self, package: Any, most: int | None = None) -> None:
-        self._package, self._most = package, most or MOST_OPERATIONS
+        self._package, self._most = package, most or MOST_HEYOKA_OPERATIONS
         self.operations = 0
         self.functions: dict[str, Callable[..., Any]] = {
             name: self._function(getattr(package, name)) for name in _SAME

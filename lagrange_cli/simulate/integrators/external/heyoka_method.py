@@ -27,7 +27,7 @@ from lagrange_cli.simulate.integrators.base import (
     UnfitError,
     projection,
 )
-from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing, expressions
+from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer, expressions
 from lagrange_cli.simulate.integrators.external.heyoka_algebra import Algebra, Traced
 from lagrange_cli.simulate.integrators.external.heyoka_cache import compiled_once
 from lagrange_cli.simulate.toolchain.compiler import processor
@@ -38,7 +38,7 @@ __all__ = ["Taylor"]
 LARGEST, SMALLEST, USUAL = 1e-3, 2.0**-52, 1e-12
 
 #: Operations of a right-hand side above which loops are compiled in place of one long text.
-COMPACT = 150
+_COMPACT = 150
 
 
 class Taylor(Integrator):
@@ -117,7 +117,7 @@ class _Text:
     simpler, which 0 and 1 do, or None for a parameter of the compiled code.
     """
 
-    trace: Tracing
+    trace: Tracer
     plain: tuple[float | None, ...]
     inputs: int
     size: int
@@ -156,7 +156,7 @@ def _compiled(text: _Text, tolerance: float) -> Any:
     import heyoka
 
     system, operations = _system(text)
-    compact, start = operations > COMPACT, [0.0] * text.size
+    compact, start = operations > _COMPACT, [0.0] * text.size
     asked = pickle.dumps((system, tolerance, compact))
     return compiled_once(
         heyoka.llvm_state,

@@ -35,20 +35,20 @@ from lagrange_cli.simulate.integrators.external.sundials import Sundials
 __all__ = ["IDA"]
 
 #: Failures to solve the equations of a step, each of which quarters it, before it is given up.
-MOST_FAILURES = 30
+_MOST_FAILURES = 30
 
 #: Iterations for a linear system; the first nearly solves it.
-KRYLOV = 5
+_KRYLOV = 5
 
 #: By how much difference quotients move a number: parts of its motion and, at least, of its size.
 MOVE, LEAST_MOVE = 2.0**-26, 2.0**-40
 
 #: By how much more where a projection rounds more, until its derivative is one of a projector.
-WIDER = 1.0, 64.0, 4096.0, 262144.0
+_WIDER = 1.0, 64.0, 4096.0, 262144.0
 
 #: How far the square of a projector may be from it, beside its largest entry, and its trace from
 #: its rank, beside its size.
-ROUGH = 1e-2
+_ROUGH = 1e-2
 
 
 class IDA(Sundials):
@@ -84,10 +84,10 @@ class IDA(Sundials):
         solver = ida.IDA(
             self._residual,
             linsolver="gmres",
-            krylov_dim=KRYLOV,
+            krylov_dim=_KRYLOV,
             precond=ida.IDAPrecond(self._set_up, self._solve),
             jactimes=ida.IDAJacTimes(None, self._multiply),
-            max_conv_fails=MOST_FAILURES,
+            max_conv_fails=_MOST_FAILURES,
             **options,
         )
         solver.init_step(self.t, np.zeros_like(self._rate), self._rate)
@@ -170,7 +170,7 @@ class IDA(Sundials):
             return project(self.t, y) / self._scale
 
         moves = self._moves(self.y, self._rate)
-        for wider in WIDER:
+        for wider in _WIDER:
             found = self._quotients(projected, self.y, wider * moves)
             if _projects(found):
                 tangent = np.zeros_like(found)
@@ -210,7 +210,7 @@ def _projects(found: Array) -> bool:
     """Whether a matrix is a projector, roughly; its trace is its rank whatever the units are."""
     rank, largest = np.trace(found), np.abs(found).max()
     once_more = np.abs(found @ found - found).max()
-    return bool(once_more <= ROUGH * largest and abs(rank - np.round(rank)) <= ROUGH * len(found))
+    return bool(once_more <= _ROUGH * largest and abs(rank - np.round(rank)) <= _ROUGH * len(found))
 
 
 def _onto(found: Array) -> Array:

@@ -22,7 +22,7 @@ __all__ = ["CVODE", "CVODEAdams", "Sundials"]
 _SMALLEST_RTOL = 1e-14
 
 #: Steps of fewer units in the last place of t have underflowed.
-SMALLEST_STEP = 10
+_SMALLEST_STEP = 10
 
 #: By how much a first step becomes shorter that could not be made, and down to what part of the
 #: time to the end.
@@ -65,7 +65,7 @@ class Sundials(Integrator):
         found = self._one_step(limit)
         while not found.success and self.t == self._start and self._begins_shorter():
             found = self._one_step(limit)
-        shortest = SMALLEST_STEP * np.spacing(abs(self.t))
+        shortest = _SMALLEST_STEP * np.spacing(abs(self.t))
         if not found.success or (found.t < limit and found.t - self.t < shortest):
             raise StepError("the step size underflowed")
         self._arrive(found)
@@ -82,7 +82,7 @@ class Sundials(Integrator):
     def _begins_shorter(self) -> bool:
         """Begin anew with a shorter step, as it gives up after few; False where there is none."""
         step = self._options["first_step"] * SHORTER
-        rounding = SMALLEST_STEP * np.spacing(abs(self.t))
+        rounding = _SMALLEST_STEP * np.spacing(abs(self.t))
         if step < max(rounding, SHORTEST * (self.t_end - self.t)):
             return False
         self._options["first_step"] = step

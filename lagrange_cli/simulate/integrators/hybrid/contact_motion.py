@@ -22,19 +22,19 @@ from lagrange_cli.simulate.integrators.base import (
     Control,
     Integrator,
     Rhs,
-    State,
+    SavedState,
     projection,
 )
 from lagrange_cli.simulate.integrators.event_functions import RISES
 from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     TOUCHING,
-    Dip,
-    Flags,
+    ContactEventKind,
+    ContactMode,
     Gaps,
-    Kind,
+    HybridRhs,
+    ModeChange,
+    NearContact,
     Stuck,
-    Switch,
-    SwitchedRhs,
 )
 
 __all__ = [
@@ -43,26 +43,26 @@ __all__ = [
     "LOCATED",
     "TOO_MANY",
     "UNDETERMINED",
-    "Switching",
+    "ContactMotion",
 ]
 
 #: Bounces are ended where all that are left take less than this part of the span.
-ACCUMULATED = 1e-10
+_ACCUMULATED = 1e-10
 
 #: Errors of steps beside the tolerance where a gap opens slowly: many may add up.
-ADDED_UP = 100.0
+_ADDED_UP = 100.0
 
 #: Bounces of a height below this part of what the gap is the difference of are ended, too.
-LOW = 1e-12
+_LOW = 1e-12
 
 #: Gaps are followed that come as close to zero as many errors of steps beside the tolerance do.
-REACH = 1e6
+_REACH = 1e6
 
 #: A contact that is struck faster than this part of what it was struck at before is not grazed.
-SLOW = 0.1
+_SLOW = 0.1
 
 #: Shrinking intervals between bounces that make a sequence.
-SEQUENCE = 4
+_SEQUENCE = 4
 
 #: Events of each contact one upon the other, and the units in the last place of time within
 #: which they are.
@@ -72,7 +72,7 @@ CHATTER, TOGETHER = 40, 16
 LOCATED = 4
 
 #: Events that are followed, and kept.
-MOST_SWITCHES = 250_000
+_MOST_MODE_CHANGES = 250_000
 
 #: Why a motion cannot be continued.
 ENDLESS = "contacts close and open without end"
@@ -81,14 +81,14 @@ TOO_MANY = "contacts close and open more often than can be followed"
 UNDETERMINED = "what contacts do next cannot be determined"
 
 #: The event of a reset at the start of a motion.
-START = -1
+_START = -1
 
 
 #: Stands at a state with a method: (rhs, t, y, t_end, control).
 Begin: TypeAlias = Callable[[Rhs, float, Array, float, Control], Integrator]
 
 
-class Switching(Integrator):
+class ContactMotion(Integrator):
     """One method over all pieces, called like any.
 
     ``switches`` are those passed so far; ``began`` the contacts that are closed at first;
@@ -100,7 +100,7 @@ class Switching(Integrator):
     def __init__(
         self,
         begin: Begin,
-        rhs: SwitchedRhs,
+        rhs: HybridRhs,
         t0: float,
         y0: Array,
         t_end: float,
@@ -108,20 +108,20 @@ class Switching(Integrator):
     ) -> None:
         self._begin, self._rhs, self._control = begin, rhs, control
         self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
-        self._shortest = ACCUMULATED * (t_end - t0)
+        self._shortest = _ACCUMULATED * (t_end - t0)
         self._past = 0, 0
         self._closed = rhs.free
         self._bounces: dict[int, list[float]] = {}
         self.stuck: Stuck | None = None
         self._run: Integrator | None = None
-        self._runs: dict[Flags, Integrator] = {}
+        self._runs: dict[ContactMode, Integrator] = {}
         self._piece: dict[str, Any] = {}
-        self.switches: list[Switch] = []
-        self.grazes: list[Dip] = []
+        self.switches: list[ModeChange] = []
+        self.grazes: list[NearContact] = []
         self._seen = 0
         self._looked: tuple[Array, tuple[Gaps, Array, Array]] | None = None
         self._fastest: dict[int, float] = {}
-        self._reset(START, "contact")
+        self._reset(_START, "contact")
         self.began = self._closed
 
     def step(self, limit: float) -> None:
@@ -164,7 +164,7 @@ class Switching(Integrator):
         return Advance(filled, None if self.stuck is None else self.stuck.reason)
 
     @property
-    def closed(self) -> Flags:
+    def closed(self) -> ContactMode:
         """The contacts that are closed now."""
         return self._closed
 
@@ -191,7 +191,7 @@ class Switching(Integrator):
         last = self.switches[-most:]
         if len(last) == most and self.t - last[0].t <= self._together:
             self._end(ENDLESS, {s.contact for s in last})
-        elif len(self.switches) >= MOST_SWITCHES:
+        elif len(self.switches) >= _MOST_MODE_CHANGES:
             self._end(TOO_MANY, {s.contact for s in last})
 
     def _end(self, reason: str, contacts: Iterable[int]) -> None:
@@ -206,7 +206,7 @@ class Switching(Integrator):
         be told from rounding."""
         times = self._bounces.setdefault(contact, [])
         times.append(self.t)
-        del times[: -SEQUENCE - 1]
+        del times[: -_SEQUENCE - 1]
         between = [after - before for before, after in pairwise(times)]
         ends = len(between) > 0 and self._is_last(contact, between)
         if ends:
@@ -223,7 +223,7 @@ class Switching(Integrator):
         if hidden and speed >= 0 and self.t_end - self.t > self._together:
             # The step took the bounce for none, since its tolerance is larger.
             return True
-        if len(between) < SEQUENCE:
+        if len(between) < _SEQUENCE:
             return False
         if hidden and abs(speed) <= np.abs(gaps.gradients[contact]) @ tolerances[n:]:
             return True
@@ -232,7 +232,7 @@ class Switching(Integrator):
         ratio = between[-1] / between[-2]
         rest = between[-1] * ratio / (1 - ratio)
         few = rest <= max(self._shortest, self._together)
-        return bool(few or height <= LOW * gaps.sizes[contact])
+        return bool(few or height <= _LOW * gaps.sizes[contact])
 
     def _fallen(self, contact: int) -> Array:
         """The state with a contact closed that still rises where its bounces end."""
@@ -256,11 +256,11 @@ class Switching(Integrator):
         """What steps may be off in each component here."""
         return np.asarray(self._control.atol + self._control.rtol * np.abs(self.y))
 
-    def _reset(self, event: int, kind: Kind) -> None:
+    def _reset(self, event: int, kind: ContactEventKind) -> None:
         """Find what holds behind an event, tell what changed, and begin the next piece."""
         before, was = self.y, self._closed
         bounce = 0.0 if kind == "zeno" else 1.0
-        late = 0.0 if event == START else self._late(event)
+        late = 0.0 if event == _START else self._late(event)
         met = before - late * self._rhs.side(was)(self.t, before) if late else before
         after, closed = self._rhs.reset(self.t, met, was, event, bounce)
         if late and after is not None:
@@ -269,13 +269,13 @@ class Switching(Integrator):
             self._end(*self._deadlock(event, closed))
             return
         self.y, self._closed = after, closed
-        changes: dict[int, Kind] = {} if event == START else {event: kind}
+        changes: dict[int, ContactEventKind] = {} if event == _START else {event: kind}
         changes |= {k: "contact" for k in self._struck(before) if k not in changes}
         for k, (old, now) in enumerate(zip(was, self._closed, strict=True)):
-            if old != now and event != START:
+            if old != now and event != _START:
                 changes.setdefault(k, "contact" if now else "release")
         self.switches += [
-            Switch(self.t, k, of, before, self.y, self._closed) for k, of in changes.items()
+            ModeChange(self.t, k, of, before, self.y, self._closed) for k, of in changes.items()
         ]
         self._stand()
 
@@ -295,7 +295,7 @@ class Switching(Integrator):
         gaps, speeds, _ = self._moving(self.y)
         speed = -float(speeds[event])
         fastest = self._fastest.get(event, 0.0)
-        if not SLOW * fastest < speed or not fastest:
+        if not _SLOW * fastest < speed or not fastest:
             self._dip(gaps, event, self.t, self.y, speed=speed)
         self._fastest[event] = max(speed, fastest)
 
@@ -318,16 +318,16 @@ class Switching(Integrator):
         if not speed and self._has_just_opened(contact, t, abs(least) + TOUCHING * size, bend):
             return
         if abs(least) < self._piece["reach"][contact]:
-            dip = Dip(t, contact, float(least), bend, size, gradient, y, self._closed)
+            dip = NearContact(t, contact, float(least), bend, size, gradient, y, self._closed)
             self.grazes.append(dip)
 
-    def _deadlock(self, event: int, leave_none: Flags) -> tuple[str, set[int]]:
+    def _deadlock(self, event: int, leave_none: ContactMode) -> tuple[str, set[int]]:
         """Why there is no motion behind an event, and the contacts that are in the way."""
         if any(leave_none):
             return IMPOSSIBLE, {k for k, flag in enumerate(leave_none) if flag}
         touching = self._rhs.gaps(self.t, self.y).touching
         met = {k for k, of in enumerate(zip(touching, self._closed, strict=True)) if any(of)}
-        return UNDETERMINED, met if event == START else met | {event}
+        return UNDETERMINED, met if event == _START else met | {event}
 
     def _struck(self, before: Array) -> list[int]:
         """Contacts that take an impact here, though the event may be of another one."""
@@ -355,8 +355,8 @@ class Switching(Integrator):
         # What errors of steps make of gaps; none that opens by more than rounding is in doubt.
         errors = np.abs(gaps.gradients) @ self._tolerances[: len(self.y) // 2]
         opening = speeds > TOUCHING * sizes
-        noise = np.where(opening, 0.0, ADDED_UP * errors + TOUCHING * gaps.sizes)
-        reach = REACH * errors * ~np.array(self._closed)
+        noise = np.where(opening, 0.0, _ADDED_UP * errors + TOUCHING * gaps.sizes)
+        reach = _REACH * errors * ~np.array(self._closed)
         signs = tuple(RISES if rising else 1.0 for rising in rises)
         self._begin_piece(signs, tuple(noise.tolist()), tuple(reach.tolist()))
 
@@ -378,7 +378,7 @@ class Switching(Integrator):
         self._run = run
         return run
 
-    def state(self) -> State:
+    def state(self) -> SavedState:
         switches = [(s.t, s.contact, s.kind, s.before, s.after, s.flags) for s in self.switches]
         own = {
             "closed": self._closed,
@@ -393,9 +393,9 @@ class Switching(Integrator):
         }
         return {**super().state(), **own, **self._piece}
 
-    def restore(self, state: State) -> None:
-        self.switches = [Switch(*fields) for fields in state["switches"]]
-        self.grazes = [Dip(*fields) for fields in state["grazes"]]
+    def restore(self, state: SavedState) -> None:
+        self.switches = [ModeChange(*fields) for fields in state["switches"]]
+        self.grazes = [NearContact(*fields) for fields in state["grazes"]]
         self._fastest = dict(state["fastest"])
         self._bounces = {contact: list(times) for contact, times in state["bounces"]}
         self._closed, self.began, self._past = state["closed"], state["began"], state["past"]

@@ -13,32 +13,41 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs, UnfitError
-from lagrange_cli.simulate.integrators.event_functions import Falling
+from lagrange_cli.simulate.integrators.event_functions import TerminalEvents
 from lagrange_cli.simulate.integrators.expressions import Expressions
 
-__all__ = ["TOUCHING", "Dip", "Flags", "Gaps", "Kind", "Stuck", "Switch", "SwitchedRhs"]
+__all__ = [
+    "TOUCHING",
+    "ContactEventKind",
+    "ContactMode",
+    "Gaps",
+    "HybridRhs",
+    "ModeChange",
+    "NearContact",
+    "Stuck",
+]
 
 #: Which contacts are closed.
-Flags: TypeAlias = tuple[bool, ...]
+ContactMode: TypeAlias = tuple[bool, ...]
 
 #: What happens to a contact: it closes, for an instant or for longer; it opens; it closes since
 #: its bounces have become too short.
-Kind: TypeAlias = Literal["contact", "release", "zeno"]
+ContactEventKind: TypeAlias = Literal["contact", "release", "zeno"]
 
 #: A gap is zero below this part of what it is the difference of.
 TOUCHING = 1e-12
 
 
 @dataclass(frozen=True)
-class Switch:
+class ModeChange:
     """What happened to a contact, with the states before and after, and what is closed then."""
 
     t: float
     contact: int
-    kind: Kind
+    kind: ContactEventKind
     before: Array
     after: Array
-    flags: Flags
+    flags: ContactMode
 
     @property
     def jumps(self) -> bool:
@@ -47,7 +56,7 @@ class Switch:
 
 
 @dataclass(frozen=True)
-class Dip:
+class NearContact:
     """A gap that comes close to zero and opens again, by itself or since it was struck.
 
     ``least`` is its least value, negative where it was struck: what it would have become without.
@@ -62,7 +71,7 @@ class Dip:
     size: float
     gradient: Array
     y: Array
-    closed: Flags
+    closed: ContactMode
 
 
 @dataclass(frozen=True)
@@ -86,7 +95,7 @@ class Gaps:
     biases: Array
 
     @property
-    def touching(self) -> Flags:
+    def touching(self) -> ContactMode:
         """Which are zero but for rounding."""
         return tuple((np.abs(self.values) <= TOUCHING * self.sizes).tolist())
 
@@ -101,11 +110,11 @@ class Gaps:
         return np.abs(self.gradients) @ errors + TOUCHING * self.sizes
 
 
-class SwitchedRhs(ABC):
+class HybridRhs(ABC):
     """Right-hand sides for every set of closed contacts; called like one, it is that of none."""
 
     #: No contact closed.
-    free: Flags
+    free: ContactMode
 
     @abstractmethod
     def project(self, t: float, y: Array) -> Array:
@@ -116,20 +125,20 @@ class SwitchedRhs(ABC):
         """y' with no contact closed."""
 
     @abstractmethod
-    def side(self, closed: Flags) -> Rhs:
+    def side(self, closed: ContactMode) -> Rhs:
         """y' with these contacts closed, with a projection onto them."""
 
     @abstractmethod
     def falling(
         self,
-        closed: Flags,
+        closed: ContactMode,
         signs: tuple[float, ...],
         noise: tuple[float, ...],
         reach: tuple[float, ...] = (),
-    ) -> Falling:
+    ) -> TerminalEvents:
         """The multiplier of each closed contact and the gap of each open one."""
 
-    def traced(self, closed: Flags) -> tuple[Expressions, Expressions]:
+    def traced(self, closed: ContactMode) -> tuple[Expressions, Expressions]:
         """Two functions to be run over objects: the gaps come first of what the one gives, the
         multipliers of the contacts last of what the other does.
 
@@ -146,8 +155,8 @@ class SwitchedRhs(ABC):
 
     @abstractmethod
     def reset(
-        self, t: float, y: Array, closed: Flags, event: int, bounce: float
-    ) -> tuple[Array | None, Flags]:
+        self, t: float, y: Array, closed: ContactMode, event: int, bounce: float
+    ) -> tuple[Array | None, ContactMode]:
         """State and closed contacts after the event of a contact.
 
         Where there is no such state it is None, and the contacts are those that together leave

@@ -15,19 +15,24 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import projection
-from lagrange_cli.simulate.integrators.hybrid.surfaces import ON_SURFACE, Sides, Surfaces, put
+from lagrange_cli.simulate.integrators.hybrid.surfaces import (
+    ON_SURFACE,
+    Surfaces,
+    SurfaceSides,
+    with_sides,
+)
 
-__all__ = ["Slide", "Way", "only", "ways_on"]
+__all__ = ["Continuation", "SlidingRhs", "continuations", "unique_continuation"]
 
 #: Surfaces met at one instant of which every combination of sides is looked at.
-MOST_AT_ONCE = 3
+_MOST_AT_ONCE = 3
 
 #: How exactly rates must hang linearly on the part between both sides of a surface.
-LINEAR = 1e-6
+_LINEAR = 1e-6
 
 
 @dataclass(frozen=True)
-class Way:
+class Continuation:
     """One way in which the motion may go on.
 
     Attributes
@@ -40,23 +45,25 @@ class Way:
         Whether it leaves one of the surfaces at once.
     """
 
-    sides: Sides
+    sides: SurfaceSides
     slope: Array
     departs: bool
 
 
-def ways_on(surfaces: Surfaces, t: float, y: Array, sides: Sides, on: Sequence[int]) -> list[Way]:
+def continuations(
+    surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides, on: Sequence[int]
+) -> list[Continuation]:
     """The ways in which the motion may go on from surfaces on which it is.
 
     Those of positions that it comes to with a speed are passed whatever acts. Empty where there
     are more surfaces at once than can be looked at.
     """
     sides, undecided = _passed(surfaces, t, y, sides, on)
-    if len(undecided) > MOST_AT_ONCE:
+    if len(undecided) > _MOST_AT_ONCE:
         return []
     found = []
     for choice in product((1.0, -1.0, 0.0), repeat=len(undecided)):
-        tried = put(sides, dict(zip(undecided, choice, strict=True)))
+        tried = with_sides(sides, dict(zip(undecided, choice, strict=True)))
         held = [k for k, side in zip(undecided, choice, strict=True) if side == 0]
         reached = _held(surfaces, t, y, tried, held) if held else _free(surfaces, t, y, tried)
         if reached is not None:
@@ -65,43 +72,45 @@ def ways_on(surfaces: Surfaces, t: float, y: Array, sides: Sides, on: Sequence[i
             leading = [rates.leading(k, surfaces.positional[k]) for k in free]
             departs = len(undecided) < len(on) or any(leading)
             if all(tried[k] * rate >= 0 for k, rate in zip(free, leading, strict=True)):
-                found.append(Way(*reached, departs))
+                found.append(Continuation(*reached, departs))
     return found
 
 
 def _passed(
-    surfaces: Surfaces, t: float, y: Array, sides: Sides, on: Sequence[int]
-) -> tuple[Sides, list[int]]:
+    surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides, on: Sequence[int]
+) -> tuple[SurfaceSides, list[int]]:
     """The sides behind surfaces of positions that are passed, and the other surfaces."""
-    across = put(sides, dict.fromkeys(on, 1.0))
+    across = with_sides(sides, dict.fromkeys(on, 1.0))
     rates = surfaces.rates(t, y, across, surfaces.side(across)(t, y))
     clear = np.abs(rates.first) > ON_SURFACE * rates.sizes
     passed = [k for k in on if surfaces.positional[k] and clear[k]]
-    behind = put(sides, {k: float(np.sign(rates.first[k])) for k in passed})
+    behind = with_sides(sides, {k: float(np.sign(rates.first[k])) for k in passed})
     return behind, [k for k in on if k not in passed]
 
 
-def _free(surfaces: Surfaces, t: float, y: Array, sides: Sides) -> tuple[Sides, Array] | None:
+def _free(
+    surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides
+) -> tuple[SurfaceSides, Array] | None:
     slope = surfaces.side(sides)(t, y)
     return (sides, slope) if np.isfinite(slope).all() else None
 
 
 def _held(
-    surfaces: Surfaces, t: float, y: Array, sides: Sides, held: Sequence[int]
-) -> tuple[Sides, Array] | None:
+    surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides, held: Sequence[int]
+) -> tuple[SurfaceSides, Array] | None:
     """Sides and slope along surfaces that hold the motion from both sides, if they do."""
-    parts, slope = Slide(surfaces, sides, held).parts(t, y)
+    parts, slope = SlidingRhs(surfaces, sides, held).parts(t, y)
     if not np.isfinite(slope).all() or not (np.abs(parts) < 1).all():
         return None
-    placed = put(sides, dict(zip(held, parts.tolist(), strict=True)))
+    placed = with_sides(sides, dict(zip(held, parts.tolist(), strict=True)))
     exact = surfaces.side(placed)(t, y)
-    end = surfaces.side(put(sides, dict.fromkeys(held, 1.0)))(t, y)
+    end = surfaces.side(with_sides(sides, dict.fromkeys(held, 1.0)))(t, y)
     size = (np.abs(exact) + np.abs(slope) + np.abs(end)).max()
-    linear = bool((np.abs(exact - slope) <= LINEAR * size).all())
+    linear = bool((np.abs(exact - slope) <= _LINEAR * size).all())
     return (placed, slope) if linear else None
 
 
-def only(ways: Sequence[Way]) -> Way | None:
+def unique_continuation(ways: Sequence[Continuation]) -> Continuation | None:
     """The way that the motion takes; None where there is none, or more than one.
 
     Ways that differ in nothing but the name of a side are one.
@@ -115,17 +124,17 @@ def only(ways: Sequence[Way]) -> Way | None:
     return first if len(ways) == 1 else None
 
 
-class Slide:
+class SlidingRhs:
     """The right-hand side along surfaces that hold the motion, called like any.
 
     Their functions stay zero: the parts between both sides solve a linear system, whose entries
     are differences of rates.
     """
 
-    def __init__(self, surfaces: Surfaces, sides: Sides, held: Sequence[int]) -> None:
+    def __init__(self, surfaces: Surfaces, sides: SurfaceSides, held: Sequence[int]) -> None:
         self._surfaces, self._held = surfaces, list(held)
-        self._base = put(sides, dict.fromkeys(held, 0.0))
-        self._ends = [put(self._base, {k: 1.0}) for k in held]
+        self._base = with_sides(sides, dict.fromkeys(held, 0.0))
+        self._ends = [with_sides(self._base, {k: 1.0}) for k in held]
         self.project = projection(surfaces.side(self._base))
 
     def __call__(self, t: float, y: Array) -> Array:
@@ -143,7 +152,7 @@ class Slide:
         changes = np.array([end - slope for end, _ in ends])
         return parts, slope + parts @ changes
 
-    def _at(self, t: float, y: Array, sides: Sides) -> tuple[Array, Array]:
+    def _at(self, t: float, y: Array, sides: SurfaceSides) -> tuple[Array, Array]:
         """The slope on some sides, and how the surfaces that hold the motion change there."""
         slope = self._surfaces.side(sides)(t, y)
         rates = self._surfaces.rates(t, y, self._base, slope)

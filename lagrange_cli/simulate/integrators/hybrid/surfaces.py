@@ -15,19 +15,19 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
-from lagrange_cli.simulate.integrators.event_functions import Falling
+from lagrange_cli.simulate.integrators.event_functions import TerminalEvents
 
-__all__ = ["ON_SURFACE", "Rates", "Sides", "Surfaces", "put", "surfaces_of"]
+__all__ = ["ON_SURFACE", "SurfaceRates", "SurfaceSides", "Surfaces", "surfaces_of", "with_sides"]
 
 #: On which side of each surface: 1, −1, or the part between that keeps the motion on it.
-Sides: TypeAlias = tuple[float, ...]
+SurfaceSides: TypeAlias = tuple[float, ...]
 
 #: A surface is met where its function is below this part of the terms that it is the sum of.
 ON_SURFACE = 1e-14
 
 
 @dataclass(frozen=True)
-class Rates:
+class SurfaceRates:
     """How the functions of the surfaces change.
 
     Attributes
@@ -61,7 +61,7 @@ class Surfaces(ABC):
     positional: tuple[bool, ...]
 
     @abstractmethod
-    def side(self, sides: Sides) -> Rhs:
+    def side(self, sides: SurfaceSides) -> Rhs:
         """The smooth right-hand side on these sides."""
 
     @abstractmethod
@@ -69,30 +69,30 @@ class Surfaces(ABC):
         """The same with every right-hand side changed."""
 
     @abstractmethod
-    def values(self, t: float, y: Array, sides: Sides) -> tuple[Array, Array]:
+    def values(self, t: float, y: Array, sides: SurfaceSides) -> tuple[Array, Array]:
         """What is positive on these sides, and the magnitudes behind it, both (S,)."""
 
     @abstractmethod
-    def rates(self, t: float, y: Array, sides: Sides, slope: Array) -> Rates:
+    def rates(self, t: float, y: Array, sides: SurfaceSides, slope: Array) -> SurfaceRates:
         """How they change where the state has the slope ``slope`` (of y)."""
 
     @abstractmethod
-    def continuous(self, t: float, y: Array, sides: Sides) -> Array:
+    def continuous(self, t: float, y: Array, sides: SurfaceSides) -> Array:
         """What would not jump if no impulse acted: the energy function on these sides, momenta."""
 
     @abstractmethod
     def falling(
         self,
-        sides: Sides,
+        sides: SurfaceSides,
         signs: tuple[float, ...],
         noise: tuple[float, ...],
-        beside: Falling | None,
-    ) -> Falling:
+        beside: TerminalEvents | None,
+    ) -> TerminalEvents:
         """Where the motion leaves these sides, behind what else is looked for."""
 
     def placed(
-        self, t: float, y: Array, sides: Sides, met: Sequence[int] = ()
-    ) -> tuple[Sides, tuple[int, ...]]:
+        self, t: float, y: Array, sides: SurfaceSides, met: Sequence[int] = ()
+    ) -> tuple[SurfaceSides, tuple[int, ...]]:
         """The sides of surfaces on which a state is not, and the numbers of the others.
 
         Those that are ``met`` are among them. A surface may hang on the sides of those before it.
@@ -102,13 +102,13 @@ class Surfaces(ABC):
             values, sizes = self.values(t, y, sides)
             on = {*met, *map(int, np.flatnonzero(np.abs(values) <= ON_SURFACE * sizes))}
             clear = [k for k in range(len(sides)) if k not in on and values[k] != 0]
-            placed = put(sides, {k: float(np.sign(values[k])) for k in clear})
+            placed = with_sides(sides, {k: float(np.sign(values[k])) for k in clear})
             if placed == sides:
                 break
             sides = placed
         return sides, tuple(sorted(on))
 
-    def around(self, t: float, y: Array) -> Sides:
+    def around(self, t: float, y: Array) -> SurfaceSides:
         """The sides of a state; of surfaces on which it is the positive ones."""
         return self.placed(t, y, (1.0,) * len(self.positional))[0]
 
@@ -119,6 +119,6 @@ def surfaces_of(rhs: Rhs) -> Surfaces | None:
     return surfaces
 
 
-def put(sides: Sides, changed: Mapping[int, float]) -> Sides:
+def with_sides(sides: SurfaceSides, changed: Mapping[int, float]) -> SurfaceSides:
     """The sides with those of some surfaces replaced."""
     return tuple(changed.get(k, side) for k, side in enumerate(sides))

@@ -19,7 +19,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.c_structures import members_type
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, NativeReal
 
-__all__ = ["Motions", "Samples", "SideBySide", "Steps", "digits_of"]
+__all__ = ["BatchedMotions", "BatchedSamples", "BatchedTaylor", "TaylorSteps", "digits_of"]
 
 _LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
 
@@ -41,11 +41,11 @@ _ALIGNMENT = 64
 #: Steps in each lane of one call.
 _AT_ONCE = 512
 
-Integers = NDArray[np.int64]
+_Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Steps:
+class TaylorSteps:
     """How steps are made: of which order, to which local ``tolerance`` beside the scales so far,
     no longer than ``longest``, and no more than ``most`` of them. Within a step the slopes of
     the series are compared with the right-hand side ``glance`` apart, nowhere for 0; they may be
@@ -60,16 +60,16 @@ class Steps:
 
 
 @dataclass(frozen=True)
-class Motions:
+class BatchedMotions:
     """What came of motions: states (members, samples, 2n), NaN behind those that are ``filled``,
     and the steps of each."""
 
     states: Array
-    filled: Integers
-    steps: Integers
+    filled: _Integers
+    steps: _Integers
 
 
-class SideBySide:
+class BatchedTaylor:
     """The series of a system with what steps them.
 
     Parameters
@@ -86,7 +86,7 @@ class SideBySide:
         self,
         system: ctypes.CDLL,
         stepper: ctypes.CDLL,
-        kinds: Integers,
+        kinds: _Integers,
         real: NativeReal = DOUBLE,
     ) -> None:
         self.system, self._stepper, self._kinds, self.real = system, stepper, kinds, real
@@ -99,10 +99,10 @@ class SideBySide:
         times: Array,
         starts: Array,
         parameters: Array,
-        steps: Steps,
+        steps: TaylorSteps,
         between: Callable[[], None] = lambda: None,
         out: Array | None = None,
-    ) -> Motions:
+    ) -> BatchedMotions:
         """Step all motions through the sample times.
 
         Parameters
@@ -144,10 +144,10 @@ class SideBySide:
             between()
         for member in np.flatnonzero(filled < len(times)).tolist():
             states[member, filled[member] :] = np.nan
-        return Motions(states.astype(float, copy=False), filled, made)
+        return BatchedMotions(states.astype(float, copy=False), filled, made)
 
 
-class Samples:
+class BatchedSamples:
     """What is made of the samples of motions, in doubles: the functions of samples.c."""
 
     def __init__(self, library: ctypes.CDLL) -> None:

@@ -11,13 +11,13 @@ from enum import IntEnum
 from functools import cache
 from typing import Any
 
-from lagrange_cli.simulate.integrators.event_functions import PARTS
+from lagrange_cli.simulate.integrators.event_functions import EVENT_PARTS
 from lagrange_cli.simulate.integrators.native.c_types import NativeReal
 
 __all__ = [
     "LANDMARK_ROWS",
     "MOST_EVENTS",
-    "Status",
+    "KernelStatus",
     "events_type",
     "landmarks_type",
     "members_type",
@@ -27,13 +27,13 @@ __all__ = [
 _LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
 
 #: Events of one function in a step at most (MOST of events.c).
-MOST_EVENTS = 3 * PARTS
+MOST_EVENTS = 3 * EVENT_PARTS
 
 #: Rows of values of landmarks: those of one state, and those of the TIMES of a step (landmarks.c).
 LANDMARK_ROWS = 8
 
 
-class Status(IntEnum):
+class KernelStatus(IntEnum):
     """Why a call of a kernel came back: ``LAGRANGE_OK`` and those that follow it in kernel.h."""
 
     OK = 0

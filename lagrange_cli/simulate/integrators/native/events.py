@@ -6,8 +6,12 @@ import ctypes
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import Begun
-from lagrange_cli.simulate.integrators.event_functions import PARTS, Event, NativeEvents
+from lagrange_cli.simulate.integrators.base import EventStart
+from lagrange_cli.simulate.integrators.event_functions import (
+    EVENT_PARTS,
+    NativeEvents,
+    ZeroCrossing,
+)
 from lagrange_cli.simulate.integrators.native.c_structures import MOST_EVENTS, events_type
 from lagrange_cli.simulate.integrators.native.c_types import NativeReal
 
@@ -30,8 +34,8 @@ class EventBuffer:
     ) -> None:
         count, dtype = len(events.directions), real.dtype
         capacity = _STEPS * MOST_EVENTS * count
-        self.found: list[Event] = []
-        self.dips: list[Event] = []
+        self.found: list[ZeroCrossing] = []
+        self.dips: list[ZeroCrossing] = []
         self._count = count
         self._times = np.empty(capacity, dtype)
         self._indices = np.empty(capacity, dtype=np.int64)
@@ -45,7 +49,7 @@ class EventBuffer:
             "noise": np.array(events.noise or np.zeros(count), dtype),
             "reach": np.array(events.reach or np.zeros(count), dtype),
             "before": np.zeros(count, dtype),
-            "values": np.empty((PARTS + 4, count), dtype),
+            "values": np.empty((EVENT_PARTS + 4, count), dtype),
             "state": np.empty(dimension, dtype),
             "times": self._times,
             "indices": self._indices,
@@ -59,7 +63,7 @@ class EventBuffer:
         for name, array in arrays.items():
             setattr(self._c, name, array.ctypes.data)
 
-    def again(self, begun: Begun) -> None:
+    def again(self, begun: EventStart) -> None:
         """Forget what was found, and begin with other signs, noise and reach."""
         self.found, self.dips = [], []
         for array, values in zip((self.signs, self._noise, self._reach), begun, strict=True):
@@ -80,5 +84,5 @@ class EventBuffer:
             kept, number = (
                 (self.found, index) if index < self._count else (self.dips, index - self._count)
             )
-            kept.append(Event(time, number, self._states[k].astype(float)))
+            kept.append(ZeroCrossing(time, number, self._states[k].astype(float)))
         self._c.found = 0

@@ -11,16 +11,16 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Projection, Shift
-from lagrange_cli.simulate.integrators.expressions import Expressions, Tracing
+from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, NativeReal
-from lagrange_cli.simulate.integrators.native.peaks import NativeLandmarks
-from lagrange_cli.simulate.integrators.piecewise import Pieces
+from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
+from lagrange_cli.simulate.integrators.piecewise import InputPieces
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.integrators.hybrid.surfaces import Surfaces
 
 __all__ = [
-    "Driving",
+    "NativeInputs",
     "NativeRhs",
 ]
 
@@ -31,10 +31,10 @@ def _address(function: Any) -> int:
     return int(ctypes.cast(function, _POINTER).value or 0)
 
 
-class Driving:
+class NativeInputs:
     """Pieces of inputs as C functions of a type read them: ``u`` is the address of a row."""
 
-    def __init__(self, pieces: Pieces, real: NativeReal) -> None:
+    def __init__(self, pieces: InputPieces, real: NativeReal) -> None:
         self.pieces = pieces
         self.starts = np.ascontiguousarray(pieces.starts, dtype=real.dtype)
         self.rows = np.ascontiguousarray(pieces.rows, dtype=real.dtype)
@@ -92,8 +92,8 @@ class NativeRhs:
         lanes: Any = None,
         real: NativeReal = DOUBLE,
         projection: Any = None,
-        driving: Driving | None = None,
-        trace: Tracing | None = None,
+        driving: NativeInputs | None = None,
+        trace: Tracer | None = None,
         shift: Any = None,
     ) -> None:
         self.function = function
@@ -132,7 +132,7 @@ class NativeRhs:
         return self._slope.astype(float)
 
     @property
-    def pieces(self) -> Pieces | None:
+    def pieces(self) -> InputPieces | None:
         """The pieces of its inputs; None where it has none, or is that of one piece."""
         return self.driving.pieces if self.driving and self._fixed is None else None
 

@@ -17,19 +17,23 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import (
     UNMET,
     Advance,
-    Begun,
     Control,
+    EventStart,
     Rhs,
-    State,
+    SavedState,
     StepError,
 )
-from lagrange_cli.simulate.integrators.event_functions import Event, Falling, NativeEvents
+from lagrange_cli.simulate.integrators.event_functions import (
+    NativeEvents,
+    TerminalEvents,
+    ZeroCrossing,
+)
 from lagrange_cli.simulate.integrators.gauss import Gauss16
-from lagrange_cli.simulate.integrators.native.c_structures import Status, run_type
+from lagrange_cli.simulate.integrators.native.c_structures import KernelStatus, run_type
 from lagrange_cli.simulate.integrators.native.c_types import NativeReal
 from lagrange_cli.simulate.integrators.native.events import EventBuffer
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
-from lagrange_cli.simulate.integrators.native.peaks import LandmarkBuffer
+from lagrange_cli.simulate.integrators.native.landmarks import LandmarkBuffer
 from lagrange_cli.simulate.integrators.rattle import Rattle, require_shift
 from lagrange_cli.simulate.integrators.scipy_explicit import DOP853, RK4
 from lagrange_cli.simulate.integrators.scipy_implicit import Radau
@@ -56,10 +60,10 @@ def _advance_type(real: NativeReal) -> Any:
 
 #: What kernel.h says of the return value of a call.
 _FAILURES: dict[int, str] = {
-    Status.UNDERFLOW: "the step size underflowed",
-    Status.NOT_FINITE: "the state is no longer finite",
-    Status.UNMET: UNMET,
-    Status.DIVERGES: DIVERGES,
+    KernelStatus.UNDERFLOW: "the step size underflowed",
+    KernelStatus.NOT_FINITE: "the state is no longer finite",
+    KernelStatus.UNMET: UNMET,
+    KernelStatus.DIVERGES: DIVERGES,
 }
 _MOST_STEPS = 2**62
 
@@ -151,12 +155,12 @@ class _Compiled:
         self._events.read_inputs(self._run.u)
         self._run.events = self._events.address
 
-    def stop_at(self, falling: Falling) -> None:
+    def stop_at(self, falling: TerminalEvents) -> None:
         assert falling.native is not None
         self.watch(falling.native)
         self._fresh = bytes(self._run)
 
-    def state(self) -> State:
+    def state(self) -> SavedState:
         found = {
             "run": np.frombuffer(bytes(self._run), np.uint8),
             "memory": self._every.copy(),
@@ -166,7 +170,7 @@ class _Compiled:
             found["peaks"] = self._landmarks.peaks.copy()
         return found if self._events is None else {**found, "signs": self._events.signs.copy()}
 
-    def restore(self, state: State) -> None:
+    def restore(self, state: SavedState) -> None:
         run = self._run
         pointers = {name: getattr(run, name) for name, kind in run._fields_ if kind is _POINTER}
         ctypes.memmove(ctypes.byref(run), state["run"].tobytes(), ctypes.sizeof(run))
@@ -184,11 +188,11 @@ class _Compiled:
         self.fallen = state["fallen"]
 
     @property
-    def dips(self) -> list[Event]:
+    def dips(self) -> list[ZeroCrossing]:
         return [] if self._events is None else self._events.dips
 
     @property
-    def events(self) -> list[Event]:
+    def events(self) -> list[ZeroCrossing]:
         """The events found so far, in order."""
         return [] if self._events is None else self._events.found
 
@@ -219,7 +223,7 @@ class _Compiled:
         )
         if out is not states:
             states[: filled.value] = out[: filled.value]
-        self.ended = status == Status.ENDED
+        self.ended = status == KernelStatus.ENDED
         self._read()
         if self.ended:
             self.fallen = self.events[-1].index
@@ -257,7 +261,7 @@ class _Interpolating(_Compiled):
             times, states, most_steps=most_steps, most_evaluations=most_evaluations
         )
 
-    def again(self, t0: float, y0: Array, first_step: float, falling: Begun) -> bool:
+    def again(self, t0: float, y0: Array, first_step: float, falling: EventStart) -> bool:
         if self._events is None or self._landmarks is not None:
             return False
         run = self._run

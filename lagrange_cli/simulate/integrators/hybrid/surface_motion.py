@@ -18,18 +18,22 @@ from typing import Any, ClassVar
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Advance, Control, Integrator, Rhs, State
-from lagrange_cli.simulate.integrators.event_functions import RISES, Event, Falling
+from lagrange_cli.simulate.integrators.base import Advance, Control, Integrator, Rhs, SavedState
+from lagrange_cli.simulate.integrators.event_functions import RISES, TerminalEvents, ZeroCrossing
 from lagrange_cli.simulate.integrators.hybrid.contact_motion import LOCATED, TOGETHER, Begin
-from lagrange_cli.simulate.integrators.hybrid.sliding import Slide, only, ways_on
-from lagrange_cli.simulate.integrators.hybrid.surfaces import Sides, put, surfaces_of
+from lagrange_cli.simulate.integrators.hybrid.sliding import (
+    SlidingRhs,
+    continuations,
+    unique_continuation,
+)
+from lagrange_cli.simulate.integrators.hybrid.surfaces import SurfaceSides, surfaces_of, with_sides
 
 __all__ = [
     "AMBIGUOUS",
     "CROWDED",
     "IMPULSIVE",
     "UNSETTLED",
-    "Crossing",
+    "SurfaceMotion",
 ]
 
 #: Crossings of each surface one upon the other that are taken for endless.
@@ -37,16 +41,16 @@ CHATTER = 40
 
 #: A step whose event lies in less than this part of it is made again, to this many times the time
 #: until the event (advance.c does the same).
-EARLY, BEHIND = 0.5, 1.25
+_EARLY, _BEHIND = 0.5, 1.25
 
-ONE_STEP: Any = {"most_steps": 1, "most_evaluations": math.inf}
+_ONE_STEP: Any = {"most_steps": 1, "most_evaluations": math.inf}
 
 #: Crossings that are followed.
-MOST_CROSSINGS = 250_000
+_MOST_CROSSINGS = 250_000
 
 #: Part of the energy, or of a momentum, that may change where a surface is crossed: more is an
 #: impulse.
-JUMP = 1e-9
+_JUMP = 1e-9
 
 #: Why a motion cannot be continued.
 AMBIGUOUS = (
@@ -61,7 +65,7 @@ IMPULSIVE = (
 )
 
 
-class Crossing(Integrator):
+class SurfaceMotion(Integrator):
     """One method over all pieces, called like any."""
 
     interpolates: ClassVar[bool] = False
@@ -74,26 +78,26 @@ class Crossing(Integrator):
         assert surfaces is not None
         self._surfaces = surfaces
         self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
-        self._beside: Falling | None = None
+        self._beside: TerminalEvents | None = None
         self._past = 0, 0, 0
         self._crossings: list[float] = []
         self._count = 0
         self._run: Integrator | None = None
         self._stuck: str | None = None
-        self._dips: list[Event] = []
+        self._dips: list[ZeroCrossing] = []
         self._piece: dict[str, Any] = {}
-        self._sides: Sides = (1.0,) * len(self._surfaces.positional)
+        self._sides: SurfaceSides = (1.0,) * len(self._surfaces.positional)
         self._settle(())
 
     # Pieces.
 
-    def stop_at(self, falling: Falling) -> None:
+    def stop_at(self, falling: TerminalEvents) -> None:
         self._beside = falling
         if self._run is not None:
             self._begin_piece(self._piece["signs"], self._piece["noise"])
 
     @property
-    def dips(self) -> list[Event]:
+    def dips(self) -> list[ZeroCrossing]:
         return [*self._dips, *([] if self._run is None else self._run.dips)]
 
     def step(self, limit: float) -> None:
@@ -154,12 +158,12 @@ class Crossing(Integrator):
             and run.evaluations - evaluations < most_evaluations
         ):
             start, signs = (run.t, run.y), run.signs
-            done = run.advance(np.array([np.inf]), np.empty((1, len(self.y))), **ONE_STEP)
+            done = run.advance(np.array([np.inf]), np.empty((1, len(self.y))), **_ONE_STEP)
             if done.failure is not None:
                 return Advance(filled, done.failure)
             part = self._part_of_step(run, start[0])
-            if part < EARLY:
-                run = self._again(start, signs, BEHIND * (run.t - start[0]))
+            if part < _EARLY:
+                run = self._again(start, signs, _BEHIND * (run.t - start[0]))
                 steps, evaluations = 0, 0
                 continue
             end = len(times) if run.fallen is None else np.searchsorted(times, run.t, "right")
@@ -203,7 +207,7 @@ class Crossing(Integrator):
         most = CHATTER * len(self._sides)
         del self._crossings[:-most]
         crowded = len(self._crossings) == most and self.t - self._crossings[0] <= self._together
-        if crowded or self._count >= MOST_CROSSINGS:
+        if crowded or self._count >= _MOST_CROSSINGS:
             self._run, self._stuck = None, CROWDED
             return
         sliding = self._sliding(self._sides)
@@ -221,7 +225,7 @@ class Crossing(Integrator):
         """Leave a surface along which the motion slid, to the side that no longer pushes back."""
         place = event - (len(self._sides) - len(sliding))
         k, upper = sliding[place // 2], place % 2 == 0
-        self._stand(put(self._sides, {k: 1.0 if upper else -1.0}), (k,))
+        self._stand(with_sides(self._sides, {k: 1.0 if upper else -1.0}), (k,))
 
     def _begin_piece(
         self, signs: tuple[float, ...], noise: tuple[float, ...], first_step: float = np.inf
@@ -240,7 +244,7 @@ class Crossing(Integrator):
 
     def _falling(
         self, sliding: Sequence[int], signs: tuple[float, ...], noise: tuple[float, ...]
-    ) -> Falling:
+    ) -> TerminalEvents:
         whole = self._surfaces.falling(self._sides, signs, noise, self._beside)
         if not sliding:
             return whole
@@ -254,7 +258,7 @@ class Crossing(Integrator):
             return np.array([*whole.values(t, y)[kept], *ends])
 
         held = (1.0,) * 2 * len(sliding)
-        return Falling(
+        return TerminalEvents(
             values,
             (*(whole.signs[k] for k in kept), *held),
             (*(whole.noise[k] for k in kept), *(0.0 for _ in held)),
@@ -263,7 +267,7 @@ class Crossing(Integrator):
 
     # What follows on surfaces.
 
-    def _sliding(self, sides: Sides) -> tuple[int, ...]:
+    def _sliding(self, sides: SurfaceSides) -> tuple[int, ...]:
         return tuple(k for k, side in enumerate(sides) if abs(side) < 1)
 
     def _settle(self, met: Sequence[int]) -> None:
@@ -273,8 +277,8 @@ class Crossing(Integrator):
         if not on:
             self._stand(self._sides, ())
             return
-        ways = ways_on(self._surfaces, self.t, self.y, self._sides, on)
-        chosen = only(ways)
+        ways = continuations(self._surfaces, self.t, self.y, self._sides, on)
+        chosen = unique_continuation(ways)
         if chosen is None:
             self._run = None
             self._stuck = AMBIGUOUS if ways else UNSETTLED
@@ -283,15 +287,15 @@ class Crossing(Integrator):
         else:
             self._stand(chosen.sides, on)
 
-    def _jumps(self, before: Sides, after: Sides) -> bool:
+    def _jumps(self, before: SurfaceSides, after: SurfaceSides) -> bool:
         """Whether energy or momenta are others behind the surfaces, for the same state."""
         one, other = (self._surfaces.continuous(self.t, self.y, s) for s in (before, after))
-        return bool((np.abs(one - other) > JUMP * (np.abs(one) + np.abs(other))).any())
+        return bool((np.abs(one - other) > _JUMP * (np.abs(one) + np.abs(other))).any())
 
-    def _slide(self, sliding: Sequence[int]) -> Slide:
-        return Slide(self._surfaces, self._sides, sliding)
+    def _slide(self, sliding: Sequence[int]) -> SlidingRhs:
+        return SlidingRhs(self._surfaces, self._sides, sliding)
 
-    def _stand(self, sides: Sides, on: Sequence[int]) -> None:
+    def _stand(self, sides: SurfaceSides, on: Sequence[int]) -> None:
         """Begin a piece here on these sides, unless nothing is left of the motion."""
         self._run, self._sides = None, sides
         if self.t_end - self.t <= LOCATED * np.spacing(abs(self.t_end)):
@@ -304,7 +308,7 @@ class Crossing(Integrator):
             noise[k] = self._noise(k, sides, values)
         self._begin_piece(signs, tuple(noise.tolist()))
 
-    def _noise(self, k: int, sides: Sides, values: Array) -> float:
+    def _noise(self, k: int, sides: SurfaceSides, values: Array) -> float:
         """What the tolerance makes of a surface that the motion may stay on; 0 where it leaves."""
         slope = self._surfaces.side(sides)(self.t, self.y)
         rates = self._surfaces.rates(self.t, self.y, sides, slope)
@@ -320,7 +324,7 @@ class Crossing(Integrator):
 
     # Going on.
 
-    def state(self) -> State:
+    def state(self) -> SavedState:
         own = {
             "past": self._past,
             "crossings": tuple(self._crossings),
@@ -331,7 +335,7 @@ class Crossing(Integrator):
         }
         return {**super().state(), **own, **self._piece}
 
-    def restore(self, state: State) -> None:
+    def restore(self, state: SavedState) -> None:
         self._past, self._crossings = state["past"], list(state["crossings"])
         self._count, self._sides, self._stuck = state["count"], state["sides"], state["stuck"]
         self._run = None

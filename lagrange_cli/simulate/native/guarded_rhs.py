@@ -14,13 +14,13 @@ from lagrange_cli.emit.c.names import Real
 from lagrange_cli.emit.template_files import c_template, filled
 from lagrange_cli.program.program import Program, results_of
 
-__all__ = ["GUARDED", "PLACES", "guard_source"]
+__all__ = ["GUARD_PROGRAM", "guard_source"]
 
 #: The program whose numbers vanish at singular places.
-PLACES = "places"
+GUARD_PROGRAM = "places"
 
 #: Right-hand sides that have a guarded form.
-GUARDED = ("rhs", "disturbed", "sided_rhs", "sided_disturbed")
+_GUARDED = ("rhs", "disturbed", "sided_rhs", "sided_disturbed")
 
 
 _TEST = """\
@@ -40,14 +40,14 @@ def guard_source(
     Parameters
     ----------
     programs
-        Those of the library; empty text where :data:`PLACES` is not among them.
+        Those of the library; empty text where :data:`GUARD_PROGRAM` is not among them.
     rates
         For each place the numbers, in the state, of the rates that move nothing there.
     lanes
         None: right-hand sides at one state. Else the text that has those at eight states at once,
         which is what the functions given back are for as well.
     """
-    if PLACES not in programs:
+    if GUARD_PROGRAM not in programs:
         return ""
     tests = [
         _TEST.format(k=k, moves="".join(f" || y[{i}] != 0" for i in numbers))
@@ -55,7 +55,7 @@ def guard_source(
     ]
     values = {
         "@REAL@": real.name,
-        "@PLACES@": str(results_of(programs[PLACES])),
+        "@PLACES@": str(results_of(programs[GUARD_PROGRAM])),
         "@TESTS@": "\n".join(tests),
         "@NUMBERS@": str(2 * programs["rhs"].coordinates),
     }
@@ -65,6 +65,6 @@ def guard_source(
             template,
             {"@FUNCTION@": name, "@OFFSET@": str(programs[name].parameters), **values},
         )
-        for name in GUARDED
+        for name in _GUARDED
         if name in programs and (lanes is None or f"system_{name}_lanes(" in lanes)
     )

@@ -21,16 +21,16 @@ from lagrange_cli.program.program import Program, results_of
 from lagrange_cli.simulate.native.simd import LANES_HEADER, lanes_text
 from lagrange_cli.simulate.native.taylor import TAYLOR_HEADER, taylor_text
 
-__all__ = ["DOUBLE", "lanes_source", "library_source", "tables_source", "taylor_source"]
+__all__ = ["C_DOUBLE", "lane_tables_source", "lanes_source", "library_source", "taylor_source"]
 
 #: The numbers that simulations compute with first.
-DOUBLE = real_type("double")
+C_DOUBLE = real_type("double")
 
 #: Functions that are evaluated at the samples of many motions.
-TABLES = ("energy", "positions", "velocities", "outputs")
+_TABLES = ("energy", "positions", "velocities", "outputs")
 
 
-def library_source(programs: Mapping[str, Program], real: Real = DOUBLE) -> str:
+def library_source(programs: Mapping[str, Program], real: Real = C_DOUBLE) -> str:
     """A text of C with a function ``system_NAME`` for each program, and ``system_table``.
 
     With those of :func:`lagrange_cli.program.constraint_programs.constraint_programs` there
@@ -69,7 +69,7 @@ def _both(programs: Mapping[str, Program]) -> str:
 def lanes_source(programs: Mapping[str, Program]) -> str:
     """What follows that text: right-hand sides at eight states at once, where they have that
     form, as functions ``system_NAME_lanes``."""
-    target = _target(programs, DOUBLE)
+    target = _target(programs, C_DOUBLE)
     sides = {f: p for f, p in programs.items() if p.blocks}
     texts = [lanes_text(f, p, target) for f, p in sides.items()]
     return "\n".join([f'#include "{LANES_HEADER}"\n', *texts]) if any(texts) else ""
@@ -78,17 +78,17 @@ def lanes_source(programs: Mapping[str, Program]) -> str:
 def taylor_source(programs: Mapping[str, Program]) -> str:
     """Recurrences for the Taylor coefficients of right-hand sides, as functions
     ``system_NAME_taylor``; empty where one of them has none."""
-    target = _target(programs, DOUBLE)
+    target = _target(programs, C_DOUBLE)
     sides = [taylor_text(f, programs[f], target) for f in ("rhs", "disturbed")]
     return "\n".join([f'#include "{TAYLOR_HEADER}"\n', *sides]) if all(sides) else ""
 
 
-def tables_source(programs: Mapping[str, Program]) -> str:
+def lane_tables_source(programs: Mapping[str, Program]) -> str:
     """What follows that text: :data:`TABLES` at eight states at once, where they have that form,
     as functions ``system_NAME_lanes``."""
-    target = _target(programs, DOUBLE)
-    found = [lanes_text(f, programs[f], target) for f in TABLES if f in programs]
-    return "\n".join([_parameter_type(programs, DOUBLE), *found])
+    target = _target(programs, C_DOUBLE)
+    found = [lanes_text(f, programs[f], target) for f in _TABLES if f in programs]
+    return "\n".join([_parameter_type(programs, C_DOUBLE), *found])
 
 
 def _parameter_type(programs: Mapping[str, Program], real: Real) -> str:

@@ -15,13 +15,13 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
-from lagrange_cli.simulate.integrators.event_functions import Falling, NativeEvents
-from lagrange_cli.simulate.integrators.hybrid.surfaces import Rates, Sides, Surfaces
+from lagrange_cli.simulate.integrators.event_functions import NativeEvents, TerminalEvents
+from lagrange_cli.simulate.integrators.hybrid.surfaces import SurfaceRates, Surfaces, SurfaceSides
 from lagrange_cli.simulate.integrators.native.c_types import RHS
-from lagrange_cli.simulate.integrators.piecewise import Pieces, with_projection
+from lagrange_cli.simulate.integrators.piecewise import InputPieces, with_projection
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.libraries import Libraries
-from lagrange_cli.simulate.system.parameters import given
+from lagrange_cli.simulate.system.parameters import parameter_values
 from lagrange_cli.simulate.system.tables import Table, bound, interpreted_table, native_table
 
 __all__ = [
@@ -30,7 +30,7 @@ __all__ = [
     "ModelSurfaces",
     "NativeCode",
     "SurfaceCode",
-    "makes_surfaces",
+    "surfaces_maker",
     "with_surfaces",
 ]
 
@@ -55,7 +55,7 @@ class _Layout:
     first: int
     count: int
 
-    def weigh(self, parameters: Array, sides: Sides) -> None:
+    def weigh(self, parameters: Array, sides: SurfaceSides) -> None:
         """Write the weights of both sides of each surface."""
         signs = np.array(sides)
         parameters[self.first : self.first + self.count] = (1 + signs) / 2
@@ -96,7 +96,7 @@ class ModelSurfaces(Surfaces):
         self.positional = positional
         self._code, self._name, self._parameters = code, name, np.array(parameters)
         self._layout, self._known, self._n = _Layout(first, count), known, coordinates
-        self._sides: dict[Sides, Rhs] = {}
+        self._sides: dict[SurfaceSides, Rhs] = {}
         self._change: Callable[[Rhs], Rhs] | None = None
         self._given = self._parameters[:known].copy()
         self._given_rates = np.concatenate([self._given, np.zeros(coordinates)])
@@ -104,12 +104,12 @@ class ModelSurfaces(Surfaces):
         self._rates = code.table("surface_rates", 3 * count, self._given_rates)
         self._continuous = code.table("continuous", continuous, self._given)
 
-    def _weighed(self, parameters: Array, sides: Sides) -> Array:
+    def _weighed(self, parameters: Array, sides: SurfaceSides) -> Array:
         found = parameters.copy()
         self._layout.weigh(found, sides)
         return found
 
-    def side(self, sides: Sides) -> Rhs:
+    def side(self, sides: SurfaceSides) -> Rhs:
         if sides not in self._sides:
             parameters = self._weighed(self._parameters, sides)
             side = self._code.side(self._name, parameters)
@@ -121,37 +121,37 @@ class ModelSurfaces(Surfaces):
         other._sides, other._change = {}, change
         return other
 
-    def values(self, t: float, y: Array, sides: Sides) -> tuple[Array, Array]:
+    def values(self, t: float, y: Array, sides: SurfaceSides) -> tuple[Array, Array]:
         self._layout.weigh(self._given, sides)
         values, sizes = _row(self._values, t, y).reshape(2, -1)
         return values, sizes
 
-    def rates(self, t: float, y: Array, sides: Sides, slope: Array) -> Rates:
+    def rates(self, t: float, y: Array, sides: SurfaceSides, slope: Array) -> SurfaceRates:
         self._layout.weigh(self._given_rates, sides)
         self._given_rates[self._known :] = slope[self._n :]
         first, second, sizes = _row(self._rates, t, y).reshape(3, -1)
-        return Rates(first, second, sizes)
+        return SurfaceRates(first, second, sizes)
 
-    def continuous(self, t: float, y: Array, sides: Sides) -> Array:
+    def continuous(self, t: float, y: Array, sides: SurfaceSides) -> Array:
         self._layout.weigh(self._given, sides)
         return _row(self._continuous, t, y)
 
     def falling(
         self,
-        sides: Sides,
+        sides: SurfaceSides,
         signs: tuple[float, ...],
         noise: tuple[float, ...],
-        beside: Falling | None,
-    ) -> Falling:
+        beside: TerminalEvents | None,
+    ) -> TerminalEvents:
         parameters = self._weighed(self._given, sides)
         table = self._code.table("surfaces", len(sides), parameters)
         if beside is None:
             native = self._events("surfaces", parameters, signs, noise)
-            return Falling(lambda t, y: _row(table, t, y), signs, noise, native)
+            return TerminalEvents(lambda t, y: _row(table, t, y), signs, noise, native)
         others = beside.values
         reach = (*beside.reach, *(0.0 for _ in signs)) if beside.reach else ()
         signs, noise = (*beside.signs, *signs), (*beside.noise, *noise)
-        return Falling(
+        return TerminalEvents(
             lambda t, y: np.concatenate([others(t, y), _row(table, t, y)]),
             signs,
             noise,
@@ -178,7 +178,7 @@ class ModelSurfaces(Surfaces):
 class NativeCode:
     """The functions of a library, inputs off by their rounding error in a pattern not 0.
 
-    ``guards``: numbers of :func:`.singular_guard.guards`, for right-hand sides that end there.
+    ``guards``: numbers of :func:`.singular_guard.guard_signs`, for right-hand sides that end there.
     """
 
     def __init__(self, libraries: Libraries, pattern: int, guards: Array | None = None) -> None:
@@ -203,7 +203,7 @@ class InterpretedCode:
     def __init__(
         self,
         functions: Mapping[str, Callable[..., Any]],
-        pieces: Pieces | None,
+        pieces: InputPieces | None,
         beside: Callable[[Rhs], Rhs] = lambda rhs: rhs,
     ) -> None:
         self._functions, self._pieces, self._beside = functions, pieces, beside
@@ -238,14 +238,14 @@ def _row(table: Table, t: float, y: Array) -> Array:
 MakeSurfaces: TypeAlias = Callable[[int, str, Array], ModelSurfaces]
 
 
-def makes_surfaces(model: Model, code: Callable[[int], SurfaceCode]) -> MakeSurfaces | None:
+def surfaces_maker(model: Model, code: Callable[[int], SurfaceCode]) -> MakeSurfaces | None:
     """What makes the surfaces of right-hand sides of a model, None where it has none."""
     if not model.surfaces:
         return None
 
     def surfaces(pattern: int, kind: str, parameters: Array) -> ModelSurfaces:
         name = f"sided_{kind}{'disturbed' if pattern else 'rhs'}"
-        first, known = len(model.parameters), len(given(model))
+        first, known = len(model.parameters), len(parameter_values(model))
         places = first, known, model.surfaces, model.continuous, len(model.coordinates)
         return ModelSurfaces(code(pattern), name, parameters, *places)
 
