@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, placed
-from lagrange_cli.simulate.accuracy.controller import Measured, integrate_to_accuracy
+from lagrange_cli.simulate.accuracy.controller import integrate_to_accuracy
+from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.accuracy.user_method import integrate_with_method
 from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint, CheckpointWriter, identity
 from lagrange_cli.simulate.checkpoint.progress import Deadline, RunProgress, Watch
@@ -176,8 +177,8 @@ def integrate(
         if stream is None or not isinstance(request.times, Grid):
             context = replace(context, stream=None)
             return _simulated(model, request.refined(every), watch, context)
-        with buffers(stream, model, request, checkpoint) as room:
-            return _simulated(model, request, watch, context, room, look)
+        with buffers(stream, model, request, checkpoint) as buffer:
+            return _simulated(model, request, watch, context, buffer, look)
 
 
 @contextmanager
@@ -194,13 +195,13 @@ def _simulated(
     request: Request,
     watch: Watch,
     context: RunContext,
-    room: Callable[[], SampleBuffer] | None = None,
+    buffer: Callable[[], SampleBuffer] | None = None,
     look: Look | None = None,
 ) -> Trajectory:
     started = time.perf_counter()
     stream, checkpoint = context.stream, context.checkpoint
     functions = context.functions or right_hand_side(model, context.cache, request.budget)
-    problem = problem_of(model, request, functions, room)
+    problem = problem_of(model, request, functions, buffer)
     if functions.drive is not None:
         functions.drive.require(problem.start, problem.until)
     require_a_start(model, problem)
@@ -241,7 +242,7 @@ def problem_of(
     model: Model,
     request: Request,
     functions: RightHandSide,
-    room: Callable[[], SampleBuffer] | None = None,
+    buffer: Callable[[], SampleBuffer] | None = None,
 ) -> InitialValueProblem:
     """What is to be integrated, as numbers."""
     if request.accuracy is not None and functions.guarded is not None:
@@ -252,9 +253,9 @@ def problem_of(
         request.initial,
         request.times,
         model.kinds,
-        functions.disturbed,
+        functions.perturbed,
         model.facts["autonomous"],
-        room=room,
+        buffer=buffer,
         widens=functions.widens,
         read_off=model.chart is not None,
         landmarks=functions.landmarks,
@@ -269,7 +270,7 @@ def _wider(problem: InitialValueProblem, functions: RightHandSide) -> InitialVal
     return replace(
         problem,
         rhs=sides.rhs,
-        disturbed=sides.disturbed,
+        perturbed=sides.perturbed,
         epsilon=sides.epsilon,
         widens=False,
         landmarks=sides.landmarks,

@@ -12,7 +12,7 @@ import pytest
 from lagrange_cli import loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import INTEGRATORS, simulate
-from lagrange_cli.simulate.accuracy.controller import start_alone
+from lagrange_cli.simulate.accuracy.measured import start_alone
 from lagrange_cli.studies.reference import reference
 from lagrange_cli.studies.tradeoff import measure as trading
 from lagrange_cli.studies.tradeoff import runs as trade_runs

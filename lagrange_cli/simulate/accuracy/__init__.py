@@ -10,6 +10,7 @@ __all__ = [
     "controller",
     "error_estimate",
     "event_agreement",
+    "measured",
     "method_selection",
     "user_method",
 ]

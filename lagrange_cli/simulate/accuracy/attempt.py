@@ -1,4 +1,4 @@
-"""One attempt at an accuracy: the run, and two more that measure its error."""
+"""One attempt at an accuracy: a run, and two companion runs that measure its error."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from lagrange_cli.simulate.accuracy.event_agreement import (
 from lagrange_cli.simulate.accuracy.grazes import Grazes, first_graze
 from lagrange_cli.simulate.accuracy.method_selection import CoarseResult, suits_gauss
 from lagrange_cli.simulate.accuracy.tolerances import ToleranceSchedule
+from lagrange_cli.simulate.accuracy.tuning import AttemptTuning
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import SavedState, projection
@@ -32,69 +33,24 @@ from lagrange_cli.simulate.system.rounding import off_by_one_ulp
 
 __all__ = ["Attempt"]
 
-#: Tolerance of the looser run beside that of the run.
-LOOSER = 10.0
-
-#: By how much the longest step shrinks from attempt to attempt: runs may differ
-#: because some of them passed over something sharp. Those that differ little did not.
-SHORTER = 3.0
-
-#: The tolerance of LSODA that makes it about as accurate, beside the run's, and the
-#: tolerance of the run below which it is not.
-OTHER_TOLERANCE, OTHER_FROM = 0.01, 1e-12
-
-#: The tolerance of a disturbed run by the run's own method. Its steps fall on other
-#: times, so that what lies between the steps of one is met by the other.
-OTHER_STEPS = 2.0
-
-#: The longest step of a disturbed run beside the run's, where the longest ones lead through.
-TAME_STEPS = 0.75
-
-#: Cost of the other method beside the run's, and evaluations to start with, beyond
-#: which it is given up: LSODA earlier, so that the whole stays within five times the run where
-#: it was in vain.
-OTHER_COST, LSODA_COST, OTHER_START = 1.75, 1.6, 300.0
-
-#: A run whose error is beyond eps by no more than this factor is the looser one of the next
-#: attempt, since its own error is smaller than the estimate; in other arithmetic it is less so.
-REUSED = {False: 7.0, True: 3.0}
-
-#: An attempt is given up where its error is beyond eps by such a factor, before that part of the
-#: samples by the second where another may follow: most errors grow as the time or its square.
-#: The last is the largest excess that a tolerance is chosen by.
-HOPELESS, MISSED, EARLY, MOST_EXCESS = 10.0, 1.2, 0.6, 100.0
-
-#: Chance may bring the looser run close to the run; this makes that rarer.
-LOOSER_WEIGHT = 2.0
-
-#: The disturbed run is one draw of chance: rounding may be this much worse.
-ROUNDING_WEIGHT = 3.0
-
-#: The same where the looser run is not disturbed: draws that count 2 and 3 are spread as one 3.6.
-ONLY_ROUNDING_WEIGHT = 4.0
-
-#: Samples between two looks at the errors, and how often these are at most.
-BLOCK, MOST_BLOCKS = 64, 2**14
-
-#: How close to the end an event may be that only some runs see, as a part of the error that
-#: its time may have.
-CLOSE = 0.01
-
-#: Runs that end within this part of the span of each other end for the same reason.
-SAME_END = 1e-3
-
-#: Right-hand sides beyond what the pilot lets expect, as a factor, that show a
-#: run to be lost in its own rounding.
-LOST = 4.0
-
-#: What is expected at least: a pilot at rest takes next to none, and disturbed runs do not rest.
-FEW_EVALUATIONS = 500
+_TUNING = AttemptTuning()
 
 
 @dataclass
 class _March:
-    """Where runs stand that advance in turn: the blocks of samples that all have passed, whose
-    turn it is, and whether its tolerance has been looked at."""
+    """Progress of runs that advance in turn.
+
+    Attributes
+    ----------
+    blocks
+        Blocks of samples that all runs have passed.
+    turn
+        Number of the run whose turn it is.
+    loosened
+        The absolute tolerance of that run has been adapted to the motion so far.
+    ended
+        No run goes on.
+    """
 
     blocks: int = 0
     turn: int = 0
@@ -103,7 +59,7 @@ class _March:
 
 
 class Attempt:
-    """The run with its looser and its disturbed companion, at one tolerance."""
+    """A run with its looser and its perturbed companion, at one tolerance."""
 
     def __init__(
         self,
@@ -120,24 +76,26 @@ class Attempt:
         self._tolerances = ToleranceSchedule(problem, coarse, number)
         method = coarse.method
         # Where the longest step rules instead of the tolerance, it must differ too.
-        longer = LOOSER ** (1 / method.order)
+        longer = _TUNING.looser ** (1 / method.order)
         looser = None if before is None else before.looser_for(self.wider)
         self._longest = coarse.longest_step
         if number > 0 and before is not None:
-            self._longest = before._longest / (SHORTER if looser is None else longer)
+            self._longest = before._longest / (_TUNING.shorter if looser is None else longer)
         self._controls: dict[Run, tuple[Control, float]] = {}
         self.run = self._start(method, tolerance)
-        self._looser = looser or self._start(method, tolerance * LOOSER, longer=longer, off=1)
+        self._looser = looser or self._start(
+            method, tolerance * _TUNING.looser, longer=longer, off=1
+        )
         vain = before is not None and before._given_up
         self._perturbed = self._perturb(method if vain else self._other_method())
-        expected = max(coarse.evaluations, FEW_EVALUATIONS)
-        self._most: float = LOST * self._growth(tolerance) * expected
+        expected = max(coarse.evaluations, _TUNING.few_evaluations)
+        self._most: float = _TUNING.lost * self._growth(tolerance) * expected
         self._march_at = _March()
         self._estimated: tuple[object, ErrorEstimate] | None = None
         self.run_seconds = 0.0
 
     def _growth(self, tolerance: float) -> float:
-        """How many times as many steps as the coarse run one of that tolerance takes."""
+        """Estimate the steps at a tolerance, as a multiple of the coarse run's."""
         # The coarse run was one of DOP853 where its method was not implicit.
         order = min(self._coarse.method.order, INTEGRATORS["DOP853"].order)
         return float(max(1.0, COARSE / tolerance) ** (1 / order))
@@ -145,7 +103,7 @@ class Attempt:
     def _start(
         self, method: type[Integrator], tolerance: float, *, longer: float = 1.0, off: int = 0
     ) -> Run:
-        """A run at a tolerance, with longer steps allowed, or disturbed by a pattern."""
+        """Start a run, with longest steps a multiple of the usual, perturbed by pattern ``off``."""
         problem = self._problem
         longest = longer * self._longest
         first_step = self._coarse.first_step
@@ -154,34 +112,34 @@ class Attempt:
         if self.wider:  # where steps are made anew, those of the coarse run are much too long
             first_step /= self._growth(tolerance)
         control = self._tolerances.control(method, tolerance, first_step, longest)
-        disturbed = problem.disturbed or (problem.rhs, problem.rhs)
+        perturbed = problem.perturbed or (problem.rhs, problem.rhs)
         run = Run(
             method,
             problem,
             control,
-            rhs=disturbed[off - 1] if off else None,
+            rhs=perturbed[off - 1] if off else None,
             y0=off_by_one_ulp(problem.y0, off) if off else None,
         )
         self._controls[run] = control, tolerance
         return run
 
     def _other_method(self) -> type[Integrator]:
-        """A method to compare with, the run's own where no other is as good and as fast."""
+        """Select the perturbed companion's method: the run's own if no other is as good."""
         rhs, stiff = self._problem.rhs, self._coarse.stiff
         if isinstance(rhs, NativeRhs):
             by_gauss = self.run.method is INTEGRATORS["Gauss16"]
             explicit = INTEGRATORS["Gauss16" if suits_gauss(rhs) and not by_gauss else "DOP853"]
             return self.run.method if stiff else explicit
         other = INTEGRATORS["LSODA"]
-        possible = self.tolerance >= OTHER_FROM and (other.projects or not projection(rhs))
+        possible = self.tolerance >= _TUNING.lsoda_from and (other.projects or not projection(rhs))
         possible = possible and surfaces_of(rhs) is None
         return other if possible else self.run.method
 
     def _perturb(self, method: type[Integrator]) -> Run:
-        factor = OTHER_STEPS if method is self.run.method else 1.0
+        factor = _TUNING.perturbed_tolerance if method is self.run.method else 1.0
         if method is INTEGRATORS["LSODA"]:
-            factor = OTHER_TOLERANCE
-        longer = TAME_STEPS if self._tolerances.tame else 1.0
+            factor = _TUNING.lsoda_tolerance
+        longer = _TUNING.tame_steps if self._tolerances.tame else 1.0
         return self._start(method, self.tolerance * factor, longer=longer, off=2)
 
     @property
@@ -190,7 +148,7 @@ class Attempt:
 
     @property
     def _own_runs(self) -> list[Run]:
-        """Those that are not an earlier attempt's."""
+        """Runs that are not an earlier attempt's."""
         return [run for run in self._runs if run in self._controls]
 
     @property
@@ -202,11 +160,11 @@ class Attempt:
         return self._perturbed.method is not self.run.method
 
     def _allowed(self, run: Run) -> float:
-        """Evaluations that a run may take."""
+        """Return the evaluations that a run may take."""
         if run is self._perturbed and self._by_other_method:
             by_lsoda = run.method is INTEGRATORS["LSODA"]
-            cost = LSODA_COST if by_lsoda else OTHER_COST
-            return cost * self.run.evaluations + OTHER_START
+            cost = _TUNING.lsoda_cost if by_lsoda else _TUNING.other_cost
+            return cost * self.run.evaluations + _TUNING.other_start
         return self._most
 
     def _spent(self, run: Run) -> bool:
@@ -214,12 +172,12 @@ class Attempt:
 
     @property
     def lost(self) -> bool:
-        """Whether steps have become so small that only rounding can be the reason."""
+        """True if steps have become so small that only rounding can be the reason."""
         return any(run.evaluations > self._most for run in self._own_runs)
 
     @property
     def wider(self) -> bool:
-        """Whether the arithmetic is wider than that of doubles."""
+        """True if the arithmetic is wider than that of doubles."""
         return self._problem.epsilon < float(np.finfo(float).eps)
 
     def go(self, watch: Callable[[float], None]) -> None:
@@ -231,13 +189,13 @@ class Attempt:
             self._march(watch)
 
     def _perturb_alike(self) -> None:
-        """Begin anew with the run's own method for the disturbed run."""
+        """Start the perturbed companion anew by the run's own method."""
         self._perturbed = self._perturb(self.run.method)
         self._march_at = _March()
 
     def _march(self, watch: Callable[[float], None]) -> None:
         samples, at = len(self._problem.times), self._march_at
-        block = max(BLOCK, samples // MOST_BLOCKS)
+        block = max(_TUNING.block, samples // _TUNING.most_blocks)
         while not at.ended:
             goal = 1 + (at.blocks + 1) * block
             while at.turn < len(self._runs):
@@ -252,7 +210,7 @@ class Attempt:
             at.blocks, at.turn, at.ended = at.blocks + 1, 0, ended or goal >= samples
 
     def state(self) -> SavedState:
-        """All that the runs go on from."""
+        """Return all that the runs go on from, as plain values."""
         runs = [(run.state(), self._controls[run][0].atol) for run in self._own_runs]
         return {
             "runs": runs,
@@ -276,7 +234,7 @@ class Attempt:
 
     @property
     def methods(self) -> set[type[Integrator]]:
-        """Those of the runs."""
+        """Methods of the runs."""
         return {run.method for run in self._runs}
 
     def _loosen(self, run: Run) -> None:
@@ -299,7 +257,7 @@ class Attempt:
                 self.run_seconds += time.perf_counter() - started
 
     def _other_is_worse(self) -> bool:
-        """Whether it is the other method's cost or its own error that stands in the way."""
+        """Tell if the other method's cost or its own error stands in the way."""
         if self.lost:
             return False
         if self._spent(self._perturbed):
@@ -311,29 +269,29 @@ class Attempt:
             own, looser = self.run.rows[first:last], self._looser.rows[first:last]
             largest = scales.add(own)[-1]
             worse = np.maximum(worse, np.abs(looser - own).max(axis=0))
-        # By the own method the disturbed run may be off by as much, and more so at the end.
-        both = (LOOSER_WEIGHT + ROUNDING_WEIGHT) / self._reached**2
-        weight = LOOSER_WEIGHT if self._last else both
+        # By the own method the perturbed run may be off by as much, and more so at the end.
+        both = (_TUNING.looser_weight + _TUNING.rounding_weight) / self._reached**2
+        weight = _TUNING.looser_weight if self._last else both
         return bool((weight * worse < self._eps * np.maximum(whole, largest)).all())
 
     @property
     def _common(self) -> int:
-        """The samples that all runs have reached."""
+        """Number of samples that all runs have reached."""
         return min(run.filled for run in self._runs)
 
     @property
     def _reached(self) -> float:
-        """The same as a part of all."""
+        """Part of all samples that all runs have reached."""
         return self._common / len(self._problem.times)
 
     def _windows(self) -> Iterator[tuple[int, int]]:
-        """From where to where these are looked at at a time."""
+        """Return first and last numbers of the windows in which these samples are compared."""
         common, rows = self._common, self.run.rows
         size = common if isinstance(rows, np.ndarray) else window_rows(len(self._problem.y0))
         return ((k, min(k + size, common)) for k in range(0, common, size))
 
     def _errors(self, first: int, last: int, events: EventAgreement | None) -> Array:
-        """Estimated error of some samples that all runs have reached."""
+        """Estimate the errors of samples that all runs have reached, shape (last - first, 2n)."""
         own, looser, perturbed = (run.rows[first:last] for run in self._runs)
         _, looser_weight, weight = self._weights
         errors = looser_weight * np.abs(looser - own) + weight * np.abs(perturbed - own)
@@ -343,20 +301,24 @@ class Attempt:
 
     @property
     def _weights(self) -> tuple[float, float, float]:
-        """What the distance of each run from the first counts."""
-        weight = ROUNDING_WEIGHT if self._looser in self._controls else ONLY_ROUNDING_WEIGHT
+        """Weights of the distances of the run, the looser and the perturbed one from the run."""
+        weight = (
+            _TUNING.rounding_weight
+            if self._looser in self._controls
+            else _TUNING.only_rounding_weight
+        )
         # LSODA's own error is larger than what rounding does.
         by_lsoda = self._perturbed.method is INTEGRATORS["LSODA"]
-        return 0.0, LOOSER_WEIGHT, 1.0 if by_lsoda else weight
+        return 0.0, _TUNING.looser_weight, 1.0 if by_lsoda else weight
 
     @property
     def events(self) -> EventAgreement | None:
-        """What the runs say of the events of contacts, None where there are none."""
+        """Agreement of the runs on the events of contacts; None if there are no contacts."""
         problem, rhs = self._problem, self._problem.rhs
         if not isinstance(rhs, HybridRhs):
             return None
         switches = [run.switches for run in self._runs]
-        near = CLOSE * self._eps * problem.span
+        near = _TUNING.close * self._eps * problem.span
         reached = [run.t for run in self._runs]
         found = event_agreement(switches, reached, self._weights, problem.until, near)
         grazes = Grazes(rhs, self._eps, self._coarse.scales[-1], problem.until)
@@ -371,18 +333,20 @@ class Attempt:
         )
 
     def _hopeless(self, first: int) -> bool:
-        """Whether the newest errors are (far) beyond eps on any scale to be expected."""
+        """Tell if the newest errors are (far) beyond eps on any scale to be expected."""
         last = self._common
         if first >= last:
             return False
         errors = self._errors(first, last, self.events)
         seen = np.abs(self.run.rows[first:last]).max(axis=0)
         scales = np.maximum(self._coarse.scales[-1], seen)
-        beyond = MISSED if self._reached < EARLY and not self._last else HOPELESS
+        beyond = (
+            _TUNING.missed if self._reached < _TUNING.early and not self._last else _TUNING.hopeless
+        )
         return bool((errors > beyond * self._eps * scales).any())
 
     def error_estimate(self) -> ErrorEstimate:
-        """How far the estimate stays below eps."""
+        """Estimate the error of the samples that all runs have reached."""
         key = tuple((run, run.filled, run.t) for run in self._runs)
         if self._estimated is None or self._estimated[0] != key:
             self._estimated = key, self._estimate()
@@ -401,18 +365,21 @@ class Attempt:
 
     @property
     def complete(self) -> bool:
-        """Whether all runs reached the last sample."""
+        """True if all runs reached the last sample."""
         return self._common == len(self._problem.times)
 
     def looser_for(self, wider: bool) -> Run | None:
-        """The run as the looser one of another attempt, None where it is too far off for that."""
+        """Return the run as looser companion of another attempt; None if its error is too large."""
         ended = self.complete and self.failure is None
-        near = ended and self.error_estimate().excess <= REUSED[wider != self.wider]
+        reused = _TUNING.reused
+        if wider != self.wider:
+            reused = _TUNING.reused_in_other_arithmetic
+        near = ended and self.error_estimate().excess <= reused
         return self.run if near else None
 
     @property
     def failure(self) -> Failure | None:
-        """Where the motion ends, if all runs agree that it does.
+        """End of the motion, if all runs agree that it ends; else None.
 
         Before a singularity steps may become so many that a run is given up
         there; it agrees where it stands beside one that failed.
@@ -420,12 +387,12 @@ class Attempt:
         failure = next((run.failure for run in self._runs if run.failure is not None), None)
         times = [run.t for run in self._runs]
         ended = all(run.failure is not None or self._spent(run) for run in self._runs)
-        same = max(times) - min(times) <= SAME_END * self._problem.span
+        same = max(times) - min(times) <= _TUNING.same_end * self._problem.span
         return failure if ended and same else None
 
     @property
     def settled(self) -> bool:
-        """Whether a smaller tolerance has nothing to add."""
+        """True if a smaller tolerance has nothing to add."""
         reached = self.error_estimate().samples
         possible = first_from(self._problem.times, first_zeno_time(self.run.switches))
         if reached == possible or self.lost:
@@ -434,21 +401,21 @@ class Attempt:
 
     @property
     def loose_at_first(self) -> bool:
-        """Whether a smaller scale than the motion so far had bounds the absolute tolerance."""
+        """True if the absolute tolerance at first follows a least scale, not the motion so far."""
         return self._tolerances.loose_at_first
 
     @property
     def reduction(self) -> float:
-        """By how much to tighten: the excess, as it would be at the end, and some margin."""
+        """Factor by which the next tolerance is smaller: the expected excess with a margin."""
         near = self.looser_for(self.wider) is not None
-        return LOOSER if near else max(10 * self.expected_excess, 30.0)
+        return _TUNING.looser if near else max(10 * self.expected_excess, 30.0)
 
     @property
     def expected_excess(self) -> float:
-        """The excess, as it would be at the end."""
+        """Error over eps that is expected at the end, 1 or more."""
         excess = (
             self.error_estimate().excess
             if np.isfinite(self.error_estimate().excess)
-            else MOST_EXCESS
+            else _TUNING.most_excess
         )
-        return float(min(max(excess, 1.0) / self._reached**2, MOST_EXCESS))
+        return float(min(max(excess, 1.0) / self._reached**2, _TUNING.most_excess))

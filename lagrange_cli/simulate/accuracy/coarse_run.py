@@ -280,7 +280,7 @@ class CoarseRun:
         """The scales so far at each sample, or of the motion where no sample was reached."""
         if run.filled < 2:
             return self.seen()[None, :]
-        problem = replace(self._problem, between=self.between(run))
+        problem = replace(self._problem, unsampled=self.between(run))
         return running_scales(problem, run.states)[1:]
 
     def between(self, run: Run) -> Array:

@@ -36,6 +36,7 @@ __all__ = [
     "CoarseResult",
     "coarse_result",
     "explicit_method",
+    "reason_for_method",
     "restored_or_coarse_result",
     "suits_gauss",
 ]
@@ -263,6 +264,21 @@ def explicit_method(problem: InitialValueProblem, tolerance: float) -> type[Inte
         return INTEGRATORS["taylor"]
     fits = tolerance <= _FINE and suits_gauss(problem.rhs)
     return INTEGRATORS["Gauss16" if fits else "DOP853"]
+
+
+def reason_for_method(coarse: CoarseResult, usual: float) -> str:
+    """Say in words why a method was selected; ``usual``: longest step of most runs, in time."""
+    if coarse.stiff:
+        return "a coarse trial found the system stiff: an implicit method needs fewer evaluations"
+    reason, by_gauss = "an explicit method of high order", coarse.method is INTEGRATORS["Gauss16"]
+    if coarse.method is INTEGRATORS["taylor"]:
+        reason = "series that are compiled without a compiler of C"
+    if coarse.longest_step > usual:
+        reason = "collocation at eight points" if by_gauss else reason
+        reason += ", in long steps: nothing sharp is near the motion, around which it is analytic"
+    elif by_gauss:
+        reason = "collocation, whose eight stages are evaluated side by side"
+    return f"no stiffness was found: {reason}"
 
 
 def _noise(problem: InitialValueProblem, run: Run, step_at: Callable[[float], float]) -> Array:

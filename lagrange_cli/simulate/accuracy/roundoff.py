@@ -23,7 +23,7 @@ _PATTERNS = (1, 2, 3)
 def noise_of_step(problem: InitialValueProblem, t: float, y: Array, h: float) -> Array:
     """How far a step of length h from (t, y) moves where its right-hand side is rounded.
 
-    The largest change that the disturbed right-hand sides make, or the last places of the
+    The largest change that the perturbed right-hand sides make, or the last places of the
     state, each by itself: together they may cancel, as in k*(r - l) where both move alike.
     What velocities are off by moves positions within the step.
 
@@ -31,11 +31,11 @@ def noise_of_step(problem: InitialValueProblem, t: float, y: Array, h: float) ->
     -------
     Shape (2n,), 0 where the right-hand side does not exist.
     """
-    if problem.disturbed is None:
+    if problem.perturbed is None:
         return np.zeros(len(y))
-    rhs, *disturbed = _on_one_side(problem.rhs, *problem.disturbed, t=t, y=y)
+    rhs, *perturbed = _on_one_side(problem.rhs, *problem.perturbed, t=t, y=y)
     exact = rhs(t, y)
-    moved = [off(t, y) for off in disturbed]
+    moved = [off(t, y) for off in perturbed]
     moved += [rhs(t, off_by_one_ulp(y, pattern)) for pattern in _PATTERNS]
     noise = h * np.abs(np.array(moved) - exact).max(axis=0)
     noise = np.where(np.isfinite(noise), noise, 0.0)

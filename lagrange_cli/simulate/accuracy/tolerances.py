@@ -1,4 +1,4 @@
-"""What steers the runs of an attempt: tolerances that grow with the motion, and first steps."""
+"""Tolerance schedule of an attempt: absolute tolerances that grow with the motion."""
 
 from __future__ import annotations
 
@@ -17,16 +17,19 @@ from lagrange_cli.simulate.samples.rows import first_from
 
 __all__ = ["ToleranceSchedule"]
 
-#: Part of the tolerance that does not shrink with |y|, usually and at least.
-_ABSOLUTE_PART, _LEAST_PART = 0.1, 1e-12
+#: Part of the tolerance that does not shrink with |y|; set by hand.
+_ABSOLUTE_PART = 0.1
 
-#: How small a scale so far is taken to be beside the last, at each attempt:
-#: motion that grows from almost nothing may need it resolved.
+#: The same at least, if y comes close to 0; set by hand.
+_LEAST_PART = 1e-12
+
+#: Least scale so far as a part of the last one, at each attempt: motion that grows from almost
+#: nothing may need it resolved.
 _SMALLEST_SCALE = (1e-9, 1e-60, 0.0)
 
 
 class ToleranceSchedule:
-    """Tolerances of the attempt of that ``number`` at a problem of which a pilot found scales."""
+    """Tolerances of attempt ``number`` at a problem, relative to the scales of a coarse run."""
 
     def __init__(self, problem: InitialValueProblem, coarse: CoarseResult, number: int) -> None:
         self._problem, self._coarse = problem, coarse
@@ -35,7 +38,7 @@ class ToleranceSchedule:
     def control(
         self, method: type[Integrator], tolerance: float, first_step: float, longest: float
     ) -> Control:
-        """What steers a run from its start."""
+        """Return tolerances and step limits of a run from its start."""
         # A component that sweeps over its own size is taken relatively, so that
         # motion of many sizes (a comet's) is resolved at each; an angle, or a
         # position far from the origin, relative to how far it moves.
@@ -45,7 +48,7 @@ class ToleranceSchedule:
         return Control(relative, absolute, first_step, longest, autonomous=rests)
 
     def absolute(self, tolerance: float, samples: int) -> Array:
-        """The absolute tolerance after a number of samples, not below the noise."""
+        """Return the absolute tolerance after a number of samples, not below the noise, (2n,)."""
         whole, samples = self._coarse.scales[-1], max(samples, self._in_first_step)
         so_far = np.maximum(self._coarse.scales_so_far(samples), self._smallest * whole)
         absolute = tolerance * np.where(self._sweeping, self._part * so_far, whole)
@@ -54,17 +57,17 @@ class ToleranceSchedule:
 
     @property
     def tame(self) -> bool:
-        """Whether the motion is known to have nothing sharp, so that few steps lead through it."""
+        """True if nothing sharp is known to be near the motion, so that few steps lead through."""
         return self._coarse.longest_step > self._problem.longest_step
 
     @property
     def loose_at_first(self) -> bool:
-        """Whether a smaller scale than the motion so far had bounds the absolute tolerance."""
+        """True if the absolute tolerance at first follows a least scale, not the motion so far."""
         return bool((self._coarse.scales[0] < self._smallest * self._coarse.scales[-1]).any())
 
     @cached_property
     def _in_first_step(self) -> int:
-        """Samples by whose scale the first step is judged: those in it where it is a long one."""
+        """Samples whose scale the first step is compared with: those within it if it is long."""
         if not self.tame:
             return 1
         first = self._problem.start + self._coarse.first_step
@@ -79,6 +82,6 @@ class ToleranceSchedule:
 
     @cached_property
     def _part(self) -> Array:
-        """Part of the tolerance that does not shrink with |y|: less where y comes close to 0."""
+        """Part of the tolerance that does not shrink with |y|, less if y comes near 0, (2n,)."""
         part = 1.0 if self.tame else _ABSOLUTE_PART
         return np.maximum(part * self._coarse.closest, _LEAST_PART)

@@ -10,13 +10,12 @@ import numpy as np
 
 from lagrange_cli.errors import StoppedError
 from lagrange_cli.simulate.accuracy.coarse_run import FIRST_STEP
-from lagrange_cli.simulate.accuracy.controller import (
-    Measured,
+from lagrange_cli.simulate.accuracy.measured import Measured, start_alone, switches_until
+from lagrange_cli.simulate.accuracy.method_selection import (
+    CoarseResult,
     reason_for_method,
-    start_alone,
-    switches_until,
+    restored_or_coarse_result,
 )
-from lagrange_cli.simulate.accuracy.method_selection import CoarseResult, restored_or_coarse_result
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.checkpoint import CheckpointWriter
 from lagrange_cli.simulate.checkpoint.progress import Watch

@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 
 from lagrange_cli.cache import Cache
 from lagrange_cli.simulate import kernels
-from lagrange_cli.simulate.accuracy.controller import Measured, limiting_component
 from lagrange_cli.simulate.accuracy.error_estimate import FLOOR_ULPS, error_estimate
+from lagrange_cli.simulate.accuracy.measured import Measured, limiting_component
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.batched_taylor import (
     BatchedMotions,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.cache import open_cache
-from lagrange_cli.simulate.accuracy.controller import Measured
+from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.batched import (
     METHOD,

@@ -19,7 +19,7 @@ import numpy as np
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.files.rows import NUMBER
-from lagrange_cli.simulate.accuracy.controller import Measured
+from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.charts.simulation import multiplier_form, simulate_past_singularities
 from lagrange_cli.simulate.ensemble.batched_results import BatchedResults, Missed, batched_results

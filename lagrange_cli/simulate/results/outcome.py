@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Literal
 
-from lagrange_cli.simulate.accuracy.controller import Disproof, LimitingComponent, Measured
 from lagrange_cli.simulate.accuracy.event_agreement import UnclearContacts
+from lagrange_cli.simulate.accuracy.measured import Disproof, LimitingComponent, Measured
 from lagrange_cli.simulate.integrators.base import projection
 from lagrange_cli.simulate.integrators.hybrid.contact_motion import (
     ENDLESS,

@@ -58,14 +58,14 @@ class Stream:
 def buffers(
     stream: Stream, model: Model, request: Request, checkpoint: Checkpoint | None
 ) -> Iterator[Callable[[], SampleBuffer]]:
-    """What gives each run room for the states of its samples on a disk.
+    """Give a maker of buffers on a disk, one for the samples of each run.
 
-    It is that of the result, and for a while; with a checkpoint it is beside that, and stays.
+    The disk is that of the result; with a checkpoint files lie beside it, and stay.
 
     Raises
     ------
     InputError
-        The disk has not that much room.
+        The disk has not that much space.
     """
     width = 2 * len(model.coordinates)
     columns = 0 if stream.output is None else 1 + width + 2 * len(model.cartesian)
@@ -76,11 +76,11 @@ def buffers(
     names = count()
     with ExitStack() as files:
 
-        def room() -> SampleBuffer:
+        def buffer() -> SampleBuffer:
             file = unnamed_file(folder) if checkpoint is None else checkpoint.samples(next(names))
             return FileBuffer(files.enter_context(file), width)
 
-        yield room
+        yield buffer
 
 
 def shown_samples(times: RowSequence, states: RowSequence) -> tuple[Array, Array]:

@@ -24,51 +24,73 @@ __all__ = [
     "unsampled_motion",
 ]
 
-#: A coordinate that moves less than this part of the largest of its kind, or of how far it goes
-#: between the samples, is measured by the larger one.
+#: A coordinate that moves less than this part of the largest of its kind, or of its own motion
+#: between the samples, is measured by the larger one; set by hand.
 _SMALL_BESIDE_OTHERS = 1e-3
 
-#: Longest step as a part of the span, and where something depends on time (a pulse).
-_LONGEST_STEP, _LONGEST_STEP_DRIVEN = 1 / 128, 1 / 512
+#: Longest step as a part of the span; set by hand.
+_LONGEST_STEP = 1 / 128
+
+#: The same if something depends on time (a pulse); set by hand.
+_LONGEST_STEP_DRIVEN = 1 / 512
 
 
 @dataclass(frozen=True)
 class InitialValueProblem:
-    """y' = rhs(t, y), y = [q, q̇], wanted at ``times`` (ascending, the first is the start).
+    """Initial value problem y' = rhs(t, y), y = [q, q̇], sampled at ``times``.
 
-    ``kinds`` has one entry a coordinate: ``angle``, or a word that coordinates
-    of the same dimension share. ``disturbed`` holds two more right-hand sides in
-    which every given number and every operation is off by its rounding error,
-    each in its own way: what they change is what rounding may change.
-    ``autonomous``: rhs does not depend on t. ``epsilon``: the distance from 1
-    to the next number that rhs computes with; ``wider`` makes the same problem
-    in wider arithmetic, or None where there is none, and is worth to be asked where it
-    ``widens``. ``room`` gives each run a place for its samples where memory is not to hold
-    them. ``read_off``: other coordinates are to be found from these. ``between`` is how far
-    components go between samples that show next to nothing of it (:func:`unsampled_motion`).
-    ``landmarks``: exponents of sharp functions, None where there are none, or where they are
-    watched already.
+    Attributes
+    ----------
+    rhs
+        Right-hand side, (t, y) → y', shape (2n,).
+    y0
+        Initial state, shape (2n,).
+    times
+        Sample times, ascending; the first is the start.
+    kinds
+        For each coordinate ``angle``, or a word that coordinates of one dimension share.
+    perturbed
+        Two more right-hand sides in which every given number and every operation is off by its
+        rounding error, each in its own way: their effect is that of rounding. None if there are
+        none.
+    autonomous
+        rhs does not depend on t.
+    epsilon
+        Distance from 1 to the next number that rhs computes with.
+    wider
+        Makes the same problem in wider arithmetic, or None if there is none.
+    widens
+        ``wider`` may give a problem.
+    read_off
+        Other coordinates are to be found from these.
+    buffer
+        Makes the buffer of a run's samples; None for memory.
+    unsampled
+        Motion of each component that the samples do not show, shape (2n,), see
+        :func:`unsampled_motion`; None before it is known.
+    landmarks
+        Exponents of sharp functions; None if there are none, or integrators watch them already.
     """
 
     rhs: Rhs
     y0: Array
     times: RowSequence
     kinds: tuple[str, ...]
-    disturbed: tuple[Rhs, Rhs] | None = None
+    perturbed: tuple[Rhs, Rhs] | None = None
     autonomous: bool = True
     epsilon: float = 2.0**-52
     wider: Callable[[], InitialValueProblem | None] = lambda: None
     widens: bool = False
     read_off: bool = False
-    room: Callable[[], SampleBuffer] | None = None
-    between: Array | None = None
+    buffer: Callable[[], SampleBuffer] | None = None
+    unsampled: Array | None = None
     landmarks: NativeLandmarks | None = None
 
     def samples(self) -> SampleBuffer:
-        """Where a run puts its samples."""
-        if self.room is None or not isinstance(self.times, Grid):
+        """Make the buffer of a run's samples."""
+        if self.buffer is None or not isinstance(self.times, Grid):
             return MemoryBuffer(len(self.times), len(self.y0))
-        return self.room()
+        return self.buffer()
 
     @property
     def start(self) -> float:
@@ -84,28 +106,28 @@ class InitialValueProblem:
 
     @property
     def longest_step(self) -> float:
-        """No step is longer, so that what is sharp in a long quiet motion is not passed unseen."""
+        """Longest step, in time: a longer one may pass over something sharp in a quiet motion."""
         return self.span * (_LONGEST_STEP if self.autonomous else _LONGEST_STEP_DRIVEN)
 
     @cached_property
     def angles(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-        """Which coordinates are angles, shape (n,)."""
+        """Flags of the coordinates that are angles, shape (n,)."""
         return np.array([kind == "angle" for kind in self.kinds])
 
 
 def ulps(values: Array) -> Array:
-    """One unit in the last place of |values|, 0 for 0."""
+    """Return one unit in the last place of each of |values|, 0 for 0."""
     return np.where(values == 0, 0.0, np.spacing(np.abs(values)))
 
 
 @cache
 def groups(kinds: tuple[str, ...]) -> list[list[int]]:
-    """The numbers of the coordinates of each kind."""
+    """Return the numbers of the coordinates of each kind."""
     return [[i for i, k in enumerate(kinds) if k == kind] for kind in dict.fromkeys(kinds)]
 
 
 def running_scales(problem: InitialValueProblem, states: Array) -> Array:
-    """Scales of q and q̇ over the samples so far, for each number of samples.
+    """Return the scales of q and q̇ over the samples up to each one.
 
     R = largest magnitude, from the start value for lengths, 1 for angles; G =
     largest R of the kind; scale(q) = max(R, 1e-3 G), 1 where all are 0;
@@ -125,47 +147,47 @@ def running_scales(problem: InitialValueProblem, states: Array) -> Array:
 
 
 class RunningScales:
-    """:func:`running_scales` of samples that are added in parts, the first of them ``start``."""
+    """:func:`running_scales` of samples added in parts, in order; ``start`` is the first."""
 
     def __init__(self, problem: InitialValueProblem, start: Array) -> None:
         self._problem, self._start = problem, start[: len(problem.kinds)]
         self._largest = np.zeros((2, 1, len(problem.kinds)))
 
     def add(self, states: Array) -> Array:
-        """The scales so far at each of further samples."""
+        """Add samples (m, 2n); return the scales so far at each, shape (m, 2n)."""
         n = len(self._problem.kinds)
         moved = np.abs(states[:, :n] - self._start), np.abs(states[:, n:])
-        parts = [np.concatenate(of) for of in zip(self._largest, moved, strict=True)]
+        parts = [np.concatenate(pair) for pair in zip(self._largest, moved, strict=True)]
         largest, speed = (np.maximum.accumulate(part, axis=0)[1:] for part in parts)
         self._largest = np.array([largest[-1:], speed[-1:]])
         return scales_from(self._problem, largest, speed)
 
 
 def last_scales(problem: InitialValueProblem, states: RowSequence) -> Array:
-    """The last row of :func:`running_scales`, of states that may not all be in memory."""
-    scales, found = RunningScales(problem, states[0]), np.empty(0)
+    """Return the last row of :func:`running_scales`, of states that may be in a file."""
+    scales, last = RunningScales(problem, states[0]), np.empty(0)
     for _, part in windows(problem.times, states):
-        found = scales.add(part)[-1]
-    return found
+        last = scales.add(part)[-1]
+    return last
 
 
 def scales_from(problem: InitialValueProblem, largest: Array, speed: Array) -> Array:
-    """Scales from the largest motion of each coordinate and its largest speed, both (m, n)."""
+    """Return the scales of largest motions and largest speeds, both (m, n), shape (m, 2n)."""
     n = len(problem.kinds)
     largest = np.where(problem.angles, 1.0, largest)
     scales = np.empty((len(largest), 2 * n))
-    between = np.zeros(2 * n) if problem.between is None else problem.between
-    for own in groups(problem.kinds):
-        of_kind = np.maximum(largest, between[:n])[:, own].max(axis=1, keepdims=True)
-        scale = np.maximum(largest[:, own], _SMALL_BESIDE_OTHERS * of_kind)
-        scales[:, own] = np.where(of_kind == 0, 1.0, scale)
-    speed = np.maximum(speed, _SMALL_BESIDE_OTHERS * between[n:])
+    unsampled = np.zeros(2 * n) if problem.unsampled is None else problem.unsampled
+    for alike in groups(problem.kinds):
+        of_kind = np.maximum(largest, unsampled[:n])[:, alike].max(axis=1, keepdims=True)
+        scale = np.maximum(largest[:, alike], _SMALL_BESIDE_OTHERS * of_kind)
+        scales[:, alike] = np.where(of_kind == 0, 1.0, scale)
+    speed = np.maximum(speed, _SMALL_BESIDE_OTHERS * unsampled[n:])
     scales[:, n:] = np.maximum(speed, scales[:, :n] / problem.span)
     return scales
 
 
 def unsampled_motion(problem: InitialValueProblem, states: Array, moved: Array) -> Array:
-    """How far components go that samples show less than a thousandth of, 0 for others, (2n,).
+    """Return motions that samples show less than a thousandth of, 0 for other components, (2n,).
 
     Samples once a period show a coordinate always at the same place, but for rounding, which is
     no scale.

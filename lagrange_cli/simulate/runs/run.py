@@ -185,11 +185,11 @@ class Run:
         """Step until ``samples`` are filled or a limit is reached; False once the run has ended."""
         if self.ended:
             return False
-        room = self._samples.room(self.filled, max(samples, self.filled))
+        free = self._samples.room(self.filled, max(samples, self.filled))
         with _fitting(self.method):
             done = self._integrator.advance(
-                self._times[self.filled : self.filled + len(room)],
-                room,
+                self._times[self.filled : self.filled + len(free)],
+                free,
                 most_steps=most_steps,
                 most_evaluations=most_evaluations,
             )

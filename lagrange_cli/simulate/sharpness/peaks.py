@@ -20,11 +20,11 @@ def watching(problem: InitialValueProblem) -> InitialValueProblem:
     if problem.landmarks is None:
         return problem
     watched = partial(_watching, landmarks=problem.landmarks)
-    disturbed = problem.disturbed
+    perturbed = problem.perturbed
     return replace(
         problem,
         rhs=watched(problem.rhs),
-        disturbed=None if disturbed is None else (watched(disturbed[0]), watched(disturbed[1])),
+        perturbed=None if perturbed is None else (watched(perturbed[0]), watched(perturbed[1])),
         wider=lambda: _wider(problem),
         landmarks=None,
     )

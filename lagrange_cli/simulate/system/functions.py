@@ -73,35 +73,59 @@ class WiderArithmetic:
     """
 
     rhs: Rhs
-    disturbed: tuple[Rhs, Rhs]
+    perturbed: tuple[Rhs, Rhs]
     epsilon: float
     landmarks: NativeLandmarks | None = None
 
 
 @dataclass(frozen=True)
 class RightHandSide:
-    """Functions of t and y = [q, q̇], parameters bound.
+    """Functions of t and y = [q, q̇] of one model, with its parameters bound.
 
-    ``rhs`` gives [q̇, q̈], shape (2n,); ``disturbed`` two more of the same, with
-    parameters and operations off by their rounding error. The tables evaluate
-    many states at once: ``energy`` Σ q̇ ∂L/∂q̇ − L, one column; ``positions`` and
-    ``velocities`` the scene's Cartesian names; ``multipliers`` and ``constraints``
-    (φ, then φ̇ and ψ) those of the closure equations, ``outputs`` what the scene
-    asks for besides, no columns where there are none. NaN stands for what does not
-    exist. ``implementation`` says in words what runs, ``native`` whether it is machine
-    code. ``wider`` makes the same right-hand sides in wider arithmetic, or None where
-    there is none, as where it never ``widens``. Right-hand sides of systems with closure
-    equations have a projection, see :func:`.base.projection`, those of systems with inputs from
-    files pieces, see :func:`.pieces.pieces`; ``drive`` is what was read. Those with contacts are
-    :class:`.contacts.ContactRhs`. ``forces`` gives constraint forces, in machine code alone,
-    where they were derived. ``guarded``: the same with right-hand sides that do not exist beyond
-    singular places of the coordinates, for the numbers of :func:`.singular_guard.guard_signs`.
-    ``landmarks``: exponents of sharp functions, which compiled integrators can watch, ``exponents``
-    the table of them.
+    Tables evaluate many states at once, t (m,) and y (m, 2n) to columns (m, k); NaN stands for
+    values that do not exist.
+
+    Attributes
+    ----------
+    rhs
+        (t, y) → [q̇, q̈], shape (2n,). With closure equations it has a projection
+        (:func:`.base.projection`), with inputs from files pieces (:func:`.pieces.pieces`); with
+        contacts it is a :class:`.contacts.ContactRhs`.
+    perturbed
+        Two more of the same, with parameters and operations off by their rounding error.
+    energy
+        Σ q̇ ∂L/∂q̇ − L, one column.
+    positions, velocities
+        Cartesian names of the scene, and their rates.
+    multipliers
+        Multipliers of the closure equations.
+    constraints
+        Residuals φ, then φ̇ and ψ, of the closure equations.
+    outputs
+        Outputs that the scene asks for.
+    implementation
+        Says in words what evaluates the functions.
+    native
+        They are machine code.
+    wider
+        Makes the same right-hand sides in wider arithmetic, or None if there is none.
+    widens
+        ``wider`` may give some.
+    drive
+        Recorded inputs; None if there are none.
+    forces
+        Constraint forces, in machine code alone; None if they were not derived.
+    guarded
+        Makes the same with right-hand sides that do not exist beyond singular configurations, for
+        the numbers of :func:`.singular_guard.guard_signs`.
+    landmarks
+        Exponents of sharp functions, which compiled integrators can watch.
+    exponents
+        Table of these exponents.
     """
 
     rhs: Rhs
-    disturbed: tuple[Rhs, Rhs]
+    perturbed: tuple[Rhs, Rhs]
     energy: Table
     positions: Table
     velocities: Table
@@ -147,11 +171,11 @@ def _sided(model: Model, functions: RightHandSide, surfaces: MakeSurfaces | None
         parameters = parameter_values(model, pattern)
         return with_surfaces(rhs, surfaces(pattern, "", parameters))
 
-    one, other = functions.disturbed
+    one, other = functions.perturbed
     return replace(
         functions,
         rhs=side(functions.rhs, 0),
-        disturbed=(side(one, 1), side(other, 2)),
+        perturbed=(side(one, 1), side(other, 2)),
         wider=lambda: None,
         widens=False,
     )
@@ -178,11 +202,11 @@ def _with_contacts(
         count = len(model.contacts)
         return ContactRhs(flight, parts(pattern), name, parameters, first, count, of_contacts)
 
-    one, other = functions.disturbed
+    one, other = functions.perturbed
     return replace(
         functions,
         rhs=side(functions.rhs, 0),
-        disturbed=(side(one, 1), side(other, 2)),
+        perturbed=(side(one, 1), side(other, 2)),
         wider=lambda: None,
         widens=False,
     )
@@ -244,16 +268,16 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
         return native_parameter_table(libraries.system, function, width, len(model.forces))
 
     def guarded(guards: Array) -> RightHandSide:
-        rhs, disturbed = libraries.sides(guards)
+        rhs, perturbed = libraries.sides(guards)
         wider = partial(_wider, model, drive, cache, deadline, guards)
-        within = replace(plain, rhs=rhs, disturbed=disturbed, wider=wider, guarded=None)
+        within = replace(plain, rhs=rhs, perturbed=perturbed, wider=wider, guarded=None)
         code = partial(NativeCode, libraries, guards=guards)
         return _sided(model, within, surfaces_maker(model, code))
 
-    rhs, disturbed = libraries.sides()
+    rhs, perturbed = libraries.sides()
     plain = RightHandSide(
         rhs=rhs,
-        disturbed=disturbed,
+        perturbed=perturbed,
         energy=table("energy", 1),
         positions=table("positions", len(model.cartesian)),
         velocities=table("velocities", len(model.cartesian)),
@@ -350,8 +374,8 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
 
     def guarded(guards: Array) -> RightHandSide:
         beside = partial(guarded_rhs, model, guards)
-        one, other = map(beside, plain.disturbed)
-        within = replace(plain, rhs=beside(plain.rhs), disturbed=(one, other), guarded=None)
+        one, other = map(beside, plain.perturbed)
+        within = replace(plain, rhs=beside(plain.rhs), perturbed=(one, other), guarded=None)
         return _sided(model, within, surfaces_beside(beside))
 
     def surfaces_beside(beside: Callable[[Rhs], Rhs]) -> MakeSurfaces | None:
@@ -361,7 +385,7 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
 
     plain = RightHandSide(
         rhs=side("rhs"),
-        disturbed=(side("disturbed", 1), side("disturbed", 2)),
+        perturbed=(side("disturbed", 1), side("disturbed", 2)),
         energy=table("energy", 1),
         positions=table("positions", len(model.cartesian)),
         velocities=table("velocities", len(model.cartesian)),

@@ -153,7 +153,7 @@ class Libraries:
         return function_type(self._real)(entry) if known else None
 
     def sides(self, guards: Array | None = None) -> tuple[NativeRhs, tuple[NativeRhs, NativeRhs]]:
-        """The right-hand side, and the two disturbed ones; guarded with some ``guards``."""
+        """The right-hand side, and the two perturbed ones; guarded with some ``guards``."""
         one, other = (self.function("disturbed", pattern, guards=guards) for pattern in (1, 2))
         return self.function("rhs", guards=guards), (one, other)
 

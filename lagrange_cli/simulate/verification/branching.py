@@ -14,7 +14,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from lagrange_cli.simulate.accuracy.controller import Disproof, Measured, integrate_to_accuracy
+from lagrange_cli.simulate.accuracy.controller import integrate_to_accuracy
+from lagrange_cli.simulate.accuracy.measured import Disproof, Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
@@ -59,7 +60,7 @@ def without_branches(
     fine, seen = problem, measured
     if count < _LEAST_LOOKED:
         times = np.linspace(problem.start, problem.until, _LEAST_LOOKED)
-        fine = replace(problem, times=times, room=None)
+        fine = replace(problem, times=times, buffer=None)
         seen = integrate_to_accuracy(fine, eps, watch)
     for number, place in _arrivals(places, fine, seen):
         if not places.pushes_away_from(place, float(fine.times[number]), seen.states[number]):

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lagrange_cli.simulate.accuracy.controller import Disproof, Measured
+from lagrange_cli.simulate.accuracy.measured import Disproof, Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import UnfitError
 from lagrange_cli.simulate.model.model import Model

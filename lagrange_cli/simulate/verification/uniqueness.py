@@ -176,7 +176,7 @@ def unbounded_slopes(model: Model, functions: RightHandSide) -> UnboundedSlopes 
         values = function(t, y, [*numbers, *a.tolist()])
         return np.asarray(values, dtype=float).reshape(3, -1)
 
-    sides = (functions.rhs, *functions.disturbed)
+    sides = (functions.rhs, *functions.perturbed)
     return UnboundedSlopes(model.steep, rates, sides, len(model.coordinates))
 
 

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from lagrange_cli.errors import InputError
-from lagrange_cli.simulate.accuracy.controller import Measured, integrate_to_accuracy
+from lagrange_cli.simulate.accuracy.controller import integrate_to_accuracy
+from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.accuracy.method_selection import CoarseResult
 from lagrange_cli.simulate.accuracy.user_method import control_of, measured_run
 from lagrange_cli.simulate.checkpoint.progress import Deadline, Watch

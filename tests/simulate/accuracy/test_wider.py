@@ -132,7 +132,7 @@ def test_disturbed_in_its_own_last_place():
     epsilon = np.finfo(np.longdouble).eps
     assert set(factors - 1) == {epsilon, -np.finfo(np.longdouble).epsneg}
     model = model_of(loads(OSCILLATOR).derive().equations)
-    first, second = with_wider(model).wider().disturbed
+    first, second = with_wider(model).wider().perturbed
     assert first.parameters[:2].tolist() != [1.0, 4.0]
     assert np.abs(np.asarray(first.parameters[2:]) - 1).max() <= epsilon
     assert (first.parameters != second.parameters).any()

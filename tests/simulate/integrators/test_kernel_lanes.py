@@ -154,7 +154,7 @@ def at_eight_states(rhs, y):
 @pytest.mark.parametrize("which", ["rhs", "first", "second"])
 def test_eight_states_at_once_are_eight_states(which):
     found = right_hand_side_of(SCENE)
-    rhs = dict(zip(("first", "second"), found.disturbed, strict=True), rhs=found.rhs)[which]
+    rhs = dict(zip(("first", "second"), found.perturbed, strict=True), rhs=found.rhs)[which]
     y = np.random.default_rng(2).uniform(-5, 5, (8, 4))
     out, bad = at_eight_states(rhs, y)
     expected = np.array([rhs(0.0, row) for row in y])

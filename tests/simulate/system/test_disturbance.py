@@ -68,13 +68,13 @@ def test_disturbed_by_rounding_and_no_more(compiled):
     changed = [[], []]
     for y in states(50):
         right = compiled.rhs(0.0, y)
-        for k, off in enumerate(compiled.disturbed):
+        for k, off in enumerate(compiled.perturbed):
             moved = np.abs(off(0.0, y) - right) / np.abs(right).max()
             assert moved.max() < 1e-13
             changed[k].append(moved.max())
     assert all(np.median(c) > 1e-17 for c in changed)
     y = states(1)[0]
-    assert (compiled.disturbed[0](0.0, y) != compiled.disturbed[1](0.0, y)).any()
+    assert (compiled.perturbed[0](0.0, y) != compiled.perturbed[1](0.0, y)).any()
 
 
 def test_undefined_values_are_nan_not_exceptions(compiled):

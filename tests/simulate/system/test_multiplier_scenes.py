@@ -285,7 +285,7 @@ def test_wider_arithmetic(double):
     if wider is None:
         pytest.skip("this machine has no arithmetic wider than double")
     y = np.array(double.initial)
-    for side in (wider.rhs, *wider.disturbed):
+    for side in (wider.rhs, *wider.perturbed):
         assert np.abs(projection(side)(0.0, y) - y).max() < 1e-15
     assert wider.rhs(0.0, y) == pytest.approx(functions.rhs(0.0, y), rel=1e-12)
 
@@ -295,7 +295,7 @@ def test_disturbed_sides_are_projected_by_their_own_parameters(pendulum):
     y = np.array(pendulum.initial)
     lengths = [
         math.hypot(*projection(side)(0.0, y * (1 + 1e-9))[:2]) / 2.0 - 1
-        for side in (functions.rhs, *functions.disturbed)
+        for side in (functions.rhs, *functions.perturbed)
     ]
     assert max(map(abs, lengths)) < 4e-16
     assert len(set(lengths)) > 1

@@ -103,7 +103,7 @@ def test_both_kinds_of_code_end_beyond_the_place():
     assert guard_signs(model, 0.0, np.array([-1.0, 0, 1, 0])).tolist() == [-_WHILE_MOVING]
     for functions in (compiled(model, open_cache()), interpreted(model, "for a test")):
         always, moving = (functions.guarded(np.array([side])) for side in (2.0, 1.0))
-        for rhs in (always.rhs, *always.disturbed):
+        for rhs in (always.rhs, *always.perturbed):
             assert np.isfinite(rhs(0.0, y)).all()
             assert np.isnan(rhs(0.0, y * [-1, 1, 1, 1])).all()
             assert np.isnan(rhs(0.0, y * [-1, 1, 1, 0])).all()

@@ -126,7 +126,7 @@ def test_wider_numbers_have_the_same_rows(tmp_path):
     y = np.array([0.6, -0.8, 0.4, 0.3])
     for t in (0.0, 0.1, 0.3, np.nextafter(0.5, 0), 0.5, 0.6, 0.7, 1.0):
         assert wider.rhs(t, y) == pytest.approx(functions.rhs(t, y), rel=1e-14)
-        for off in (*functions.disturbed, *wider.disturbed):
+        for off in (*functions.perturbed, *wider.perturbed):
             assert off(t, y) == pytest.approx(functions.rhs(t, y), rel=1e-13)
 
 

@@ -1,0 +1,132 @@
+"""Tuned numbers of the accuracy controller: each with its meaning and what set it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["AttemptTuning", "ScheduleTuning"]
+
+
+@dataclass(frozen=True)
+class ScheduleTuning:
+    """Tuned numbers of the schedule of attempts; set by hand.
+
+    Attributes
+    ----------
+    first
+        First tolerance as a part of eps: errors grow over a run.
+    first_read_off
+        The same if coordinates are read off positions later, which may take digits.
+    largest
+        Largest first tolerance: differences of coarser runs say little of their errors.
+    near_smallest
+        A first tolerance of no more than this many smallest ones is the smallest.
+    smallest_explicit, smallest_implicit
+        Smallest useful tolerance of an explicit (compensated) and of an implicit run.
+    most_attempts
+        Attempts in one arithmetic.
+    first_wider
+        Largest first tolerance in wider arithmetic: a larger one was not enough in doubles.
+    most_excess_wider
+        Largest factor by which the first tolerance in wider arithmetic is below the last one.
+    worthwhile
+        Factor of samples by which each attempt in wider arithmetic must exceed the one before.
+    """
+
+    first: float = 1e-4
+    first_read_off: float = 1e-5
+    largest: float = 1e-8
+    near_smallest: float = 10.0
+    smallest_explicit: float = 1e-16
+    smallest_implicit: float = 1e-13
+    most_attempts: int = 5
+    first_wider: float = 1e-15
+    most_excess_wider: float = 10.0
+    worthwhile: float = 1.05
+
+
+@dataclass(frozen=True)
+class AttemptTuning:
+    """Tuned numbers of one attempt: its companions, and when it is given up.
+
+    Set by hand, so that tests/simulate/accuracy/test_calibration.py finds no error above its
+    estimate and test_cost_of_estimates.py no estimate dearer than five runs.
+
+    Attributes
+    ----------
+    looser
+        Tolerance of the looser companion, as a multiple of the run's.
+    shorter
+        Factor by which the longest step shrinks from attempt to attempt: companions may differ
+        because one passed over something sharp. If they differ little, none did.
+    lsoda_tolerance
+        Tolerance of LSODA that makes it about as accurate, as a multiple of the run's.
+    lsoda_from
+        Tolerance of the run below which LSODA is not as accurate.
+    perturbed_tolerance
+        Tolerance of a perturbed companion by the run's own method, as a multiple of the run's. Its
+        steps fall on other times, so that it meets what lies between the steps of the run.
+    tame_steps
+        Longest step of a perturbed companion as a part of the run's, if the motion is tame.
+    other_cost, lsoda_cost
+        Right-hand sides of another method, as a multiple of the run's, beyond which it is given
+        up; LSODA earlier, so that the whole stays within five runs if it was in vain.
+    other_start
+        Right-hand sides that another method may take besides.
+    reused, reused_in_other_arithmetic
+        Excess up to which a run is the looser companion of the next attempt: its own error is
+        smaller than the estimate, in other arithmetic less so.
+    hopeless
+        Excess at which an attempt is given up.
+    missed, early
+        Excess at which it is given up before the part ``early`` of the samples, if another may
+        follow: most errors grow as the time or its square.
+    most_excess
+        Largest excess by which the next tolerance is chosen.
+    looser_weight
+        Weight of the distance of the looser companion, which chance may bring close to the run.
+    rounding_weight
+        Weight of the distance of the perturbed companion, one draw of chance: rounding may be
+        this much worse.
+    only_rounding_weight
+        The same if the looser companion is not perturbed: draws that count 2 and 3 are spread as
+        one that counts 3.6.
+    block, most_blocks
+        Samples between two looks at the errors, and the largest number of looks.
+    close
+        Time before the end in which an event that only some runs see is not missing, as a part of
+        the error that its time may have.
+    same_end
+        Part of the span within which runs that end do so for the same reason.
+    lost
+        Right-hand sides, as a multiple of what the coarse run lets expect, that show a run to be
+        lost in its own rounding.
+    few_evaluations
+        Right-hand sides that are expected at least: a coarse run at rest takes next to none, and
+        perturbed runs do not rest.
+    """
+
+    looser: float = 10.0
+    shorter: float = 3.0
+    lsoda_tolerance: float = 0.01
+    lsoda_from: float = 1e-12
+    perturbed_tolerance: float = 2.0
+    tame_steps: float = 0.75
+    other_cost: float = 1.75
+    lsoda_cost: float = 1.6
+    other_start: float = 300.0
+    reused: float = 7.0
+    reused_in_other_arithmetic: float = 3.0
+    hopeless: float = 10.0
+    missed: float = 1.2
+    early: float = 0.6
+    most_excess: float = 100.0
+    looser_weight: float = 2.0
+    rounding_weight: float = 3.0
+    only_rounding_weight: float = 4.0
+    block: int = 64
+    most_blocks: int = 2**14
+    close: float = 0.01
+    same_end: float = 1e-3
+    lost: float = 4.0
+    few_evaluations: int = 500
