@@ -48,7 +48,7 @@ from lagrange_cli.cli.main import COLLECTION
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Equations
-from lagrange_cli.program.program import build_program, eliminations, operations
+from lagrange_cli.program.program import build_program, count_operations, elimination_operations
 from lagrange_cli.scene import read_text
 
 MASS, ROD = 0.5, 0.25
@@ -128,7 +128,7 @@ def lagrange_c(n: int, folder: Path) -> tuple[Method, Equations]:
 def count(equations: Equations) -> int:
     """Operations of one right-hand side, those of the elimination among them."""
     program = build_program(equations, ["acceleration"])
-    return operations(program).total + eliminations(program)
+    return count_operations(program).total + elimination_operations(program)
 
 
 def counted(sizes: Sequence[int]) -> str:
@@ -188,14 +188,20 @@ def measure(n: int, found: list[Method], repetitions: int) -> list[dict[str, Any
 def table(rows: list[dict[str, Any]]) -> str:
     """Markdown: a row a size."""
     peers = list(dict.fromkeys(r["method"] for r in rows))
-    heads = ["n", "operations", *(f"{p}, µs" for p in peers), "times faster", "seconds to compile"]
+    heads = [
+        "n",
+        "count_operations",
+        *(f"{p}, µs" for p in peers),
+        "times faster",
+        "seconds to compile",
+    ]
     lines = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
     for n in dict.fromkeys(r["n"] for r in rows):
         of = {r["method"]: r for r in rows if r["n"] == n}
         ours, *others = of.values()
         ratios = [f"{r['microseconds'] / ours['microseconds']:.1f}" for r in others]
         seconds = sum(ours["seconds_to_make"].values())
-        cells = [str(n), str(ours["operations"])]
+        cells = [str(n), str(ours["count_operations"])]
         cells += [f"{of[p]['microseconds']:.3g}" if p in of else "–" for p in peers]
         lines.append(f"| {' | '.join([*cells, ' / '.join(ratios) or '–', f'{seconds:.1f}'])} |")
     return "\n".join(lines)
@@ -220,7 +226,9 @@ def main() -> int:
             folder = Path(root) / str(n)
             folder.mkdir()
             found, total = methods(n, folder, pinocchio)
-            rows += [{**row, "operations": total} for row in measure(n, found, options.repetitions)]
+            rows += [
+                {**row, "count_operations": total} for row in measure(n, found, options.repetitions)
+            ]
             print(f"n = {n} done", file=sys.stderr)
     print(table(rows), counted(options.count), sep="\n\n")
     return verdict(rows, about(), "Newton's law", options.json)

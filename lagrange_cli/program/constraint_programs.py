@@ -15,13 +15,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lagrange_cli.program.program import Program, build_program
-from lagrange_cli.program.systems.large_systems import is_wide
+from lagrange_cli.program.systems.large_systems import is_large_system
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 __all__ = [
-    "INTERNAL",
+    "INTERNAL_FUNCTIONS",
     "constraint_programs",
     "contact_programs",
     "shifting_programs",
@@ -54,7 +54,7 @@ _OF_CONTACTS: dict[str, tuple[str, ...]] = {
 }
 
 #: Functions that only others call.
-INTERNAL = frozenset(
+INTERNAL_FUNCTIONS = frozenset(
     f"{contact}{what}"
     for contact in ("", "contact_")
     for what in (
@@ -81,14 +81,14 @@ def shifting_programs(equations: Equations) -> dict[str, Program]:
     """The function ``shifted_change``, for a method that leads positions back to the closures along
     the gradients where a step began; none where that method does not apply or loops are written."""
     applies = equations.closures and equations.facts.separable_on_closures
-    if not applies or is_wide(equations):
+    if not applies or is_large_system(equations):
         return {}
     return {"shifted_change": build_program(equations, ("shifted_change",))}
 
 
 def contact_programs(equations: Equations) -> dict[str, Program]:
     """Function → program, of equations that
-    :func:`~lagrange_cli.program.systems.contact_systems.flagged` gave."""
+    :func:`~lagrange_cli.program.systems.contact_systems.with_contact_flags` gave."""
     if not equations.contacts:
         return {}
     return {f: build_program(equations, outputs) for f, outputs in _OF_CONTACTS.items()}

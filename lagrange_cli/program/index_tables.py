@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from hashlib import sha256
 
 from lagrange_cli.program.program import Program
-from lagrange_cli.program.solvers.sparse_factorization import Supernodes
-from lagrange_cli.program.systems.loops import Column, Elimination, Kernel
+from lagrange_cli.program.solvers.sparse_factorization import SupernodalFactors
+from lagrange_cli.program.systems.loops import IndexColumn, IndexedLoop, SparseSolve
 
-__all__ = ["node_tables", "relative", "table_name", "tables_of"]
+__all__ = ["relative_indices", "supernode_tables", "table_name", "tables_of"]
 
 
 def table_name(prefix: str, table: tuple[int, ...]) -> str:
@@ -20,19 +20,19 @@ def table_name(prefix: str, table: tuple[int, ...]) -> str:
 def tables_of(program: Program) -> Iterator[tuple[int, ...]]:
     """The tables that a program looks into, in the order of first need."""
     for part in program.parts:
-        if isinstance(part, Kernel):
+        if isinstance(part, IndexedLoop):
             columns = [*part.inputs, *(column for column, _ in part.results)]
-            yield from (relative(column) for column in columns if column.step is None)
-        elif isinstance(part, Elimination) and isinstance(part.factors, Supernodes):
-            yield from node_tables(part.factors)
+            yield from (relative_indices(column) for column in columns if column.step is None)
+        elif isinstance(part, SparseSolve) and isinstance(part.factors, SupernodalFactors):
+            yield from supernode_tables(part.factors)
 
 
-def relative(column: Column) -> tuple[int, ...]:
+def relative_indices(column: IndexColumn) -> tuple[int, ...]:
     """Indices as they differ from the first, so that neighbouring columns have one table."""
     return tuple(index - column.indices[0] for index in column.indices)
 
 
-def node_tables(of: Supernodes) -> tuple[tuple[int, ...], ...]:
+def supernode_tables(of: SupernodalFactors) -> tuple[tuple[int, ...], ...]:
     """``node``, ``rows``, ``from`` and ``spots`` of the solver."""
     nodes: list[int] = []
     rows: list[int] = []

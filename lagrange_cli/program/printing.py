@@ -12,14 +12,14 @@ from fractions import Fraction
 from typing import Protocol
 
 from lagrange_cli.errors import InternalError, Problem
-from lagrange_cli.program.program import Call, Number, Operand, Product, Sum, Variable
+from lagrange_cli.program.program import Call, Constant, Operand, Product, Sum, Variable
 
-__all__ = ["Dialect", "NumberFormat", "expression", "functions_in"]
+__all__ = ["Dialect", "expression_text", "functions_in"]
 
 _SUM, _PRODUCT, _ATOM = range(3)
 
 
-class NumberFormat(Protocol):
+class _NumberFormat(Protocol):
     def __call__(self, value: Fraction, /) -> str: ...
 
 
@@ -31,12 +31,12 @@ class Dialect:
     ``names`` renames inputs (names that it lacks stay).
     """
 
-    number: NumberFormat
+    number: _NumberFormat
     functions: Mapping[str, str]
     names: Mapping[str, str]
 
 
-def expression(operand: Operand, dialect: Dialect) -> str:
+def expression_text(operand: Operand, dialect: Dialect) -> str:
     """The text of an operand."""
     return _format(operand, dialect)[0]
 
@@ -54,7 +54,7 @@ def functions_in(operand: Operand) -> set[str]:
 
 def _format(operand: Operand, dialect: Dialect) -> tuple[str, int]:
     """Text and precedence of an operand."""
-    if isinstance(operand, Number):
+    if isinstance(operand, Constant):
         return dialect.number(operand.value), _ATOM if operand.value >= 0 else _SUM
     if isinstance(operand, Variable):
         return dialect.names.get(operand.name, operand.name), _ATOM
@@ -76,7 +76,7 @@ def _format_call(call: Call, dialect: Dialect) -> str:
     if callee is None:
         problem = f"the function {call.function} has no counterpart in emitted code"
         raise InternalError(Problem(problem, rule="unprintable"))
-    return f"{callee}({', '.join(expression(a, dialect) for a in call.arguments)})"
+    return f"{callee}({', '.join(expression_text(a, dialect) for a in call.arguments)})"
 
 
 def _format_product(product: Product, dialect: Dialect) -> str:
@@ -110,7 +110,7 @@ def _format_sum(operand: Sum, dialect: Dialect) -> tuple[str, int]:
 
 
 def _format_term(magnitude: Fraction, term: Operand, dialect: Dialect) -> str:
-    if isinstance(term, Number):
+    if isinstance(term, Constant):
         return dialect.number(magnitude * term.value)
     if magnitude == 1:
         return _at_least(_PRODUCT, term, dialect)

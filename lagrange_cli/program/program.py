@@ -20,7 +20,7 @@ from lagrange_cli.program.graph.angle_sums import expand_angle_sums
 from lagrange_cli.program.graph.operands import (
     FUNCTIONS,
     Call,
-    Number,
+    Constant,
     Operand,
     Product,
     Sum,
@@ -29,16 +29,16 @@ from lagrange_cli.program.graph.operands import (
 )
 from lagrange_cli.program.graph.schedule import LARGEST_IN_ORDER, order_of, schedule
 from lagrange_cli.program.graph.statement_groups import Assignment
-from lagrange_cli.program.graph.value_graph import Scaled, Values
-from lagrange_cli.program.solvers.blocks import Block, solve_blocks
+from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph
+from lagrange_cli.program.solvers.blocks import MatrixBlock, solve_blocks
 from lagrange_cli.program.systems.constraint_systems import CLOSURE_OUTPUTS, CLOSURE_SYSTEMS
 from lagrange_cli.program.systems.contact_systems import (
     CONTACT_OUTPUTS,
     CONTACT_SYSTEMS,
-    among_closures,
+    weighted_closures,
 )
-from lagrange_cli.program.systems.large_systems import Wide, is_wide, wide
-from lagrange_cli.program.systems.loops import Elimination, Kernel, Part
+from lagrange_cli.program.systems.large_systems import LargeSystem, is_large_system, large_system
+from lagrange_cli.program.systems.loops import IndexedLoop, ProgramPart, SparseSolve
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -49,26 +49,26 @@ __all__ = [
     "FUNCTIONS",
     "OUTPUTS",
     "Call",
-    "Kind",
-    "Number",
+    "Constant",
     "Operand",
     "Operations",
     "Product",
     "Program",
+    "ProgramKind",
     "Sum",
     "Variable",
-    "asked_for",
     "build_program",
-    "eliminations",
-    "following",
+    "count_operations",
+    "dependents",
+    "elimination_operations",
     "input_names",
     "operands_of",
-    "operations",
-    "results_of",
+    "optional_outputs",
+    "result_count",
 ]
 
 
-class Kind(Enum):
+class ProgramKind(Enum):
     """What a program finds, which says how targets arrange its results."""
 
     VALUES = auto()  # numbers, one after the other
@@ -81,10 +81,10 @@ class Kind(Enum):
 
 #: Kinds of programs that are asked for one output alone, all others give values.
 _KINDS = {
-    "energy": Kind.ENERGY,
-    "mass_matrix": Kind.MATRIX,
-    **dict.fromkeys(("acceleration", "contact_acceleration"), Kind.RIGHT_HAND_SIDE),
-    **dict.fromkeys(("multipliers", "contact_multipliers"), Kind.MULTIPLIERS),
+    "energy": ProgramKind.ENERGY,
+    "mass_matrix": ProgramKind.MATRIX,
+    **dict.fromkeys(("acceleration", "contact_acceleration"), ProgramKind.RIGHT_HAND_SIDE),
+    **dict.fromkeys(("multipliers", "contact_multipliers"), ProgramKind.MULTIPLIERS),
     **dict.fromkeys(
         (
             "position_change",
@@ -94,7 +94,7 @@ _KINDS = {
             "contact_velocity_change",
             "impulse",
         ),
-        Kind.CHANGE,
+        ProgramKind.CHANGE,
     ),
 }
 
@@ -114,12 +114,12 @@ class Program:
     parameters: int
     assignments: tuple[tuple[str, Operand], ...]
     outputs: tuple[tuple[str, tuple[Operand, ...]], ...]
-    blocks: tuple[Block, ...] = ()
+    blocks: tuple[MatrixBlock, ...] = ()
     driven: int = 0
-    parts: tuple[Part, ...] = ()
+    parts: tuple[ProgramPart, ...] = ()
     work: int = 0
     results: int = 0
-    kind: Kind = Kind.VALUES
+    kind: ProgramKind = ProgramKind.VALUES
 
     @property
     def is_large(self) -> bool:
@@ -132,7 +132,7 @@ class Program:
         return dict(self.outputs)[name]
 
 
-def results_of(program: Program) -> int:
+def result_count(program: Program) -> int:
     """How many numbers the outputs are."""
     return program.results or sum(len(operands) for _, operands in program.outputs)
 
@@ -167,7 +167,7 @@ OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
 SYSTEMS = {**CLOSURE_SYSTEMS, **CONTACT_SYSTEMS}
 
 
-def asked_for(equations: Equations) -> list[str]:
+def optional_outputs(equations: Equations) -> list[str]:
     """Which of ``inputs`` and ``outputs`` the scene has."""
     sections = (("inputs", equations.inputs), ("outputs", equations.outputs))
     return [name for name, entries in sections if entries]
@@ -189,14 +189,14 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
     InternalError
         An expression holds something without counterpart in emitted code.
     """
-    if is_wide(equations):
-        of = among_closures(equations, outputs)
-        found = wide(of, lambda name: tuple(OUTPUTS[name](of.equations)))
+    if is_large_system(equations):
+        of = weighted_closures(equations, outputs)
+        found = large_system(of, lambda name: tuple(OUTPUTS[name](of.equations)))
         if found is not None:
             return replace(_of_parts(equations, found), kind=_kind(outputs, found.solves))
-    values = Values(_inputs(equations))
-    wanted: list[tuple[str, list[Scaled]]] = []
-    blocks: tuple[Block, ...] = ()
+    values = ValueGraph(_inputs(equations))
+    wanted: list[tuple[str, list[ScaledNode]]] = []
+    blocks: tuple[MatrixBlock, ...] = ()
     for name in outputs:
         if name in SYSTEMS:
             blocks, solution = solve_blocks(values, equations, SYSTEMS[name](equations))
@@ -218,16 +218,16 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
     )
 
 
-def _kind(outputs: Sequence[str], solves: bool) -> Kind:
+def _kind(outputs: Sequence[str], solves: bool) -> ProgramKind:
     """The kind of a program with these outputs; nothing is found where nothing can move."""
-    kind = _KINDS.get(outputs[0], Kind.VALUES) if len(outputs) == 1 else Kind.VALUES
-    return Kind.VALUES if kind is Kind.RIGHT_HAND_SIDE and not solves else kind
+    kind = _KINDS.get(outputs[0], ProgramKind.VALUES) if len(outputs) == 1 else ProgramKind.VALUES
+    return ProgramKind.VALUES if kind is ProgramKind.RIGHT_HAND_SIDE and not solves else kind
 
 
-def _of_parts(equations: Equations, found: Wide) -> Program:
+def _of_parts(equations: Equations, found: LargeSystem) -> Program:
     """A program of loops. Its block, if any, stands for the closures that it solves."""
     n = len(equations.coordinates)
-    block = Block(tuple(range(n)), True, True, closures=found.closures)
+    block = MatrixBlock(tuple(range(n)), True, True, closures=found.closures)
     return Program(
         n,
         len(equations.parameters),
@@ -286,14 +286,14 @@ def operands_of(program: Program) -> Iterator[tuple[Operand, int]]:
     yield from ((operand, 1) for _, operand in program.assignments)
     yield from ((operand, 1) for _, of in program.outputs for operand in of)
     for part in program.parts:
-        if isinstance(part, Kernel):
+        if isinstance(part, IndexedLoop):
             fixed = part.fixed
             for name, operand in part.assignments:
                 yield operand, 1 if name in fixed else part.members
             yield from ((operand, part.members) for _, operand in part.results)
 
 
-def operations(program: Program) -> Operations:
+def count_operations(program: Program) -> Operations:
     """Count the operations of all statements (a negation is an addition)."""
     total = Operations()
     for operand, times in operands_of(program):
@@ -301,9 +301,9 @@ def operations(program: Program) -> Operations:
     return total
 
 
-def eliminations(program: Program) -> int:
+def elimination_operations(program: Program) -> int:
     """The operations that solve for multipliers between the statements of a large system."""
-    return sum(p.factors.operations for p in program.parts if isinstance(p, Elimination))
+    return sum(p.factors.operations for p in program.parts if isinstance(p, SparseSolve))
 
 
 def _operations_in(whole: Operand) -> Operations:
@@ -323,7 +323,7 @@ def _operations_in(whole: Operand) -> Operations:
 
 
 def _sum_operations(operand: Sum) -> Operations:
-    scaled = sum(abs(c) != 1 and not isinstance(o, Number) for c, o in operand.terms)
+    scaled = sum(abs(c) != 1 and not isinstance(o, Constant) for c, o in operand.terms)
     negated = len(operand.terms) == 1 and operand.terms[0][0] == -1
     return Operations(additions=len(operand.terms) - 1 + negated, multiplications=scaled)
 
@@ -333,7 +333,7 @@ def _product_operations(operand: Product) -> Operations:
     return Operations(multiplications=factors, divisions=bool(operand.denominator))
 
 
-def following(program: Program, names: Iterable[str]) -> tuple[Assignment, ...]:
+def dependents(program: Program, names: Iterable[str]) -> tuple[Assignment, ...]:
     """The assignments that need one of the names, in their order."""
     late = set(names)
     found = []

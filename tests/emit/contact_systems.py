@@ -15,7 +15,7 @@ from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.mechanics.equations import Contact, InitialState
 from lagrange_cli.program.constraint_programs import constraint_programs, contact_programs
 from lagrange_cli.program.program import build_program
-from lagrange_cli.program.systems.contact_systems import flagged
+from lagrange_cli.program.systems.contact_systems import with_contact_flags
 from lagrange_cli.simulate.native.rounding_model import perturb
 from lagrange_cli.simulate.native.sources import library_source
 from tests.emit import emit_closures as closures
@@ -158,7 +158,7 @@ CASES = {
 
 
 def simulation_programs(equations):
-    e = flagged(equations)
+    e = with_contact_flags(equations)
     programs = {
         "rhs": build_program(e, ["acceleration"]),
         **constraint_programs(e),

@@ -14,7 +14,7 @@ from lagrange_cli.emit.c.projection import workspace
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.program.constraint_programs import constraint_programs
 from lagrange_cli.program.program import build_program
-from lagrange_cli.program.solvers.blocks import Block
+from lagrange_cli.program.solvers.blocks import MatrixBlock
 from lagrange_cli.simulate.native.sources import lanes_source, library_source
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
@@ -242,8 +242,8 @@ def test_main_stays_on_the_closures_and_conserves_energy(tmp_path):
 def test_blocks_couple_what_closures_hold():
     blocks = build_program(closures.moving_circle(), ["acceleration"]).blocks
     assert blocks == (
-        Block((0, 1), unrolled=False, definite=False, closures=(0,)),
-        Block((2,), unrolled=True, definite=True, exact=False),
+        MatrixBlock((0, 1), unrolled=False, definite=False, closures=(0,)),
+        MatrixBlock((2,), unrolled=True, definite=True, exact=False),
     )
     assert [b.closures for b in build_program(closures.sleigh(), ["acceleration"]).blocks] == [(0,)]
 

@@ -22,7 +22,7 @@ from lagrange_cli.emit.python.functions import right_hand_side_source
 from lagrange_cli.errors import InternalError
 from lagrange_cli.mechanics.dynamics import solve_exactly as solving
 from lagrange_cli.mechanics.dynamics.solve_exactly import solve_exactly
-from lagrange_cli.program.program import build_program, operations
+from lagrange_cli.program.program import build_program, count_operations
 from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import Reference
 from tests.emit.emitted_c import Compiled
@@ -339,4 +339,4 @@ def test_larger_blocks_are_judged_alike_in_python_and_c(light, tmp_path):
     ],
 )
 def test_the_exact_solution_is_short(name, bound):
-    assert operations(build_program(scene(name), ["acceleration"])).total <= bound
+    assert count_operations(build_program(scene(name), ["acceleration"])).total <= bound

@@ -7,8 +7,8 @@ import pytest
 
 from lagrange_cli.program import program as programs
 from lagrange_cli.program.constraint_programs import contact_programs
-from lagrange_cli.program.program import eliminations, operations
-from lagrange_cli.program.systems.contact_systems import flagged
+from lagrange_cli.program.program import count_operations, elimination_operations
+from lagrange_cli.program.systems.contact_systems import with_contact_flags
 from lagrange_cli.simulate.native.sources import library_source
 from tests.emit import contact_systems as contacts
 from tests.emit import emit_closures as closures
@@ -68,7 +68,7 @@ def test_loops_compute_what_statements_do(chain, language, monkeypatch, tmp_path
         "gap_terms": u * (n + 3),
         "impulse": n,
     }
-    assert set(sizes) == set(contact_programs(flagged(chain)))
+    assert set(sizes) == set(contact_programs(with_contact_flags(chain)))
     apart = [name for name in sizes if name.endswith(("_error", "_reach", "_change"))]
     # Those that others alone call.
     hidden = {name: f"_{name}" for name in apart}
@@ -110,10 +110,12 @@ def test_many_that_land_at_once(tmp_path):
 def test_text_and_operations_of_many_contacts():
     texts, costs = [], []
     for n in (20, 40):
-        equations = flagged(chain_over_floors(n))
+        equations = with_contact_flags(chain_over_floors(n))
         of = contact_programs(equations)
         of["rhs"] = programs.build_program(equations, ["acceleration"])
         texts.append(len(library_source(of)))
-        costs.append(operations(of["contact_rhs"]).total + eliminations(of["contact_rhs"]))
+        costs.append(
+            count_operations(of["contact_rhs"]).total + elimination_operations(of["contact_rhs"])
+        )
     assert texts[1] < 1.1 * texts[0]
     assert costs[1] < 2.1 * costs[0]

@@ -10,8 +10,8 @@ import pytest
 import sympy as sp
 
 from lagrange_cli.program.graph.operands import Call, Product, Sum, Variable, variables
-from lagrange_cli.program.graph.statement_groups import by_family, ordered
-from lagrange_cli.program.program import build_program, operations
+from lagrange_cli.program.graph.statement_groups import grouped_by_shape, in_canonical_order
+from lagrange_cli.program.program import build_program, count_operations
 from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import Reference, states
 from tests.program.test_program import one_coordinate, run, x
@@ -33,7 +33,7 @@ def test_families_stand_together_and_keep_what_they_need():
         assignments.append((f"w{3 * k + 1}", Product((w(3 * k), Variable(f"p{k}")), ())))
         before = w(3 * k - 1) if k else Variable("t")
         assignments.append((f"w{3 * k + 2}", plus(before, w(3 * k + 1))))
-    grouped, new = by_family(assignments)
+    grouped, new = grouped_by_shape(assignments)
     assert [name for name, _ in grouped] == [f"w{k}" for k in range(27)]
     seen = set()
     for name, operand in grouped:
@@ -48,10 +48,10 @@ def test_families_stand_together_and_keep_what_they_need():
 
 def test_terms_and_factors_are_ordered_by_form_and_number():
     a, b, c = (Variable(f"q{k}") for k in (2, 10, 1))
-    assert ordered(Product((b, a, c), ())) == Product((c, a, b), ())
-    assert ordered(plus(b, Product((b, a), ()), c)) == plus(Product((a, b), ()), c, b)
+    assert in_canonical_order(Product((b, a, c), ())) == Product((c, a, b), ())
+    assert in_canonical_order(plus(b, Product((b, a), ()), c)) == plus(Product((a, b), ()), c, b)
     minus = Sum(((Fraction(-1), a), (Fraction(1), b)))
-    assert ordered(minus).terms[0] == (Fraction(1), b)  # a positive term leads
+    assert in_canonical_order(minus).terms[0] == (Fraction(1), b)  # a positive term leads
 
 
 @pytest.mark.parametrize("n", [8, 13])
@@ -86,14 +86,14 @@ def of_differences(count):
 
 def test_few_differences_keep_their_own_sines():
     program = build_program(of_differences(3), ["positions"])
-    assert operations(program).calls == 9
-    assert operations(program).multiplications == 0
+    assert count_operations(program).calls == 9
+    assert count_operations(program).multiplications == 0
 
 
 def test_many_differences_of_few_angles_become_products():
     equations = of_differences(12)
     program = build_program(equations, ["positions"])
-    assert operations(program).calls == 24
+    assert count_operations(program).calls == 24
     state = [mpmath.mpf(k * k - 20) / 7 for k in range(12)]
     with mpmath.workdps(40):
         got = run(program, 0, [*state, *state], (1, 1, 1, 1))["positions"]
@@ -112,4 +112,4 @@ def test_sums_within_sums_are_computed_once():
     tails += [-3 * sp.Add(*masses[k:]) * sp.cos((k + 1) * x) for k in range(29)]
     cartesian = tuple(systems.CartesianName(f"c{k}", e, 0) for k, e in enumerate(tails))
     equations = replace(base, parameters=tuple(parameters), cartesian_names=cartesian)
-    assert operations(build_program(equations, ["positions"])).additions == 29
+    assert count_operations(build_program(equations, ["positions"])).additions == 29

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.program.graph.operands import Call, Product, Sum, Variable, rebuilt
-from lagrange_cli.program.systems.loop_rolling import Cell, Loop, Statement, roll
+from lagrange_cli.program.systems.loop_rolling import Cell, LoopNest, Statement, roll_loops
 
 pytestmark = pytest.mark.slow
 
@@ -22,7 +22,7 @@ def locate(name):
 def expanded(items):
     """All statements that loops stand for, one by one."""
     for item in items:
-        if isinstance(item, Loop):
+        if isinstance(item, LoopNest):
             yield from repeated(item, ())
         else:
             yield item
@@ -62,9 +62,9 @@ def triangle(n):
 
 def test_a_triangle_is_one_nest_of_loops():
     statements = triangle(12)
-    items = roll(statements, locate)
+    items = roll_loops(statements, locate)
     nest = items[0]
-    assert isinstance(nest, Loop)
+    assert isinstance(nest, LoopNest)
     assert [(count.base, count.steps) for count in nest.counts] == [(8, ()), (11, (-1,))]
     assert list(expanded(items)) == statements
     # Rows of less than four entries stay written out.
@@ -78,7 +78,7 @@ def test_a_cube_is_three_loops():
         for j in range(6)
         for k in range(7)
     ]
-    (loop,) = roll(statements, locate)
+    (loop,) = roll_loops(statements, locate)
     assert [count.base for count in loop.counts] == [5, 6, 7]
     assert list(expanded([loop])) == statements
 
@@ -91,7 +91,7 @@ def test_a_chain_is_a_loop():
         )
         for k in range(10)
     ]
-    (loop,) = roll(statements, locate)
+    (loop,) = roll_loops(statements, locate)
     assert list(expanded([loop])) == statements
 
 
@@ -101,7 +101,7 @@ def test_sines_and_cosines_of_the_same_angles_share_a_loop():
         for function, shift in (("cos", 0), ("sin", 8))
         for k in range(8)
     ]
-    (loop,) = roll(calls, locate)
+    (loop,) = roll_loops(calls, locate)
     assert len(loop.body) == 2
     assert Counter(expanded([loop])) == Counter(calls)
 
@@ -109,7 +109,7 @@ def test_sines_and_cosines_of_the_same_angles_share_a_loop():
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_few_repetitions_stay_written_out(count):
     statements = [Statement(Cell("w", k), times(f"a{k}", "b0")) for k in range(count)]
-    assert roll(statements, locate) == statements
+    assert roll_loops(statements, locate) == statements
 
 
 def test_independent_statements_may_change_places():
@@ -118,10 +118,10 @@ def test_independent_statements_may_change_places():
         for i in range(10)
         for j in range(10)
     ]
-    items = roll(rows, locate, independent=True)
+    items = roll_loops(rows, locate, independent=True)
     assert len(items) == 2  # nine columns of one form, and the tenth
     assert Counter(expanded(items)) == Counter(rows)
-    assert list(expanded(roll(rows, locate))) == rows
+    assert list(expanded(roll_loops(rows, locate))) == rows
 
 
 cells = st.builds(Cell, st.sampled_from("ab"), st.integers(0, 5))
@@ -139,5 +139,7 @@ operands = st.one_of(
 @given(st.lists(st.builds(Statement, cells, operands), max_size=40), st.integers(1, 5))
 def test_loops_repeat_the_statements(statements, times_over):
     statements = statements * times_over
-    assert list(expanded(roll(statements, locate))) == statements
-    assert Counter(expanded(roll(statements, locate, independent=True))) == Counter(statements)
+    assert list(expanded(roll_loops(statements, locate))) == statements
+    assert Counter(expanded(roll_loops(statements, locate, independent=True))) == Counter(
+        statements
+    )

@@ -20,11 +20,16 @@ from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.program import program as programs_of
 from lagrange_cli.program.constraint_programs import constraint_programs
-from lagrange_cli.program.index_tables import node_tables
-from lagrange_cli.program.program import build_program, eliminations, operations
+from lagrange_cli.program.index_tables import supernode_tables
+from lagrange_cli.program.program import build_program, count_operations, elimination_operations
 from lagrange_cli.program.solvers.bandwidth import couplings
-from lagrange_cli.program.solvers.sparse_factorization import Band, Supernodes, factors, supernodes
-from lagrange_cli.program.systems.loops import Elimination, Kernel
+from lagrange_cli.program.solvers.sparse_factorization import (
+    BandFactors,
+    SupernodalFactors,
+    choose_factorization,
+    supernodes,
+)
+from lagrange_cli.program.systems.loops import IndexedLoop, SparseSolve
 from lagrange_cli.scene import read_text
 from lagrange_cli.simulate.native.rounding_model import perturb
 from tests.emit import emit_closures as closures
@@ -241,7 +246,7 @@ def eliminated(of, matrix, right):
             if matrix[row, column]:
                 a[of.place(i, j)] = matrix[row, column]
     b[: len(right)] = right[list(of.order)]
-    node, rows, sources, spots = (np.array(table) for table in node_tables(of))
+    node, rows, sources, spots = (np.array(table) for table in supernode_tables(of))
     tables = (node.reshape(-1, 6), rows, sources.reshape(-1, 4), spots)
     namespace["_solve_sparse"](len(right), *tables, a, b)
     found = np.empty(len(right))
@@ -251,7 +256,7 @@ def eliminated(of, matrix, right):
 
 def cost(equations):
     program = build_program(equations, ["acceleration"])
-    return operations(program).total + eliminations(program)
+    return count_operations(program).total + elimination_operations(program)
 
 
 def test_operations_are_linear_in_the_links():
@@ -266,8 +271,8 @@ def test_operations_of_a_net_grow_slowly():
     for n in (10, 20, 40):
         along = [{n * i + j, n * i + j + 1} for i in range(n) for j in range(n - 1)]
         across = [{n * i + j, n * i + n + j} for i in range(n - 1) for j in range(n)]
-        held[n] = factors(along + across)
-        assert isinstance(held[n], Supernodes)
+        held[n] = choose_factorization(along + across)
+        assert isinstance(held[n], SupernodalFactors)
     # Four times as many closures: less than four times four as a band would, and the numbers
     # of the factors are almost in proportion.
     assert held[40].operations < 6 * held[20].operations * 2
@@ -276,14 +281,14 @@ def test_operations_of_a_net_grow_slowly():
 
 
 def test_chains_are_bands():
-    assert elimination(chain(30)) == Band(tuple(range(30)), 1)
+    assert elimination(chain(30)) == BandFactors(tuple(range(30)), 1)
     assert elimination(two_chains(15)).width == 1
-    assert isinstance(elimination(CASES["large_net"]()), Supernodes)
+    assert isinstance(elimination(CASES["large_net"]()), SupernodalFactors)
 
 
 def elimination(equations):
     parts = build_program(equations, ["acceleration"]).parts
-    (found,) = [part.factors for part in parts if isinstance(part, Elimination)]
+    (found,) = [part.factors for part in parts if isinstance(part, SparseSolve)]
     return found
 
 
@@ -370,7 +375,7 @@ def test_what_several_coordinates_need_is_computed_once():
     equations = derive(read_text(NET), points=1)
     program = build_program(equations, ["acceleration"])
     assert program.parts
-    assert operations(program).calls == 6 * 7  # a root for each spring
+    assert count_operations(program).calls == 6 * 7  # a root for each spring
     _, python = python_functions(equations)
     y = state(equations, 1)
     found = python["rhs"](0.0, y, [1.5, 3.0, 0.5])[147:].reshape(7, 7, 3)
@@ -416,6 +421,6 @@ def test_output_does_not_depend_on_the_hash_seed():
 
 def test_members_of_a_kernel_are_many():
     program = program_of(chain(200), "rhs")
-    kernels = [part for part in program.parts if isinstance(part, Kernel)]
+    kernels = [part for part in program.parts if isinstance(part, IndexedLoop)]
     assert len(kernels) < 25
     assert max(kernel.members for kernel in kernels) >= 199

@@ -15,19 +15,19 @@ from textwrap import wrap
 from lagrange_cli.emit.c.loops import finite_check, kernels_text, room
 from lagrange_cli.emit.c.solvers import EPSILON_NAME, dense_size
 from lagrange_cli.emit.c.target import CTarget
-from lagrange_cli.program.graph.operands import Number, Operand, Product, Variable, rebuilt
+from lagrange_cli.program.graph.operands import Constant, Operand, Product, Variable, rebuilt
 from lagrange_cli.program.graph.statement_groups import Assignment
-from lagrange_cli.program.printing import expression
-from lagrange_cli.program.program import Kind, Program, following, input_names
-from lagrange_cli.program.solvers.blocks import Block
+from lagrange_cli.program.printing import expression_text
+from lagrange_cli.program.program import Program, ProgramKind, dependents, input_names
+from lagrange_cli.program.solvers.blocks import MatrixBlock
 from lagrange_cli.program.systems.loop_rolling import (
-    Affine,
+    AffineIndex,
+    ArrayAccess,
     Cell,
-    Loop,
-    Place,
-    Repeated,
+    LoopNest,
+    LoopStatement,
     Statement,
-    roll,
+    roll_loops,
 )
 
 __all__ = ["body_text", "result_name", "work_size"]
@@ -62,14 +62,14 @@ def body_text(program: Program, target: CTarget) -> list[str]:
     n = program.coordinates
     if program.parts:
         return kernels_text(program, target, result_name(program))
-    if program.kind is Kind.MULTIPLIERS:
+    if program.kind is ProgramKind.MULTIPLIERS:
         results = sum(len(block.closures) for block in program.blocks)
         parts = _solution(program, {}, {k: Cell("out", k) for k in range(results)})
-    elif program.kind is Kind.CHANGE:
+    elif program.kind is ProgramKind.CHANGE:
         parts, results = _change(program), n
-    elif program.kind is Kind.RIGHT_HAND_SIDE:
+    elif program.kind is ProgramKind.RIGHT_HAND_SIDE:
         parts, results = _right_hand_side(program), 2 * n
-    elif program.kind is Kind.MATRIX:
+    elif program.kind is ProgramKind.MATRIX:
         parts, results = _matrix(program), program.coordinates**2
     else:
         stores = _in_order(program)
@@ -79,7 +79,7 @@ def body_text(program: Program, target: CTarget) -> list[str]:
 
 def result_name(program: Program) -> str:
     """The array that a function stores its results in."""
-    return "dydt" if program.kind is Kind.RIGHT_HAND_SIDE else "out"
+    return "dydt" if program.kind is ProgramKind.RIGHT_HAND_SIDE else "out"
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class _Pivots:
 class _Solve:
     """A call of the solver for a block whose matrix stands in the workspace."""
 
-    block: Block
+    block: MatrixBlock
 
 
 _Part = _Stores | _Steps | _Pivots | _Solve
@@ -153,7 +153,7 @@ def _change(program: Program) -> list[_Part]:
     """Changes of the coordinates that closures hold; those of the others are zero."""
     held = {i for block in program.blocks for i in block.coordinates}
     free = [i for i in range(program.coordinates) if i not in held]
-    zeros = [Statement(Cell("out", i), Number(Fraction(0))) for i in free]
+    zeros = [Statement(Cell("out", i), Constant(Fraction(0))) for i in free]
     return [_Stores(zeros), *_solution(program, {i: Cell("out", i) for i in held}, {})]
 
 
@@ -173,7 +173,7 @@ def _solution(
         if block.band is not None:
             entries = [next(matrix) for _ in range(len(block.closures) * (block.band + 1))]
             parts += _band(block, entries, [next(forcing) for _ in block.closures])
-            parts.append(_Steps(following(program, block.multipliers)))
+            parts.append(_Steps(dependents(program, block.multipliers)))
             named = zip(block.closures, block.multipliers, strict=True)
             copies = [Statement(closures[k], Variable(d)) for k, d in named if k in closures]
             parts.append(_Stores(copies))
@@ -195,7 +195,9 @@ def _solution(
     return parts
 
 
-def _band(block: Block, entries: Sequence[Operand], right: Sequence[Operand]) -> Iterator[_Part]:
+def _band(
+    block: MatrixBlock, entries: Sequence[Operand], right: Sequence[Operand]
+) -> Iterator[_Part]:
     """Fill the workspace with band and right-hand side, and call the solver."""
     start, size = block.start, len(entries)
     band = [Cell("work", i) for i in range(start - size, start)]
@@ -206,7 +208,7 @@ def _band(block: Block, entries: Sequence[Operand], right: Sequence[Operand]) ->
 
 
 def _dense_block(
-    block: Block,
+    block: MatrixBlock,
     entries: Sequence[Operand],
     gradients: Sequence[Operand],
     right: Sequence[Operand],
@@ -241,9 +243,9 @@ class _Writer:
     def text(self, parts: Sequence[_Part], results: int, result: str) -> list[str]:
         """Declarations, the assignments, the parts, and the check of the results."""
         blocks = self.program.blocks
-        late = {name for b in blocks for name, _ in following(self.program, b.multipliers)}
+        late = {name for b in blocks for name, _ in dependents(self.program, b.multipliers)}
         first = [step for step in self.program.assignments if step[0] not in late]
-        steps: list[tuple[_Part, list[Statement | Loop]]]
+        steps: list[tuple[_Part, list[Statement | LoopNest]]]
         steps = [(part, self._items(part)) for part in (_Steps(first), *parts)]
         self._place_values([item for _, items in steps for item in items])
         for part, items in steps:
@@ -254,15 +256,17 @@ class _Writer:
 
     # -- where values are ----------------------------------------------------
 
-    def _items(self, part: _Part) -> list[Statement | Loop]:
+    def _items(self, part: _Part) -> list[Statement | LoopNest]:
         if isinstance(part, _Steps):
             return self._rolled([Statement(self._cell(n), o) for n, o in part.assignments], False)
         return self._rolled(part.statements if isinstance(part, _Stores) else [], True)
 
-    def _rolled(self, statements: Sequence[Statement], independent: bool) -> list[Statement | Loop]:
+    def _rolled(
+        self, statements: Sequence[Statement], independent: bool
+    ) -> list[Statement | LoopNest]:
         if not self.program.is_large:
             return list(statements)
-        return roll(statements, self._locate, independent)
+        return roll_loops(statements, self._locate, independent)
 
     def _locate(self, name: str) -> Cell | None:
         return None if name == "t" else self._cell(name)
@@ -272,9 +276,9 @@ class _Writer:
         shift = self.program.coordinates if kind == "v" else 0
         return Cell(_ARRAYS[kind], number + shift)
 
-    def _place_values(self, items: Sequence[Statement | Loop]) -> None:
+    def _place_values(self, items: Sequence[Statement | LoopNest]) -> None:
         """Tell how values are written: those that loops touch live in the workspace."""
-        cells = {cell for item in items if isinstance(item, Loop) for cell in item.cells()}
+        cells = {cell for item in items if isinstance(item, LoopNest) for cell in item.cells()}
         self.stored = {cell.index for cell in cells if cell.array == "w"}
         if self.names.parameter_array is None:
             self.copied = {cell.index for cell in cells if cell.array == "p"}
@@ -340,20 +344,20 @@ class _Writer:
             lines += [f"    c[{k}] = {self._name(f'p{k}')};" for k in sorted(self.copied)]
         return lines
 
-    def _write(self, part: _Part, items: Sequence[Statement | Loop]) -> None:
+    def _write(self, part: _Part, items: Sequence[Statement | LoopNest]) -> None:
         if isinstance(part, _Pivots):
             self._write_pivots()
         elif isinstance(part, _Solve):
             self._write_call(part.block)
         else:
             comment = part.comment if isinstance(part, _Stores) else ""
-            if comment and any(isinstance(item, Loop) for item in items):
+            if comment and any(isinstance(item, LoopNest) for item in items):
                 self.lines.append(f"    /* {comment} */")
             for item in items:
                 self._write_item(item)
 
-    def _write_item(self, item: Statement | Loop) -> None:
-        if isinstance(item, Loop):
+    def _write_item(self, item: Statement | LoopNest) -> None:
+        if isinstance(item, LoopNest):
             self._write_loop(item)
             return
         target = f"{item.target.array}[{item.target.index}]"
@@ -368,7 +372,7 @@ class _Writer:
     def _assign(self, target: str, operand: Operand, depth: int) -> None:
         indent = " " * (4 * depth)
         self.lines += wrap(
-            f"{target} = {expression(operand, self.dialect)};",
+            f"{target} = {expression_text(operand, self.dialect)};",
             WIDTH,
             initial_indent=indent,
             subsequent_indent=indent + " " * 4,
@@ -376,7 +380,7 @@ class _Writer:
             break_on_hyphens=False,
         )
 
-    def _write_loop(self, loop: Loop) -> None:
+    def _write_loop(self, loop: LoopNest) -> None:
         depth = len(loop.counts)
         self.depth = max(self.depth, depth)
         for level, count in enumerate(loop.counts):
@@ -387,7 +391,7 @@ class _Writer:
             self._write_repeated(statement, depth + 1)
         self.lines += ["    " * level + "}" for level in range(depth, 0, -1)]
 
-    def _write_repeated(self, statement: Repeated, depth: int) -> None:
+    def _write_repeated(self, statement: LoopStatement, depth: int) -> None:
         target, *texts = map(self._place, statement.places)
         read = iter(texts)
 
@@ -397,7 +401,7 @@ class _Writer:
 
         self._assign(str(target), rebuilt(statement.operand, placed), depth)
 
-    def _place(self, place: Place | None) -> str | None:
+    def _place(self, place: ArrayAccess | None) -> str | None:
         if place is None:
             return None
         array, index = place
@@ -410,24 +414,24 @@ class _Writer:
         for block in program.blocks:
             for k in range(len(block.coordinates) if block.unrolled else 0):
                 pivot, scale = next(pivots)
-                text = expression(pivot, self.dialect)
+                text = expression_text(pivot, self.dialect)
                 if not block.definite:
                     test = f"{self.dialect.functions['abs']}({text}) > {zero}"
                 elif k and not block.exact:
                     bound = Product((Variable(f"{self.names.prefix}_{EPSILON_NAME}"), scale), ())
-                    test = f"{text} > {expression(bound, self.dialect)}"
+                    test = f"{text} > {expression_text(bound, self.dialect)}"
                 else:
                     test = f"{text} > {zero}"
                 self.lines += [f"    if (!({test})) {{", "        return 1;", "    }"]
 
-    def _write_call(self, block: Block) -> None:
+    def _write_call(self, block: MatrixBlock) -> None:
         n, m, size = len(block.coordinates), len(block.closures), block.size
         prefix = f"{self.names.prefix}_solve"
         kind = "definite" if block.definite else "saddle" if block.closures else "pivoted"
         sizes = f"{n}, {m}" if block.closures else f"{n}"
         call = f"{prefix}_{kind}({sizes}, work, work + {size * size})"
         if block.band is not None:
-            start = _index(Affine(block.start - m * (block.band + 1), ()))
+            start = _index(AffineIndex(block.start - m * (block.band + 1), ()))
             place = "work" if start == "0" else f"work + {start}"
             call = f"{prefix}_banded({m}, {block.band}, {place}, work + {block.start})"
         self.lines += [f"    if ({call} != 0) {{", "        return 1;", "    }"]
@@ -438,7 +442,7 @@ class _Writer:
         self.lines.append("    return 0;")
 
 
-def _index(affine: Affine) -> str:
+def _index(affine: AffineIndex) -> str:
     """base+step*counter+…, without what is zero, and without a place to break a line."""
     text = str(affine.base) if affine.base else ""
     for step, counter in zip(affine.steps, COUNTERS, strict=False):

@@ -10,7 +10,7 @@ from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.initial_state import rates_note
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.template_files import c_template
-from lagrange_cli.program.program import asked_for
+from lagrange_cli.program.program import optional_outputs
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def header_text(equations: Equations, target: CTarget, work: int) -> str:
             f"#define {prefix}_POSITIONS {len(equations.cartesian_names)}",
             *(
                 f"#define {prefix}_{name.upper()} {len(getattr(equations, name))}"
-                for name in asked_for(equations)
+                for name in optional_outputs(equations)
             ),
             f"#define {prefix}_WORK {work}",
             "",

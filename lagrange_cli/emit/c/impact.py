@@ -20,7 +20,7 @@ from lagrange_cli.emit.c.names import CNames
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.constants import IMPACT_TOLERANCES, RATE_TOLERANCE
 from lagrange_cli.emit.template_files import c_template
-from lagrange_cli.program.program import Program, results_of
+from lagrange_cli.program.program import Program, result_count
 
 __all__ = ["reset_text", "reset_workspace"]
 
@@ -89,7 +89,7 @@ def _inner(programs: Mapping[str, Program]) -> int:
 
 def _contacts(programs: Mapping[str, Program]) -> int:
     """Their number: each has a gap, and its magnitude."""
-    return results_of(programs["gaps"]) // 2
+    return result_count(programs["gaps"]) // 2
 
 
 def _multipliers(programs: Mapping[str, Program]) -> int:

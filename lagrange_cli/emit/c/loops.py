@@ -12,19 +12,31 @@ from textwrap import wrap
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.graph.operands import Operand, Variable, rebuilt
-from lagrange_cli.program.index_tables import node_tables, relative, table_name, tables_of
-from lagrange_cli.program.printing import expression
+from lagrange_cli.program.index_tables import (
+    relative_indices,
+    supernode_tables,
+    table_name,
+    tables_of,
+)
+from lagrange_cli.program.printing import expression_text
 from lagrange_cli.program.program import Program
-from lagrange_cli.program.solvers.sparse_factorization import Band, Supernodes
-from lagrange_cli.program.systems.loops import Column, Elimination, Kernel, Part, Total, Zeros
+from lagrange_cli.program.solvers.sparse_factorization import BandFactors, SupernodalFactors
+from lagrange_cli.program.systems.loops import (
+    IndexColumn,
+    IndexedLoop,
+    ProgramPart,
+    SparseSolve,
+    Total,
+    Zeros,
+)
 
 __all__ = [
     "finite_check",
     "kernel_helpers",
     "kernels_text",
-    "node_tables",
-    "relative",
+    "relative_indices",
     "room",
+    "supernode_tables",
     "table_name",
     "tables_of",
 ]
@@ -42,11 +54,11 @@ def _table_text(prefix: str, table: tuple[int, ...]) -> str:
 def kernel_helpers(programs: Mapping[str, Program], target: CTarget) -> str:
     """What the kernels of all programs of a source file need: solvers, sums, tables."""
     parts = [part for program in programs.values() for part in program.parts]
-    solved = [part.factors for part in parts if isinstance(part, Elimination)]
+    solved = [part.factors for part in parts if isinstance(part, SparseSolve)]
     texts = []
-    if any(isinstance(of, Band) for of in solved):
+    if any(isinstance(of, BandFactors) for of in solved):
         texts.append(target.fill(c_template("solve_banded")))
-    if any(isinstance(of, Supernodes) for of in solved):
+    if any(isinstance(of, SupernodalFactors) for of in solved):
         texts.append(target.fill(c_template("solve_sparse")))
     if any(isinstance(part, Total) for part in parts):
         texts.append(target.fill(c_template("total")))
@@ -60,9 +72,9 @@ def room(program: Program) -> int:
     return program.work + (program.parameters if _indexes_parameters(program) else 0)
 
 
-def _columns(program: Program) -> Iterator[Column]:
+def _columns(program: Program) -> Iterator[IndexColumn]:
     for part in program.parts:
-        if isinstance(part, Kernel):
+        if isinstance(part, IndexedLoop):
             yield from part.inputs
             yield from (column for column, _ in part.results)
 
@@ -141,8 +153,8 @@ class _Writer:
             return {"p": arrays.isdisjoint({"p", "s"})}
         return {"p": "p" not in arrays, "contact": "s" not in arrays}
 
-    def write(self, part: Part) -> None:
-        if isinstance(part, Kernel):
+    def write(self, part: ProgramPart) -> None:
+        if isinstance(part, IndexedLoop):
             self._kernel(part)
         elif isinstance(part, Zeros):
             array = self._array(part.array)
@@ -157,18 +169,18 @@ class _Writer:
         else:
             self._elimination(part)
 
-    def _elimination(self, part: Elimination) -> None:
+    def _elimination(self, part: SparseSolve) -> None:
         of, prefix = part.factors, f"{self.names.prefix}_solve"
         matrix, vector = _pointer(part.matrix), _pointer(part.vector)
-        if isinstance(of, Band):
+        if isinstance(of, BandFactors):
             call = f"{prefix}_banded({len(of.order)}, {of.width}, {matrix}, {vector})"
         else:
-            tables = ", ".join(table_name(self.names.prefix, t) for t in node_tables(of))
+            tables = ", ".join(table_name(self.names.prefix, t) for t in supernode_tables(of))
             sizes = f"{len(of.order)}, {len(of.nodes)}"
             call = f"{prefix}_sparse({sizes}, {tables}, {matrix}, {vector})"
         self.lines += [*_wrapped(f"if ({call} != 0) {{", 1, 2), "        return 1;", "    }"]
 
-    def _kernel(self, kernel: Kernel) -> None:
+    def _kernel(self, kernel: IndexedLoop) -> None:
         """What is the same for all members, then a loop over them."""
         loop = kernel.members > 1
         fixed = kernel.fixed
@@ -190,9 +202,9 @@ class _Writer:
         self.lines += ["        }", "    }"] if loop else ["    }"]
 
     def _text(self, operand: Operand) -> str:
-        return expression(rebuilt(operand, lambda v: Variable(_local(v.name))), self.dialect)
+        return expression_text(rebuilt(operand, lambda v: Variable(_local(v.name))), self.dialect)
 
-    def _place(self, column: Column, loop: bool) -> str:
+    def _place(self, column: IndexColumn, loop: bool) -> str:
         """Where a name of a kernel stands, for the member of the loop."""
         first, step = column.indices[0], column.step
         if column.array == "t":
@@ -206,7 +218,7 @@ class _Writer:
             return f"{array}[{start}]"
         if step is not None:
             return f"{array}[{_sum(start, 'i' if step == 1 else f'{step}*i')}]"
-        table = table_name(self.names.prefix, relative(column))
+        table = table_name(self.names.prefix, relative_indices(column))
         return f"{array}[{_sum(start, f'{table}[i]')}]"
 
     def _array(self, array: str) -> str:

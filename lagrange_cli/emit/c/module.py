@@ -21,11 +21,15 @@ from lagrange_cli.emit.c.solvers import helper_text, solver_text
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.naming import C_HEADERS, file_stem
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.program.constraint_programs import INTERNAL, constraint_programs, contact_programs
+from lagrange_cli.program.constraint_programs import (
+    INTERNAL_FUNCTIONS,
+    constraint_programs,
+    contact_programs,
+)
 from lagrange_cli.program.printing import functions_in
-from lagrange_cli.program.program import Program, asked_for, build_program, operands_of
-from lagrange_cli.program.solvers.blocks import Block
-from lagrange_cli.program.systems.contact_systems import flagged
+from lagrange_cli.program.program import Program, build_program, operands_of, optional_outputs
+from lagrange_cli.program.solvers.blocks import MatrixBlock
+from lagrange_cli.program.systems.contact_systems import with_contact_flags
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -92,12 +96,12 @@ def _same_emission(prefix: str, stem: str, stamp: str) -> str:
 def _programs(equations: Equations) -> dict[str, Program]:
     """The programs of all functions. With contacts those of the constraints read flags, and
     the right-hand side without any is one of two."""
-    functions = _OUTPUTS | {name: (name,) for name in asked_for(equations)}
+    functions = _OUTPUTS | {name: (name,) for name in optional_outputs(equations)}
     programs = {name: build_program(equations, outputs) for name, outputs in functions.items()}
     if not equations.contacts:
         return programs | constraint_programs(equations)
     flight = {"flight_rhs": programs.pop("rhs")}
-    return flight | programs | contact_programs(flagged(equations))
+    return flight | programs | contact_programs(with_contact_flags(equations))
 
 
 def _nothing_to_integrate(equations: Equations) -> InputError:
@@ -133,7 +137,7 @@ def _source(
     return "\n".join(part for part in parts if part)
 
 
-def blocks_of(programs: Mapping[str, Program]) -> list[Block]:
+def blocks_of(programs: Mapping[str, Program]) -> list[MatrixBlock]:
     """The systems that right-hand sides solve, with contacts and without."""
     sides = [programs[name] for name in ("rhs", "flight_rhs", "contact_rhs") if name in programs]
     return [block for program in sides for block in program.blocks]
@@ -158,7 +162,9 @@ def _defaults(equations: Equations, target: CTarget) -> str:
 def function_text(function: str, program: Program, target: CTarget) -> str:
     """The definition of one function of the interface: a right-hand side where it has blocks."""
     result = result_name(program)
-    static = "static " if function in INTERNAL or target.names.contact_from is not None else ""
+    static = (
+        "static " if function in INTERNAL_FUNCTIONS or target.names.contact_from is not None else ""
+    )
     return "\n".join(
         [
             f"{static}int {target.prefix}_{function}({target.arguments(result)})",

@@ -9,7 +9,7 @@ from lagrange_cli.emit.c.impact import reset_workspace
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.constants import NEWTON_STEPS, RESIDUAL_AT_REST, RESIDUAL_ROUNDING
 from lagrange_cli.emit.template_files import c_template
-from lagrange_cli.program.constraint_programs import INTERNAL
+from lagrange_cli.program.constraint_programs import INTERNAL_FUNCTIONS
 from lagrange_cli.program.program import Program
 
 __all__ = ["project_text", "residual_text", "workspace"]
@@ -73,7 +73,7 @@ def _workspace(programs: Mapping[str, Program], of: str) -> int:
 
 def _inner(programs: Mapping[str, Program], of: str) -> int:
     """What the functions that ``project`` calls need of it."""
-    called = INTERNAL.intersection(name for name in programs if name.startswith(of))
+    called = INTERNAL_FUNCTIONS.intersection(name for name in programs if name.startswith(of))
     return max(work_size(programs[name]) for name in called)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 from lagrange_cli.emit.c.saddle_point import saddle_template
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.template_files import c_template
-from lagrange_cli.program.solvers.blocks import Block
+from lagrange_cli.program.solvers.blocks import MatrixBlock
 
 __all__ = [
     "EPSILON_NAME",
@@ -23,7 +23,7 @@ _HELPERS = ("sign", "min", "max")
 EPSILON_NAME = "EPSILON"
 
 
-def dense_size(blocks: Sequence[Block]) -> int:
+def dense_size(blocks: Sequence[MatrixBlock]) -> int:
     """Numbers of workspace for the largest block that a loop solves: matrix, right-hand side,
     as many numbers again, and what refinement takes. Bands have places of their own."""
     loops = [block for block in blocks if not block.unrolled and block.band is None]
@@ -42,7 +42,7 @@ def helper_text(used: Collection[str], target: CTarget) -> str:
     return "\n".join(target.fill(c_template(name)) for name in _HELPERS if name in used)
 
 
-def solver_text(blocks: Sequence[Block], target: CTarget) -> str:
+def solver_text(blocks: Sequence[MatrixBlock], target: CTarget) -> str:
     """What solving the blocks needs: the bound for pivots and the loops."""
     real, parts = target.real, []
     if any((b.definite and b.size > 1 and not b.exact) or b.closures for b in blocks):

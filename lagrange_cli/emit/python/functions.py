@@ -18,16 +18,16 @@ from lagrange_cli.emit.python.impact import reset_source
 from lagrange_cli.emit.python.loops import parts_source, tables_source
 from lagrange_cli.emit.python.projection import HELPERS, helper_source, project_source
 from lagrange_cli.emit.python.statements import WIDTH, assigned, joined, solution, symmetric
-from lagrange_cli.program.constraint_programs import INTERNAL
+from lagrange_cli.program.constraint_programs import INTERNAL_FUNCTIONS
 from lagrange_cli.program.graph.literals import double_literal
-from lagrange_cli.program.printing import Dialect, expression
+from lagrange_cli.program.printing import Dialect, expression_text
 from lagrange_cli.program.program import (
     FUNCTIONS,
-    Kind,
     Program,
+    ProgramKind,
     Variable,
     build_program,
-    following,
+    dependents,
     input_names,
 )
 
@@ -140,7 +140,11 @@ def module_source(programs: Mapping[str, Program]) -> str:
     arguments = "p, u" if any(program.driven for program in programs.values()) else "p"
     functions = [
         function_source(
-            program, name, {}, "p" if name in INTERNAL else arguments, _given(programs, program)
+            program,
+            name,
+            {},
+            "p" if name in INTERNAL_FUNCTIONS else arguments,
+            _given(programs, program),
         )
         for name, program in programs.items()
     ]
@@ -208,11 +212,13 @@ def function_source(
         body = _of_parts(program, apart)
         return _defined(name, parameter, body, _failure(program))
     given = given or (("p", program.parameters),)
-    body = _load_inputs(program, dialect, given, velocities=program.kind is Kind.RIGHT_HAND_SIDE)
-    late = dict(following(program, found))
+    body = _load_inputs(
+        program, dialect, given, velocities=program.kind is ProgramKind.RIGHT_HAND_SIDE
+    )
+    late = dict(dependents(program, found))
     body.extend(assigned([a for a in program.assignments if a[0] not in late], dialect))
     failure = _failure(program)
-    if program.kind in (Kind.MULTIPLIERS, Kind.CHANGE):
+    if program.kind in (ProgramKind.MULTIPLIERS, ProgramKind.CHANGE):
         body.extend(_unknowns(program, dialect, failure))
     else:
         body.extend(_RESULTS[program.kind](program, dialect))
@@ -221,7 +227,7 @@ def function_source(
 
 def _failure(program: Program) -> str:
     """What a function returns where it has no result."""
-    return "nan" if program.kind is Kind.ENERGY else f"np.full({_shape(program)}, nan)"
+    return "nan" if program.kind is ProgramKind.ENERGY else f"np.full({_shape(program)}, nan)"
 
 
 def _of_parts(program: Program, apart: int | None) -> list[str]:
@@ -230,13 +236,13 @@ def _of_parts(program: Program, apart: int | None) -> list[str]:
     if program.blocks:
         return [*lines, f"return out if np.isfinite(out).all() else {_failure(program)}"]
     n = program.coordinates
-    form = {Kind.ENERGY: "float(out[0])", Kind.MATRIX: f"out.reshape({n}, {n})"}
+    form = {ProgramKind.ENERGY: "float(out[0])", ProgramKind.MATRIX: f"out.reshape({n}, {n})"}
     return [*lines, f"return {form.get(program.kind, 'out')}"]
 
 
 def _defined(name: str, parameter: str, body: Sequence[str], failure: str) -> str:
     """The definition of a function with a body."""
-    label = f"_{name}" if name in INTERNAL or parameter.endswith("contact") else name
+    label = f"_{name}" if name in INTERNAL_FUNCTIONS or parameter.endswith("contact") else name
     doc = _DOCS[name.removeprefix("sided_").removeprefix("contact_").removeprefix("flight_")]
     lines = [f"def {label}(t, y, {parameter}):", f'    """{doc}"""', "    try:"]
     lines.extend(f"        {line}" for line in body)
@@ -247,11 +253,11 @@ def _defined(name: str, parameter: str, body: Sequence[str], failure: str) -> st
 
 def _shape(program: Program) -> str:
     n = program.coordinates
-    if program.kind is Kind.MATRIX:
+    if program.kind is ProgramKind.MATRIX:
         return f"({n}, {n})"
-    if program.kind is Kind.MULTIPLIERS:
+    if program.kind is ProgramKind.MULTIPLIERS:
         return str(sum(len(block.closures) for block in program.blocks))
-    if program.kind is Kind.CHANGE:
+    if program.kind is ProgramKind.CHANGE:
         return str(n)
     if program.parts:
         return str(program.results)
@@ -293,7 +299,7 @@ def _vector_result(program: Program, dialect: Dialect) -> list[str]:
 
 def _scalar_result(program: Program, dialect: Dialect) -> list[str]:
     ((_, (operand,)),) = program.outputs
-    return [f"return float({expression(operand, dialect)})"]
+    return [f"return float({expression_text(operand, dialect)})"]
 
 
 def _matrix_result(program: Program, dialect: Dialect) -> list[str]:
@@ -312,7 +318,7 @@ def _accelerations(program: Program, dialect: Dialect) -> list[str]:
 
 def _unknowns(program: Program, dialect: Dialect, failure: str) -> list[str]:
     """Solve, and return the multipliers, or what was found of all coordinates."""
-    closures = program.kind is Kind.MULTIPLIERS
+    closures = program.kind is ProgramKind.MULTIPLIERS
     lines, results, multipliers = solution(program, dialect, failure, coordinates=not closures)
     found = [results.get(i, "0.0") for i in range(program.coordinates)]
     if closures:
@@ -321,8 +327,8 @@ def _unknowns(program: Program, dialect: Dialect, failure: str) -> list[str]:
 
 
 _RESULTS = {
-    Kind.VALUES: _vector_result,
-    Kind.ENERGY: _scalar_result,
-    Kind.MATRIX: _matrix_result,
-    Kind.RIGHT_HAND_SIDE: _accelerations,
+    ProgramKind.VALUES: _vector_result,
+    ProgramKind.ENERGY: _scalar_result,
+    ProgramKind.MATRIX: _matrix_result,
+    ProgramKind.RIGHT_HAND_SIDE: _accelerations,
 }

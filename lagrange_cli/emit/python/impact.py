@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 from lagrange_cli.emit.constants import IMPACT_TOLERANCES, PUSH_STEPS, RATE_TOLERANCE
 from lagrange_cli.emit.template_files import filled, python_template
-from lagrange_cli.program.program import Program, results_of
+from lagrange_cli.program.program import Program, result_count
 
 __all__ = ["reset_source"]
 
@@ -25,7 +25,7 @@ def reset_source(programs: Mapping[str, Program], parameter: str) -> list[str]:
     """
     if "gaps" not in programs:
         return []
-    u = results_of(programs["gaps"]) // 2
+    u = result_count(programs["gaps"]) // 2
     own = programs["gaps"].parameters - 2 * u
     apart = parameter.endswith("contact")
     replacements = {

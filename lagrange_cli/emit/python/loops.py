@@ -7,11 +7,23 @@ from textwrap import wrap
 
 from lagrange_cli.program.graph.literals import double_literal
 from lagrange_cli.program.graph.operands import Operand, Variable, rebuilt
-from lagrange_cli.program.index_tables import node_tables, relative, table_name, tables_of
-from lagrange_cli.program.printing import Dialect, expression
+from lagrange_cli.program.index_tables import (
+    relative_indices,
+    supernode_tables,
+    table_name,
+    tables_of,
+)
+from lagrange_cli.program.printing import Dialect, expression_text
 from lagrange_cli.program.program import FUNCTIONS, Program
-from lagrange_cli.program.solvers.sparse_factorization import Band
-from lagrange_cli.program.systems.loops import Column, Elimination, Kernel, Part, Total, Zeros
+from lagrange_cli.program.solvers.sparse_factorization import BandFactors
+from lagrange_cli.program.systems.loops import (
+    IndexColumn,
+    IndexedLoop,
+    ProgramPart,
+    SparseSolve,
+    Total,
+    Zeros,
+)
 
 __all__ = ["parts_source", "tables_source"]
 
@@ -66,8 +78,8 @@ def parts_source(program: Program, apart: int | None = None) -> list[str]:
     return [*lines, *(_TAB + line for line in body or ["pass"])]
 
 
-def _columns(program: Program) -> list[Column]:
-    kernels = [part for part in program.parts if isinstance(part, Kernel)]
+def _columns(program: Program) -> list[IndexColumn]:
+    kernels = [part for part in program.parts if isinstance(part, IndexedLoop)]
     results = [column for kernel in kernels for column, _ in kernel.results]
     return [column for kernel in kernels for column in kernel.inputs] + results
 
@@ -79,8 +91,8 @@ class _Writer:
         self.before = {"v": program.coordinates, "s": -(apart or 0)}
         self.arrays = {"q": "y", "v": "y", "s": "p" if apart is None else "contact"}
 
-    def lines(self, part: Part) -> list[str]:
-        if isinstance(part, Kernel):
+    def lines(self, part: ProgramPart) -> list[str]:
+        if isinstance(part, IndexedLoop):
             return self._kernel(part)
         if isinstance(part, Zeros):
             return [f"{part.array}[{part.start}:{part.start + part.count}] = 0.0"]
@@ -89,7 +101,7 @@ class _Writer:
             return [f"w[{part.start}] = w[{part.start}:{end}].sum()"]
         return _elimination(part)
 
-    def _kernel(self, kernel: Kernel) -> list[str]:
+    def _kernel(self, kernel: IndexedLoop) -> list[str]:
         lines = [
             f"l{k} = {self._place(column, kernel.members)}"
             for k, column in enumerate(kernel.inputs)
@@ -98,25 +110,25 @@ class _Writer:
         lines += [f"{self._place(c, kernel.members)} = {_text(o)}" for c, o in kernel.results]
         return [piece for line in lines for piece in _wrapped(line, 0)]
 
-    def _place(self, column: Column, members: int) -> str:
+    def _place(self, column: IndexColumn, members: int) -> str:
         """Where a name of a kernel stands: a number, or an array with one for each member."""
         if column.array == "t":
             return "t"
         start = column.indices[0] + self.before.get(column.array, 0)
         return f"{self.array(column)}[{_indices(column, start, members)}]"
 
-    def array(self, column: Column) -> str:
+    def array(self, column: IndexColumn) -> str:
         """The name of the array that a column is of."""
         return self.arrays.get(column.array, column.array)
 
 
-def _indices(column: Column, start: int, members: int) -> str:
+def _indices(column: IndexColumn, start: int, members: int) -> str:
     """One index, a slice, or a look into a table."""
     step = column.step
     if members == 1 or step == 0:
         return str(start)
     if step is None:
-        name = _name(relative(column))
+        name = _name(relative_indices(column))
         return f"{name} + {start}" if start else name
     if step < 0:
         return f"np.arange({start}, {start + step * members}, {step})"
@@ -124,13 +136,13 @@ def _indices(column: Column, start: int, members: int) -> str:
     return f"{start}:{end}" if step == 1 else f"{start}:{end}:{step}"
 
 
-def _elimination(part: Elimination) -> list[str]:
+def _elimination(part: SparseSolve) -> list[str]:
     of, m = part.factors, len(part.factors.order)
     matrix = f"w[{part.matrix}:{part.matrix + of.numbers}]"
     vector = f"w[{part.vector}:{part.vector + m}]"
-    if isinstance(of, Band):
+    if isinstance(of, BandFactors):
         return [f"{vector} = _solve_banded({matrix}.reshape({m}, -1), {vector})"]
-    node, rows, sources, spots = map(_name, node_tables(of))
+    node, rows, sources, spots = map(_name, supernode_tables(of))
     tables = f"{node}.reshape(-1, 6), {rows}, {sources}.reshape(-1, 4), {spots}"
     return _wrapped(f"_solve_sparse({m}, {tables}, {matrix}, {vector})", 0)
 
@@ -144,7 +156,7 @@ def _local(name: str) -> str:
 
 
 def _text(operand: Operand) -> str:
-    return expression(rebuilt(operand, lambda v: Variable(_local(v.name))), _DIALECT)
+    return expression_text(rebuilt(operand, lambda v: Variable(_local(v.name))), _DIALECT)
 
 
 def _wrapped(text: str, depth: int) -> list[str]:

@@ -30,9 +30,13 @@ from lagrange_cli.emit.python.projection import project_source
 from lagrange_cli.emit.python.recorded import python_recorded
 from lagrange_cli.emit.python.statements import ROUNDING
 from lagrange_cli.emit.template_files import python_template
-from lagrange_cli.program.constraint_programs import INTERNAL, constraint_programs, contact_programs
-from lagrange_cli.program.program import Program, asked_for
-from lagrange_cli.program.systems.contact_systems import flagged
+from lagrange_cli.program.constraint_programs import (
+    INTERNAL_FUNCTIONS,
+    constraint_programs,
+    contact_programs,
+)
+from lagrange_cli.program.program import Program, optional_outputs
+from lagrange_cli.program.systems.contact_systems import with_contact_flags
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -118,18 +122,18 @@ def _functions(
     names = _names(equations, fields)
     passed = "p, u" if equations.inputs else "p"
     arguments = "p=DEFAULTS" + (", u=inputs" if equations.inputs else "")
-    interface = [*_FUNCTIONS, *asked_for(equations)]
+    interface = [*_FUNCTIONS, *optional_outputs(equations)]
     # What stands as a default is defined first.
     programs = {
         name: program_of(equations, name) for name in sorted(interface, key="inputs".__ne__)
     }
-    held = contact_programs(flagged(equations))
+    held = contact_programs(with_contact_flags(equations))
     if held:
         programs["flight_rhs"] = programs.pop("rhs")
     else:
         programs |= constraint_programs(equations)
     own = {
-        **dict.fromkeys(INTERNAL, "p"),
+        **dict.fromkeys(INTERNAL_FUNCTIONS, "p"),
         "inputs": "p=DEFAULTS" + (", u=recorded" if recorded else ""),
         "flight_rhs": passed,
     }

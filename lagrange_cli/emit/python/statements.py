@@ -7,9 +7,9 @@ from fractions import Fraction
 from textwrap import wrap
 
 from lagrange_cli.program.graph.statement_groups import Assignment
-from lagrange_cli.program.printing import Dialect, expression
-from lagrange_cli.program.program import Number, Operand, Product, Program, Variable, following
-from lagrange_cli.program.solvers.blocks import Block
+from lagrange_cli.program.printing import Dialect, expression_text
+from lagrange_cli.program.program import Constant, Operand, Product, Program, Variable, dependents
+from lagrange_cli.program.solvers.blocks import MatrixBlock
 
 __all__ = ["ROUNDING", "WIDTH", "assigned", "joined", "solution", "symmetric"]
 
@@ -33,7 +33,7 @@ def solution(
     multipliers: dict[int, str] = {}
     for number, block in enumerate(program.blocks):
         if block.unrolled:
-            results |= {i: expression(next(written), dialect) for i in block.coordinates}
+            results |= {i: expression_text(next(written), dialect) for i in block.coordinates}
             continue
         n, m = len(block.coordinates), len(block.closures)
         multipliers |= {i: f"a{number}[{n + k}]" for k, i in enumerate(block.closures)}
@@ -41,10 +41,10 @@ def solution(
             entries = [next(dense_matrix) for _ in range(m * (block.band + 1))]
             drive = [next(dense_forcing) for _ in range(m)]
             lines.append(_band(number, block, entries, drive, dialect))
-            lines.extend(assigned(following(program, block.multipliers), dialect))
+            lines.extend(assigned(dependents(program, block.multipliers), dialect))
             multipliers |= {i: f"a{number}[{k}]" for k, i in enumerate(block.closures)}
             if coordinates:
-                results |= {i: expression(next(written), dialect) for i in block.coordinates}
+                results |= {i: expression_text(next(written), dialect) for i in block.coordinates}
             continue
         count = n * (n + 1) // 2 + n * m + m * block.compliant
         matrix = [next(dense_matrix) for _ in range(count)]
@@ -56,7 +56,7 @@ def solution(
 
 def _band(
     number: int,
-    block: Block,
+    block: MatrixBlock,
     entries: Sequence[Operand],
     drive: Sequence[Operand],
     dialect: Dialect,
@@ -69,7 +69,7 @@ def _band(
 
 def _dense_block(
     number: int,
-    block: Block,
+    block: MatrixBlock,
     matrix: Sequence[Operand],
     right: Sequence[Operand],
     dialect: Dialect,
@@ -80,7 +80,7 @@ def _dense_block(
     lines, text = symmetric(f"m{number}_", upper, block.size, dialect)
     lines.append(f"m{number} = {text}")
     if block.definite:
-        bound = f"{expression(Number(ROUNDING), dialect)} * m{number}.diagonal()"
+        bound = f"{expression_text(Constant(ROUNDING), dialect)} * m{number}.diagonal()"
         lines.append(f"d{number} = np.linalg.cholesky(m{number}).diagonal()")
         lines.append(f"if not (d{number} * d{number} > {bound}).all():\n{failure}")
     vector = f"np.array([{joined(right, dialect)}], dtype=float)"
@@ -93,7 +93,7 @@ def _dense_block(
     return lines
 
 
-def _bordered(block: Block, matrix: Sequence[Operand]) -> list[Operand]:
+def _bordered(block: MatrixBlock, matrix: Sequence[Operand]) -> list[Operand]:
     """The upper triangle, by rows, of [[M, Gᵀ], [G, C]], from that of M, the rows of G and the
     diagonal C (zero if not given)."""
     n, m = len(block.coordinates), len(block.closures)
@@ -102,7 +102,7 @@ def _bordered(block: Block, matrix: Sequence[Operand]) -> list[Operand]:
     for i in range(n):
         upper.extend(next(entries) for _ in range(i, n))
         upper.extend(gradients[k * n + i] for k in range(m))
-    zero = Number(Fraction(0))
+    zero = Constant(Fraction(0))
     diagonal = gradients[n * m :] or [zero] * m
     for k, entry in enumerate(diagonal):
         upper += [entry, *[zero] * (m - 1 - k)]
@@ -116,9 +116,9 @@ def _pivot_tests(program: Program, dialect: Dialect) -> list[str]:
     for block in program.blocks:
         for k in range(len(block.coordinates) if block.unrolled else 0):
             pivot, scale = next(pivots)
-            text = expression(pivot, dialect)
+            text = expression_text(pivot, dialect)
             if block.definite and k and not block.exact:
-                bound = expression(Product((Number(ROUNDING), scale), ()), dialect)
+                bound = expression_text(Product((Constant(ROUNDING), scale), ()), dialect)
                 tests.append(f"not {text} > {bound}")
             elif block.definite:
                 tests.append(f"not {text} > 0.0")
@@ -133,8 +133,8 @@ def symmetric(
     """Lines that name compound entries, and the text of the full array."""
     lines, texts = [], []
     for k, operand in enumerate(upper):
-        text = expression(operand, dialect)
-        if not isinstance(operand, Variable | Number):
+        text = expression_text(operand, dialect)
+        if not isinstance(operand, Variable | Constant):
             lines.append(f"{prefix}{k} = {text}")
             text = f"{prefix}{k}"
         texts.append(text)
@@ -145,7 +145,9 @@ def symmetric(
 
 
 def assigned(assignments: Iterable[Assignment], dialect: Dialect) -> list[str]:
-    return [_statement(target, expression(operand, dialect)) for target, operand in assignments]
+    return [
+        _statement(target, expression_text(operand, dialect)) for target, operand in assignments
+    ]
 
 
 def _statement(target: str, text: str) -> str:
@@ -157,4 +159,4 @@ def _statement(target: str, text: str) -> str:
 
 
 def joined(operands: Sequence[Operand], dialect: Dialect) -> str:
-    return ", ".join(expression(operand, dialect) for operand in operands)
+    return ", ".join(expression_text(operand, dialect) for operand in operands)

@@ -12,46 +12,46 @@ from __future__ import annotations
 from collections.abc import Iterable
 from fractions import Fraction
 
-from lagrange_cli.program.graph.value_graph import ONE, Call, Sum, Values
+from lagrange_cli.program.graph.value_graph import ONE, CallNode, SumNode, ValueGraph
 
 __all__ = ["expand_angle_sums"]
 
 #: Calls that must go for each that comes: few differences keep their own sines, which are
 #: accurate however small.
-WORTH = 4
+_CALLS_SAVED = 4
 
 _UNITS = (Fraction(1), Fraction(-1))
 
 
-def expand_angle_sums(values: Values, order: Iterable[int]) -> None:
+def expand_angle_sums(values: ValueGraph, order: Iterable[int]) -> None:
     """Rewrite sin(a ± b) and cos(a ± b) among the nodes ``order`` where far fewer calls result.
 
     Numbers of nodes keep their meaning.
     """
-    circular: dict[int, Call] = {}
+    circular: dict[int, CallNode] = {}
     for number in order:
         node = values.nodes[number]
-        if isinstance(node, Call) and node.function in ("sin", "cos"):
+        if isinstance(node, CallNode) and node.function in ("sin", "cos"):
             circular[number] = node
     angles = {number: _two_angles(values, node) for number, node in circular.items()}
     stay = {circular[number] for number, pair in angles.items() if pair is None}
     sums = {number: pair for number, pair in angles.items() if pair is not None}
-    needed = {Call(f, (a,)) for pair in sums.values() for a in pair[:2] for f in ("sin", "cos")}
-    if WORTH * len(needed - stay) < len(sums):
+    needed = {CallNode(f, (a,)) for pair in sums.values() for a in pair[:2] for f in ("sin", "cos")}
+    if _CALLS_SAVED * len(needed - stay) < len(sums):
         for number, (a, b, sign) in sums.items():
             values.nodes[number] = _expanded(values, circular[number].function, a, b, sign)
 
 
-def _two_angles(values: Values, node: Call) -> tuple[int, int, Fraction] | None:
+def _two_angles(values: ValueGraph, node: CallNode) -> tuple[int, int, Fraction] | None:
     """a, b and the sign of b where the argument is a ± b."""
     argument = values.nodes[node.arguments[0]]
-    if not isinstance(argument, Sum) or len(argument.terms) != 2:
+    if not isinstance(argument, SumNode) or len(argument.terms) != 2:
         return None
     (a, first), (b, sign) = argument.terms
     return (a, b, sign) if first == 1 and sign in _UNITS and ONE not in (a, b) else None
 
 
-def _expanded(values: Values, function: str, a: int, b: int, sign: Fraction) -> Sum:
+def _expanded(values: ValueGraph, function: str, a: int, b: int, sign: Fraction) -> SumNode:
     one = Fraction(1)
     sin_a, cos_a, sin_b, cos_b = (
         (values.call(f, (one, angle)), 1) for angle in (a, b) for f in ("sin", "cos")
@@ -64,4 +64,4 @@ def _expanded(values: Values, function: str, a: int, b: int, sign: Fraction) -> 
     for first, second, coefficient in products:
         scale, number = values.multiply([first, second])
         terms[number] = coefficient * scale
-    return Sum(tuple(sorted(terms.items())))
+    return SumNode(tuple(sorted(terms.items())))

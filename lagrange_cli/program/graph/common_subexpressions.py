@@ -16,7 +16,7 @@ from fractions import Fraction
 from heapq import heapify, heappop, heappush
 from typing import Protocol, TypeAlias
 
-from lagrange_cli.program.graph.value_graph import ONE, Product, Scaled, Sum, Values
+from lagrange_cli.program.graph.value_graph import ONE, ProductNode, ScaledNode, SumNode, ValueGraph
 
 __all__ = ["LONGEST_GROUP", "share_products", "share_scaled", "share_sums"]
 
@@ -25,58 +25,58 @@ _ONE = Fraction(1)
 #: Longer sums and products do not take part: the pairs of one grow with its square.
 LONGEST_GROUP = 256
 
-Weight: TypeAlias = int | Fraction
+_Weight: TypeAlias = int | Fraction
 """Coefficient of a term of a sum, or exponent of a factor of a product."""
 
-Group: TypeAlias = dict[int, Weight]
+_Group: TypeAlias = dict[int, _Weight]
 """A sum or a product: node → weight."""
 
-Key: TypeAlias = tuple[int, int, Weight]
+_Key: TypeAlias = tuple[int, int, _Weight]
 """First node, second node, and their relation (ratio of coefficients or of exponents)."""
 
 
 class _Kind(Protocol):
     """How pairs are found in, and taken out of, a sum or a product."""
 
-    def between(self, a: tuple[int, Weight], b: tuple[int, Weight]) -> tuple[Key, int]: ...
-    def within(self, a: tuple[int, Weight]) -> int: ...
-    def take(self, group: Group, key: Key) -> Weight: ...
-    def define(self, key: Key) -> Group: ...
+    def between(self, a: tuple[int, _Weight], b: tuple[int, _Weight]) -> tuple[_Key, int]: ...
+    def within(self, a: tuple[int, _Weight]) -> int: ...
+    def take(self, group: _Group, key: _Key) -> _Weight: ...
+    def define(self, key: _Key) -> _Group: ...
 
 
 class _Sums:
     """Pairs of terms, up to a common numeric factor."""
 
-    def between(self, a: tuple[int, Weight], b: tuple[int, Weight]) -> tuple[Key, int]:
+    def between(self, a: tuple[int, _Weight], b: tuple[int, _Weight]) -> tuple[_Key, int]:
         (m, c), (n, d) = (a, b) if a[0] < b[0] else (b, a)
         return (m, n, _ONE if c == d else Fraction(d) / c), 1
 
-    def within(self, a: tuple[int, Weight]) -> int:
+    def within(self, a: tuple[int, _Weight]) -> int:
         return 0
 
-    def take(self, group: Group, key: Key) -> Weight:
+    def take(self, group: _Group, key: _Key) -> _Weight:
         coefficient = group.pop(key[0])
         del group[key[1]]
         return coefficient
 
-    def define(self, key: Key) -> Group:
+    def define(self, key: _Key) -> _Group:
         return {key[0]: Fraction(1), key[1]: key[2]}
 
 
 class _Products:
     """Pairs of factors: x·y (relation 1, also x·x) or x/y (relation −1)."""
 
-    def between(self, a: tuple[int, Weight], b: tuple[int, Weight]) -> tuple[Key, int]:
+    def between(self, a: tuple[int, _Weight], b: tuple[int, _Weight]) -> tuple[_Key, int]:
         (m, d), (n, e) = (a, b) if a[0] < b[0] else (b, a)
         times = min(abs(int(d)), abs(int(e)))
         if (d > 0) == (e > 0):
             return (m, n, 1), times
         return ((m, n, -1) if d > 0 else (n, m, -1)), times
 
-    def within(self, a: tuple[int, Weight]) -> int:
+    def within(self, a: tuple[int, _Weight]) -> int:
         return abs(int(a[1])) // 2
 
-    def take(self, group: Group, key: Key) -> Weight:
+    def take(self, group: _Group, key: _Key) -> _Weight:
         first, second, relation = key
         sign = 1 if group[first] > 0 else -1
         if first == second:
@@ -91,7 +91,7 @@ class _Products:
                 del group[number]
         return sign * times
 
-    def define(self, key: Key) -> Group:
+    def define(self, key: _Key) -> _Group:
         first, second, relation = key
         return {first: 2} if first == second else {first: 1, second: relation}
 
@@ -99,12 +99,12 @@ class _Products:
 class _Extraction:
     """The pairs of a set of groups (all sums, or all products), kept up to date."""
 
-    def __init__(self, values: Values, kind: _Kind, groups: dict[int, Group]) -> None:
+    def __init__(self, values: ValueGraph, kind: _Kind, groups: dict[int, _Group]) -> None:
         self.values = values
         self.kind = kind
         self.groups = groups
-        self.occurrences: dict[Key, dict[int, int]] = {}
-        self.definitions: dict[Key, int] = {}
+        self.occurrences: dict[_Key, dict[int, int]] = {}
+        self.definitions: dict[_Key, int] = {}
         # A node in one group alone, once, has no pair that occurs twice.
         often = Counter(n for group in groups.values() for n in group)
         self.candidates = {n for n, count in often.items() if count > 1}
@@ -127,14 +127,14 @@ class _Extraction:
                 continue
             self._extract(key)
 
-    def _count(self, key: Key) -> int:
+    def _count(self, key: _Key) -> int:
         return sum(self.occurrences[key].values())
 
-    def _priority(self, key: Key) -> tuple[int, int]:
+    def _priority(self, key: _Key) -> tuple[int, int]:
         rank = self.values.rank
         return -self._count(key), max(rank[key[0]], rank[key[1]])
 
-    def _pairs(self, group: Group, of: Iterable[int]) -> Iterator[tuple[Key, int]]:
+    def _pairs(self, group: _Group, of: Iterable[int]) -> Iterator[tuple[_Key, int]]:
         """The pairs of a group in which at least one of the nodes ``of`` takes part."""
         candidates, seen = self.candidates, set[int]()
         for number in of:
@@ -149,11 +149,11 @@ class _Extraction:
                 if other not in seen and other in candidates:
                     yield self.kind.between(term, (other, weight))
 
-    def _enter(self, number: int, pairs: Iterable[tuple[Key, int]]) -> None:
+    def _enter(self, number: int, pairs: Iterable[tuple[_Key, int]]) -> None:
         for key, times in pairs:
             self.occurrences.setdefault(key, {})[number] = times
 
-    def _note_definition(self, number: int, group: Group) -> None:
+    def _note_definition(self, number: int, group: _Group) -> None:
         """A group that is just a pair is that pair's node."""
         if len(group) > 2:
             return
@@ -161,7 +161,7 @@ class _Extraction:
             if self.kind.define(key) == group:
                 self.definitions.setdefault(key, number)
 
-    def _extract(self, key: Key) -> None:
+    def _extract(self, key: _Key) -> None:
         holders = self.occurrences[key]
         target = self.definitions.get(key)
         if target is None:
@@ -171,7 +171,7 @@ class _Extraction:
                 self._replace(number, key, target)
         self.occurrences[key] = {target: 1}
 
-    def _new_node(self, key: Key) -> int:
+    def _new_node(self, key: _Key) -> int:
         values, definition = self.values, self.kind.define(key)
         rank = max(values.rank[n] for n in definition)
         number = len(values.nodes)
@@ -183,7 +183,7 @@ class _Extraction:
         self.candidates.add(number)
         return number
 
-    def _replace(self, number: int, key: Key, target: int) -> None:
+    def _replace(self, number: int, key: _Key, target: int) -> None:
         group = self.groups[number]
         touched = [n for n in dict.fromkeys(key[:2]) if n in group]
         if target in group:
@@ -206,33 +206,33 @@ class _Extraction:
         self._note_definition(number, group)
 
 
-def share_products(values: Values, reachable: Iterable[int]) -> None:
+def share_products(values: ValueGraph, reachable: Iterable[int]) -> None:
     """Rewrite the products among ``reachable`` nodes so that what they have in
     common is computed once. Numbers of nodes keep their meaning."""
-    products: dict[int, Group] = {}
+    products: dict[int, _Group] = {}
     for number in sorted(reachable):
         node = values.nodes[number]
-        if isinstance(node, Product) and len(node.factors) <= LONGEST_GROUP:
+        if isinstance(node, ProductNode) and len(node.factors) <= LONGEST_GROUP:
             products[number] = dict(node.factors)
     _Extraction(values, _Products(), products).run()
     for number, powers in products.items():
-        values.nodes[number] = Product(tuple(sorted((n, int(e)) for n, e in powers.items())))
+        values.nodes[number] = ProductNode(tuple(sorted((n, int(e)) for n, e in powers.items())))
 
 
-def share_sums(values: Values, reachable: Iterable[int]) -> None:
+def share_sums(values: ValueGraph, reachable: Iterable[int]) -> None:
     """Do for sums what :func:`share_products` does for products."""
-    sums: dict[int, Group] = {}
+    sums: dict[int, _Group] = {}
     for number in sorted(reachable):
         node = values.nodes[number]
-        if isinstance(node, Sum) and 1 < len(node.terms) <= LONGEST_GROUP:
+        if isinstance(node, SumNode) and 1 < len(node.terms) <= LONGEST_GROUP:
             sums[number] = dict(node.terms)
     _nest(values, sums)
     _Extraction(values, _Sums(), sums).run()
     for number, terms in sums.items():
-        values.nodes[number] = Sum(tuple(sorted((n, Fraction(c)) for n, c in terms.items())))
+        values.nodes[number] = SumNode(tuple(sorted((n, Fraction(c)) for n, c in terms.items())))
 
 
-def _nest(values: Values, sums: dict[int, Group]) -> None:
+def _nest(values: ValueGraph, sums: dict[int, _Group]) -> None:
     """Write every sum that holds all terms of another one by means of the longest such.
 
     Running sums, of masses along a chain say, so become one addition each.
@@ -258,7 +258,7 @@ def _nest(values: Values, sums: dict[int, Group]) -> None:
             sums[other][number] = sums[other].get(number, 0) + ratio
 
 
-def _ratio(whole: Group, part: Group) -> Fraction | None:
+def _ratio(whole: _Group, part: _Group) -> Fraction | None:
     """What ``part`` is multiplied by in ``whole``, if all its terms are alike."""
     first = next(iter(part))
     ratio = Fraction(whole[first]) / part[first]
@@ -266,12 +266,14 @@ def _ratio(whole: Group, part: Group) -> Fraction | None:
     return ratio if alike else None
 
 
-def share_scaled(values: Values, reachable: Iterable[int], roots: list[Scaled]) -> list[Scaled]:
+def share_scaled(
+    values: ValueGraph, reachable: Iterable[int], roots: list[ScaledNode]
+) -> list[ScaledNode]:
     """Multiply a node by a number once where several sums or roots do; the roots."""
-    sums: dict[int, Sum] = {}
+    sums: dict[int, SumNode] = {}
     for number in sorted(reachable):
         node = values.nodes[number]
-        if isinstance(node, Sum) and len(node.terms) > 1:
+        if isinstance(node, SumNode) and len(node.terms) > 1:
             sums[number] = node
     terms = [(n, c) for node in sums.values() for n, c in node.terms]
     often = Counter((n, abs(c)) for n, c in (*terms, *((n, c) for c, n in roots)))
@@ -283,5 +285,5 @@ def share_scaled(values: Values, reachable: Iterable[int], roots: list[Scaled]) 
         return values.node((magnitude, number)), coefficient / magnitude
 
     for number, node in sums.items():
-        values.nodes[number] = Sum(tuple(sorted(once(n, c) for n, c in node.terms)))
+        values.nodes[number] = SumNode(tuple(sorted(once(n, c) for n, c in node.terms)))
     return [(c, n) for n, c in (once(number, coefficient) for coefficient, number in roots)]

@@ -13,15 +13,15 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from lagrange_cli.program.graph.common_subexpressions import LONGEST_GROUP
-from lagrange_cli.program.graph.value_graph import ONE, Product, Scaled, Sum, Values
+from lagrange_cli.program.graph.value_graph import ONE, ProductNode, ScaledNode, SumNode, ValueGraph
 
 __all__ = ["factor_sums"]
 
-Factor: TypeAlias = tuple[int, int]
+_Factor: TypeAlias = tuple[int, int]
 """A node and the sign of its exponent."""
 
 
-def factor_sums(values: Values, order: Iterable[int]) -> None:
+def factor_sums(values: ValueGraph, order: Iterable[int]) -> None:
     """Rewrite the sums among the nodes ``order``, parts before wholes.
 
     Numbers of nodes keep their meaning.
@@ -30,17 +30,17 @@ def factor_sums(values: Values, order: Iterable[int]) -> None:
     uses: Counter[int] = Counter(part for number in order for part in values.parts(number))
     for number in order:
         node = values.nodes[number]
-        if isinstance(node, Sum) and 1 < len(node.terms) <= LONGEST_GROUP:
+        if isinstance(node, SumNode) and 1 < len(node.terms) <= LONGEST_GROUP:
             terms = _factored(values, dict(node.terms), uses)
-            values.nodes[number] = Sum(tuple(sorted(terms.items())))
+            values.nodes[number] = SumNode(tuple(sorted(terms.items())))
 
 
 def _factored(
-    values: Values, terms: dict[int, Fraction], uses: Counter[int]
+    values: ValueGraph, terms: dict[int, Fraction], uses: Counter[int]
 ) -> dict[int, Fraction]:
     """The terms of a sum after every factor that several share is taken out."""
     while True:
-        holders: dict[Factor, list[int]] = {}
+        holders: dict[_Factor, list[int]] = {}
         for number in terms:
             for factor in _factors(values, number, uses):
                 holders.setdefault(factor, []).append(number)
@@ -55,32 +55,32 @@ def _factored(
             del terms[number]
 
 
-def _factors(values: Values, number: int, uses: Counter[int]) -> list[Factor]:
+def _factors(values: ValueGraph, number: int, uses: Counter[int]) -> list[_Factor]:
     """What can be taken out of a term: it must be used by this sum alone, unless
     the term is itself the factor."""
     node = values.nodes[number]
     whole = [] if number == ONE else [(number, 1)]
-    if isinstance(node, Product) and uses[number] <= 1:
+    if isinstance(node, ProductNode) and uses[number] <= 1:
         return [*whole, *((base, 1 if e > 0 else -1) for base, e in node.factors)]
     return whole
 
 
-def _without(values: Values, number: int, factor: Factor) -> int:
+def _without(values: ValueGraph, number: int, factor: _Factor) -> int:
     """The node that remains of a term when a factor is taken out."""
     base, sign = factor
     if number == base and sign > 0:
         return ONE
     node = values.nodes[number]
-    assert isinstance(node, Product)
+    assert isinstance(node, ProductNode)
     powers = [((Fraction(1), b), e - sign * (b == base)) for b, e in node.factors]
     return values.multiply(powers)[1]
 
 
-def _sum(values: Values, terms: Iterable[Scaled], uses: Counter[int]) -> Scaled:
+def _sum(values: ValueGraph, terms: Iterable[ScaledNode], uses: Counter[int]) -> ScaledNode:
     """The sum of what remains, factored in turn."""
     scale, number = values.add(terms)
     node = values.nodes[number]
-    if isinstance(node, Sum):
+    if isinstance(node, SumNode):
         inner = _factored(values, dict(node.terms), uses)
         scale2, number = values.add((c, n) for n, c in inner.items())
         scale *= scale2
@@ -88,6 +88,6 @@ def _sum(values: Values, terms: Iterable[Scaled], uses: Counter[int]) -> Scaled:
     return scale, number
 
 
-def _times(values: Values, factor: Factor, rest: Scaled) -> Scaled:
+def _times(values: ValueGraph, factor: _Factor, rest: ScaledNode) -> ScaledNode:
     base, sign = factor
     return values.multiply([((Fraction(1), base), sign), (rest, 1)])

@@ -7,10 +7,10 @@ from math import floor, isfinite, log10
 
 from lagrange_cli.errors import InputError, Problem
 
-__all__ = ["DECIMAL_DIGITS", "decimal_literal", "double_literal"]
+__all__ = ["decimal_literal", "double_literal"]
 
 #: Significant digits of non-terminating decimals: enough for quadruple precision.
-DECIMAL_DIGITS = 36
+_DECIMAL_DIGITS = 36
 
 
 def double_literal(value: Fraction) -> str:
@@ -37,9 +37,9 @@ def decimal_literal(value: Fraction) -> str:
         return "0.0"
     sign, value = ("-", -value) if value < 0 else ("", value)
     exponent = _decimal_exponent(value)
-    scaled = value * Fraction(10) ** (DECIMAL_DIGITS - 1 - exponent)
+    scaled = value * Fraction(10) ** (_DECIMAL_DIGITS - 1 - exponent)
     digits = str(round(scaled))
-    if len(digits) > DECIMAL_DIGITS:
+    if len(digits) > _DECIMAL_DIGITS:
         exponent += 1
     fraction = digits[1:].rstrip("0") or "0"
     if -5 < exponent < 16:

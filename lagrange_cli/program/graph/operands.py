@@ -10,7 +10,7 @@ from typing import TypeAlias
 __all__ = [
     "FUNCTIONS",
     "Call",
-    "Number",
+    "Constant",
     "Operand",
     "Product",
     "Sum",
@@ -21,7 +21,7 @@ __all__ = [
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
+class Constant:
     value: Fraction
 
 
@@ -34,7 +34,7 @@ class Variable:
 
 @dataclass(frozen=True, slots=True)
 class Sum:
-    """Σ coefficient · operand; a constant term has a :class:`Number` of 1 as operand."""
+    """Σ coefficient · operand; a constant term has a :class:`Constant` of 1 as operand."""
 
     terms: tuple[tuple[Fraction, Operand], ...]
 
@@ -63,7 +63,7 @@ FUNCTIONS: dict[str, int] = {
     **dict.fromkeys(("atan2", "pow", "min", "max"), 2),
 }
 
-Operand: TypeAlias = Number | Variable | Sum | Product | Call
+Operand: TypeAlias = Constant | Variable | Sum | Product | Call
 
 
 def variables(operand: Operand) -> Iterator[Variable]:

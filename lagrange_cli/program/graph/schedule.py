@@ -13,17 +13,22 @@ from lagrange_cli.program.graph.common_subexpressions import (
     share_sums,
 )
 from lagrange_cli.program.graph.factoring import factor_sums
-from lagrange_cli.program.graph.operands import Call, Number, Operand, Product, Sum, Variable
-from lagrange_cli.program.graph.statement_groups import Assignment, by_family, ordered, rename
-from lagrange_cli.program.graph.value_graph import ONE, Scaled, Values
+from lagrange_cli.program.graph.operands import Call, Constant, Operand, Product, Sum, Variable
+from lagrange_cli.program.graph.statement_groups import (
+    Assignment,
+    grouped_by_shape,
+    in_canonical_order,
+    renamed,
+)
+from lagrange_cli.program.graph.value_graph import ONE, ScaledNode, ValueGraph
 
-__all__ = ["LARGEST_IN_ORDER", "Results", "order_of", "schedule"]
+__all__ = ["LARGEST_IN_ORDER", "order_of", "schedule"]
 
 #: An expression with more leaves than this gets a name of its own.
-LARGEST_INLINE = 12
+_LARGEST_INLINE = 12
 
 #: The terms of a sum with more terms than this get names of their own.
-LONGEST_INLINE_SUM = 20
+_LONGEST_INLINE_SUM = 20
 
 #: A program of more statements has those of one form brought together.
 LARGEST_IN_ORDER = 100
@@ -31,11 +36,13 @@ LARGEST_IN_ORDER = 100
 #: Sums with more terms than this are added up in groups.
 LONGEST_SUM = 24
 
-Assignments: TypeAlias = tuple[Assignment, ...]
-Results: TypeAlias = tuple[tuple[str, tuple[Operand, ...]], ...]
+_Assignments: TypeAlias = tuple[Assignment, ...]
+_Results: TypeAlias = tuple[tuple[str, tuple[Operand, ...]], ...]
 
 
-def schedule(values: Values, wanted: list[tuple[str, list[Scaled]]]) -> tuple[Assignments, Results]:
+def schedule(
+    values: ValueGraph, wanted: list[tuple[str, list[ScaledNode]]]
+) -> tuple[_Assignments, _Results]:
     """Order the nodes that ``wanted`` needs and write them as assignments.
 
     Returns the assignments, and the operands of each of ``wanted`` by name.
@@ -61,16 +68,16 @@ def schedule(values: Values, wanted: list[tuple[str, list[Scaled]]]) -> tuple[As
     return tuple(writer.assignments), results
 
 
-def _in_families(assignments: list[Assignment], results: Results) -> tuple[Assignments, Results]:
+def _in_families(assignments: list[Assignment], results: _Results) -> tuple[_Assignments, _Results]:
     """Assignments of one form together, and named in their new order."""
-    grouped, new = by_family(assignments)
+    grouped, new = grouped_by_shape(assignments)
     return tuple(grouped), tuple(
-        (name, tuple(ordered(rename(operand, new)) for operand in operands))
+        (name, tuple(in_canonical_order(renamed(operand, new)) for operand in operands))
         for name, operands in results
     )
 
 
-def order_of(values: Values, roots: Iterable[int]) -> list[int]:
+def order_of(values: ValueGraph, roots: Iterable[int]) -> list[int]:
     """Every node that the roots need, parts first, in the order of first need."""
     order: list[int] = []
     done: set[int] = set()
@@ -88,26 +95,26 @@ def order_of(values: Values, roots: Iterable[int]) -> list[int]:
     return order
 
 
-def _split_long_sums(values: Values) -> None:
+def _split_long_sums(values: ValueGraph) -> None:
     """Replace sums of many terms by sums of sums: shallow trees, and less rounding."""
     for number in range(len(values.nodes)):
         node = values.nodes[number]
-        while isinstance(node, graph.Sum) and len(node.terms) > LONGEST_SUM:
+        while isinstance(node, graph.SumNode) and len(node.terms) > LONGEST_SUM:
             groups = []
             for start in range(0, len(node.terms), LONGEST_SUM):
                 part = node.terms[start : start + LONGEST_SUM]
                 rank = max(values.rank[n] for n, _ in part)
-                groups.append((values.intern(graph.Sum(part), rank), Fraction(1)))
-            node = values.nodes[number] = graph.Sum(tuple(groups))
+                groups.append((values.intern(graph.SumNode(part), rank), Fraction(1)))
+            node = values.nodes[number] = graph.SumNode(tuple(groups))
 
 
-def _count_uses(values: Values, order: list[int], roots: list[int]) -> dict[int, int]:
+def _count_uses(values: ValueGraph, order: list[int], roots: list[int]) -> dict[int, int]:
     uses = dict.fromkeys(order, 0)
     for root in roots:
         uses[root] += 1
     for number in order:
         node = values.nodes[number]
-        if isinstance(node, graph.Product):
+        if isinstance(node, graph.ProductNode):
             for part, exponent in node.factors:
                 uses[part] += abs(exponent)
         else:
@@ -119,10 +126,10 @@ def _count_uses(values: Values, order: list[int], roots: list[int]) -> dict[int,
 class _Writer:
     """Turns nodes into operands, naming those that are used twice or large."""
 
-    def __init__(self, values: Values) -> None:
+    def __init__(self, values: ValueGraph) -> None:
         self.values = values
         self.assignments: list[tuple[str, Operand]] = []
-        self.operands: dict[int, Operand] = {ONE: Number(Fraction(1))}
+        self.operands: dict[int, Operand] = {ONE: Constant(Fraction(1))}
         self.sizes: dict[int, int] = {ONE: 1}
 
     def write(self, number: int, uses: int) -> None:
@@ -130,20 +137,20 @@ class _Writer:
         node = self.values.nodes[number]
         if number == ONE:
             return
-        if isinstance(node, graph.Input):
+        if isinstance(node, graph.InputNode):
             operand: Operand = Variable(node.name)
             size = 1
         else:
             operand = self._operand(node)
             size = sum(self.sizes[part] for part in self.values.parts(number))
-        if uses > 1 or size > LARGEST_INLINE:
+        if uses > 1 or size > _LARGEST_INLINE:
             operand, size = self._named(operand), 1
         self.operands[number] = operand
         self.sizes[number] = size
 
     def _named(self, operand: Operand) -> Operand:
         """A name for what is not one (or a number) already."""
-        if isinstance(operand, Variable | Number):
+        if isinstance(operand, Variable | Constant):
             return operand
         name = f"w{len(self.assignments)}"
         self.assignments.append((name, operand))
@@ -153,29 +160,29 @@ class _Writer:
         """A coefficient times a written node."""
         operand = self.operands[number]
         if number == ONE:
-            return Number(coefficient)
+            return Constant(coefficient)
         if coefficient == 1:
             return operand
         if isinstance(operand, Sum) and coefficient == -1:
             return Sum(tuple((-c, o) for c, o in operand.terms))
         return Sum(((coefficient, operand),))
 
-    def _operand(self, node: graph.Sum | graph.Product | graph.Call) -> Operand:
+    def _operand(self, node: graph.SumNode | graph.ProductNode | graph.CallNode) -> Operand:
         operands = self.operands
-        if isinstance(node, graph.Call):
+        if isinstance(node, graph.CallNode):
             return Call(node.function, tuple(operands[a] for a in node.arguments))
-        if isinstance(node, graph.Product):
+        if isinstance(node, graph.ProductNode):
             return self._product(node)
         if len(node.terms) == 1:
             ((number, coefficient),) = node.terms
             return self.scaled(coefficient, number)
         # A sum starts with a positive term where it has one.
         terms = sorted(node.terms, key=lambda term: term[1] < 0)
-        if len(terms) > LONGEST_INLINE_SUM:
+        if len(terms) > _LONGEST_INLINE_SUM:
             return Sum(tuple((c, self._named(operands[n])) for n, c in terms))
-        return Sum(tuple((c, operands[n]) for n, c in terms)) if terms else Number(Fraction(0))
+        return Sum(tuple((c, operands[n]) for n, c in terms)) if terms else Constant(Fraction(0))
 
-    def _product(self, node: graph.Product) -> Operand:
+    def _product(self, node: graph.ProductNode) -> Operand:
         numerator: list[Operand] = []
         denominator: list[Operand] = []
         for number, exponent in node.factors:

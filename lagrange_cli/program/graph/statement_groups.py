@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 from lagrange_cli.program.graph.operands import (
     Call,
-    Number,
+    Constant,
     Operand,
     Product,
     Sum,
@@ -24,30 +24,30 @@ from lagrange_cli.program.graph.operands import (
     variables,
 )
 
-__all__ = ["Assignment", "by_family", "ordered", "rename"]
+__all__ = ["Assignment", "grouped_by_shape", "in_canonical_order", "renamed"]
 
 Assignment: TypeAlias = tuple[str, Operand]
 
 #: To how many levels forms must agree: ``p*w`` where w is a sine is not ``p*w`` where it
 #: is a cosine.
-DEPTH = 3
+_DEPTH = 3
 
 _Key: TypeAlias = tuple[str, tuple[int, ...]]
 """The form of an operand, with names cut down to their kind, and the numbers of its names."""
 
 
-def by_family(
+def grouped_by_shape(
     assignments: Sequence[Assignment],
 ) -> tuple[list[Assignment], dict[str, Variable]]:
     """The assignments in an order in which families stand together, named w0, w1, …
 
     Each still stands after what it needs. Terms and factors are in the order of
-    :func:`ordered`. Also old name → new name.
+    :func:`in_canonical_order`. Also old name → new name.
     """
     return _Scheduler(assignments).run()
 
 
-def ordered(operand: Operand) -> Operand:
+def in_canonical_order(operand: Operand) -> Operand:
     """Terms and factors ordered by form, then by the numbers of their names."""
     return _with_key(operand)[0]
 
@@ -57,7 +57,7 @@ def _with_key(operand: Operand) -> tuple[Operand, _Key]:
         kind = operand.name.rstrip("0123456789")
         number = operand.name[len(kind) :]
         return operand, (kind, (int(number),) if number else ())
-    if isinstance(operand, Number):
+    if isinstance(operand, Constant):
         return operand, (str(operand.value), ())
     if isinstance(operand, Sum):
         return _sum_with_key(operand)
@@ -138,14 +138,14 @@ class _Scheduler:
     def _release(self, name: str) -> None:
         family = self.family[name]
         self.waiting[family] -= 1
-        operand, (_, numbers) = _with_key(rename(self.operands[name], self.new))
+        operand, (_, numbers) = _with_key(renamed(self.operands[name], self.new))
         heappush(self.ready.setdefault(family, []), (numbers, name, operand))
 
 
 def _families(operands: Mapping[str, Operand]) -> dict[str, int]:
     """The family of every name: its form, and the forms of what it is made of."""
     family = dict.fromkeys(operands, 0)
-    for _ in range(DEPTH):
+    for _ in range(_DEPTH):
         numbers: dict[str, int] = {}
         kinds = {name: Variable(f"w{number}_") for name, number in family.items()}
 
@@ -158,6 +158,6 @@ def _families(operands: Mapping[str, Operand]) -> dict[str, int]:
     return family
 
 
-def rename(operand: Operand, new: Mapping[str, Variable]) -> Operand:
+def renamed(operand: Operand, new: Mapping[str, Variable]) -> Operand:
     """The operand with other names for some of its variables."""
     return rebuilt(operand, lambda variable: new.get(variable.name, variable))

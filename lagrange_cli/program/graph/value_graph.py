@@ -20,19 +20,28 @@ from lagrange_cli.errors import InternalError, Problem
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
-__all__ = ["ONE", "Call", "Input", "Node", "Product", "Scaled", "Sum", "Values"]
+__all__ = [
+    "ONE",
+    "CallNode",
+    "InputNode",
+    "ProductNode",
+    "ScaledNode",
+    "SumNode",
+    "ValueGraph",
+    "ValueNode",
+]
 
-Scaled: TypeAlias = tuple[Fraction, int]
+ScaledNode: TypeAlias = tuple[Fraction, int]
 """A value: rational coefficient times node."""
 
 #: The node of the number one.
 ONE = 0
 
 #: Integer powers up to this one become multiplications.
-LARGEST_MULTIPLIED_POWER = 64
+_LARGEST_MULTIPLIED_POWER = 64
 
 #: Decimal digits to which irrational constants are evaluated.
-CONSTANT_DIGITS = 50
+_CONSTANT_DIGITS = 50
 
 _ODD = frozenset({"sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh", "sign"})
 _EVEN = frozenset({"cos", "cosh", "abs"})
@@ -54,38 +63,38 @@ _RECIPROCALS: dict[object, str] = {sympy.cot: "tan", sympy.sec: "cos", sympy.csc
 
 
 @dataclass(frozen=True, slots=True)
-class Input:
+class InputNode:
     """An input of the program by its dummy name (``t``, ``q0``, ``v0``, ``p0``)."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
-class Sum:
+class SumNode:
     """Σ coefficient · node; the node :data:`ONE` stands for the constant term."""
 
     terms: tuple[tuple[int, Fraction], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Product:
+class ProductNode:
     """Π node ** exponent, with nonzero integer exponents."""
 
     factors: tuple[tuple[int, int], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class CallNode:
     """An elementary function of nodes."""
 
     function: str
     arguments: tuple[int, ...]
 
 
-Node: TypeAlias = Input | Sum | Product | Call
+ValueNode: TypeAlias = InputNode | SumNode | ProductNode | CallNode
 
 
-class Values:
+class ValueGraph:
     """A growing graph of values over named inputs.
 
     ``rank`` of a node says what it depends on: 0 nothing, 1 parameters only,
@@ -98,14 +107,14 @@ class Values:
     """
 
     def __init__(self, inputs: Sequence[tuple[Symbol, str, int]]) -> None:
-        self.nodes: list[Node] = [Input("1")]
+        self.nodes: list[ValueNode] = [InputNode("1")]
         self.rank: list[int] = [0]
-        self._numbers: dict[Node, int] = {}
-        self._known: dict[Expr, Scaled] = {}
+        self._numbers: dict[ValueNode, int] = {}
+        self._known: dict[Expr, ScaledNode] = {}
         for symbol, name, rank in inputs:
-            self._known[symbol] = (Fraction(1), self.intern(Input(name), rank))
+            self._known[symbol] = (Fraction(1), self.intern(InputNode(name), rank))
 
-    def intern(self, node: Node, rank: int) -> int:
+    def intern(self, node: ValueNode, rank: int) -> int:
         """The number of a node, new or known."""
         number = self._numbers.get(node)
         if number is None:
@@ -117,13 +126,13 @@ class Values:
     def parts(self, number: int) -> tuple[int, ...]:
         """The nodes that a node is made of."""
         node = self.nodes[number]
-        if isinstance(node, Sum):
+        if isinstance(node, SumNode):
             return tuple(n for n, _ in node.terms)
-        if isinstance(node, Product):
+        if isinstance(node, ProductNode):
             return tuple(n for n, _ in node.factors)
-        return node.arguments if isinstance(node, Call) else ()
+        return node.arguments if isinstance(node, CallNode) else ()
 
-    def add(self, values: Iterable[Scaled]) -> Scaled:
+    def add(self, values: Iterable[ScaledNode]) -> ScaledNode:
         """The sum of values, normalised so that its first coefficient is
         positive, and 1 where all have one magnitude."""
         terms: dict[int, Fraction] = {}
@@ -139,10 +148,10 @@ class Values:
             scale = first
         else:
             scale = Fraction(1 if first > 0 else -1)
-        node = Sum(tuple((n, c / scale) for n, c in ordered))
+        node = SumNode(tuple((n, c / scale) for n, c in ordered))
         return scale, self.intern(node, max(self.rank[n] for n, _ in ordered))
 
-    def multiply(self, factors: Iterable[tuple[Scaled, int]]) -> Scaled:
+    def multiply(self, factors: Iterable[tuple[ScaledNode, int]]) -> ScaledNode:
         """The product of values to integer powers."""
         scale, powers = Fraction(1), dict[int, int]()
         for (coefficient, number), exponent in factors:
@@ -157,16 +166,16 @@ class Values:
         if len(ordered) == 1 and ordered[0][1] == 1:
             return scale, ordered[0][0]
         rank = max(self.rank[n] for n, _ in ordered)
-        return scale, self.intern(Product(tuple(ordered)), rank)
+        return scale, self.intern(ProductNode(tuple(ordered)), rank)
 
-    def node(self, value: Scaled) -> int:
+    def node(self, value: ScaledNode) -> int:
         """The node equal to a value, its coefficient included."""
         coefficient, number = value
         if coefficient == 1:
             return number
-        return self.intern(Sum(((number, coefficient),)), self.rank[number])
+        return self.intern(SumNode(((number, coefficient),)), self.rank[number])
 
-    def call(self, function: str, *arguments: Scaled) -> Scaled:
+    def call(self, function: str, *arguments: ScaledNode) -> ScaledNode:
         """A function of values; signs leave odd and even functions."""
         sign = Fraction(1)
         if function in _ODD or function in _EVEN:
@@ -176,9 +185,9 @@ class Values:
             arguments = ((abs(coefficient), number),)
         numbers = tuple(self.node(a) for a in arguments)
         rank = max(self.rank[n] for n in numbers)
-        return sign, self.intern(Call(function, numbers), rank)
+        return sign, self.intern(CallNode(function, numbers), rank)
 
-    def convert(self, expression: Expr) -> Scaled:
+    def convert(self, expression: Expr) -> ScaledNode:
         """The value of a SymPy expression over the inputs.
 
         Raises
@@ -200,7 +209,7 @@ class Values:
                 stack.pop()
         return self._known[expression]
 
-    def _convert_known(self, e: Expr) -> Scaled:
+    def _convert_known(self, e: Expr) -> ScaledNode:
         """The value of an expression whose arguments are known."""
         known = self._known
         if e.is_Number or e.is_NumberSymbol:
@@ -215,21 +224,21 @@ class Values:
             return self._power(e.base, e.exp)
         return self._function(e)
 
-    def _factors(self, e: Expr) -> list[tuple[Scaled, int]]:
+    def _factors(self, e: Expr) -> list[tuple[ScaledNode, int]]:
         """The factors that a factor of a product brings: x and y of (x·y)⁻¹ each."""
         coefficient, number = self._known[e]
         node = self.nodes[number]
-        if e.is_Pow and isinstance(node, Product):
+        if e.is_Pow and isinstance(node, ProductNode):
             powers = [((Fraction(1), base), exponent) for base, exponent in node.factors]
             return [((coefficient, ONE), 1), *powers]
         return [((coefficient, number), 1)]
 
-    def _power(self, base: Expr, exponent: Expr) -> Scaled:
+    def _power(self, base: Expr, exponent: Expr) -> ScaledNode:
         if base is sympy.E:
             return self.call("exp", self._known[exponent])
         value = self._known[base]
         twice = 2 * exponent
-        if not (twice.is_Integer and abs(exponent) <= LARGEST_MULTIPLIED_POWER):
+        if not (twice.is_Integer and abs(exponent) <= _LARGEST_MULTIPLIED_POWER):
             if exponent.is_Rational:
                 return self.call("pow", value, (_constant(exponent), ONE))
             return self.call("pow", value, self._known[exponent])
@@ -240,7 +249,7 @@ class Values:
             factors.append((self.call("sqrt", value), sign))
         return self.multiply(factors)
 
-    def _function(self, e: Expr) -> Scaled:
+    def _function(self, e: Expr) -> ScaledNode:
         arguments = [self._known[a] for a in _arguments(e)]
         if e.func in _RECIPROCALS:
             return self.multiply([(self.call(_RECIPROCALS[e.func], *arguments), -1)])
@@ -255,7 +264,7 @@ class Values:
             return self._extremum(name, arguments)
         return self.call(name, *arguments)
 
-    def _extremum(self, name: str, arguments: list[Scaled]) -> Scaled:
+    def _extremum(self, name: str, arguments: list[ScaledNode]) -> ScaledNode:
         arguments.sort(key=lambda value: (value[1], value[0]))
         result = arguments[0]
         for argument in arguments[1:]:
@@ -276,7 +285,7 @@ def _constant(e: Expr) -> Fraction:
     """A constant expression as a fraction, exact if it is rational."""
     if e.is_Rational:
         return Fraction(int(e.p), int(e.q))
-    number = e if e.is_Float else e.evalf(CONSTANT_DIGITS)
+    number = e if e.is_Float else e.evalf(_CONSTANT_DIGITS)
     if not (number.is_Float and number.is_finite):
         raise _unprintable(f"the constant {e}")
     exact = sympy.Rational(number)

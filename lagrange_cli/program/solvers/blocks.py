@@ -26,7 +26,7 @@ import sympy
 
 from lagrange_cli.mechanics.dynamics.solve_exactly import ExactSolution, solve_exactly
 from lagrange_cli.mechanics.sparse import entries
-from lagrange_cli.program.graph.value_graph import ONE, Input, Scaled, Values
+from lagrange_cli.program.graph.value_graph import ONE, InputNode, ScaledNode, ValueGraph
 from lagrange_cli.program.solvers.bandwidth import bandwidth, elimination_order, is_banded
 
 if TYPE_CHECKING:
@@ -34,22 +34,22 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["LARGEST_UNROLLED", "Block", "System", "solve_blocks"]
+__all__ = ["MassMatrixSystem", "MatrixBlock", "solve_blocks"]
 
 #: Positive definite blocks up to this size are written out.
-LARGEST_UNROLLED = 4
+_LARGEST_UNROLLED = 4
 
-_ZERO: Scaled = (Fraction(0), ONE)
+_ZERO: ScaledNode = (Fraction(0), ONE)
 
-#: The rank of multipliers (see :class:`lagrange_cli.program.graph.value_graph.Values`).
+#: The rank of multipliers (see :class:`lagrange_cli.program.graph.value_graph.ValueGraph`).
 _FOUND = 5
 
-_Rows: TypeAlias = list[dict[int, Scaled]]
+_Rows: TypeAlias = list[dict[int, ScaledNode]]
 """The entries of a matrix that are not zero, row by row."""
 
 
 @dataclass(frozen=True)
-class Block:
+class MatrixBlock:
     """Coordinates (indices, ascending) whose accelerations are found together.
 
     ``unrolled``: by straight-line code whose pivots are to be checked, else by
@@ -60,7 +60,7 @@ class Block:
     multipliers alone are solved for, closures as far apart as this having
     coordinates in common; ``start`` is where in the workspace they are found,
     behind the band. ``compliant``: what stands on the diagonal of the closures is given
-    too (see :class:`System`).
+    too (see :class:`MassMatrixSystem`).
     """
 
     coordinates: tuple[int, ...]
@@ -86,7 +86,7 @@ class Block:
 
 
 @dataclass(frozen=True)
-class System:
+class MassMatrixSystem:
     """M x = ``right`` + Σ λ·gradient and gradient·x + bias = 0 for each of ``closures``.
 
     ``closures``: (gradient, bias) each. ``whole``: blocks without closures are
@@ -109,14 +109,14 @@ class _Unrolled(NamedTuple):
     """What straight-line code for one block computes."""
 
     exact: bool
-    accelerations: list[Scaled]
-    pivots: list[Scaled]
-    scales: list[Scaled]
+    accelerations: list[ScaledNode]
+    pivots: list[ScaledNode]
+    scales: list[ScaledNode]
 
 
 def solve_blocks(
-    values: Values, equations: Equations, system: System
-) -> tuple[tuple[Block, ...], list[tuple[str, list[Scaled]]]]:
+    values: ValueGraph, equations: Equations, system: MassMatrixSystem
+) -> tuple[tuple[MatrixBlock, ...], list[tuple[str, list[ScaledNode]]]]:
     """Blocks of a system with the mass matrix and the outputs that solve it.
 
     The outputs are ``acceleration`` (of the coordinates of unrolled blocks, by
@@ -132,14 +132,14 @@ def solve_blocks(
     gradients = _converted(values, [gradient for gradient, _ in system.closures])
     definite = facts.positive_definite_mass_matrix
     names = ("acceleration", "pivots", "scales", "dense_matrix", "dense_forcing")
-    outputs: dict[str, list[Scaled]] = {name: [] for name in names}
-    blocks: list[Block] = []
+    outputs: dict[str, list[ScaledNode]] = {name: [] for name in names}
+    blocks: list[MatrixBlock] = []
     for of, closures in _components(matrix, gradients):
         if not (closures or system.whole):
             continue
         if not closures and _unrolled(len(of), definite):
             exact, *solution = _unroll(values, equations, system.right, of)
-            blocks.append(Block(of, unrolled=True, definite=definite, exact=exact))
+            blocks.append(MatrixBlock(of, unrolled=True, definite=definite, exact=exact))
             for name, found in zip(names, solution, strict=False):
                 outputs[name].extend(found)
             continue
@@ -151,7 +151,7 @@ def solve_blocks(
             definitely = definite and not closures
             compliant = bool(closures and equations.contacts)
             blocks.append(
-                Block(of, False, definite=definitely, closures=closures, compliant=compliant)
+                MatrixBlock(of, False, definite=definitely, closures=closures, compliant=compliant)
             )
             outputs["dense_matrix"].extend(
                 matrix[i].get(j, _ZERO) for k, i in enumerate(of) for j in of[k:]
@@ -166,7 +166,7 @@ def solve_blocks(
     return tuple(blocks), list(outputs.items())
 
 
-def _inertia(values: Values, equations: Equations) -> _Rows:
+def _inertia(values: ValueGraph, equations: Equations) -> _Rows:
     """The mass matrix; where it is proven diagonal its zeros need not be visible."""
     rows = equations.mass_matrix
     if not equations.facts.diagonal_mass_matrix:
@@ -175,7 +175,7 @@ def _inertia(values: Values, equations: Equations) -> _Rows:
     return [{i: value} if value[0] else {} for i, value in enumerate(diagonal)]
 
 
-def _converted(values: Values, rows: Iterable[Sequence[Expr]]) -> _Rows:
+def _converted(values: ValueGraph, rows: Iterable[Sequence[Expr]]) -> _Rows:
     found = []
     for row in rows:
         held = {j: values.convert(e) for j, e in entries(row).items()}
@@ -188,8 +188,8 @@ def _banded(
     closures: tuple[int, ...],
     matrix: _Rows,
     gradients: _Rows,
-    before: Sequence[Block],
-) -> Block | None:
+    before: Sequence[MatrixBlock],
+) -> MatrixBlock | None:
     """The block with its closures in an order that makes a band of S, where that is worth it."""
     if not closures or any(matrix[i].keys() != {i} for i in of):
         return None
@@ -199,14 +199,19 @@ def _banded(
         return None
     end = max((b.start + len(b.closures) for b in before if b.band is not None), default=0)
     start = end + len(closures) * (band + 1)
-    return Block(of, False, False, closures=closures, band=band, start=start)
+    return MatrixBlock(of, False, False, closures=closures, band=band, start=start)
 
 
 class _Band:
     """S λ = r and the accelerations that follow, for one block."""
 
     def __init__(
-        self, values: Values, equations: Equations, system: System, block: Block, gradients: _Rows
+        self,
+        values: ValueGraph,
+        equations: Equations,
+        system: MassMatrixSystem,
+        block: MatrixBlock,
+        gradients: _Rows,
     ) -> None:
         self.values = values
         self.system = system
@@ -221,7 +226,7 @@ class _Band:
         ]
         self.free = {i: values.convert(system.right[i] / m) for i, m in mass.items()}
 
-    def write(self, outputs: dict[str, list[Scaled]]) -> None:
+    def write(self, outputs: dict[str, list[ScaledNode]]) -> None:
         """The band by rows from the diagonal on, r, and the accelerations."""
         band = self.block.band or 0
         for k, row in enumerate(self.gradients):
@@ -235,30 +240,30 @@ class _Band:
         if not self.system.multipliers:
             outputs["acceleration"].extend(self._accelerations())
 
-    def _dot(self, a: Mapping[int, Scaled], b: Mapping[int, Scaled]) -> Scaled:
+    def _dot(self, a: Mapping[int, ScaledNode], b: Mapping[int, ScaledNode]) -> ScaledNode:
         """a·b over the coordinates that both hold."""
         pairs = [(a[i], b[i]) for i in a if i in b]
         return self.values.add(self.values.multiply([(x, 1), (y, 1)]) for x, y in pairs)
 
-    def _drive(self, row: Mapping[int, Scaled], bias: Expr) -> Scaled:
+    def _drive(self, row: Mapping[int, ScaledNode], bias: Expr) -> ScaledNode:
         """−bias − gradient·(f/M) of one closure."""
         work = self._dot(row, {i: self.free[i] for i in row if self.free[i][0]})
         coefficient, number = self.values.add([work, self.values.convert(bias)])
         return -coefficient, number
 
-    def _accelerations(self) -> Iterator[Scaled]:
+    def _accelerations(self) -> Iterator[ScaledNode]:
         """(f + Σ λ·gradient)/M of each coordinate."""
         values = self.values
         found = {i: [free] for i, free in self.free.items()}
         for name, row in zip(self.block.multipliers, self.directions, strict=True):
-            multiplier = Fraction(1), values.intern(Input(name), _FOUND)
+            multiplier = Fraction(1), values.intern(InputNode(name), _FOUND)
             for i, direction in row.items():
                 found[i].append(values.multiply([(direction, 1), (multiplier, 1)]))
         return map(values.add, found.values())
 
 
 def _unrolled(size: int, definite: bool) -> bool:
-    return size == 1 or (definite and size <= LARGEST_UNROLLED)
+    return size == 1 or (definite and size <= _LARGEST_UNROLLED)
 
 
 def _components(matrix: _Rows, gradients: _Rows) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
@@ -288,7 +293,7 @@ def _components(matrix: _Rows, gradients: _Rows) -> list[tuple[tuple[int, ...], 
 
 
 def _unroll(
-    values: Values, equations: Equations, right: Sequence[Expr], of: tuple[int, ...]
+    values: ValueGraph, equations: Equations, right: Sequence[Expr], of: tuple[int, ...]
 ) -> _Unrolled:
     """A block in straight-line code: exact where that is known to be stable and short."""
     mass = [[equations.mass_matrix[i][j] for j in of] for i in of]
@@ -301,9 +306,9 @@ def _unroll(
     return _ldl_solve(values, matrix, [values.convert(f) for f in forcing])
 
 
-def _substitute(values: Values, solution: ExactSolution) -> _Unrolled:
+def _substitute(values: ValueGraph, solution: ExactSolution) -> _Unrolled:
     """The exact solution, step by step."""
-    found: dict[int, Scaled] = {}
+    found: dict[int, ScaledNode] = {}
     for step in solution.steps:
         rest = values.convert(step.numerator)
         for other, coupling in step.coupling:
@@ -313,7 +318,9 @@ def _substitute(values: Values, solution: ExactSolution) -> _Unrolled:
     return _Unrolled(True, [found[i] for i in sorted(found)], pivots, [_ZERO] * len(pivots))
 
 
-def _ldl_solve(values: Values, matrix: list[list[Scaled]], right: list[Scaled]) -> _Unrolled:
+def _ldl_solve(
+    values: ValueGraph, matrix: list[list[ScaledNode]], right: list[ScaledNode]
+) -> _Unrolled:
     """Straight-line solution by M = L D Lᵀ. Entries that are zero cost nothing."""
     n = len(matrix)
     rows = [list(row) for row in matrix]
@@ -332,11 +339,11 @@ def _ldl_solve(values: Values, matrix: list[list[Scaled]], right: list[Scaled]) 
     return _Unrolled(False, y, [rows[i][i] for i in range(n)], diagonal)
 
 
-def _divide(values: Values, a: Scaled, b: Scaled) -> Scaled:
+def _divide(values: ValueGraph, a: ScaledNode, b: ScaledNode) -> ScaledNode:
     return values.multiply([(a, 1), (b, -1)])
 
 
-def _less(values: Values, a: Scaled, b: Scaled, c: Scaled) -> Scaled:
+def _less(values: ValueGraph, a: ScaledNode, b: ScaledNode, c: ScaledNode) -> ScaledNode:
     """a − b·c."""
     coefficient, number = values.multiply([(b, 1), (c, 1)])
     return values.add([a, (-coefficient, number)])

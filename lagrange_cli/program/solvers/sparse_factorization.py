@@ -24,23 +24,30 @@ from lagrange_cli.program.solvers.bandwidth import (
     operations_of_band,
 )
 
-__all__ = ["Band", "Factors", "Supernode", "Supernodes", "Update", "factors"]
+__all__ = [
+    "BandFactors",
+    "Factors",
+    "SupernodalFactors",
+    "Supernode",
+    "Update",
+    "choose_factorization",
+]
 
 #: Bands as narrow as this are taken without looking for another order.
-NARROW = 4
+_NARROW = 4
 
 #: How many operations of a band take as long as one of supernodes.
-SPEED_OF_BAND = 2
+_SPEED_OF_BAND = 2
 
 #: Part of the numbers of a supernode that may be zeros for the sake of its rectangle.
-ZEROS = 0.25
+_ZEROS = 0.25
 
 #: Supernodes of fewer columns take any zeros.
-FEWEST_COLUMNS = 3
+_FEWEST_COLUMNS = 3
 
 
 @dataclass(frozen=True)
-class Band:
+class BandFactors:
     """L D Lᵀ of a band: rows from the diagonal on to ``width`` columns right of it.
 
     ``order``: the closures, first to last.
@@ -95,7 +102,7 @@ class Supernode:
 
 
 @dataclass(frozen=True)
-class Supernodes:
+class SupernodalFactors:
     """L D Lᵀ by dense rectangles.
 
     ``order``: the closures, first to last.
@@ -133,21 +140,21 @@ class Supernodes:
         return self._places[row, column]
 
 
-Factors = Band | Supernodes
+Factors = BandFactors | SupernodalFactors
 
 
-def factors(held: Sequence[Iterable[int]]) -> Factors:
+def choose_factorization(held: Sequence[Iterable[int]]) -> Factors:
     """The cheaper of the two ways, for closures by the coordinates of each."""
     held = [tuple(of) for of in held]
     order = elimination_order(held)
-    band = Band(order, bandwidth([held[k] for k in order]))
-    if band.width <= NARROW:
+    band = BandFactors(order, bandwidth([held[k] for k in order]))
+    if band.width <= _NARROW:
         return band
     nodes = supernodes(couplings(held))
-    return nodes if SPEED_OF_BAND * nodes.operations < band.operations else band
+    return nodes if _SPEED_OF_BAND * nodes.operations < band.operations else band
 
 
-def supernodes(touching: Sequence[Iterable[int]]) -> Supernodes:
+def supernodes(touching: Sequence[Iterable[int]]) -> SupernodalFactors:
     """Supernodes in an order of least degree, for the neighbours of each closure."""
     order, filled = _least_degree(touching)
     order, filled = _children_first(order, filled)
@@ -158,7 +165,7 @@ def supernodes(touching: Sequence[Iterable[int]]) -> Supernodes:
         rows = (*range(first, last), *below)
         nodes.append(Supernode(first, last - first, rows, start, ()))
         start += (last - first) * len(rows)
-    return Supernodes(tuple(order), tuple(_updated(nodes)))
+    return SupernodalFactors(tuple(order), tuple(_updated(nodes)))
 
 
 def _least_degree(touching: Sequence[Iterable[int]]) -> tuple[list[int], list[list[int]]]:
@@ -214,7 +221,7 @@ def _merged(filled: Sequence[Sequence[int]]) -> list[tuple[int, int, Sequence[in
             if below and below[0] == k:
                 more = zeros + columns * (len(rows) + 1 - len(below))
                 size = (columns + 1) * (columns + 1 + len(rows))
-                if more <= ZEROS * size or columns < FEWEST_COLUMNS:
+                if more <= _ZEROS * size or columns < _FEWEST_COLUMNS:
                     spans[-1] = first, k + 1, rows
                     zeros = more
                     continue

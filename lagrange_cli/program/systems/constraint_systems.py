@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import sympy
 
 from lagrange_cli.mechanics.sparse import entries
-from lagrange_cli.program.solvers.blocks import System
+from lagrange_cli.program.solvers.blocks import MassMatrixSystem
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -56,35 +56,35 @@ def _products(closure: Closure, by: Sequence[Expr]) -> list[Expr]:
     return [g * by[j] for j, g in entries(closure.gradient).items()]
 
 
-def _acceleration(e: Equations) -> System:
-    return System(e.forcing, [(c.gradient, c.bias) for c in e.closures])
+def _acceleration(e: Equations) -> MassMatrixSystem:
+    return MassMatrixSystem(e.forcing, [(c.gradient, c.bias) for c in e.closures])
 
 
-def _multipliers(e: Equations) -> System:
+def _multipliers(e: Equations) -> MassMatrixSystem:
     closures = [(c.gradient, c.bias) for c in e.closures]
-    return System(e.forcing, closures, whole=False, multipliers=True)
+    return MassMatrixSystem(e.forcing, closures, whole=False, multipliers=True)
 
 
-def _position_change(e: Equations) -> System:
+def _position_change(e: Equations) -> MassMatrixSystem:
     closures = [(c.gradient, c.expression) for c in _position_closures(e)]
-    return System([sympy.S.Zero] * len(e.coordinates), closures, whole=False)
+    return MassMatrixSystem([sympy.S.Zero] * len(e.coordinates), closures, whole=False)
 
 
-def _shifted_change(e: Equations) -> System:
+def _shifted_change(e: Equations) -> MassMatrixSystem:
     """Like a change of positions, of those that stand in the place of velocities, along the
     gradients at the positions (RATTLE; *Geometric Numerical Integration*, VII.1.4)."""
     there = {c.q: c.v for c in e.coordinates}
     closures = [(c.gradient, c.expression.xreplace(there)) for c in _position_closures(e)]
-    return System([sympy.S.Zero] * len(e.coordinates), closures, whole=False)
+    return MassMatrixSystem([sympy.S.Zero] * len(e.coordinates), closures, whole=False)
 
 
-def _velocity_change(e: Equations) -> System:
+def _velocity_change(e: Equations) -> MassMatrixSystem:
     closures = [(c.gradient, rate) for c, rate in zip(e.closures, _rates(e), strict=True)]
-    return System([sympy.S.Zero] * len(e.coordinates), closures, whole=False)
+    return MassMatrixSystem([sympy.S.Zero] * len(e.coordinates), closures, whole=False)
 
 
 #: What is found by solving a system with the mass matrix.
-CLOSURE_SYSTEMS: dict[str, Callable[[Equations], System]] = {
+CLOSURE_SYSTEMS: dict[str, Callable[[Equations], MassMatrixSystem]] = {
     "acceleration": _acceleration,
     "multipliers": _multipliers,
     "position_change": _position_change,

@@ -19,7 +19,7 @@ import sympy
 
 from lagrange_cli.mechanics.equations import Parameter
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
-from lagrange_cli.program.solvers.blocks import System
+from lagrange_cli.program.solvers.blocks import MassMatrixSystem
 from lagrange_cli.program.systems.constraint_systems import (
     gradient_square,
     rate_of,
@@ -35,13 +35,13 @@ if TYPE_CHECKING:
 __all__ = [
     "CONTACT_OUTPUTS",
     "CONTACT_SYSTEMS",
-    "Among",
-    "among_closures",
-    "flagged",
+    "WeightedClosures",
+    "weighted_closures",
+    "with_contact_flags",
 ]
 
 
-def flagged(equations: Equations) -> Equations:
+def with_contact_flags(equations: Equations) -> Equations:
     """The equations with U flags and then U targets as further parameters, for U contacts.
 
     A flag is 1.0 in contact and 0.0 else; targets are what an impulse changes the
@@ -75,11 +75,11 @@ def _system(
     *,
     whole: bool = False,
     multipliers: bool = False,
-) -> System:
+) -> MassMatrixSystem:
     """The system of weighted closures: rows with weight 0 leave their multipliers zero."""
     rows = [_times(weight, closure.gradient) for closure, weight in of]
     biases = [weight * b for (_, weight), b in zip(of, bias, strict=True)]
-    return System(
+    return MassMatrixSystem(
         right,
         list(zip(rows, biases, strict=True)),
         whole=whole,
@@ -98,23 +98,23 @@ def _rest(e: Equations) -> list[Expr]:
     return [sympy.S.Zero] * len(e.coordinates)
 
 
-def _acceleration(e: Equations) -> System:
+def _acceleration(e: Equations) -> MassMatrixSystem:
     return _system(_weighted(e), e.forcing, (c.bias for c, _ in _weighted(e)), whole=True)
 
 
-def _multipliers(e: Equations) -> System:
+def _multipliers(e: Equations) -> MassMatrixSystem:
     return _system(_weighted(e), e.forcing, (c.bias for c, _ in _weighted(e)), multipliers=True)
 
 
-def _position_change(e: Equations) -> System:
+def _position_change(e: Equations) -> MassMatrixSystem:
     return _system(_positions(e), _rest(e), (c.expression for c, _ in _positions(e)))
 
 
-def _velocity_change(e: Equations) -> System:
+def _velocity_change(e: Equations) -> MassMatrixSystem:
     return _system(_weighted(e), _rest(e), (rate_of(c, e) for c, _ in _weighted(e)))
 
 
-def _impulse(e: Equations) -> System:
+def _impulse(e: Equations) -> MassMatrixSystem:
     changes = [*(sympy.S.Zero for _ in e.closures), *_targets(e)]
     return _system(_weighted(e), _rest(e), changes)
 
@@ -125,10 +125,11 @@ def _targets(e: Equations) -> list[Expr]:
 
 
 @dataclass(frozen=True)
-class Among:
+class WeightedClosures:
     """Outputs of equations in which contacts stand among the closures, weighted by their flags.
 
-    ``compliance``: what is on the diagonal of each closure (see :class:`.solvers.blocks.System`);
+    ``compliance``: what is on the diagonal of each closure (see
+    :class:`.solvers.blocks.MassMatrixSystem`);
     ``flags``: how many of the last parameters are flags and targets.
     """
 
@@ -138,18 +139,18 @@ class Among:
     flags: int = 0
 
 
-def among_closures(e: Equations, outputs: Sequence[str]) -> Among:
+def weighted_closures(e: Equations, outputs: Sequence[str]) -> WeightedClosures:
     """Outputs as those of closures, with the equations that they are then of."""
     contacts = [contact.closure for contact in e.contacts]
     if outputs[0] == "gaps":
         names = (name.replace("gap", "closure", 1) for name in outputs)
-        return Among(replace(e, closures=tuple(contacts)), tuple(names))
+        return WeightedClosures(replace(e, closures=tuple(contacts)), tuple(names))
     if outputs[0] == "impulse":
         changes = [*(sympy.S.Zero for _ in e.closures), *_targets(e)]
     elif outputs[0].startswith("contact_"):
         changes = [closure.bias for closure, _ in _weighted(e)]
     else:
-        return Among(e, tuple(outputs))
+        return WeightedClosures(e, tuple(outputs))
     weighted = [
         replace(
             closure,
@@ -164,11 +165,11 @@ def among_closures(e: Equations, outputs: Sequence[str]) -> Among:
     names = (name.removeprefix("contact_") for name in outputs)
     compliance = tuple(1 - weight for _, weight in _weighted(e))
     flags = 2 * len(contacts)
-    return Among(replace(e, closures=tuple(weighted)), tuple(names), compliance, flags)
+    return WeightedClosures(replace(e, closures=tuple(weighted)), tuple(names), compliance, flags)
 
 
 #: What is found by solving a system with the mass matrix, of flagged equations.
-CONTACT_SYSTEMS: dict[str, Callable[[Equations], System]] = {
+CONTACT_SYSTEMS: dict[str, Callable[[Equations], MassMatrixSystem]] = {
     "contact_acceleration": _acceleration,
     "contact_multipliers": _multipliers,
     "contact_position_change": _position_change,

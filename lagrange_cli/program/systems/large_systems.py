@@ -15,62 +15,64 @@ from itertools import count
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from lagrange_cli.mechanics.sparse import entries
-from lagrange_cli.program.graph.value_graph import ONE, Product, Scaled, Values
+from lagrange_cli.program.graph.value_graph import ONE, ProductNode, ScaledNode, ValueGraph
 from lagrange_cli.program.solvers.bandwidth import FEWEST_UNKNOWNS
-from lagrange_cli.program.solvers.sparse_factorization import factors
+from lagrange_cli.program.solvers.sparse_factorization import choose_factorization
 from lagrange_cli.program.systems.loops import (
-    Elimination,
     Formula,
-    Found,
-    Kernels,
-    Part,
-    Term,
+    LoopBuilder,
+    ProgramPart,
+    ScaledCell,
+    SparseSolve,
+    SumOfProducts,
     Zeros,
 )
-from lagrange_cli.program.systems.shapes import Forms, Place
+from lagrange_cli.program.systems.shapes import ArrayCell, ShapeTable
 
 if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.mechanics.equations import Closure, Coordinate, Equations
-    from lagrange_cli.program.systems.contact_systems import Among
+    from lagrange_cli.program.systems.contact_systems import WeightedClosures
 
-__all__ = ["Wide", "is_wide", "wide"]
+__all__ = ["LargeSystem", "is_large_system", "large_system"]
 
 #: Coordinates without closures that are worth loops over their forms.
-FEWEST_FREE = 100
+_FEWEST_FREE = 100
 
 #: Programs of more parts have too little in common for loops.
-MOST_PARTS = 256
+_MOST_PARTS = 256
 
-_Row: TypeAlias = dict[int, tuple[Found, Found]]
+_Row: TypeAlias = dict[int, tuple[ScaledCell, ScaledCell]]
 """Coordinate → entry of a gradient, and the same over the mass."""
 
 
-class Wide(NamedTuple):
+class LargeSystem(NamedTuple):
     """Parts of a program, what they take of the workspace, and how many results they store.
 
     ``solves``: accelerations or what else is found with the mass matrix, beside ``closures``.
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[ProgramPart, ...]
     work: int
     results: int
     solves: bool = False
     closures: tuple[int, ...] = ()
 
 
-def is_wide(equations: Equations) -> bool:
+def is_large_system(equations: Equations) -> bool:
     """Whether the programs of a system are made of kernels."""
     n, m = len(equations.coordinates), len(equations.closures) + len(equations.contacts)
-    large = n + m >= FEWEST_UNKNOWNS if m else n >= FEWEST_FREE
+    large = n + m >= FEWEST_UNKNOWNS if m else n >= _FEWEST_FREE
     if not large or not equations.facts.positive_definite_mass_matrix:
         return False
     rows = enumerate(equations.mass_matrix)
     return equations.facts.diagonal_mass_matrix or all(entries(r).keys() == {i} for i, r in rows)
 
 
-def wide(asked: Among, plain: Callable[[str], Sequence[Expr]]) -> Wide | None:
+def large_system(
+    asked: WeightedClosures, plain: Callable[[str], Sequence[Expr]]
+) -> LargeSystem | None:
     """The program of what is asked for, None where loops would not shorten it.
 
     Parameters
@@ -84,7 +86,7 @@ def wide(asked: Among, plain: Callable[[str], Sequence[Expr]]) -> Wide | None:
     equations, outputs = asked.equations, asked.outputs
     if outputs[0] in _SYSTEMS:
         return _System(asked, _SYSTEMS[outputs[0]]).program()
-    kernels = Kernels(Forms(_inputs(asked)))
+    kernels = LoopBuilder(ShapeTable(_inputs(asked)))
     formulas: list[Formula] = []
     for name in outputs:
         if name == "mass_matrix":
@@ -99,11 +101,11 @@ def wide(asked: Among, plain: Callable[[str], Sequence[Expr]]) -> Wide | None:
             formulas += [Formula("value", (e,), _Values((e,))) for e in plain(name)]
     # Matrices are by rows, and stand first.
     first = len(equations.coordinates) * _rows(equations, outputs[0])
-    targets = (Place("out", k) for k in count(first))
+    targets = (ArrayCell("out", k) for k in count(first))
     kernels.evaluate([f if f.targets else f.to(next(targets)) for f in formulas])
-    if len(kernels.parts) > MOST_PARTS:
+    if len(kernels.parts) > _MOST_PARTS:
         return None
-    return Wide(tuple(kernels.parts), kernels.size, next(targets).number)
+    return LargeSystem(tuple(kernels.parts), kernels.size, next(targets).number)
 
 
 def _rows(equations: Equations, output: str) -> int:
@@ -112,18 +114,18 @@ def _rows(equations: Equations, output: str) -> int:
     return len(rows.get(output, ()))
 
 
-def _inputs(asked: Among) -> dict[Expr, Place]:
+def _inputs(asked: WeightedClosures) -> dict[Expr, ArrayCell]:
     """Where every input stands. Flags of contacts and targets of impulses, behind the
     parameters, are told from these: emitted code has them in an array of their own."""
     equations = asked.equations
-    places: dict[Expr, Place] = {equations.t: Place("t", 0)}
+    places: dict[Expr, ArrayCell] = {equations.t: ArrayCell("t", 0)}
     own = len(equations.parameters) - asked.flags
     places |= {
-        p.symbol: Place("p" if i < own else "s", i) for i, p in enumerate(equations.parameters)
+        p.symbol: ArrayCell("p" if i < own else "s", i) for i, p in enumerate(equations.parameters)
     }
-    places |= {given.symbol: Place("u", i) for i, given in enumerate(equations.inputs)}
-    places |= {c.q: Place("q", i) for i, c in enumerate(equations.coordinates)}
-    return places | {c.v: Place("v", i) for i, c in enumerate(equations.coordinates)}
+    places |= {given.symbol: ArrayCell("u", i) for i, given in enumerate(equations.inputs)}
+    places |= {c.q: ArrayCell("q", i) for i, c in enumerate(equations.coordinates)}
+    return places | {c.v: ArrayCell("v", i) for i, c in enumerate(equations.coordinates)}
 
 
 @dataclass(frozen=True)
@@ -132,27 +134,27 @@ class _Values:
 
     expressions: tuple[Expr, ...]
 
-    def __call__(self, values: Values) -> list[Scaled]:
+    def __call__(self, values: ValueGraph) -> list[ScaledNode]:
         return [values.convert(expression) for expression in self.expressions]
 
 
-def _mass_matrix(kernels: Kernels, equations: Equations) -> list[Formula]:
+def _mass_matrix(kernels: LoopBuilder, equations: Equations) -> list[Formula]:
     """The diagonal, in a matrix by rows that is zero elsewhere."""
     n = len(equations.coordinates)
     kernels.parts.append(Zeros("out", 0, n * n))
     diagonal = [row[i] for i, row in enumerate(equations.mass_matrix)]
     return [
-        Formula("value", (e,), _Values((e,)), (Place("out", i * n + i),))
+        Formula("value", (e,), _Values((e,)), (ArrayCell("out", i * n + i),))
         for i, e in enumerate(diagonal)
     ]
 
 
-def _gradients(kernels: Kernels, equations: Equations) -> list[Formula]:
+def _gradients(kernels: LoopBuilder, equations: Equations) -> list[Formula]:
     """Those of the gaps by rows."""
     n = len(equations.coordinates)
     kernels.parts.append(Zeros("out", 0, n * len(equations.contacts)))
     return [
-        Formula("value", (e,), _Values((e,)), (Place("out", k * n + j),))
+        Formula("value", (e,), _Values((e,)), (ArrayCell("out", k * n + j),))
         for k, contact in enumerate(equations.contacts)
         for j, e in entries(contact.closure.gradient).items()
     ]
@@ -165,7 +167,7 @@ class _GradientSquare:
     gradient: tuple[Expr, ...]
     masses: tuple[Expr, ...]
 
-    def __call__(self, values: Values) -> list[Scaled]:
+    def __call__(self, values: ValueGraph) -> list[ScaledNode]:
         pairs = zip(self.gradient, self.masses, strict=True)
         terms = [
             values.multiply([(values.convert(g), 2), (values.convert(m), -1)]) for g, m in pairs
@@ -185,37 +187,39 @@ def _gradient_squares(equations: Equations) -> list[Formula]:
     return formulas
 
 
-_OfClosure: TypeAlias = "Callable[[Values, Closure, Sequence[Coordinate]], Scaled]"
+_OfClosure: TypeAlias = "Callable[[ValueGraph, Closure, Sequence[Coordinate]], ScaledNode]"
 
 
-def _products(values: Values, closure: Closure, by: Sequence[Expr]) -> list[Scaled]:
+def _products(values: ValueGraph, closure: Closure, by: Sequence[Expr]) -> list[ScaledNode]:
     """The terms of gradient·x, of which ``by`` has those that the closure holds."""
     gradient = entries(closure.gradient).values()
     pairs = zip(gradient, by, strict=True)
     return [values.multiply([(values.convert(g), 1), (values.convert(x), 1)]) for g, x in pairs]
 
 
-def _rate_terms(values: Values, closure: Closure, held: Sequence[Coordinate]) -> list[Scaled]:
+def _rate_terms(
+    values: ValueGraph, closure: Closure, held: Sequence[Coordinate]
+) -> list[ScaledNode]:
     return [*_products(values, closure, [c.v for c in held]), values.convert(closure.rate)]
 
 
-def _rate(values: Values, closure: Closure, held: Sequence[Coordinate]) -> Scaled:
+def _rate(values: ValueGraph, closure: Closure, held: Sequence[Coordinate]) -> ScaledNode:
     """What is zero of the velocities: φ̇ or ψ."""
     return values.add(_rate_terms(values, closure, held))
 
 
-def _rate_size(values: Values, closure: Closure, held: Sequence[Coordinate]) -> Scaled:
+def _rate_size(values: ValueGraph, closure: Closure, held: Sequence[Coordinate]) -> ScaledNode:
     """The magnitudes that a rate is the difference of."""
     return _magnitude(values, _rate_terms(values, closure, held))
 
 
-def _size(values: Values, closure: Closure, held: Sequence[Coordinate]) -> Scaled:
+def _size(values: ValueGraph, closure: Closure, held: Sequence[Coordinate]) -> ScaledNode:
     """Those of φ: its terms, and what the coordinates contribute to first order."""
     terms = [values.convert(term) for term in _terms(closure.expression)]
     return _magnitude(values, [*terms, *_products(values, closure, [c.q for c in held])])
 
 
-def _magnitude(values: Values, terms: Sequence[Scaled]) -> Scaled:
+def _magnitude(values: ValueGraph, terms: Sequence[ScaledNode]) -> ScaledNode:
     return values.add(
         (abs(c), n) if n == ONE else values.call("abs", (c, n)) for c, n in terms if c
     )
@@ -225,11 +229,11 @@ def _terms(expression: Expr) -> tuple[Expr, ...]:
     return tuple(expression.args) if expression.is_Add else (expression,)
 
 
-def _expression(values: Values, closure: Closure, _: Sequence[Coordinate]) -> Scaled:
+def _expression(values: ValueGraph, closure: Closure, _: Sequence[Coordinate]) -> ScaledNode:
     return values.convert(closure.expression)
 
 
-def _bias(values: Values, closure: Closure, _: Sequence[Coordinate]) -> Scaled:
+def _bias(values: ValueGraph, closure: Closure, _: Sequence[Coordinate]) -> ScaledNode:
     return values.convert(closure.bias)
 
 
@@ -269,10 +273,10 @@ class _Derived:
     closure: Closure
     equations: Equations
 
-    def __call__(self, values: Values) -> list[Scaled]:
+    def __call__(self, values: ValueGraph) -> list[ScaledNode]:
         return [self.value(values)]
 
-    def value(self, values: Values) -> Scaled:
+    def value(self, values: ValueGraph) -> ScaledNode:
         held = [self.equations.coordinates[j] for j in self.closure.held]
         return self.of(values, self.closure, held)
 
@@ -304,7 +308,7 @@ class _OfRow:
     residual: _Derived
     masses: tuple[Expr, ...]
 
-    def __call__(self, values: Values) -> list[Scaled]:
+    def __call__(self, values: ValueGraph) -> list[ScaledNode]:
         held = entries(self.residual.closure.gradient).values()
         gradient = [values.convert(g) for g in held]
         # Reciprocals are nodes of their own: one division for all that has one mass.
@@ -320,12 +324,12 @@ class _Free:
     forcing: Expr
     mass: Expr
 
-    def __call__(self, values: Values) -> list[Scaled]:
+    def __call__(self, values: ValueGraph) -> list[ScaledNode]:
         coefficient, number = values.convert(self.forcing)
         node = values.nodes[number]
         # A weight m·g loses its mass.
-        factors = node.factors if isinstance(node, Product) else ((number, 1),)
-        powers = [((Fraction(1), of), exponent) for of, exponent in factors]
+        choose_factorization = node.factors if isinstance(node, ProductNode) else ((number, 1),)
+        powers = [((Fraction(1), of), exponent) for of, exponent in choose_factorization]
         mass = values.convert(self.mass)
         return [values.multiply([((coefficient, ONE), 1), *powers, (mass, -1)])]
 
@@ -333,37 +337,37 @@ class _Free:
 class _System:
     """Accelerations, multipliers or changes: one system with the mass matrix."""
 
-    def __init__(self, of: Among, asked: _Asked) -> None:
+    def __init__(self, of: WeightedClosures, asked: _Asked) -> None:
         self.equations = of.equations
         self.asked = asked
-        self.kernels = Kernels(Forms(_inputs(of)))
+        self.kernels = LoopBuilder(ShapeTable(_inputs(of)))
         closures = enumerate(of.equations.closures)
         self.closures = [k for k, c in closures if asked.kind in c.kind]
         self.compliance = {k: c for k, c in enumerate(of.compliance) if c != 0}
-        self.compliant: dict[int, Found] = {}
-        self.free: dict[int, Found] = {}
+        self.compliant: dict[int, ScaledCell] = {}
+        self.free: dict[int, ScaledCell] = {}
         self.rows: list[_Row] = []
-        self.residuals: list[Found] = []
+        self.residuals: list[ScaledCell] = []
 
-    def program(self) -> Wide:
+    def program(self) -> LargeSystem:
         """The kernels, in their order."""
         self._formulas()
-        multipliers: list[Place] = []
+        multipliers: list[ArrayCell] = []
         if self.closures:
             multipliers = self._multipliers()
         if self.asked.multipliers:
             copies = enumerate(multipliers)
-            self._combine([(((Fraction(1), (p,)),), Place("out", k)) for k, p in copies])
+            self._combine([(((Fraction(1), (p,)),), ArrayCell("out", k)) for k, p in copies])
             results = len(multipliers)
         else:
             results = self._accelerations(multipliers)
         parts = tuple(self.kernels.parts)
-        return Wide(parts, self.kernels.size, results, True, tuple(self.closures))
+        return LargeSystem(parts, self.kernels.size, results, True, tuple(self.closures))
 
     def _combine(
-        self, sums: Sequence[tuple[tuple[tuple[Fraction, tuple[Place, ...]], ...], Place]]
+        self, sums: Sequence[tuple[tuple[tuple[Fraction, tuple[ArrayCell, ...]], ...], ArrayCell]]
     ) -> None:
-        self.kernels.combine([Term(terms, target) for terms, target in sums])
+        self.kernels.combine([SumOfProducts(terms, target) for terms, target in sums])
 
     def _formulas(self) -> None:
         """Gradients, residuals, and accelerations without closures."""
@@ -395,32 +399,35 @@ class _System:
             self.residuals.append(of[-1])
         self.free = {j: f for j, (f,) in zip(forced, found[len(self.closures) :], strict=False)}
 
-    def _multipliers(self) -> list[Place]:
+    def _multipliers(self) -> list[ArrayCell]:
         """S λ = r and its solution: where the multiplier of each closure stands."""
         kernels = self.kernels
-        of = factors([tuple(row) for row in self.rows])
+        of = choose_factorization([tuple(row) for row in self.rows])
         matrix, vector = kernels.allocate(of.numbers), kernels.allocate(of.room)
         position = {k: p for p, k in enumerate(of.order)}
         found = self._matrix(position)
         if len(found) < of.numbers:
             kernels.parts.append(Zeros("w", matrix, of.numbers))
-        sums = [(tuple(terms), Place("w", matrix + of.place(*at))) for at, terms in found.items()]
+        sums = [
+            (tuple(terms), ArrayCell("w", matrix + of.place(*at))) for at, terms in found.items()
+        ]
         right = [
-            (tuple(self._drive(k)), Place("w", vector + position[k])) for k in range(len(self.rows))
+            (tuple(self._drive(k)), ArrayCell("w", vector + position[k]))
+            for k in range(len(self.rows))
         ]
         self._combine([*sums, *right])
-        kernels.parts.append(Elimination(of, matrix, vector))
-        return [Place("w", vector + position[k]) for k in range(len(self.rows))]
+        kernels.parts.append(SparseSolve(of, matrix, vector))
+        return [ArrayCell("w", vector + position[k]) for k in range(len(self.rows))]
 
     def _matrix(
         self, position: dict[int, int]
-    ) -> dict[tuple[int, int], list[tuple[Fraction, tuple[Place, ...]]]]:
+    ) -> dict[tuple[int, int], list[tuple[Fraction, tuple[ArrayCell, ...]]]]:
         """The lower triangle of S, by positions: Σ over the coordinates that two closures hold."""
         at: dict[int, list[int]] = {}
         for k, row in enumerate(self.rows):
             for j in row:
                 at.setdefault(j, []).append(k)
-        found: dict[tuple[int, int], list[tuple[Fraction, tuple[Place, ...]]]] = {}
+        found: dict[tuple[int, int], list[tuple[Fraction, tuple[ArrayCell, ...]]]] = {}
         for j, holding in at.items():
             for index, k in enumerate(holding):
                 for other in holding[: index + 1]:
@@ -435,32 +442,33 @@ class _System:
                 found[diagonal].append(_product(self.compliant[closure]))
         return found
 
-    def _drive(self, k: int) -> list[tuple[Fraction, tuple[Place, ...]]]:
+    def _drive(self, k: int) -> list[tuple[Fraction, tuple[ArrayCell, ...]]]:
         """−residual − gradient·(f/M) of a closure."""
         terms = [_product(self.residuals[k])]
         terms += [_product(g, self.free[j]) for j, (g, _) in self.rows[k].items() if j in self.free]
         return [(-c, places) for c, places in terms if c]
 
-    def _accelerations(self, multipliers: Sequence[Place]) -> int:
+    def _accelerations(self, multipliers: Sequence[ArrayCell]) -> int:
         """What is found of the coordinates, behind the velocities in a right-hand side; how
         many results these are."""
         n = len(self.equations.coordinates)
         terms = [[_product(self.free[j])] if j in self.free else [] for j in range(n)]
         for row, multiplier in zip(self.rows, multipliers, strict=True):
             for j, (_, over) in row.items():
-                terms[j].append(_product(over, Found(Fraction(1), multiplier)))
+                terms[j].append(_product(over, ScaledCell(Fraction(1), multiplier)))
         start = n if self.asked.forced else 0
         sums = [
-            (tuple(t for t in of if t[0]), Place("out", start + j)) for j, of in enumerate(terms)
+            (tuple(t for t in of if t[0]), ArrayCell("out", start + j))
+            for j, of in enumerate(terms)
         ]
         if self.asked.forced:
             one = Fraction(1)
-            sums += [(((one, (Place("v", j),)),), Place("out", j)) for j in range(n)]
+            sums += [(((one, (ArrayCell("v", j),)),), ArrayCell("out", j)) for j in range(n)]
         self._combine(sums)
         return len(sums)
 
 
-def _product(*of: Found) -> tuple[Fraction, tuple[Place, ...]]:
+def _product(*of: ScaledCell) -> tuple[Fraction, tuple[ArrayCell, ...]]:
     """Found values multiplied."""
     coefficient = Fraction(1)
     for value in of:

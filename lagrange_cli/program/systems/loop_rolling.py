@@ -16,10 +16,18 @@ from typing import TypeAlias
 
 from lagrange_cli.program.graph.operands import Call, Operand, Variable, rebuilt, variables
 
-__all__ = ["Affine", "Cell", "Loop", "Place", "Repeated", "Statement", "roll"]
+__all__ = [
+    "AffineIndex",
+    "ArrayAccess",
+    "Cell",
+    "LoopNest",
+    "LoopStatement",
+    "Statement",
+    "roll_loops",
+]
 
 #: Fewer repetitions than this stay written out.
-FEWEST = 4
+_FEWEST = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +47,7 @@ class Statement:
 
 
 @dataclass(frozen=True, slots=True)
-class Affine:
+class AffineIndex:
     """base + Σ step · counter, over the counters of the enclosing loops, outermost first."""
 
     base: int
@@ -50,31 +58,31 @@ class Affine:
         return self.base + sum(s * c for s, c in zip(self.steps, counters, strict=False))
 
 
-Place: TypeAlias = tuple[str, Affine]
+ArrayAccess: TypeAlias = tuple[str, AffineIndex]
 """An array and an index into it."""
 
 
 @dataclass(frozen=True, slots=True)
-class Repeated:
+class LoopStatement:
     """A statement within loops.
 
     ``places``: those of the target and of each variable of ``operand`` from left
     to right (None: a scalar).
     """
 
-    places: tuple[Place | None, ...]
+    places: tuple[ArrayAccess | None, ...]
     operand: Operand
 
 
 @dataclass(frozen=True, slots=True)
-class Loop:
+class LoopNest:
     """Nested loops around statements.
 
     ``counts``: repetitions of each loop, outermost first.
     """
 
-    counts: tuple[Affine, ...]
-    body: tuple[Repeated, ...]
+    counts: tuple[AffineIndex, ...]
+    body: tuple[LoopStatement, ...]
 
     def cells(self) -> Iterator[Cell]:
         """All cells that are read or written."""
@@ -107,11 +115,11 @@ class _Run:
     first: Statement
 
 
-def roll(
+def roll_loops(
     statements: Sequence[Statement],
     locate: Callable[[str], Cell | None],
     independent: bool = False,
-) -> list[Statement | Loop]:
+) -> list[Statement | LoopNest]:
     """The statements, with loops where a form repeats.
 
     Parameters
@@ -174,7 +182,7 @@ def _folded(runs: Sequence[_Run]) -> list[_Run]:
     while start < len(runs):
         end = _end_of_series(runs, start)
         run = runs[start]
-        if end - start >= FEWEST:
+        if end - start >= _FEWEST:
             step = _step(run, runs[start + 1])
             run = _Run(run.form, (*run.steps, step), (end - start, *run.numbers), run.first)
             start = end
@@ -200,34 +208,34 @@ def _step(run: _Run, following: _Run) -> tuple[int, ...]:
     return tuple(b - a for a, b in zip(run.numbers, following.numbers, strict=True))
 
 
-def _finished(run: _Run, locate: Callable[[str], Cell | None]) -> Statement | Loop:
+def _finished(run: _Run, locate: Callable[[str], Cell | None]) -> Statement | LoopNest:
     depth = len(run.steps)
     if not depth:
         return run.first
     # Numbers within the k-th loop from outside are those from k + 1 on.
     affine = [
-        Affine(base, tuple(run.steps[depth - 1 - k][n - k - 1] for k in range(min(n, depth))))
+        AffineIndex(base, tuple(run.steps[depth - 1 - k][n - k - 1] for k in range(min(n, depth))))
         for n, base in enumerate(run.numbers)
     ]
     indices = iter(affine[depth:])
     cells = [run.first.target, *(locate(v.name) for v in variables(run.first.operand))]
     places = tuple(None if cell is None else (cell.array, next(indices)) for cell in cells)
-    return Loop(tuple(affine[:depth]), (Repeated(places, run.first.operand),))
+    return LoopNest(tuple(affine[:depth]), (LoopStatement(places, run.first.operand),))
 
 
-def _paired(items: Sequence[Statement | Loop]) -> list[Statement | Loop]:
+def _paired(items: Sequence[Statement | LoopNest]) -> list[Statement | LoopNest]:
     """One loop for the sines and the cosines of the same angles, if it follows at once."""
-    result: list[Statement | Loop] = []
+    result: list[Statement | LoopNest] = []
     for item in items:
         last = result[-1] if result else None
-        if isinstance(last, Loop) and isinstance(item, Loop) and _same_calls(last, item):
-            result[-1] = Loop(last.counts, last.body + item.body)
+        if isinstance(last, LoopNest) and isinstance(item, LoopNest) and _same_calls(last, item):
+            result[-1] = LoopNest(last.counts, last.body + item.body)
         else:
             result.append(item)
     return result
 
 
-def _same_calls(first: Loop, second: Loop) -> bool:
+def _same_calls(first: LoopNest, second: LoopNest) -> bool:
     """Whether two loops call functions of the same values."""
     a, b = first.body[0], second.body[0]
     return (

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, TypeAlias
 from lagrange_cli.program.graph.angle_sums import expand_angle_sums
 from lagrange_cli.program.graph.operands import Operand, Variable, variables
 from lagrange_cli.program.graph.schedule import LONGEST_SUM, order_of, schedule
-from lagrange_cli.program.graph.statement_groups import rename
-from lagrange_cli.program.graph.value_graph import ONE, Input, Scaled, Values
-from lagrange_cli.program.systems.shapes import Forms, Place, joint, shared
+from lagrange_cli.program.graph.statement_groups import renamed
+from lagrange_cli.program.graph.value_graph import ONE, InputNode, ScaledNode, ValueGraph
+from lagrange_cli.program.systems.shapes import ArrayCell, ShapeTable, joint_shape, shared_parts
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
@@ -28,29 +28,29 @@ if TYPE_CHECKING:
     from lagrange_cli.program.solvers.sparse_factorization import Factors
 
 __all__ = [
-    "Column",
-    "Elimination",
     "Formula",
-    "Found",
-    "Kernel",
-    "Kernels",
-    "Part",
-    "Term",
+    "IndexColumn",
+    "IndexedLoop",
+    "LoopBuilder",
+    "ProgramPart",
+    "ScaledCell",
+    "SparseSolve",
+    "SumOfProducts",
     "Total",
     "Zeros",
 ]
 
 #: Members of one form whose indices do not advance by constant steps are divided into as many
 #: loops in which they do, looking at every one, every second, every third; else tables are made.
-MOST_EVEN, PERIODS = 6, (1, 2, 3)
+_MOST_EVEN, _PERIODS = 6, (1, 2, 3)
 
 #: The rank of what the workspace holds (see
-#: :class:`lagrange_cli.program.graph.value_graph.Values`).
+#: :class:`lagrange_cli.program.graph.value_graph.ValueGraph`).
 _RANKS = {"p": 1, "s": 1, "t": 2, "u": 2, "q": 3, "v": 4, "w": 5}
 
 
 @dataclass(frozen=True)
-class Column:
+class IndexColumn:
     """Where one name of a kernel stands in an array, for each member."""
 
     array: str
@@ -71,14 +71,14 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Kernel:
+class IndexedLoop:
     """Statements over names ``l0, l1, …`` of ``inputs`` and assigned ones ``w0, w1, …``, for
     each of the members."""
 
     members: int
-    inputs: tuple[Column, ...]
+    inputs: tuple[IndexColumn, ...]
     assignments: tuple[Assignment, ...]
-    results: tuple[tuple[Column, Operand], ...]
+    results: tuple[tuple[IndexColumn, Operand], ...]
 
     @property
     def read(self) -> frozenset[str]:
@@ -115,7 +115,7 @@ class Zeros:
 
 
 @dataclass(frozen=True)
-class Elimination:
+class SparseSolve:
     """S x = b with the matrix at ``matrix`` in the workspace as ``factors`` has it; x replaces b
     at ``vector``, behind which there is room for what ``factors`` asks for."""
 
@@ -124,15 +124,15 @@ class Elimination:
     vector: int
 
 
-Part: TypeAlias = Kernel | Total | Zeros | Elimination
+ProgramPart: TypeAlias = IndexedLoop | Total | Zeros | SparseSolve
 
 
 @dataclass(frozen=True)
-class Found:
+class ScaledCell:
     """A value: a number times what stands at a place (None: the number alone)."""
 
     coefficient: Fraction
-    place: Place | None
+    place: ArrayCell | None
 
 
 @dataclass(frozen=True)
@@ -145,20 +145,20 @@ class Formula:
 
     kind: Hashable
     expressions: tuple[Expr, ...]
-    make: Callable[[Values], list[Scaled]]
-    targets: tuple[Place, ...] = ()
+    make: Callable[[ValueGraph], list[ScaledNode]]
+    targets: tuple[ArrayCell, ...] = ()
 
-    def to(self, *targets: Place) -> Formula:
+    def to(self, *targets: ArrayCell) -> Formula:
         """The same with targets."""
         return replace(self, targets=targets)
 
 
 @dataclass(frozen=True)
-class Term:
+class SumOfProducts:
     """Σ coefficient · Π value, with the target of the sum."""
 
-    terms: tuple[tuple[Fraction, tuple[Place, ...]], ...]
-    target: Place
+    terms: tuple[tuple[Fraction, tuple[ArrayCell, ...]], ...]
+    target: ArrayCell
 
 
 @dataclass(frozen=True)
@@ -167,18 +167,18 @@ class _Member:
     stand for, if any, and how a program is made of the first of them."""
 
     key: Hashable
-    places: tuple[Place, ...]
+    places: tuple[ArrayCell, ...]
     atoms: tuple[Expr, ...]
-    make: Callable[[Values, list[Scaled]], list[Scaled]]
-    targets: tuple[Place, ...]
+    make: Callable[[ValueGraph, list[ScaledNode]], list[ScaledNode]]
+    targets: tuple[ArrayCell, ...]
 
 
 @dataclass
-class Kernels:
+class LoopBuilder:
     """Parts of a program in their order, as they come, and the workspace they take."""
 
-    forms: Forms
-    parts: list[Part] = field(default_factory=list)
+    forms: ShapeTable
+    parts: list[ProgramPart] = field(default_factory=list)
     size: int = 0
 
     def allocate(self, count: int) -> int:
@@ -186,14 +186,14 @@ class Kernels:
         start, self.size = self.size, self.size + count
         return start
 
-    def evaluate(self, formulas: Sequence[Formula]) -> list[list[Found]]:
+    def evaluate(self, formulas: Sequence[Formula]) -> list[list[ScaledCell]]:
         """The results of each formula, those without targets to be read there."""
         groups = [formula.expressions for formula in formulas]
-        for level in self._levels(shared(groups, self.forms, LONGEST_SUM)):
+        for level in self._levels(shared_parts(groups, self.forms, LONGEST_SUM)):
             self._share(level)
         return self._run([self._member(formula) for formula in formulas])
 
-    def combine(self, sums: Sequence[Term]) -> None:
+    def combine(self, sums: Sequence[SumOfProducts]) -> None:
         """Sums of products of values at places."""
         self._run([_sum_member(one) for one in sums])
 
@@ -231,17 +231,17 @@ class Kernels:
         terms = sorted(expression.args, key=self.forms.shape)
         self._run(
             [
-                self._member(Formula("term", (e,), _Conversion(e), (Place("w", start + k),)))
+                self._member(Formula("term", (e,), _Conversion(e), (ArrayCell("w", start + k),)))
                 for k, e in enumerate(terms)
             ]
         )
         self.parts.append(Total(start, len(expression.args)))
-        self.forms.place(expression, Place("w", start))
+        self.forms.place(expression, ArrayCell("w", start))
 
     # -- members of one form -------------------------------------------------------
 
     def _member(self, formula: Formula) -> _Member:
-        key, leaves = joint(map(self.forms.shape, formula.expressions))
+        key, leaves = joint_shape(map(self.forms.shape, formula.expressions))
         atoms, places = [], []
         for leaf in leaves:
             atom, place = self.forms.leaves[leaf]
@@ -255,29 +255,29 @@ class Kernels:
             formula.targets,
         )
 
-    def _run(self, members: Sequence[_Member], whole: bool = False) -> list[list[Found]]:
+    def _run(self, members: Sequence[_Member], whole: bool = False) -> list[list[ScaledCell]]:
         """Kernels for members, grouped by form; ``whole``: results are values, not multiples."""
         groups: dict[Hashable, list[int]] = {}
         for number, member in enumerate(members):
             key = (member.key, tuple(place.array for place in member.places))
             groups.setdefault(key, []).append(number)
-        found: dict[int, list[Found]] = {}
+        found: dict[int, list[ScaledCell]] = {}
         for group in groups.values():
             for numbers in _even(group, [_indices(members[number]) for number in group]):
                 of = self._kernel([members[number] for number in numbers], whole)
                 found.update(zip(numbers, of, strict=True))
         return [found[number] for number in range(len(members))]
 
-    def _kernel(self, members: Sequence[_Member], whole: bool) -> list[list[Found]]:
+    def _kernel(self, members: Sequence[_Member], whole: bool) -> list[list[ScaledCell]]:
         first = members[0]
         values, results = _prototype(first)
         inputs = [
-            Column(place.array, tuple(member.places[k].number for member in members))
+            IndexColumn(place.array, tuple(member.places[k].number for member in members))
             for k, place in enumerate(first.places)
         ]
         if first.targets:
             columns = [
-                Column(target.array, tuple(member.targets[k].number for member in members))
+                IndexColumn(target.array, tuple(member.targets[k].number for member in members))
                 for k, target in enumerate(first.targets)
             ]
             self._append(values, results, inputs, columns)
@@ -287,27 +287,31 @@ class Kernels:
         return self._stored(values, results, inputs, len(members))
 
     def _stored(
-        self, values: Values, results: list[Scaled], inputs: list[Column], members: int
-    ) -> list[list[Found]]:
+        self, values: ValueGraph, results: list[ScaledNode], inputs: list[IndexColumn], members: int
+    ) -> list[list[ScaledCell]]:
         """A kernel whose results get places: each node once, numbers none."""
         once = all(column.is_fixed for column in inputs)
         rows = 1 if once else members
         nodes = list(dict.fromkeys(node for _, node in results if node != ONE))
         starts = {node: self.allocate(rows) for node in nodes}
-        columns = [Column("w", tuple(range(starts[n], starts[n] + rows))) for n in nodes]
+        columns = [IndexColumn("w", tuple(range(starts[n], starts[n] + rows))) for n in nodes]
         if once:
-            inputs = [Column(column.array, column.indices[:1]) for column in inputs]
+            inputs = [IndexColumn(column.array, column.indices[:1]) for column in inputs]
         self._append(values, [(Fraction(1), node) for node in nodes], inputs, columns)
         return [
             [
-                Found(c, None if n == ONE else Place("w", starts[n] + (0 if once else k)))
+                ScaledCell(c, None if n == ONE else ArrayCell("w", starts[n] + (0 if once else k)))
                 for c, n in results
             ]
             for k in range(members)
         ]
 
     def _append(
-        self, values: Values, results: list[Scaled], inputs: list[Column], columns: list[Column]
+        self,
+        values: ValueGraph,
+        results: list[ScaledNode],
+        inputs: list[IndexColumn],
+        columns: list[IndexColumn],
     ) -> None:
         """The kernel that computes results and stores them."""
         if not results:
@@ -315,7 +319,7 @@ class Kernels:
         expand_angle_sums(values, order_of(values, [node for _, node in results]))
         assignments, ((_, operands),) = schedule(values, [("results", results)])
         targets = tuple(zip(columns, operands, strict=True))
-        kernel = Kernel(len(columns[0].indices), tuple(inputs), assignments, targets)
+        kernel = IndexedLoop(len(columns[0].indices), tuple(inputs), assignments, targets)
         self.parts.append(_pruned(kernel))
 
 
@@ -325,7 +329,7 @@ class _Conversion:
 
     expression: Expr
 
-    def __call__(self, values: Values) -> list[Scaled]:
+    def __call__(self, values: ValueGraph) -> list[ScaledNode]:
         return [values.convert(self.expression)]
 
 
@@ -344,16 +348,16 @@ def _depth(expression: Expr, depth: dict[Expr, int], chosen: set[Expr]) -> int:
     return deepest
 
 
-def _pruned(kernel: Kernel) -> Kernel:
+def _pruned(kernel: IndexedLoop) -> IndexedLoop:
     """A kernel without the inputs that nothing reads."""
     read = kernel.read
     kept = [k for k in range(len(kernel.inputs)) if f"l{k}" in read]
     new = {f"l{k}": Variable(f"l{number}") for number, k in enumerate(kept)}
-    return Kernel(
+    return IndexedLoop(
         kernel.members,
         tuple(kernel.inputs[k] for k in kept),
-        tuple((name, rename(operand, new)) for name, operand in kernel.assignments),
-        tuple((column, rename(operand, new)) for column, operand in kernel.results),
+        tuple((name, renamed(operand, new)) for name, operand in kernel.assignments),
+        tuple((column, renamed(operand, new)) for column, operand in kernel.results),
     )
 
 
@@ -365,8 +369,8 @@ def _even(group: list[int], rows: list[tuple[int, ...]]) -> list[list[int]]:
     """A group in the fewest parts in which all indices advance by constant steps; undivided
     where these are many."""
     best = [group]
-    fewest = MOST_EVEN + 1
-    for period in PERIODS:
+    fewest = _MOST_EVEN + 1
+    for period in _PERIODS:
         parts = []
         for first in range(period):
             lengths = _runs(rows[first::period])
@@ -393,24 +397,24 @@ def _runs(rows: list[tuple[int, ...]]) -> list[int]:
     return lengths
 
 
-def _prototype(member: _Member) -> tuple[Values, list[Scaled]]:
+def _prototype(member: _Member) -> tuple[ValueGraph, list[ScaledNode]]:
     """The program of a member over local names: its graph and its results."""
     names = [(f"l{k}", _RANKS[place.array]) for k, place in enumerate(member.places)]
     atoms = zip(member.atoms, names, strict=False)
-    values = Values([(atom, name, rank) for atom, (name, rank) in atoms])
-    inputs = [(Fraction(1), values.intern(Input(name), rank)) for name, rank in names]
+    values = ValueGraph([(atom, name, rank) for atom, (name, rank) in atoms])
+    inputs = [(Fraction(1), values.intern(InputNode(name), rank)) for name, rank in names]
     return values, member.make(values, inputs)
 
 
-def _sum_member(of: Term) -> _Member:
+def _sum_member(of: SumOfProducts) -> _Member:
     """A sum of products as a member of those that are alike but for the places."""
-    numbers: dict[Place, int] = {}
+    numbers: dict[ArrayCell, int] = {}
     pattern = tuple(
         (coefficient, tuple(numbers.setdefault(place, len(numbers)) for place in places))
         for coefficient, places in of.terms
     )
 
-    def make(values: Values, inputs: list[Scaled]) -> list[Scaled]:
+    def make(values: ValueGraph, inputs: list[ScaledNode]) -> list[ScaledNode]:
         products = [
             values.multiply([((c, ONE), 1), *((inputs[k], 1) for k in factors)])
             for c, factors in pattern

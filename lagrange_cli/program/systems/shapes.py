@@ -16,19 +16,19 @@ if TYPE_CHECKING:
 
     from sympy import Expr
 
-__all__ = ["Forms", "Place", "Shape", "joint", "shared"]
+__all__ = ["ArrayCell", "ShapeAndLeaves", "ShapeTable", "joint_shape", "shared_parts"]
 
 _COMMUTATIVE = (sympy.Add, sympy.Mul, sympy.Min, sympy.Max)
 
 #: Operations that a part of several expressions must have to be computed once for all of
 #: them: fewer are done again sooner than stored and fetched.
-WORTH = 4
+_FEWEST_SHARED = 4
 
 #: Operations that a function or a root counts as.
-COSTLY = 10
+_COSTLY = 10
 
 
-class Place(NamedTuple):
+class ArrayCell(NamedTuple):
     """A number in an array: ``p``, ``t``, ``u``, ``q``, ``v``, ``w`` (workspace) or ``out``;
     ``s`` are those parameters that are flags of contacts and targets of impulses."""
 
@@ -36,22 +36,22 @@ class Place(NamedTuple):
     number: int
 
 
-Shape: TypeAlias = "tuple[int, tuple[int, ...]]"
+ShapeAndLeaves: TypeAlias = "tuple[int, tuple[int, ...]]"
 """Number of a form, and the leaves in its order, each as often as it stands there."""
 
 
-class Forms:
+class ShapeTable:
     """Numbers of forms, and the leaves that expressions have: inputs, and what is known."""
 
-    def __init__(self, places: Mapping[Expr, Place]) -> None:
-        self.leaves: list[tuple[Expr, Place]] = []
+    def __init__(self, places: Mapping[Expr, ArrayCell]) -> None:
+        self.leaves: list[tuple[Expr, ArrayCell]] = []
         self._numbers: dict[Hashable, int] = {}
-        self._shapes: dict[Expr, Shape] = {}
+        self._shapes: dict[Expr, ShapeAndLeaves] = {}
         self._known: set[Expr] = set()
         for expression, place in places.items():
             self.place(expression, place)
 
-    def place(self, expression: Expr, place: Place) -> None:
+    def place(self, expression: Expr, place: ArrayCell) -> None:
         """Take an expression for a leaf: its value stands at a place."""
         self._shapes[expression] = self._number(place.array), (len(self.leaves),)
         self._known.add(expression)
@@ -61,13 +61,13 @@ class Forms:
         """Whether an expression is a leaf."""
         return expression in self._known
 
-    def shape(self, expression: Expr) -> Shape:
+    def shape(self, expression: Expr) -> ShapeAndLeaves:
         """The form of an expression, and its leaves."""
         for part in _parts_first(expression, self._shapes):
             self._shapes[part] = self._shape(part)
         return self._shapes[expression]
 
-    def _shape(self, expression: Expr) -> Shape:
+    def _shape(self, expression: Expr) -> ShapeAndLeaves:
         if not expression.args:
             return self._number(expression), ()
         parts = [self._shapes[part] for part in expression.args]
@@ -80,7 +80,7 @@ class Forms:
         return self._numbers.setdefault(form, len(self._numbers))
 
 
-def joint(shapes: Iterable[Shape]) -> tuple[Hashable, tuple[int, ...]]:
+def joint_shape(shapes: Iterable[ShapeAndLeaves]) -> tuple[Hashable, tuple[int, ...]]:
     """What expressions together have in common with others like them, and their leaves, each
     once."""
     numbers: dict[int, int] = {}
@@ -106,7 +106,9 @@ def _parts_first(expression: Expr, known: Container[Expr]) -> Iterator[Expr]:
             yield top
 
 
-def shared(groups: Sequence[Sequence[Expr]], known: Container[Expr], longest: int) -> list[Expr]:
+def shared_parts(
+    groups: Sequence[Sequence[Expr]], known: Container[Expr], longest: int
+) -> list[Expr]:
     """What several groups of expressions hold and is worth being computed once, and sums of
     more than ``longest`` terms; parts before wholes."""
     order: list[Expr] = []
@@ -124,7 +126,9 @@ def shared(groups: Sequence[Sequence[Expr]], known: Container[Expr], longest: in
     found: list[Expr] = []
     for part in reversed(order):
         long = isinstance(part, sympy.Add) and len(part.args) > longest
-        several = owner.of[part] is None and costs[part] >= WORTH and not _is_multiple(part)
+        several = (
+            owner.of[part] is None and costs[part] >= _FEWEST_SHARED and not _is_multiple(part)
+        )
         if part.args and (long or several):
             owner.of[part] = len(groups) + len(found)
             found.append(part)
@@ -178,4 +182,4 @@ def _own_cost(expression: Expr) -> int:
         return len(expression.args) - 1
     if expression.is_Pow and expression.exp.is_Integer:
         return max(1, abs(int(expression.exp)) - 1) * (1 if expression.exp > 0 else 4)
-    return COSTLY if expression.args else 0
+    return _COSTLY if expression.args else 0

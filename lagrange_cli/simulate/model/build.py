@@ -20,7 +20,7 @@ from lagrange_cli.program.constraint_programs import (
     shifting_programs,
 )
 from lagrange_cli.program.program import build_program
-from lagrange_cli.program.systems.contact_systems import flagged
+from lagrange_cli.program.systems.contact_systems import with_contact_flags
 from lagrange_cli.simulate.model.charts import (
     chart_singularities,
     coordinate_kinds,
@@ -197,7 +197,7 @@ def _evaluated(equations: Equations) -> Equations:
     known, sided = _sided(equations)
     if sided is not None:
         known = replace(known, parameters=sided.equations.parameters)
-    return flagged(known) if known.contacts else known
+    return with_contact_flags(known) if known.contacts else known
 
 
 def _sided(equations: Equations) -> tuple[Equations, OneSided | None]:
@@ -233,7 +233,7 @@ def _sided_programs(equations: Equations) -> dict[str, Program]:
         return {}
     programs = {}
     if sided.equations.contacts:
-        sided = replace(sided, equations=flagged(sided.equations))
+        sided = replace(sided, equations=with_contact_flags(sided.equations))
         programs["sided_contact_rhs"] = build_program(sided.equations, ("contact_acceleration",))
     return programs | {
         "sided_rhs": build_program(sided.equations, ("acceleration",)),

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 
 from lagrange_cli.emit.c.names import Real
 from lagrange_cli.emit.template_files import c_template, filled
-from lagrange_cli.program.program import Program, results_of
+from lagrange_cli.program.program import Program, result_count
 
 __all__ = ["GUARD_PROGRAM", "guard_source"]
 
@@ -55,7 +55,7 @@ def guard_source(
     ]
     values = {
         "@REAL@": real.name,
-        "@PLACES@": str(results_of(programs[GUARD_PROGRAM])),
+        "@PLACES@": str(result_count(programs[GUARD_PROGRAM])),
         "@TESTS@": "\n".join(tests),
         "@NUMBERS@": str(2 * programs["rhs"].coordinates),
     }

@@ -14,7 +14,7 @@ from dataclasses import replace
 from itertools import count
 
 from lagrange_cli.program.program import Call, Operand, Product, Program, Sum, Variable
-from lagrange_cli.program.systems.loops import Column, Kernel, Part
+from lagrange_cli.program.systems.loops import IndexColumn, IndexedLoop, ProgramPart
 
 __all__ = ["perturb"]
 
@@ -41,17 +41,17 @@ def perturb(program: Program) -> Program:
 
 def _disturbed_parts(program: Program) -> Program:
     """Loops whose members have factors of their own; solutions of systems have none."""
-    parts: list[Part] = []
+    parts: list[ProgramPart] = []
     end = program.parameters
     for part in program.parts:
-        if isinstance(part, Kernel):
+        if isinstance(part, IndexedLoop):
             part, used = _disturbed_kernel(part, end)
             end += used
         parts.append(part)
     return replace(program, parts=tuple(parts), parameters=end)
 
 
-def _disturbed_kernel(kernel: Kernel, start: int) -> tuple[Kernel, int]:
+def _disturbed_kernel(kernel: IndexedLoop, start: int) -> tuple[IndexedLoop, int]:
     """A loop that reads factors from a parameter on, and how many it reads."""
     numbers = count(len(kernel.inputs))
     factors = (Variable(f"l{number}") for number in numbers)
@@ -59,11 +59,11 @@ def _disturbed_kernel(kernel: Kernel, start: int) -> tuple[Kernel, int]:
     results = tuple((column, _off(operand, factors)) for column, operand in kernel.results)
     each, members = next(numbers) - len(kernel.inputs), kernel.members
     columns = [
-        Column("p", tuple(range(start + k * members, start + (k + 1) * members)))
+        IndexColumn("p", tuple(range(start + k * members, start + (k + 1) * members)))
         for k in range(each)
     ]
     inputs = (*kernel.inputs, *columns)
-    return Kernel(members, inputs, assignments, results), each * members
+    return IndexedLoop(members, inputs, assignments, results), each * members
 
 
 def _off(operand: Operand, factors: Iterator[Variable]) -> Operand:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from lagrange_cli.emit.c.target import CTarget
-from lagrange_cli.program.printing import Dialect, expression, functions_in
+from lagrange_cli.program.printing import Dialect, expression_text, functions_in
 from lagrange_cli.program.program import Program, input_names
 
 __all__ = ["LANES_HEADER", "lanes_text"]
@@ -84,7 +84,7 @@ def _loads(program: Program) -> list[str]:
 
 def _assignments(program: Program, dialect: Dialect) -> list[str]:
     return [
-        f"const double {name} = {expression(operand, dialect)};"
+        f"const double {name} = {expression_text(operand, dialect)};"
         for name, operand in program.assignments
     ]
 
@@ -96,7 +96,10 @@ def _results(program: Program, dialect: Dialect) -> list[str]:
     accelerations = zip(found, program.output("acceleration"), strict=True)
     sums = "".join(f" + 0.0*a{i}" for i in sorted(found))
     return [
-        *(f"const double a{i} = {expression(operand, dialect)};" for i, operand in accelerations),
+        *(
+            f"const double a{i} = {expression_text(operand, dialect)};"
+            for i, operand in accelerations
+        ),
         *_pivots(program, dialect),
         f"bad |= !(0.0{sums} == 0.0);",
         *(f"dydt[{8 * i} + l] = v{i};" for i in range(n)),
@@ -109,7 +112,7 @@ def _values(program: Program, dialect: Dialect) -> list[str]:
     operands = [operand for _, of in program.outputs for operand in of]
     sums = "".join(f" + 0.0*x{i}" for i in range(len(operands)))
     return [
-        *(f"const double x{i} = {expression(of, dialect)};" for i, of in enumerate(operands)),
+        *(f"const double x{i} = {expression_text(of, dialect)};" for i, of in enumerate(operands)),
         f"bad |= !(0.0{sums} == 0.0);",
         *(f"dydt[{8 * i} + l] = x{i};" for i in range(len(operands))),
     ]
@@ -119,7 +122,7 @@ def _pivots(program: Program, dialect: Dialect) -> list[str]:
     definite = [block.definite for block in program.blocks for _ in block.coordinates]
     tests = zip(definite, program.output("pivots"), program.output("scales"), strict=True)
     return [
-        f"bad |= !({'' if is_definite else 'fabs'}({expression(pivot, dialect)})"
-        f" > {_SMALLEST_PIVOT}*fabs({expression(scale, dialect)}));"
+        f"bad |= !({'' if is_definite else 'fabs'}({expression_text(pivot, dialect)})"
+        f" > {_SMALLEST_PIVOT}*fabs({expression_text(scale, dialect)}));"
         for is_definite, pivot, scale in tests
     ]

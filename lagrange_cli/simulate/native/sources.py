@@ -17,7 +17,7 @@ from lagrange_cli.emit.c.projection import project_text, residual_text
 from lagrange_cli.emit.c.solvers import helper_text, solver_text
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.template_files import c_template
-from lagrange_cli.program.program import Program, results_of
+from lagrange_cli.program.program import Program, result_count
 from lagrange_cli.simulate.native.simd import LANES_HEADER, lanes_text
 from lagrange_cli.simulate.native.taylor import TAYLOR_HEADER, taylor_text
 
@@ -62,7 +62,7 @@ def _both(programs: Mapping[str, Program]) -> str:
     if not {"gaps", "surfaces"} <= programs.keys():
         return ""
     return c_template("events_and_surfaces").replace(
-        "@CONTACTS@", str(results_of(programs["gaps"]) // 2)
+        "@CONTACTS@", str(result_count(programs["gaps"]) // 2)
     )
 
 

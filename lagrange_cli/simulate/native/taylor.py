@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from lagrange_cli.emit.c.target import CTarget
-from lagrange_cli.program.printing import Dialect, expression, functions_in
+from lagrange_cli.program.printing import Dialect, expression_text, functions_in
 from lagrange_cli.program.program import Program
 from lagrange_cli.simulate.native.taylor_recurrences import (
     FIRST,
@@ -83,7 +83,7 @@ def _tests(program: Program, found: Recurrences) -> list[str]:
     pairs = zip(definite, program.output("pivots"), program.output("scales"), strict=True)
     lines = []
     for is_definite, pivot, scale in pairs:
-        one, other = (f"zero + {expression(operand, dialect)}" for operand in (pivot, scale))
+        one, other = (f"zero + {expression_text(operand, dialect)}" for operand in (pivot, scale))
         one = one if is_definite else f"lagrange_size({one})"
         lines.append(f"lagrange_require_above({one}, {_SMALLEST_PIVOT}*lagrange_size({other}))")
     return lines

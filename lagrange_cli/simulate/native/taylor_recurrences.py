@@ -19,7 +19,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from lagrange_cli.program.program import Call, Number, Operand, Product, Sum, Variable
+from lagrange_cli.program.program import Call, Constant, Operand, Product, Sum, Variable
 
 __all__ = [
     "FIRST",
@@ -117,7 +117,7 @@ class Recurrences:
     # Series of operands.
 
     def of(self, operand: Operand) -> TaylorSeries:
-        if isinstance(operand, Number):
+        if isinstance(operand, Constant):
             return TaylorSeries(self.number(operand.value) or "1.0")
         if isinstance(operand, Variable):
             return self._of_variable(operand.name)
