@@ -97,7 +97,7 @@ def two_chains(n):
 @pytest.fixture
 def straight(monkeypatch):
     """Programs without kernels, as of systems with contacts."""
-    monkeypatch.setattr(programs_of, "is_wide", lambda _: False)
+    monkeypatch.setattr(programs_of, "is_large_system", lambda _: False)
 
 
 CASES = {

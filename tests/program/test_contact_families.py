@@ -30,7 +30,7 @@ def chain_over_floors(n: int):
 def statements(equations, monkeypatch):
     """Code of the same equations without loops."""
     with monkeypatch.context() as patched:
-        patched.setattr(programs, "is_wide", lambda equations: False)
+        patched.setattr(programs, "is_large_system", lambda equations: False)
         return contacts.Interpreted(equations)
 
 

@@ -178,7 +178,7 @@ def test_all_functions_are_those_of_straight_code(name, tmp_path, monkeypatch):
     (kernels := tmp_path / "kernels").mkdir()
     (straight := tmp_path / "straight").mkdir()
     loops = Compiled(equations, kernels)
-    monkeypatch.setattr(programs_of, "is_wide", lambda _: False)
+    monkeypatch.setattr(programs_of, "is_large_system", lambda _: False)
     plain = Compiled(equations, straight)
     y = state(equations, 5)
     n = len(equations.coordinates)
@@ -240,7 +240,7 @@ def eliminated(of, matrix, right):
     """The solution by the emitted solver in Python."""
     namespace = {"np": np}
     exec(python_template("solve_sparse"), namespace)  # a constant of the program
-    a, b = np.zeros(of.numbers), np.zeros(of.room)
+    a, b = np.zeros(of.numbers), np.zeros(of.workspace_size)
     for i, row in enumerate(of.order):
         for j, column in enumerate(of.order[: i + 1]):
             if matrix[row, column]:

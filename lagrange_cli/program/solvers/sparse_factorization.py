@@ -62,7 +62,7 @@ class BandFactors:
         return len(self.order) * (self.width + 1)
 
     @property
-    def room(self) -> int:
+    def workspace_size(self) -> int:
         """Numbers of workspace, x and what stands behind it."""
         return 2 * len(self.order)
 
@@ -117,7 +117,7 @@ class SupernodalFactors:
         return sum(node.columns * len(node.rows) for node in self.nodes)
 
     @property
-    def room(self) -> int:
+    def workspace_size(self) -> int:
         """Numbers of workspace: x, reciprocals of the pivots, and a column."""
         return 2 * len(self.order) + max(len(node.rows) for node in self.nodes)
 

@@ -403,7 +403,7 @@ class _System:
         """S λ = r and its solution: where the multiplier of each closure stands."""
         kernels = self.kernels
         of = choose_factorization([tuple(row) for row in self.rows])
-        matrix, vector = kernels.allocate(of.numbers), kernels.allocate(of.room)
+        matrix, vector = kernels.allocate(of.numbers), kernels.allocate(of.workspace_size)
         position = {k: p for p, k in enumerate(of.order)}
         found = self._matrix(position)
         if len(found) < of.numbers:
