@@ -119,8 +119,8 @@ def _in_formulation(
     def derived(wanted: Formulation) -> Equations:
         announce("deriving the equations")
         form, choice = in_formulation(reduced, wanted)
-        found = _derived(derive_uncertified(form), digits, points, forces)
-        return replace(found, choice=choice, remarks=(*found.remarks, *remarks))
+        equations = _derived(derive_uncertified(form), digits, points, forces)
+        return replace(equations, choice=choice, remarks=(*equations.remarks, *remarks))
 
     try:
         return derived(formulation)
@@ -128,10 +128,10 @@ def _in_formulation(
         if formulation != "auto":
             raise
         try:
-            found = derived("multiplier")
+            equations = derived("multiplier")
         except InputError:
             raise refusal from None
-        return replace(found, remarks=(*found.remarks, _NOT_REACHED_REMARK))
+        return replace(equations, remarks=(*equations.remarks, _NOT_REACHED_REMARK))
 
 
 def _derived(derivation: Uncertified, digits: int, points: int, forces: bool) -> Equations:
@@ -149,8 +149,8 @@ def _derived(derivation: Uncertified, digits: int, points: int, forces: bool) ->
     from lagrange_cli.mechanics.reactions.constraint_forces import derive_constraint_forces
 
     announce("finding the constraint forces")
-    found = derive_constraint_forces(derivation, evidence, equations)
-    return replace(equations, constraint_forces=found)
+    reactions = derive_constraint_forces(derivation, evidence, equations)
+    return replace(equations, constraint_forces=reactions)
 
 
 def _equations(derivation: Uncertified, evidence: Evidence) -> Equations:
@@ -281,11 +281,11 @@ def _abbreviations(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
 
 
 def _inputs(reduced: Reduced) -> Iterator[Input]:
-    for given in reduced.scene.inputs:
-        symbol, expression = reduced.names.inputs[given.name], None
-        if given.expression is not None:
-            expression = reduced.names.convert(given.expression)
-        yield Input(given.name, symbol, expression, given.recording)
+    for declared in reduced.scene.inputs:
+        symbol, expression = reduced.names.inputs[declared.name], None
+        if declared.expression is not None:
+            expression = reduced.names.convert(declared.expression)
+        yield Input(declared.name, symbol, expression, declared.recording)
 
 
 def _outputs(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
@@ -308,7 +308,7 @@ def _shown(derivation: Uncertified, evidence: Evidence) -> tuple[ShownEquation, 
 
 
 def _same(reduced: Reduced, evidence: Evidence, residual: sp.Expr, equation: Equation) -> bool:
-    """Whether an equation of ``expect`` is this residual up to a number."""
+    """Tell whether an equation of ``expect`` is this residual up to a number."""
     try:
         sides = [
             reduced.resolve(reduced.names.convert(side, reduced.rate))

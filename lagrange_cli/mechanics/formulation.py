@@ -73,12 +73,12 @@ def reduced_for(scene: Scene, wanted: Formulation) -> tuple[Reduced, tuple[str, 
         if not names.coordinates.keys() <= names.cartesian.keys():
             raise
         try:
-            found = reduce(replace(scene, coordinates=None))
+            undeclared = reduce(replace(scene, coordinates=None))
         except InputError:
             raise refusal from None
-        if not found.closures:
+        if not undeclared.closures:
             raise
-        return found, (
+        return undeclared, (
             "in multiplier form: the declared coordinates are singular at the initial state",
         )
 
@@ -146,8 +146,8 @@ def _no_multiplier(reduced: Reduced) -> InputError:
 
 def _predicted(reduced: Reduced) -> tuple[int, int] | None:
     """Operations of one right-hand side: minimal, and with multipliers; None without closures."""
-    held = closure_incidence(reduced)
-    return (_minimal(reduced), _multiplier(held)) if held else None
+    incidence = closure_incidence(reduced)
+    return (_minimal(reduced), _multiplier(incidence)) if incidence else None
 
 
 def _minimal(reduced: Reduced) -> int:
@@ -159,8 +159,8 @@ def _minimal(reduced: Reduced) -> int:
     pairs: set[tuple[sp.Symbol, sp.Symbol]] = set()
     constant = True
     for place in {reduced.resolved[s] for body in reduced.names.particle_symbols for s in body}:
-        held = sorted(place.free_symbols & q, key=str)
-        pairs |= {(a, b) for k, a in enumerate(held) for b in held[k:]}
+        symbols = sorted(place.free_symbols & q, key=str)
+        pairs |= {(a, b) for k, a in enumerate(symbols) for b in symbols[k:]}
         constant = constant and _is_linear(place, q)
     n = len(q)
     full = 2 * n**2 + (0 if constant else n**3 // 3)
@@ -169,7 +169,7 @@ def _minimal(reduced: Reduced) -> int:
 
 
 def _is_linear(place: sp.Expr, q: set[sp.Symbol]) -> bool:
-    """Whether every term is a coordinate times what does not move."""
+    """Tell whether every term is a coordinate times what does not move."""
     return all(
         sum(not f.free_symbols.isdisjoint(q) for f in sp.Mul.make_args(term)) <= 1
         and all(f in q or f.free_symbols.isdisjoint(q) for f in sp.Mul.make_args(term))
@@ -177,9 +177,9 @@ def _is_linear(place: sp.Expr, q: set[sp.Symbol]) -> bool:
     )
 
 
-def _multiplier(held: Iterable[frozenset[sp.Symbol]]) -> int:
+def _multiplier(incidence: Iterable[frozenset[sp.Symbol]]) -> int:
     """Gradients and their products, and elimination of closures, the least connected first."""
-    closures = list(held)
+    closures = list(incidence)
     holders: dict[sp.Symbol, list[int]] = {}
     for k, names in enumerate(closures):
         for s in names:
@@ -195,14 +195,14 @@ def _multiplier(held: Iterable[frozenset[sp.Symbol]]) -> int:
 
 def _elimination(near: Mapping[int, set[int]]) -> int:
     """Operations of eliminating the nodes of a graph, the least connected first."""
-    left = {k: others - {k} for k, others in near.items()}
+    left = {k: neighbours - {k} for k, neighbours in near.items()}
     operations = 0
     while left:
         k = min(left, key=lambda k: (len(left[k]), k))
-        others = left.pop(k)
-        operations += len(others) ** 2 + 5 * len(others) + 1
-        for j in others:
-            left[j] |= others
+        neighbours = left.pop(k)
+        operations += len(neighbours) ** 2 + 5 * len(neighbours) + 1
+        for j in neighbours:
+            left[j] |= neighbours
             left[j] -= {j, k}
     return operations
 
@@ -234,8 +234,8 @@ def starting_state(derivation: Uncertified, chart: ReplacedChart | None) -> Init
     if origin is None or all(_is_known(reduced, e.name) for e in reduced.scene.initial):
         return initial_state(derivation)
     assert chart is not None  # it is what has replaced the coordinates of the origin
-    given = chart.start or initial_state(_Late(origin))
-    return None if given is None else _carried_over(origin, chart, given)
+    former = chart.start or initial_state(_Late(origin))
+    return None if former is None else _carried_over(origin, chart, former)
 
 
 def _is_known(reduced: Reduced, name: str) -> bool:
@@ -250,9 +250,9 @@ def replaced_chart(derivation: Uncertified) -> ReplacedChart | None:
     if origin is None:
         return None
     try:
-        given = initial_state(_Late(origin))
+        former = initial_state(_Late(origin))
     except InputError:
-        given = None  # the start has no place in these coordinates
+        former = None  # the start has no place in these coordinates
     positions = {c.q: origin.resolved.get(c.q, c.q) for c in reduced.coordinates}
     q, v = [c.q for c in origin.coordinates], [c.v for c in origin.coordinates]
     kinematics = Kinematics(positions, q, v, origin.names.t)
@@ -260,14 +260,14 @@ def replaced_chart(derivation: Uncertified) -> ReplacedChart | None:
         CartesianName(s.name, place, sp.Add(*kinematics.velocity(s)))
         for s, place in positions.items()
     )
-    few = len(origin.coordinates) <= MOST_COORDINATES
-    steady = conserved_momenta(derive_uncertified(origin)) if few else ()
-    return ReplacedChart(origin.coordinates, named, given, steady)
+    is_small = len(origin.coordinates) <= MOST_COORDINATES
+    steady = conserved_momenta(derive_uncertified(origin)) if is_small else ()
+    return ReplacedChart(origin.coordinates, named, former, steady)
 
 
-def _carried_over(origin: Reduced, chart: ReplacedChart, given: InitialState) -> InitialState:
+def _carried_over(origin: Reduced, chart: ReplacedChart, former: InitialState) -> InitialState:
     """Positions and velocities in other coordinates."""
-    state = [*given.positions, *given.velocities]
+    state = [*former.positions, *former.velocities]
     symbols = [*(c.q for c in origin.coordinates), *(c.v for c in origin.coordinates)]
     with mpmath.workdps(_DIGITS):
         point = dict(zip(symbols, map(mpf, state), strict=True))
@@ -276,4 +276,4 @@ def _carried_over(origin: Reduced, chart: ReplacedChart, given: InitialState) ->
         point[origin.names.t] = origin.reference[origin.names.t]
         q = evaluate([place.position for place in chart.places], point)
         v = evaluate([place.velocity for place in chart.places], point)
-    return InitialState(tuple(map(float, q)), tuple(map(float, v)), given.projected)
+    return InitialState(tuple(map(float, q)), tuple(map(float, v)), former.projected)

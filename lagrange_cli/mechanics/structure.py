@@ -61,9 +61,9 @@ def structure_facts(derivation: Uncertified) -> Facts:
     moving.add(reduced.names.t)
     constant = not any(e.free_symbols & moving for row in mass for e in row.values())
     diagonal = all(e == 0 for j, row in enumerate(mass) for k, e in row.items() if j != k)
-    held = {s for row in mass for e in row.values() for s in e.free_symbols} | forcing
+    symbols = {s for row in mass for e in row.values() for s in e.free_symbols} | forcing
     for closure in derivation.pushing:
-        held |= closure.expression.free_symbols
+        symbols |= closure.expression.free_symbols
     velocities = {c.v for c in reduced.coordinates}
     positions = [*reduced.resolved.values(), *(c.expression for c in derivation.pushing)]
     apart = constant and not forcing & velocities
@@ -75,7 +75,7 @@ def structure_facts(derivation: Uncertified) -> Facts:
         constant_mass_matrix=constant,
         diagonal_mass_matrix=diagonal,
         separable=apart and not derivation.pushing,
-        autonomous=held.isdisjoint([reduced.names.t, *reduced.names.inputs.values()]),
+        autonomous=symbols.isdisjoint([reduced.names.t, *reduced.names.inputs.values()]),
         rheonomic=any(reduced.names.t in e.free_symbols for e in positions),
         planar=_planar(derivation),
         positive_definite_mass_matrix=_positive_definite(derivation),
@@ -162,7 +162,7 @@ def require_no_rates_of_inputs(derivation: Uncertified) -> None:
     if derivation.extra.free_symbols.isdisjoint(reduced.names.inputs.values()):
         return
     parts = [e.free_symbols for e in sp.Add.make_args(sp.expand_mul(derivation.extra))]
-    beside = set().union(*(held for held in parts if held & velocities))
+    beside = set().union(*(symbols for symbols in parts if symbols & velocities))
     for term in reduced.scene.inputs:
         if reduced.names.inputs[term.name] in beside:
             raise InputError(
@@ -272,7 +272,7 @@ def _null_direction(inertia: Sequence[DoubleRow], slopes: Sequence[DoubleRow]) -
 
 
 def _clearly_regular(inertia: Sequence[DoubleRow], slopes: Sequence[DoubleRow]) -> bool:
-    """Whether a large diagonal M and clearly independent gradients settle it."""
+    """Tell whether a large diagonal M and clearly independent gradients settle it."""
     if len(inertia) + len(slopes) <= _LARGE:
         return False
     sizes = [row.get(j, 0.0) for j, row in enumerate(inertia)]

@@ -45,8 +45,8 @@ class ClosureCheck:
         self._held = [entries(c.gradient) for c in self.closures]
         parts = [
             e
-            for c, held in zip(self.closures, self._held, strict=True)
-            for e in (*held.values(), c.rate, c.bias)
+            for c, row in zip(self.closures, self._held, strict=True)
+            for e in (*row.values(), c.rate, c.bias)
         ]
         self._parts = Tape(parts, tapes.moving)
         #: The point looked at last, the bits carried, and what was found there.
@@ -71,24 +71,24 @@ class ClosureCheck:
         if self._latest is None or self._latest[0] is not point or self._latest[1] != bits:
             inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
             pending = iter(self._parts.run(inputs, 0).values)
-            found = [
-                ({j: next(pending) for j in held}, next(pending), next(pending))
-                for held in self._held
+            derived = [
+                ({j: next(pending) for j in row}, next(pending), next(pending))
+                for row in self._held
             ]
-            self._latest = point, bits, found
+            self._latest = point, bits, derived
         return self._latest[2]
 
     def forces(self, point: SymbolValues) -> list[list[mpf]]:
         """For each coordinate λ·gradient of each closure and gap that holds it."""
-        found: list[list[mpf]] = [[] for _ in self.tapes.q]
+        forces: list[list[mpf]] = [[] for _ in self.tapes.q]
         for closure, (gradient, _, _) in zip(
             self.closures, self._derived(point) if self.closures else (), strict=True
         ):
             for j, x in gradient.items():
-                found[j].append(point[closure.multiplier] * x)
+                forces[j].append(point[closure.multiplier] * x)
         for j, force in self.gaps.forces(point):
-            found[j].append(force)
-        return found
+            forces[j].append(force)
+        return forces
 
     def mismatch(self, point: SymbolValues, least: mpf = _ZERO) -> mpf:
         """Largest relative difference between what was derived and the equations as stated.
@@ -107,9 +107,9 @@ class ClosureCheck:
             stated = gradients[k]
             size = max(map(abs, stated.values()), default=_ZERO)
             pairs = []
-            for found in (gradient, self._of_expression(run, k)):
-                held = [*stated, *(j for j in found if j not in stated)]
-                pairs += [(found.get(j, _ZERO), stated.get(j, _ZERO), size) for j in held]
+            for slopes in (gradient, self._of_expression(run, k)):
+                columns = [*stated, *(j for j in slopes if j not in stated)]
+                pairs += [(slopes.get(j, _ZERO), stated.get(j, _ZERO), size) for j in columns]
             for terms, extra, expected in ((v, rate, levels[k]), (a, bias, rates[k])):
                 products = [g * terms[j] for j, g in gradient.items()]
                 pairs.append((sum(products, extra), expected, sum(map(abs, products), abs(extra))))
@@ -146,9 +146,9 @@ class ClosureCheck:
         _, rates, gradients = self.manifold.motion(point, a)
         worst = _ZERO
         for rate, gradient in zip(rates, gradients, strict=True):
-            own = seen.point
+            drawn = seen.point
             size = sum(
-                abs(g) * (abs(a[j]) + abs(own[self.tapes.a[j]])) for j, g in gradient.items()
+                abs(g) * (abs(a[j]) + abs(drawn[self.tapes.a[j]])) for j, g in gradient.items()
             )
             worst = max(worst, _relative(rate, size))
         newton = self.tapes.newton(self.tapes.series(point), seen.forces)

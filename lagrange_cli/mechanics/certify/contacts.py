@@ -40,8 +40,8 @@ class GapCheck:
         self._derived = Tape(
             [
                 e
-                for c, held in zip(self.closures, self._held, strict=True)
-                for e in (c.expression, *held.values(), c.rate, c.bias)
+                for c, row in zip(self.closures, self._held, strict=True)
+                for e in (c.expression, *row.values(), c.rate, c.bias)
             ],
             tapes.moving,
         )
@@ -59,8 +59,8 @@ class GapCheck:
         inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
         pending = iter(self._derived.run(inputs, 0).values)
         return [
-            (next(pending), {j: next(pending) for j in held}, next(pending), next(pending))
-            for held in self._held
+            (next(pending), {j: next(pending) for j in row}, next(pending), next(pending))
+            for row in self._held
         ]
 
     def mismatch(self, point: SymbolValues) -> mpf:
@@ -88,15 +88,15 @@ class GapCheck:
 
     def _work(self, places: TapeRun, slopes: SparseRow) -> SparseRow:
         """∂φ/∂q = Σ ∂φ/∂r ∂r/∂q from ∂φ/∂r by number of the name."""
-        tapes, found = self.tapes, dict[int, mpf]()
+        tapes, gradient = self.tapes, dict[int, mpf]()
         for k, slope in slopes.items():
             if k >= len(tapes.symbols):
                 moved = {tapes.q.index(tapes.raw[k]): mpf(1)}
             else:
                 moved = {j - 1: x for j, x in places.partials(k).items() if 1 <= j <= tapes.n}
             for j, x in moved.items():
-                found[j] = found.get(j, _ZERO) + slope * x
-        return found
+                gradient[j] = gradient.get(j, _ZERO) + slope * x
+        return gradient
 
 
 def _triples(

@@ -39,12 +39,12 @@ def proven_evidence(derivation: Uncertified, evidence: Evidence) -> Evidence:
     A coordinate counts as forced unless it is proven that it is not.
     """
     coordinates = derivation.reduced.coordinates
-    held = _held(derivation)
+    symbols = _held(derivation)
     forces = _generalized_forces(derivation)
     return replace(
         evidence,
         cyclic=tuple(
-            seen and (c.q not in held or does_not_depend(derivation.lagrangian, c.q))
+            seen and (c.q not in symbols or does_not_depend(derivation.lagrangian, c.q))
             for c, seen in zip(coordinates, evidence.cyclic, strict=True)
         ),
         forced=tuple(
@@ -57,8 +57,8 @@ def proven_evidence(derivation: Uncertified, evidence: Evidence) -> Evidence:
 
 def _held(derivation: Uncertified) -> set[sp.Symbol]:
     """Symbols that stand in L."""
-    held: set[sp.Symbol] = derivation.kinetic.free_symbols | derivation.potential.free_symbols
-    return held
+    symbols: set[sp.Symbol] = derivation.kinetic.free_symbols | derivation.potential.free_symbols
+    return symbols
 
 
 def _generalized_forces(derivation: Uncertified) -> list[sp.Expr]:
@@ -81,7 +81,7 @@ def _conserves_energy(derivation: Uncertified, forces: Sequence[sp.Expr]) -> boo
 
 
 def _are_reactions(closures: Sequence[Closure], forces: Sequence[sp.Expr]) -> bool:
-    """Whether generalized forces are a combination of the closures' gradients.
+    """Tell whether generalized forces are a combination of the closures' gradients.
 
     Such forces do no work in the displacements that closures without a rate admit.
     """
@@ -96,16 +96,16 @@ def _are_reactions(closures: Sequence[Closure], forces: Sequence[sp.Expr]) -> bo
 
 
 def _is_combination(values: Sequence[int], n: int, p: int) -> bool:
-    """Whether the first n numbers are a combination of the rows of n numbers after them."""
-    first, *others = ([*values[k : k + n]] for k in range(0, len(values), n))
-    for number, other in enumerate(others):
-        pivot = next((j for j, x in enumerate(other) if x % p), None)
+    """Tell whether the first n numbers are a combination of the rows of n numbers after them."""
+    first, *rows = ([*values[k : k + n]] for k in range(0, len(values), n))
+    for number, row in enumerate(rows):
+        pivot = next((j for j, x in enumerate(row) if x % p), None)
         if pivot is None:
             continue
-        scale = field_inverse(other[pivot], p)
-        for target in (first, *others[number + 1 :]):
+        scale = field_inverse(row[pivot], p)
+        for target in (first, *rows[number + 1 :]):
             factor = target[pivot] * scale
-            target[:] = [(x - factor * y) % p for x, y in zip(target, other, strict=True)]
+            target[:] = [(x - factor * y) % p for x, y in zip(target, row, strict=True)]
     return not any(x % p for x in first)
 
 

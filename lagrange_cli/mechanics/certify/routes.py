@@ -49,9 +49,9 @@ class Tapes:
         self.parameters = [*reduced.names.parameters.values(), *reduced.names.inputs.values()]
         self.still = [self.t, *self.q, *self.parameters]
         self.moving = [self.t, *self.q, *self.v, *self.parameters]
-        held = [(j, k) for j, row in enumerate(derivation.mass) for k in row]
-        self.upper = [(j, k) for j, k in held if j <= k]
-        if any(derivation.mass[j][k] != derivation.mass[k].get(j) for j, k in held):
+        entries = [(j, k) for j, row in enumerate(derivation.mass) for k in row]
+        self.upper = [(j, k) for j, k in entries if j <= k]
+        if any(derivation.mass[j][k] != derivation.mass[k].get(j) for j, k in entries):
             raise InternalError(Problem("the derived mass matrix is not symmetric"))
         masses = [sp.Add(*derivation.mass[j][k]) for j, k in self.upper]
         forcing = [sp.Add(*f) for f in derivation.forcing]
@@ -130,9 +130,9 @@ class Tapes:
 
     def work(self, series: Mapping[sp.Symbol, TaylorSeries]) -> list[tuple[mpf, mpf]]:
         """Generalized forces of ``forces`` by virtual work, each with the size of its parts."""
-        found, sizes = [_ZERO] * self.n, [_ZERO] * self.n
+        totals, sizes = [_ZERO] * self.n, [_ZERO] * self.n
         if not self.forces:
-            return list(zip(found, sizes, strict=True))
+            return list(zip(totals, sizes, strict=True))
         pending = iter(self.force_values.run([series[s] for s in self.moving], 0).values)
         run = self.positions.run([series[s] for s in self.still], 0)
         for target in (target for targets in self.targets for target in targets):
@@ -142,9 +142,9 @@ class Tapes:
             else:
                 virtual = run.gradient({target: (value, _ZERO, _ZERO)})
                 parts = [x[0] for x in virtual[1 : 1 + self.n]]
-            found = [f + x for f, x in zip(found, parts, strict=True)]
+            totals = [f + x for f, x in zip(totals, parts, strict=True)]
             sizes = [s + abs(x) for s, x in zip(sizes, parts, strict=True)]
-        return list(zip(found, sizes, strict=True))
+        return list(zip(totals, sizes, strict=True))
 
     def generalized_forces(self, series: Mapping[sp.Symbol, TaylorSeries]) -> list[mpf]:
         """Q of forces and dissipation."""
@@ -270,7 +270,7 @@ class Tapes:
         if self.at_rest is None:
             return mpf("1e999")
         try:
-            rest = self.at_rest.run([seen.series[s] for s in self.still], 0).values[0]
+            potential = self.at_rest.run([seen.series[s] for s in self.still], 0).values[0]
         except DomainError:
             return mpf("1e999")
-        return seen.values[1] + rest
+        return seen.values[1] + potential

@@ -1,4 +1,4 @@
-"""Whether one-sided constraints leave room: a search for a configuration inside of all gaps."""
+"""Search for a configuration that satisfies all one-sided constraints."""
 
 from __future__ import annotations
 
@@ -80,26 +80,26 @@ class FeasibilitySearch:
     ) -> list[Manifold]:
         """What is to hold, at a time that is given; at any time where time plays a part."""
         sides = [(r.left, r.right) for r in (*closures, *gaps)]
-        found = [self._manifold(sides, [])]
+        manifolds = [self._manifold(sides, [])]
         if any(self._time in (a - b).free_symbols for a, b in sides):
             moved = {self._time: self._clock}
             sides = [(a.xreplace(moved), b.xreplace(moved)) for a, b in sides]
-            found.append(self._manifold(sides, [self._clock]))
-        return found
+            manifolds.append(self._manifold(sides, [self._clock]))
+        return manifolds
 
     def _manifold(
         self, sides: Sequence[tuple[sp.Expr, sp.Expr]], beside: Sequence[sp.Symbol]
     ) -> Manifold:
         names, q = self._reduced.names, self._coordinates
-        others = [*names.parameters.values()]
+        constants = [*names.parameters.values()]
         scale = {**self._reduced.scales, **dict.fromkeys(beside, mpf(1))}
-        return Manifold(sides, [], names.t, [*q, *beside], [], others, scale)
+        return Manifold(sides, [], names.t, [*q, *beside], [], constants, scale)
 
     @cached_property
     def _given(self) -> SamplePoint:
         """Time, and coordinates that the scene gives."""
-        given = self._reduced.reference
-        return {s: given[s] for s in (self._time, *self._coordinates) if s in given}
+        reference = self._reduced.reference
+        return {s: reference[s] for s in (self._time, *self._coordinates) if s in reference}
 
     def _start(self, attempt: int, closures: Sequence[int]) -> SamplePoint | None:
         """The given configuration, then random ones on the closures around it."""

@@ -118,8 +118,8 @@ def _change(
 ) -> tuple[mpf, mpf, bool]:
     """φ and the size of its terms at the first state, and whether φ differs at another."""
     terms = [*sp.Add.make_args(gap.left), *sp.Add.make_args(gap.right)]
-    held = sorted(set().union(*(e.free_symbols for e in (*slopes.values(), *terms))), key=str)
-    points = [{s: state[s] for s in held} for state in states]
+    symbols = sorted(set().union(*(e.free_symbols for e in (*slopes.values(), *terms))), key=str)
+    points = [{s: state[s] for s in symbols} for state in states]
     level, *parts = evaluate([gap.left - gap.right, *slopes.values(), *terms], points[0])
     steepness = dict(zip(slopes, parts, strict=False))
     size = sum(map(abs, parts[len(slopes) :]), mpf(0))
@@ -134,9 +134,11 @@ def _change(
 
 def _constraints_that_hold(reduced: Reduced, gap: ClosureEquation) -> list[str]:
     """Constraints that a gap's names are solved from, or that are kept beside them."""
-    found = reduced.chart.geometry.found
-    held = _names_in(reduced, gap)
-    stated = [found.stated[found.by[s]].constraint for s in held if s in found.by]
+    elimination = reduced.chart.geometry.elimination
+    symbols = _names_in(reduced, gap)
+    stated = [
+        elimination.stated[elimination.by[s]].constraint for s in symbols if s in elimination.by
+    ]
     present = (gap.left - gap.right).free_symbols
     for closure in reduced.closures:
         if present & (closure.left - closure.right).free_symbols:
@@ -163,20 +165,20 @@ def _neighbours(reduced: Reduced) -> list[SamplePoint]:
     """A configuration and some next to it, at the same t and parameters."""
     sampler, manifold = reduced.sampler([]), reduced.manifold()
     point = sampler.draw()
-    found = [] if point is None else [point]
+    points = [] if point is None else [point]
     differences = [gap.left - gap.right for gap in reduced.gaps]
     for count in range(_TRIALS if point is not None else 0):
-        moved = manifold.placed(sampler.near(found[0], mpf(2) ** -(1 + count)))
+        moved = manifold.placed(sampler.near(points[0], mpf(2) ** -(1 + count)))
         if moved is None:
             continue
         try:
             evaluate(differences, moved)
         except DomainError:
             continue
-        found.append(moved)
-        if len(found) > _ENOUGH:
+        points.append(moved)
+        if len(points) > _ENOUGH:
             break
-    return found
+    return points
 
 
 def _refusal(gap: ClosureEquation, says: str, hint: str) -> InputError:

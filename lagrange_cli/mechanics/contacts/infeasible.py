@@ -56,7 +56,7 @@ def require_feasible(reduced: Reduced) -> None:
     if not reduced.gaps or room.found(starts=_FIRST) is not None:
         return
     one_sided = [_stated(reduced.names, u) for u in reduced.scene.unilateral]
-    proven = _proven(reduced, [*reduced.chart.geometry.found.stated, *one_sided])
+    proven = _proven(reduced, [*reduced.chart.geometry.elimination.stated, *one_sided])
     if proven is not None:
         raise proven
     valued = len(reduced.values.exact) == len(reduced.scene.parameters)
@@ -108,8 +108,8 @@ def _proven(reduced: Reduced, stated: Sequence[StatedEquation]) -> InputError | 
         last = next((s for s in reversed(chosen) if s.one_sided), chosen[-1])
         missing = total.rest / abs(total.shares[stated.index(last)])
         if total.bounds and len(chosen) <= _WRITTEN:  # others may say more than their sum
-            others = [s for s in chosen if s is not last]
-            missing = _missed(names, others, last, constants) or missing
+            premises = [s for s in chosen if s is not last]
+            missing = _missed(names, premises, last, constants) or missing
         return _refusal(reduced, chosen, _sum(chosen, total), last, missing)
     rods = overlong_rod_error(names, stated, reference)
     if rods is not None or len(stated) > _MOST:
@@ -175,13 +175,13 @@ def _by_squares(
     """The error of a set that a sum of squares excludes, with how far one of it is missed."""
     names = reduced.names
     last = next(s for s in reversed(chosen) if s.one_sided)
-    others = [s for s in chosen if s is not last]
-    held = sorted({str(x) for s in chosen for x in s.phi.free_symbols} - {*names.parameters})
-    why = f"no real {', '.join(held[:_WRITTEN])} satisfies {'them' if others else 'it'}"
-    missed = _missed(names, others, last, constants)
+    premises = [s for s in chosen if s is not last]
+    symbols = sorted({str(x) for s in chosen for x in s.phi.free_symbols} - {*names.parameters})
+    why = f"no real {', '.join(symbols[:_WRITTEN])} satisfies {'them' if premises else 'it'}"
+    missed = _missed(names, premises, last, constants)
     if missed is not None:
-        where = f"where {quoted([s.constraint for s in others])} holds, " if others else ""
-        if len(others) > 1:
+        where = f"where {quoted([s.constraint for s in premises])} holds, " if premises else ""
+        if len(premises) > 1:
             where = where.replace(" holds", " hold")
         why = f"{where}{_reached(names, last, missed, constants)}"
     return _refusal(reduced, chosen, why, last, missed)
@@ -204,7 +204,7 @@ def _reached(
 
 def _missed(
     names: Names,
-    others: Sequence[StatedEquation],
+    premises: Sequence[StatedEquation],
     last: StatedEquation,
     constants: Mapping[sp.Symbol, mpf],
 ) -> mpf | None:
@@ -212,7 +212,7 @@ def _missed(
 
     def fails(by: mpf) -> bool:
         moved = replace(last, left=last.left + sp.Rational(str(by)))
-        return is_contradictory(names, [*others, moved], constants, products=(False,))
+        return is_contradictory(names, [*premises, moved], constants, products=(False,))
 
     step = mpf(1)
     for _ in range(_DOUBLINGS):
@@ -256,14 +256,14 @@ def _refusal(
 def _wider(reduced: Reduced, stated: StatedEquation, missing: mpf) -> str:
     """A one-sided constraint with a bound for which there is room; empty where none is found."""
     pairs = zip(reduced.scene.unilateral, reduced.gaps, strict=True)
-    found = [(one, gap) for one, gap in pairs if one.name == stated.constraint]
-    if not stated.one_sided or not found:
+    stating = [(one, gap) for one, gap in pairs if one.name == stated.constraint]
+    if not stated.one_sided or not stating:
         return ""
-    ((one_sided, gap),) = found
-    phi, given = gap.left - gap.right, reduced.reference
-    if phi.free_symbols <= given.keys():  # the values that are given are to satisfy it too
+    ((one_sided, gap),) = stating
+    phi, reference = gap.left - gap.right, reduced.reference
+    if phi.free_symbols <= reference.keys():  # the values that are given are to satisfy it too
         with contextlib.suppress(DomainError):
-            missing = max(missing, -evaluate([phi], {s: given[s] for s in phi.free_symbols})[0])
+            missing = max(missing, -evaluate([phi], {s: reference[s] for s in phi.free_symbols})[0])
     more = sp.Rational(mpmath.nstr(missing * _MORE, 2))
     moved = replace(gap, left=gap.left + more)
     gaps = [moved if g is gap else g for g in reduced.gaps]
@@ -302,12 +302,12 @@ def _beside(
     reduced: Reduced, room: FeasibilitySearch, closures: Sequence[int], gaps: Sequence[int]
 ) -> list[str]:
     """Constraints that are kept, or were put into what a gap is written in."""
-    names, found = reduced.names, reduced.chart.geometry.found
+    names, elimination = reduced.names, reduced.chart.geometry.elimination
     chosen = {room.gaps[k].name for k in gaps}
     sources: set[int] = set()
     for one_sided in reduced.scene.unilateral:
         if one_sided.name in chosen:
-            sources |= found.sources_of(_stated(names, one_sided).phi)
+            sources |= elimination.sources_of(_stated(names, one_sided).phi)
     kept = {room.closures[k].name for k in closures}
-    numbers = [k for k, s in enumerate(found.stated) if s.constraint in kept]
-    return [s.constraint for s in equations_behind(found, sorted(sources | {*numbers}))]
+    numbers = [k for k, s in enumerate(elimination.stated) if s.constraint in kept]
+    return [s.constraint for s in equations_behind(elimination, sorted(sources | {*numbers}))]

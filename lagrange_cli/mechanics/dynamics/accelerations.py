@@ -41,7 +41,7 @@ def right_hand_sides(equations: Equations) -> list[sympy.Expr]:
     for closure in equations.pushing:
         for i, entry in entries(closure.gradient).items():
             terms[i].append(closure.multiplier * entry)
-    return [sympy.Add(*of) for of in terms]
+    return [sympy.Add(*summands) for summands in terms]
 
 
 def explicit_accelerations(equations: Equations) -> tuple[sympy.Expr | None, ...]:

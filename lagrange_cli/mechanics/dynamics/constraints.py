@@ -38,12 +38,12 @@ def closures(reduced: Reduced) -> tuple[tuple[Closure, ...], tuple[Closure, ...]
     families = {
         kind: ShapeClasses(reduced.coordinates, partial(w, reduced)) for kind, w in works.items()
     }
-    found = tuple(
+    derived = tuple(
         _closure(equation, name, symbol, families[equation.kind])
         for equation, (name, symbol) in zip(equations, _multipliers(reduced), strict=True)
     )
     count = len(reduced.closures)
-    return found[:count], found[count:]
+    return derived[:count], derived[count:]
 
 
 def _multipliers(reduced: Reduced) -> Iterator[tuple[str, sp.Symbol]]:

@@ -63,14 +63,14 @@ def _by_signs(expression: sp.Expr) -> sp.Expr:
 
 
 def _largest(arguments: Iterable[sp.Expr]) -> sp.Expr:
-    first, *others = arguments
-    for argument in others:
+    first, *remaining = arguments
+    for argument in remaining:
         first = (first + argument + sp.Abs(first - argument)) / 2
     return first
 
 
 def _jumps(written: sp.Expr) -> bool:
-    """Whether an expression is not proven to be continuous where its signs change."""
+    """Tell whether an expression is not proven to be continuous where its signs change."""
     return any(_jumps_at(written, kink) for kink in sorted(written.atoms(sp.sign), key=str))
 
 

@@ -229,8 +229,8 @@ class _Builder:
             while left:
                 _, mass = self.components[(left & -left).bit_length() - 1]
                 left &= left - 1
-                count, rest = mass.as_coeff_Mul(rational=True)
-                weights[rest] = weights.get(rest, 0) + python_rational(count)
+                count, factor = mass.as_coeff_Mul(rational=True)
+                weights[factor] = weights.get(factor, 0) + python_rational(count)
             self._masses[components] = self.splitter.as_one(weights)
         return {m: sign * c for m, c in self._masses[components].items()}
 
@@ -290,13 +290,13 @@ class _Builder:
         components = tuple(
             reduced.resolve(reduced.names.convert(c, reduced.rate)) for c in force.components
         )
-        own = [TermSum(self.splitter) for _ in range(self.n)]
+        sums = [TermSum(self.splitter) for _ in range(self.n)]
         for symbol, component in zip(self._targets(force), components, strict=True):
             if symbol in self.number:
-                own[self.number[symbol]].add_all(_terms(component))
+                sums[self.number[symbol]].add_all(_terms(component))
             else:
-                self._add_work(symbol, component, own)
-        generalized = tuple(factored(s.collected()) for s in own)
+                self._add_work(symbol, component, sums)
+        generalized = tuple(factored(s.collected()) for s in sums)
         for into, expr in zip(self.forcing, generalized, strict=True):
             into.add_all(_terms(expr))
         return BodyForce(force.name, force.on, components, generalized)
@@ -340,8 +340,8 @@ class _Builder:
     ) -> sp.Expr:
         """T = Σ ½ m ṙ², each particle's square collected, or ½ Σ M q̇ q̇ where that is shorter."""
         names = self.reduced.names
-        held = self.reduced.chart.geometry.held
-        scleronomic = not any(self.t in held[s] for s in velocity)
+        symbols = self.reduced.chart.geometry.held
+        scleronomic = not any(self.t in symbols[s] for s in velocity)
         particles = None
         squares = [sp.Add(*(velocity[s] ** 2 for s in body)) for body in names.particle_symbols]
         if sum(term_count(e) for e in squares) <= _TERM_BUDGET:
@@ -362,10 +362,10 @@ class _Builder:
         """Terms of ½ Σ M q̇ q̇."""
         terms = []
         for (j, k), entry in mass.items():
-            number, rest = entry.as_coeff_Mul(rational=True)
+            number, factor = entry.as_coeff_Mul(rational=True)
             rates = [self.v[j] ** 2] if j == k else [self.v[j], self.v[k]]
             half = number / 2 if j == k else number
-            terms.append(monomial(half, [*sp.Mul.make_args(rest), *rates]))
+            terms.append(monomial(half, [*sp.Mul.make_args(factor), *rates]))
         return terms
 
     def _potential(self) -> sp.Expr:

@@ -53,22 +53,22 @@ def singular_configurations(derivation: Uncertified) -> tuple[SingularConfigurat
         for name, symbol in reduced.names.parameters.items()
         if name in reduced.values.exact
     }
-    found: dict[tuple[sp.Expr, bool], dict[str, None]] = {}
+    zeros: dict[tuple[sp.Expr, bool], dict[str, None]] = {}
     for block in _blocks(derivation):
         mass = [[derivation.mass_matrix[j][k].xreplace(signed) for k in block] for j in block]
-        own = [coordinates[j] for j in block]
+        members = [coordinates[j] for j in block]
         if sum(e.count_ops() for row in mass for e in row) > _ENTRY_BUDGET:
             continue
-        for factor, infinite in _factors(mass, own):
+        for factor, infinite in _factors(mass, members):
             if _vanishes(factor, coordinates, numbers):
-                lost = _held(factor, own)
+                lost = _held(factor, members)
                 if not infinite:
-                    lost = _lost(mass, own, factor, coordinates, numbers)
-                found.setdefault((factor, infinite), {}).update(dict.fromkeys(q.name for q in lost))
+                    lost = _lost(mass, members, factor, coordinates, numbers)
+                zeros.setdefault((factor, infinite), {}).update(dict.fromkeys(q.name for q in lost))
     named = {positive: symbol for symbol, positive in signed.items()}
     return tuple(
         SingularConfiguration(tuple(names), where.xreplace(named), infinite)
-        for (where, infinite), names in found.items()
+        for (where, infinite), names in zeros.items()
     )
 
 
@@ -81,7 +81,7 @@ def conserved_momenta(derivation: Uncertified) -> tuple[str, ...]:
     coordinates = derivation.reduced.coordinates
     if derivation.closures or derivation.reduced.gaps or len(coordinates) > MOST_COORDINATES:
         return ()
-    found = []
+    conserved = []
     for j, (coordinate, row) in enumerate(zip(coordinates, derivation.mass, strict=True)):
         inertia = sp.Add(*row.get(j, ()))
         force = sp.Add(*derivation.forcing[j])
@@ -90,8 +90,8 @@ def conserved_momenta(derivation: Uncertified) -> tuple[str, ...]:
         change = inertia.diff(derivation.reduced.names.t)
         change += sp.Add(*(inertia.diff(c.q) * c.v for c in coordinates))
         if sp.expand(force + change * coordinate.v) == 0:
-            found.append(coordinate.name)
-    return tuple(found)
+            conserved.append(coordinate.name)
+    return tuple(conserved)
 
 
 def _with_signs(derivation: Uncertified) -> dict[sp.Symbol, sp.Symbol]:
@@ -116,17 +116,17 @@ def _blocks(derivation: Uncertified) -> Iterator[list[int]]:
             block += [k for k in derivation.mass[j] if k not in block]
         seen.update(block)
         terms = [t for j in block for entry in derivation.mass[j].values() for t in entry]
-        held = len(block) <= _LARGEST_BLOCK and any(t.free_symbols & moving for t in terms)
-        if held:
+        eligible = len(block) <= _LARGEST_BLOCK and any(t.free_symbols & moving for t in terms)
+        if eligible:
             yield sorted(block)
 
 
-def _factors(mass: _Matrix, own: Sequence[sp.Symbol]) -> Iterator[tuple[sp.Expr, bool]]:
+def _factors(mass: _Matrix, members: Sequence[sp.Symbol]) -> Iterator[tuple[sp.Expr, bool]]:
     """Factors of the determinant that hold coordinates, and whether it is divided by them."""
-    if len(own) == 1:
+    if len(members) == 1:
         pivots: Sequence[sp.Expr] = [mass[0][0]]
     else:
-        solution = solve_exactly(mass, [_ZERO] * len(own), own)
+        solution = solve_exactly(mass, [_ZERO] * len(members), members)
         pivots = solution.pivots if solution is not None else []
     for pivot in pivots:
         for part in sp.Mul.make_args(_product(pivot)):
@@ -156,14 +156,14 @@ def _factored(part: sp.Expr) -> sp.Expr:
     return factored_form(base) ** exponent
 
 
-def _held(factor: sp.Expr, own: Sequence[sp.Symbol]) -> list[sp.Symbol]:
-    return [q for q in own if q in factor.free_symbols] or list(own)
+def _held(factor: sp.Expr, members: Sequence[sp.Symbol]) -> list[sp.Symbol]:
+    return [q for q in members if q in factor.free_symbols] or list(members)
 
 
 def _vanishes(
     factor: sp.Expr, coordinates: Sequence[sp.Symbol], numbers: Mapping[sp.Symbol, sp.Expr]
 ) -> bool:
-    """Whether a factor is proven to have a zero that real coordinates reach."""
+    """Tell whether a factor is proven to have a zero that real coordinates reach."""
     return any(_zero(factor, q, numbers) is not None for q in coordinates)
 
 
@@ -204,8 +204,8 @@ def _root(
         return None
     coefficients = sp.Poly(expr, unknown).all_coeffs()
     if len(coefficients) == 2:
-        slope, rest = coefficients
-        return -rest / slope if slope.is_nonzero else None
+        slope, constant = coefficients
+        return -constant / slope if slope.is_nonzero else None
     if len(coefficients) != 3:
         return None
     a, b, c = coefficients
@@ -216,7 +216,7 @@ def _root(
 
 
 def _is_sign(expr: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> bool:
-    """Whether an expression over parameters is proven not to be negative."""
+    """Tell whether an expression over parameters is proven not to be negative."""
     return bool(expr.is_nonnegative or expr.xreplace(dict(numbers)).is_nonnegative)
 
 
@@ -226,19 +226,19 @@ def _at_most_one(level: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> bool:
 
 def _lost(
     mass: _Matrix,
-    own: Sequence[sp.Symbol],
+    members: Sequence[sp.Symbol],
     factor: sp.Expr,
     coordinates: Sequence[sp.Symbol],
     numbers: Mapping[sp.Symbol, sp.Expr],
 ) -> list[sp.Symbol]:
     """The coordinates whose rates M does not see where the factor vanishes."""
-    if len(own) == 1:
-        return list(own)
+    if len(members) == 1:
+        return list(members)
     for q in coordinates:
         value = _zero(factor, q, numbers)
         if value is not None:
-            return [s for s, moved in zip(own, _null(mass, q, value), strict=True) if moved]
-    return list(own)
+            return [s for s, moved in zip(members, _null(mass, q, value), strict=True) if moved]
+    return list(members)
 
 
 def _null(mass: _Matrix, q: sp.Symbol, value: sp.Expr) -> list[bool]:

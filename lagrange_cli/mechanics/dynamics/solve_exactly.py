@@ -106,7 +106,7 @@ def solve_exactly(
 def _is_confirmed(
     solution: ExactSolution, mass: Sequence[Sequence[sp.Expr]], forcing: Sequence[sp.Expr]
 ) -> bool:
-    """Whether a point was found where all is real and finite.
+    """Tell whether a point was found where all is real and finite.
 
     Raises
     ------
@@ -139,12 +139,12 @@ def _is_confirmed(
 
 def _substituted(solution: ExactSolution, numbers: Iterator[mpf]) -> list[mpf]:
     """Accelerations from the values of what the steps hold, in their order."""
-    found: dict[int, mpf] = {}
+    accelerations: dict[int, mpf] = {}
     for step in solution.steps:
-        rest, denominator = next(numbers), next(numbers)
-        rest -= sum(next(numbers) * found[other] for other, _ in step.coupling)
-        found[step.coordinate] = rest / denominator
-    return [found[i] for i in range(len(found))]
+        numerator, denominator = next(numbers), next(numbers)
+        numerator -= sum(next(numbers) * accelerations[coupled] for coupled, _ in step.coupling)
+        accelerations[step.coordinate] = numerator / denominator
+    return [accelerations[i] for i in range(len(accelerations))]
 
 
 class _Distribution:
@@ -158,18 +158,18 @@ class _Distribution:
         return [t for a in sp.Add.make_args(expr) if a != 0 for t in self._product(a)]
 
     def _product(self, term: sp.Expr) -> _Terms:
-        rest, terms = [], _UNIT
+        factors, terms = [], _UNIT
         for factor in sp.Mul.make_args(term):
             if not factor.is_Add:
-                rest.append(factor)
+                factors.append(factor)
             elif self._is_closed(factor):
                 self.left_alone = True
-                rest.append(factor)
+                factors.append(factor)
             else:
                 terms = [a * b for a in terms for b in self.terms(factor)]
                 if len(terms) > _PRODUCT_BUDGET:
                     raise _OverBudgetError
-        return [sp.Mul(t, *rest) for t in terms]
+        return [sp.Mul(t, *factors) for t in terms]
 
     def _is_closed(self, expr: sp.Expr) -> bool:
         if expr.func in (sp.sin, sp.cos):
@@ -245,17 +245,17 @@ class _System:
         """Do for f what was done for M; return the rows for substitution."""
         rows = []
         for position, k in enumerate(order):
-            others = [*order[position + 1 :], *self.left]
-            rows.append(self._row(k, others))
-            for i in others:
+            later = [*order[position + 1 :], *self.left]
+            rows.append(self._row(k, later))
+            for i in later:
                 self.forcing[i] = self._sum(
                     (1, self.forcing[i], _UNIT), (-1, self._ratio(i, k), self.forcing[k])
                 )
         return rows
 
-    def _row(self, k: int, others: Sequence[int]) -> SolvedAcceleration:
+    def _row(self, k: int, later: Sequence[int]) -> SolvedAcceleration:
         """The equation of coordinate k, solved for its acceleration."""
-        coupled = [j for j in others if self.mass[k, j]]
+        coupled = [j for j in later if self.mass[k, j]]
         entries = [self.forcing[k], self.mass[k, k], *(self.mass[k, j] for j in coupled)]
         common = common_factor([term for entry in entries for term in entry])
         right, inertia, *coupling = (sp.Add(*(t / common for t in entry)) for entry in entries)

@@ -59,11 +59,11 @@ def _without_fractions(whole: sp.Expr, groups: Sequence[tuple[sp.Expr, sp.Expr]]
 
     ``I θ̈ + ½ k x`` is no better as ``2 I θ̈ + k x``.
     """
-    number, rest = whole.as_coeff_Mul(rational=True)
+    number, factor = whole.as_coeff_Mul(rational=True)
     if number.q == 1:
         return whole
     first = common_factor(list(sp.Add.make_args(groups[0][0]))).as_coeff_Mul(rational=True)[0]
-    return whole if first.q > 1 else scaled(sp.Integer(number.p), rest)
+    return whole if first.q > 1 else scaled(sp.Integer(number.p), factor)
 
 
 class _Rows:
@@ -84,29 +84,31 @@ class _Rows:
         """(coefficient, factor) in display order."""
         coordinates = self.derivation.reduced.coordinates
         inertia = self.derivation.mass_matrix[row].held
-        found = [(entry, coordinates[k].a) for k, entry in inertia.items()]
-        rest = [-f for f in self.derivation.forcing[row]]
-        present = {s for term in rest for s in term.free_symbols if s in self.order}
+        terms = [(entry, coordinates[k].a) for k, entry in inertia.items()]
+        forces = [-f for f in self.derivation.forcing[row]]
+        present = {s for term in forces for s in term.free_symbols if s in self.order}
         for monomial, cofactors in group_by_velocities(
-            rest, sorted(present, key=self.order.__getitem__)
+            forces, sorted(present, key=self.order.__getitem__)
         ):
             if monomial != 1:
-                found.append((factored(cofactors), monomial))
+                terms.append((factored(cofactors), monomial))
             else:
-                held = [c for c in cofactors if c.free_symbols & present]
+                moving = [c for c in cofactors if c.free_symbols & present]
                 free = [c for c in cofactors if not c.free_symbols & present]
-                found.extend((c, sp.Integer(1)) for c in held)
-                found.extend((c, sp.Integer(1)) for c in positional_groups(free, self.parameters))
-        found.extend((-entry, multiplier) for entry, multiplier in self.pushes[row])
-        return [(c, f) for c, f in found if c != 0]
+                terms.extend((c, sp.Integer(1)) for c in moving)
+                terms.extend((c, sp.Integer(1)) for c in positional_groups(free, self.parameters))
+        terms.extend((-entry, multiplier) for entry, multiplier in self.pushes[row])
+        return [(c, f) for c, f in terms if c != 0]
 
 
 def _harmless(whole: sp.Expr, parameters: frozenset[sp.Symbol], cyclic: bool) -> sp.Expr:
     """The part of a common factor that is never zero: numbers, masses, positive parameters."""
     if cyclic:
         return sp.Integer(1)
-    number, rest = whole.as_coeff_Mul(rational=True)
-    factors = [f for f in sp.Mul.make_args(rest) if f.is_positive and f.free_symbols <= parameters]
+    number, symbolic = whole.as_coeff_Mul(rational=True)
+    factors = [
+        f for f in sp.Mul.make_args(symbolic) if f.is_positive and f.free_symbols <= parameters
+    ]
     return scaled(number, sp.Mul(*factors))
 
 

@@ -93,7 +93,7 @@ class ConfigurationSearch:
 
     def configurations(self, guess: Sequence[mpf], tolerance: mpf) -> Configurations:
         """All configurations that were reached, from the guess and from around it."""
-        found = Configurations()
+        outcome = Configurations()
         self._regular = False
         kept: list[tuple[list[mpf], list[mpf]]] = []
         for start in self._starts(guess):
@@ -105,23 +105,23 @@ class ConfigurationSearch:
             if max(misses) <= tolerance:
                 place = self._run(self._everything, q)
                 _keep(kept, self._turned_back(q), place, self._plain, self._length)
-            elif not found.misses or max(misses) < max(found.misses):
-                found.nearest, found.values, found.misses = q, values, misses
-        found.regular = self._regular
-        found.exact = sorted(
+            elif not outcome.misses or max(misses) < max(outcome.misses):
+                outcome.nearest, outcome.values, outcome.misses = q, values, misses
+        outcome.regular = self._regular
+        outcome.exact = sorted(
             (q for q, _ in kept),
             key=lambda q: sum(abs(x - y) for x, y in zip(q, guess, strict=True)),
         )
-        return found
+        return outcome
 
     def misses(self, q: Sequence[mpf]) -> list[mpf]:
         """Distances from the given values, then from the closures (φ beside its gradient)."""
         values, rows = self._linear(q)
-        found = []
+        misses = []
         for k, (target, value, row) in enumerate(zip(self._target, values, rows, strict=True)):
             miss = abs(target - value)
-            found.append(miss if k < self._given else miss / (self._steepest(row) or mpf(1)))
-        return found
+            misses.append(miss if k < self._given else miss / (self._steepest(row) or mpf(1)))
+        return misses
 
     def _steepest(self, row: SparseRow) -> mpf:
         """Largest slope for a length; an angle moves by the scene's length."""
@@ -210,11 +210,11 @@ class ConfigurationSearch:
 def _outside(reduced: Reduced) -> list[sp.Expr]:
     """What tells configurations apart beside positions: coordinates that positions do not hold."""
     inside = set().union(*(e.free_symbols for e in reduced.resolved.values()))
-    found: list[sp.Expr] = []
+    expressions: list[sp.Expr] = []
     for c in reduced.coordinates:
         if c.q not in inside:
-            found += [sp.sin(c.q), sp.cos(c.q)] if c.is_angle else [c.q]
-    return found
+            expressions += [sp.sin(c.q), sp.cos(c.q)] if c.is_angle else [c.q]
+    return expressions
 
 
 def _keep(
@@ -231,9 +231,9 @@ def _keep(
     """
     size = max((abs(x) for x in place), default=_ZERO)
     reach = max(mpf(10) ** -12 * size, mpf(10) ** (-mpmath.mp.dps // 2) * length)
-    for k, (other, there) in enumerate(kept):
+    for k, (known, there) in enumerate(kept):
         if all(abs(x - y) <= reach for x, y in zip(place, there, strict=True)):
-            if plain(q) < plain(other):
+            if plain(q) < plain(known):
                 kept[k] = (q, place)
             return
     kept.append((q, place))

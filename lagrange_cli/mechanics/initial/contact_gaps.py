@@ -43,7 +43,7 @@ class GapProjection:
         self._number = {q: j for j, q in enumerate(self._q)}
         gaps = [gap.left - gap.right for gap in reduced.gaps]
         self._held = [sorted(gap.free_symbols, key=str) for gap in gaps]
-        self._tapes = [Tape([g], held) for g, held in zip(gaps, self._held, strict=True)]
+        self._tapes = [Tape([g], symbols) for g, symbols in zip(gaps, self._held, strict=True)]
 
     def placed(self, q: Sequence[mpf]) -> tuple[list[mpf], mpf]:
         """Coordinates at which closed gaps are so to the last digit, and the largest change.
@@ -88,10 +88,10 @@ class GapProjection:
         InputError
             Each of them violates one: that of the first is named.
         """
-        found = [q for q in configurations if self._allows(q)]
-        if not found:
+        admitted = [q for q in configurations if self._allows(q)]
+        if not admitted:
             self._touching(configurations[0])
-        return found
+        return admitted
 
     def _allows(self, q: Sequence[mpf]) -> bool:
         try:
@@ -128,8 +128,8 @@ class GapProjection:
 
     def _slopes(self, run: TapeRun, number: int) -> SparseRow:
         """The gradient of a gap."""
-        held = self._held[number]
-        pairs = ((self._number.get(held[i]), x) for i, x in run.partials(0).items())
+        symbols = self._held[number]
+        pairs = ((self._number.get(symbols[i]), x) for i, x in run.partials(0).items())
         return {j: x for j, x in pairs if j is not None}
 
     def _point(self, q: Sequence[mpf], v: Sequence[mpf]) -> dict[sp.Symbol, mpf]:
@@ -145,8 +145,10 @@ class GapProjection:
         """The error at the first initial value that the gap holds, or at the first of all."""
         scene, names = self._reduced.scene, self._reduced.names
         one_sided = next(u for u in scene.unilateral if u.name == gap.name)
-        held = gap_over_names(names, one_sided).free_symbols
-        entry = next((e for e in scene.initial if names.lookup(e.name) in held), scene.initial[0])
+        symbols = gap_over_names(names, one_sided).free_symbols
+        entry = next(
+            (e for e in scene.initial if names.lookup(e.name) in symbols), scene.initial[0]
+        )
         return InconsistentStartError(
             Problem(
                 f"the initial values violate the one-sided constraint '{gap.name}':"

@@ -43,16 +43,16 @@ def rank_deficiency_warning(
         closed = [k for k, c in enumerate(derivation.contacts, len(closures)) if _closed(c, point)]
     except (DomainError, KeyError):
         return None
-    held = range(len(closures))
-    for numbers in (held, *([*held, k] for k in closed)):
-        for number, others in dependent_rows([rows[k] for k in numbers]).items():
-            taking_part = sorted(numbers[k] for k in (*others, number))
+    kept = range(len(closures))
+    for numbers in (kept, *([*kept, k] for k in closed)):
+        for number, circuit in dependent_rows([rows[k] for k in numbers]).items():
+            taking_part = sorted(numbers[k] for k in (*circuit, number))
             return _warning([derivation.pushing[k] for k in taking_part], derivation)
     return None
 
 
 def _closed(contact: Contact, point: Mapping[sp.Symbol, sp.Expr]) -> bool:
-    """Whether a gap is zero but for rounding."""
+    """Tell whether a gap is zero but for rounding."""
     gap = contact.closure.expression
     value, *terms = evaluate([gap, *sp.Add.make_args(gap)], point)
     return bool(abs(value) <= RANK_TOLERANCE * sum(map(abs, terms)))
@@ -70,9 +70,9 @@ def _gradients(
     closures: tuple[Closure, ...], point: Mapping[sp.Symbol, sp.Expr]
 ) -> list[DoubleRow]:
     """Φ at a configuration, the largest entry of each row 1."""
-    held = [entries(c.gradient) for c in closures]
-    pending = iter(evaluate([e for row in held for e in row.values()], point))
-    return [normalized_row({j: next(pending) for j in row}) for row in held]
+    gradients = [entries(c.gradient) for c in closures]
+    pending = iter(evaluate([e for row in gradients for e in row.values()], point))
+    return [normalized_row({j: next(pending) for j in row}) for row in gradients]
 
 
 def _warning(taking_part: list[Closure], derivation: Uncertified) -> Problem:

@@ -32,7 +32,7 @@ def simulation_defaults(scene: Scene, values: ParameterValues) -> SimulationDefa
     def number(written: Expression | None) -> float | None:
         return None if written is None else values.float(written)
 
-    found = SimulationDefaults(
+    defaults = SimulationDefaults(
         until=number(section.until),
         start=number(section.start) or 0.0,
         accuracy=number(section.accuracy),
@@ -45,10 +45,10 @@ def simulation_defaults(scene: Scene, values: ParameterValues) -> SimulationDefa
         mark=section.mark or Mark(scene.file, 1, 1),
     )
     for name in ("accuracy", "rtol"):
-        _require(getattr(section, name), getattr(found, name), name, "between 0 and 1", _is_part)
+        _require(getattr(section, name), getattr(defaults, name), name, "between 0 and 1", _is_part)
     for name in ("atol", "step"):
-        _require(getattr(section, name), getattr(found, name), name, "positive", _is_positive)
-    return found
+        _require(getattr(section, name), getattr(defaults, name), name, "positive", _is_positive)
+    return defaults
 
 
 def _is_part(value: float) -> bool:

@@ -85,14 +85,14 @@ def initial_state(derivation: HasMassMatrix) -> InitialState | None:
         return None
     if any(p.name not in reduced.values.exact for p in reduced.scene.parameters):
         return None
-    found = _solved(derivation, _DIGITS)
-    if not (_hardly(found.positions) or _hardly(found.velocities)):
-        return found
+    state = _solved(derivation, _DIGITS)
+    if not (_hardly(state.positions) or _hardly(state.velocities)):
+        return state
     finer = _solved(derivation, 2 * _DIGITS)
     return replace(
-        found,
-        positions=_without_noise(found.positions, finer.positions),
-        velocities=_without_noise(found.velocities, finer.velocities),
+        state,
+        positions=_without_noise(state.positions, finer.positions),
+        velocities=_without_noise(state.velocities, finer.velocities),
     )
 
 
@@ -102,12 +102,12 @@ def _solved(derivation: HasMassMatrix, digits: int) -> InitialState:
         try:
             return state.solve()
         except InputError as error:
-            given = {s: x for s, (x, _) in state.given[0].items() if s in state.number}
-            raise with_suggestion(derivation.reduced, error, given, placed=state.placed) from None
+            known = {s: x for s, (x, _) in state.given[0].items() if s in state.number}
+            raise with_suggestion(derivation.reduced, error, known, placed=state.placed) from None
 
 
 def _hardly(values: Sequence[float]) -> bool:
-    """Whether there are values that may be what rounding leaves of zeros."""
+    """Tell whether there are values that may be what rounding leaves of zeros."""
     bound = _HARDLY * max(map(abs, values), default=0.0)
     return any(0 < abs(x) <= bound for x in values)
 
@@ -175,7 +175,7 @@ class _Initial:
             raise self._unreal() from None
 
     def _agrees(self, start: Sequence[mpf]) -> bool:
-        """Whether given Cartesian positions are those of the coordinates."""
+        """Tell whether given Cartesian positions are those of the coordinates."""
         inputs = [(x, _ZERO, _ZERO) for x in [*start, *self.constants.values()]]
         try:
             placed = self._tape(0).run(inputs, 0).values
@@ -209,32 +209,34 @@ class _Initial:
         target = [self.given[0][s][0] for s in symbols]
         length = self._length()
         search = ConfigurationSearch(self.reduced, self.constants, symbols, target, missing, length)
-        found = search.configurations(guess, _TOLERANCE * length)
-        if not found.exact and found.nearest:
-            raise self._unreachable(symbols, found)
-        if not found.exact and found.regular:
+        reached = search.configurations(guess, _TOLERANCE * length)
+        if not reached.exact and reached.nearest:
+            raise self._unreachable(symbols, reached)
+        if not reached.exact and reached.regular:
             raise self.closures.nowhere()
-        if not found.exact:
+        if not reached.exact:
             raise self._undetermined(missing)
         near = any(self.q[j] in self.reduced.reference for j in missing)
-        possible = self.gaps.possible(found.exact)
+        possible = self.gaps.possible(reached.exact)
         if len(possible) > 1 and not near:
             raise self._ambiguous(possible, missing)
         return possible[0]
 
-    def _unreachable(self, symbols: Sequence[sp.Symbol], found: Configurations) -> InputError:
+    def _unreachable(self, symbols: Sequence[sp.Symbol], reached: Configurations) -> InputError:
         """Given Cartesian values that no configuration has: the worst one is named."""
-        worst = max(range(len(found.misses)), key=lambda k: found.misses[k])
+        worst = max(range(len(reached.misses)), key=lambda k: reached.misses[k])
         if worst >= len(symbols):
-            raise self.closures.violated(worst - len(symbols), found.misses[worst])
+            raise self.closures.violated(worst - len(symbols), reached.misses[worst])
         _, entry = self.given[0][symbols[worst]]
-        return _contradiction(entry, found.values[worst])
+        return _contradiction(entry, reached.values[worst])
 
-    def _ambiguous(self, found: Sequence[Sequence[mpf]], missing: Sequence[int]) -> InputError:
+    def _ambiguous(
+        self, configurations: Sequence[Sequence[mpf]], missing: Sequence[int]
+    ) -> InputError:
         names = [self.reduced.coordinates[j].name for j in missing]
         choices = [
             {n: f"{float(q[j]):.8g}" for n, j in zip(names, missing, strict=True)}
-            for q in found[:4]
+            for q in configurations[:4]
         ]
         return InputError(
             Problem(

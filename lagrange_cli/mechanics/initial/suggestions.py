@@ -105,12 +105,12 @@ def _rounded(reduced: Reduced, point: _Point, free: Sequence[sp.Symbol]) -> set[
     """Round as many coordinates of the point as can be, in place; those that follow."""
     left = list(free)
     for s in free:
-        rest = [other for other in left if other != s]
+        moving = [symbol for symbol in left if symbol != s]
         trial = {**point, s: mpf(_text(point[s], _CHOSEN))}
-        moved = _placed(reduced, trial, rest)
+        moved = _placed(reduced, trial, moving)
         if moved is not None:
             point.update(moved)
-            left = rest
+            left = moving
     return set(left)
 
 

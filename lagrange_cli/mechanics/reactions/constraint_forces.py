@@ -114,8 +114,8 @@ def _form(
     """What the expressions hold."""
     if equations.pushing:
         return "multipliers"
-    held = set().union(*(e.free_symbols for e in shown))
-    return "motion" if held.isdisjoint(c.a for c in equations.coordinates) else "accelerations"
+    symbols = set().union(*(e.free_symbols for e in shown))
+    return "motion" if symbols.isdisjoint(c.a for c in equations.coordinates) else "accelerations"
 
 
 # The forces.
@@ -146,16 +146,16 @@ def _pushes(equations: Equations) -> list[sp.Expr]:
     for closure in equations.pushing:
         for j, entry in entries(closure.gradient).items():
             terms[j].append(closure.multiplier * entry)
-    return [sp.Add(*of) for of in terms]
+    return [sp.Add(*summands) for summands in terms]
 
 
 def _accelerations(equations: Equations) -> dict[sp.Symbol, sp.Expr]:
     """What stands for the accelerations: all of them in closed form, or nothing."""
     if equations.closures or len(equations.coordinates) > _SOLVED:
         return {}
-    found = explicit_accelerations(equations)
-    solved = {c.a: e for c, e in zip(equations.coordinates, found, strict=True) if e is not None}
-    return solved if len(solved) == len(found) else {}
+    explicit = explicit_accelerations(equations)
+    solved = {c.a: e for c, e in zip(equations.coordinates, explicit, strict=True) if e is not None}
+    return solved if len(solved) == len(explicit) else {}
 
 
 def _acceleration(derivation: Uncertified, symbol: sp.Symbol) -> sp.Expr:
@@ -176,8 +176,8 @@ def _direct(derivation: Uncertified) -> Iterator[tuple[sp.Symbol, int]]:
     resolved = derivation.reduced.resolved
     for j, c in enumerate(derivation.reduced.coordinates):
         if resolved.get(c.q) == c.q:
-            others = (e for s, e in resolved.items() if s != c.q)
-            if not any(c.q in e.free_symbols for e in others):
+            elsewhere = (e for s, e in resolved.items() if s != c.q)
+            if not any(c.q in e.free_symbols for e in elsewhere):
                 yield c.q, j
 
 
@@ -192,7 +192,7 @@ def _bodies(
     for body, symbols, mass in zip(names.bodies, names.body_symbols, masses, strict=True):
         components = []
         for s in symbols:
-            shared = sum(s in other for other in names.particle_symbols) > 1
+            shared = sum(s in triple for triple in names.particle_symbols) > 1
             force = forces.along[s]
             if shared and mass is not None:
                 load = sp.Integer(0) if s in seen else applied.of(s)
@@ -213,7 +213,7 @@ def _stated(derivation: Uncertified) -> list[ConstraintEquation]:
     reduced = derivation.reduced
     kept = {(r.mark, r.text): c for r, c in zip(reduced.closures, derivation.closures, strict=True)}
     taken = {closure.name for closure in kept.values()}
-    found = []
+    stated = []
     for name, several, equation, slopes in _written(derivation):
         closure = kept.get((equation.mark(), equation.text))
         if closure is not None:
@@ -222,13 +222,13 @@ def _stated(derivation: Uncertified) -> list[ConstraintEquation]:
             name = _numbered(name, taken)
             taken.add(name)
         known = None if closure is None else closure.multiplier
-        found.append(ConstraintEquation(name, equation.text, slopes, known))
+        stated.append(ConstraintEquation(name, equation.text, slopes, known))
     for one_sided, contact in zip(reduced.scene.unilateral, derivation.contacts, strict=True):
         gap = gap_over_names(reduced.names, one_sided)
         slopes = {s: derivative(gap, s) for s in gap.free_symbols}
         text = one_sided.inequality.text
-        found.append(ConstraintEquation(contact.name, text, slopes, contact.closure.multiplier))
-    return found
+        stated.append(ConstraintEquation(contact.name, text, slopes, contact.closure.multiplier))
+    return stated
 
 
 def _written(
@@ -236,7 +236,7 @@ def _written(
 ) -> Iterator[tuple[str, bool, Written, dict[sp.Symbol, sp.Expr]]]:
     """Constraint, whether it has several equations, one of them and its slopes."""
     reduced = derivation.reduced
-    positional = {id(s.equation): s for s in reduced.chart.geometry.found.stated}
+    positional = {id(s.equation): s for s in reduced.chart.geometry.elimination.stated}
     kept = {(r.mark, r.text) for r in reduced.closures}
     for constraint in reduced.scene.constraints:
         for equation in constraint.equations:
@@ -267,14 +267,14 @@ def _reactions(
     point = check.points[0]
     exact = force_balances(reduced, stated, along, point, given=False)
     hoped = force_balances(reduced, stated, forces.along, point, given=True)
-    found = multipliers(stated, exact, hoped, point, check.scales[0])
-    check.rows([r for r in exact if r.gradient.keys() <= found.keys()], found)
+    solved = multipliers(stated, exact, hoped, point, check.scales[0])
+    check.rows([r for r in exact if r.gradient.keys() <= solved.keys()], solved)
     reactions = [
-        Reaction(e.name, e.text, found[k], tuple(_sizes(hoped, k, found[k])))
+        Reaction(e.name, e.text, solved[k], tuple(_sizes(hoped, k, solved[k])))
         for k, e in enumerate(stated)
-        if k in found
+        if k in solved
     ]
-    return reactions, tuple(e.name for k, e in enumerate(stated) if k not in found)
+    return reactions, tuple(e.name for k, e in enumerate(stated) if k not in solved)
 
 
 def _sizes(
@@ -370,15 +370,15 @@ class _Check:
             masses[k] += mass
         lacking = self._lacking(point)
         symbols = [s for s in tapes.symbols if s in forces.along]
-        found = evaluate([forces.along[s] for s in symbols], point)
-        others = evaluate([self.applied.other.get(s, sp.Integer(0)) for s in symbols], point)
+        derived = evaluate([forces.along[s] for s in symbols], point)
+        loads = evaluate([self.applied.other.get(s, sp.Integer(0)) for s in symbols], point)
         seeds: dict[int, tuple[mpf, mpf, mpf]] = {}
         differences, scale = [], _ZERO
-        for s, force, other in zip(symbols, found, others, strict=True):
+        for s, force, load in zip(symbols, derived, loads, strict=True):
             k = tapes.symbols.index(s)
             if s in forces.by_multipliers:
                 force += lacking[forces.by_multipliers[s]]
-            parts = [masses[k] * run.outputs[k][2], slopes[s], other]
+            parts = [masses[k] * run.outputs[k][2], slopes[s], load]
             differences.append(force - sum(parts, _ZERO))
             scale = max(scale, sum(map(abs, parts), abs(force)))
             seeds[k] = (force, _ZERO, _ZERO)
@@ -405,11 +405,11 @@ class _Check:
         """M a − f of each coordinate, with the size of its terms."""
         mass, forcing = self.tapes.derived_parts(point)
         accelerations = [point[a] for a in self.tapes.a]
-        found = []
+        residuals = []
         for row, f in zip(mass, forcing, strict=True):
             parts = [m * accelerations[k] for k, m in row.items()]
-            found.append((sum(parts, -f), sum(map(abs, parts), abs(f))))
-        return found
+            residuals.append((sum(parts, -f), sum(map(abs, parts), abs(f))))
+        return residuals
 
     def _lacking(self, point: SymbolValues) -> list[mpf]:
         """M a − f − Σ λ·gradient: zero at a state of the motion."""

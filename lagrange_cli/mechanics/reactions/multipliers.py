@@ -64,7 +64,7 @@ class _Search:
     fill pages.
     """
 
-    found: dict[int, sp.Expr]
+    solved: dict[int, sp.Expr]
     point: SymbolValues
     scale: mpf
     given_up: set[int] = field(default_factory=set)
@@ -84,16 +84,16 @@ class _Search:
         """Solve multipliers that some rows of a body determine, so many at once."""
         groups: list[list[ForceBalance]] = []
         for row in rows:
-            wanted = row.gradient.keys() - self.found.keys()
+            wanted = row.gradient.keys() - self.solved.keys()
             if wanted:
-                joined = [g for g in groups if any(wanted & other.gradient.keys() for other in g)]
+                joined = [g for g in groups if any(wanted & member.gradient.keys() for member in g)]
                 groups = [g for g in groups if g not in joined]
-                groups.append([row, *(other for g in joined for other in g)])
+                groups.append([row, *(member for g in joined for member in g)])
         return any(self._solve_group(group, unknown, number) for group in groups)
 
     def _solve_group(self, group: Sequence[ForceBalance], unknown: set[int], number: int) -> bool:
         """Solve the unknown multipliers of some rows, where they are determined."""
-        wanted = sorted({k for row in group for k in row.gradient} - self.found.keys())
+        wanted = sorted({k for row in group for k in row.gradient} - self.solved.keys())
         open_ones = unknown - self.given_up
         if len(wanted) != number or not open_ones.issuperset(wanted):
             return False
@@ -112,7 +112,7 @@ class _Search:
         if max(map(sp.count_ops, short)) > _LONGEST:
             self.given_up.update(wanted)
             return False
-        self.found.update(zip(wanted, short, strict=True))
+        self.solved.update(zip(wanted, short, strict=True))
         return True
 
     def _work(self, group: Sequence[ForceBalance], number: int) -> sp.Expr:
@@ -121,13 +121,13 @@ class _Search:
         for row in group:
             direction = row.gradient.get(number)
             if direction is not None:
-                known = [self.found[k] * g for k, g in row.gradient.items() if k in self.found]
+                known = [self.solved[k] * g for k, g in row.gradient.items() if k in self.solved]
                 terms.append(direction * shortened(row.force - sp.Add(*known)))
         return shortened(sp.Add(*terms))
 
     def explains(self, row: ForceBalance) -> bool:
-        """Whether the multipliers found make up the force along a row."""
-        parts = [self.found[k] * g for k, g in row.gradient.items() if k in self.found]
+        """Tell whether the multipliers found make up the force along a row."""
+        parts = [self.solved[k] * g for k, g in row.gradient.items() if k in self.solved]
         total, *sizes = evaluate([row.force - sp.Add(*parts), row.force, *parts], self.point)
         return bool(abs(total) <= _NOTHING * sum(map(abs, sizes), self.scale))
 
@@ -154,20 +154,22 @@ def multipliers(
     search = _Search(known, point, scale)
     stated = {k for row in exact for k in row.gradient}
     search.peel(exact, stated)
-    before = dict(search.found)
-    rest = set(range(len(equations))) - before.keys()
+    before = dict(search.solved)
+    unknown = set(range(len(equations))) - before.keys()
     try:
-        search.peel(hoped, rest)
+        search.peel(hoped, unknown)
         wrong = {k for row in hoped if not search.explains(row) for k in row.gradient}
     except DomainError:
         return before
     # A multiplier that does not explain a force takes those with it that were found by it.
     while True:
-        spoiled = {k for row in hoped if wrong & rest & row.gradient.keys() for k in row.gradient}
+        spoiled = {
+            k for row in hoped if wrong & unknown & row.gradient.keys() for k in row.gradient
+        }
         if spoiled <= wrong:
             break
         wrong |= spoiled
-    return {k: e for k, e in search.found.items() if k in before or k not in wrong}
+    return {k: e for k, e in search.solved.items() if k in before or k not in wrong}
 
 
 def force_balances(
@@ -221,7 +223,7 @@ def _chained(
 
 
 def _is_zero(expr: sp.Expr, point: SymbolValues) -> bool:
-    """Whether a sum vanishes at a point."""
+    """Tell whether a sum vanishes at a point."""
     value, *parts = evaluate([expr, *sp.Add.make_args(expr)], point)
     return bool(abs(value) <= _NOTHING * sum(map(abs, parts), mpf(0)))
 
@@ -236,11 +238,11 @@ def _owners(reduced: Reduced) -> dict[sp.Symbol, str]:
     return owners
 
 
-def _expanded(given: Mapping[sp.Symbol, sp.Expr], symbol: sp.Symbol) -> sp.Expr:
+def _expanded(definitions: Mapping[sp.Symbol, sp.Expr], symbol: sp.Symbol) -> sp.Expr:
     """A given name over names that are not."""
-    expr = given[symbol]
-    while present := expr.free_symbols & given.keys():
-        expr = expr.xreplace({s: given[s] for s in present})
+    expr = definitions[symbol]
+    while present := expr.free_symbols & definitions.keys():
+        expr = expr.xreplace({s: definitions[s] for s in present})
     return expr
 
 

@@ -63,20 +63,20 @@ def closure_incidence(reduced: Reduced) -> list[frozenset[sp.Symbol]]:
     What is eliminated ties together the names of the equations that hold it.
     """
     form = _Form(reduced)
-    own = frozenset(form.own)
-    names = own.union(s for s in form.names.cartesian.values() if s not in form.known)
-    found: dict[frozenset[sp.Symbol], None] = {}
+    eliminable = frozenset(form.own)
+    names = eliminable.union(s for s in form.names.cartesian.values() if s not in form.known)
+    groups: dict[frozenset[sp.Symbol], None] = {}
     around: dict[sp.Symbol, set[sp.Symbol]] = {q: set() for q in form.own}
     for relation in form.relations():
-        held = relation.expression.free_symbols & names
-        if held.isdisjoint(own):
-            found[frozenset(held)] = None
-        for q in held & own:
-            around[q] |= held
-    found |= dict.fromkeys(map(frozenset, around.values()))
-    angles = sum(c.is_angle and c.q in own for c in reduced.coordinates)
+        present = relation.expression.free_symbols & names
+        if present.isdisjoint(eliminable):
+            groups[frozenset(present)] = None
+        for q in present & eliminable:
+            around[q] |= present
+    groups |= dict.fromkeys(map(frozenset, around.values()))
+    angles = sum(c.is_angle and c.q in eliminable for c in reduced.coordinates)
     number = len(names) - len(reduced.coordinates) - angles
-    return [held for held in found if held][:number]
+    return [present for present in groups if present][:number]
 
 
 @dataclass(frozen=True)
@@ -120,26 +120,26 @@ class _Form:
         asked = {s for e in self.uses.expressions for s in e.free_symbols}
         asked |= {q for q in self.own if q.name in self.uses.rates} | set(self.known.values())
         unused = frozenset(q for q in self.own if q not in asked)
-        rest = [r for r in relations if r.expression.free_symbols.isdisjoint(unused)]
-        return self._reduced(rest, unused, _unchanged) if unused else None
+        kept = [r for r in relations if r.expression.free_symbols.isdisjoint(unused)]
+        return self._reduced(kept, unused, _unchanged) if unused else None
 
     def _eliminated(self, relations: Sequence[ImplicitEquation]) -> Reduced | None:
         """The form with as many coordinates eliminated as can be."""
         angles = self._angles(relations)
-        held = [self._in_angles(r, angles) for r in relations]
-        system = ImplicitSystem(held, self._moving(angles), self.names.parameters.values())
+        single = [self._in_angles(r, angles) for r in relations]
+        system = ImplicitSystem(single, self._moving(angles), self.names.parameters.values())
         system.square_roots()
         dropped = [a.q for a in self._in_order(angles, system) if self._drops_angle(system, a)]
         lengths = [q for q in self.own if q not in {a.q for a in angles}]
         dropped += [q for q in lengths if self._drops_length(system, q)]
         gone = frozenset(dropped)
         split = [a for a in angles if a.q in gone]
-        given = {s: _put_back(e, angles) for s, e in system.given.items()}
+        solutions = {s: _put_back(e, angles) for s, e in system.given.items()}
         left = [
             replace(r, expression=_put_back(r.expression, angles))
             for r in system.relations.values()
         ]
-        return self._reduced(left, gone, lambda e: _rewritten(e, split, given, gone))
+        return self._reduced(left, gone, lambda e: _rewritten(e, split, solutions, gone))
 
     # Equations.
 
@@ -154,7 +154,7 @@ class _Form:
             if s not in self.known:
                 expression = self._put(s - e)
                 yield ImplicitEquation(bodies[s], expression, f"{s} = {_written(e)}", stated=False)
-        for stated in self.reduced.chart.geometry.found.stated:
+        for stated in self.reduced.chart.geometry.elimination.stated:
             expression = self._put(stated.phi)
             if expression != 0:
                 yield ImplicitEquation(
@@ -168,17 +168,17 @@ class _Form:
     def _angles(self, relations: Sequence[ImplicitEquation]) -> list[AngleSymbols]:
         """Coordinates that stand in the equations under sines and cosines only."""
         periodic = periodic_symbols(r.expression for r in relations)
-        found = [angle_symbols(q) for q in self.own if q in periodic]
+        candidates = [angle_symbols(q) for q in self.own if q in periodic]
         while True:
             bad = {
                 a.q
                 for r in relations
-                for a in found
+                for a in candidates
                 if a.q in r.expression.free_symbols and in_single_angles(r.expression, [a]) is None
             }
             if not bad:
-                return found
-            found = [a for a in found if a.q not in bad]
+                return candidates
+            candidates = [a for a in candidates if a.q not in bad]
 
     def _in_angles(
         self, relation: ImplicitEquation, angles: Sequence[AngleSymbols]
@@ -226,12 +226,12 @@ class _Form:
     ) -> Reduced | None:
         """The form without some coordinates; None where the relations do not suffice for it."""
         raw = [s for s in self.names.cartesian.values() if s not in self.known]
-        own = [q for q in self.own if q not in dropped]
-        held = {s for r in relations for s in r.expression.free_symbols}
+        remaining = [q for q in self.own if q not in dropped]
+        present = {s for r in relations for s in r.expression.free_symbols}
         # Beside a coordinate of its own a definition is regular wherever it holds.
-        stated_last = not held.isdisjoint(own)
+        stated_last = not present.isdisjoint(remaining)
         ordered = sorted(relations, key=lambda r: r.stated == stated_last)
-        coordinates = [*own, *raw]
+        coordinates = [*remaining, *raw]
         kept = self._independent(coordinates, ordered)
         if kept is None:
             return None
@@ -319,14 +319,14 @@ def _put_back(expr: sp.Expr, angles: Sequence[AngleSymbols]) -> sp.Expr:
 def _rewritten(
     expr: sp.Expr,
     angles: Sequence[AngleSymbols],
-    given: Mapping[sp.Symbol, sp.Expr],
+    solutions: Mapping[sp.Symbol, sp.Expr],
     dropped: frozenset[sp.Symbol],
 ) -> sp.Expr:
     """An expression of the scene without the coordinates that are gone."""
     if expr.free_symbols.isdisjoint(dropped):
         return expr
     single = in_single_angles(expr, angles)
-    return expr if single is None else single.xreplace(dict(given))
+    return expr if single is None else single.xreplace(dict(solutions))
 
 
 def _written(expr: sp.Expr) -> str:

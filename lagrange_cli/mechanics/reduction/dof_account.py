@@ -67,15 +67,15 @@ def balanced_account(
     InputError
         An equation that its solution does not solve, or dependent coordinates.
     """
-    names, found = geometry.names, geometry.found
+    names, elimination = geometry.names, geometry.elimination
     _require_solutions(geometry, points, holding)
     _require_independent(geometry, points, kept)
     extra = _extra(geometry, points)
     dependent: dict[int, tuple[int, ...]] = {}
-    if found.pending:
-        phis = [_on_points(names, s.phi) for s in found.stated]
+    if elimination.pending:
+        phis = [_on_points(names, s.phi) for s in elimination.stated]
         dependent = dependent_gradients(phis, geometry.resolved, geometry.coordinates, points)
-    satisfied = _satisfied(set(found.pending) - set(kept), dependent)
+    satisfied = _satisfied(set(elimination.pending) - set(kept), dependent)
     return _account(geometry, satisfied, dependent, kept, extra), _warnings(geometry, dependent)
 
 
@@ -94,7 +94,7 @@ def with_partial_identities(
     violated
         Configurations that violate equations, by their numbers.
     """
-    stated, solved = geometry.found.stated, geometry.solved_sides
+    stated, solved = geometry.elimination.stated, geometry.solved_sides
     partial = {stated[k].constraint for k in violated}
     lines = tuple(
         replace(x, on_a_part=True)
@@ -128,19 +128,19 @@ def _partial(stated: StatedEquation, what: str, is_solved: bool, place: str) -> 
 
 
 def _values_at(geometry: Geometry, number: int, point: SymbolValues) -> str:
-    sides = {**geometry.found.pending, **geometry.solved_sides}[number]
-    held = sides[0].free_symbols | sides[1].free_symbols
-    shown = [s for s in (*geometry.coordinates, geometry.names.t) if s in held]
+    sides = {**geometry.elimination.pending, **geometry.solved_sides}[number]
+    present = sides[0].free_symbols | sides[1].free_symbols
+    shown = [s for s in (*geometry.coordinates, geometry.names.t) if s in present]
     return ", ".join(f"{s} = {float(point[s]):.3g}" for s in shown)
 
 
 def with_velocities(
-    account: Account, levels: Sequence[VelocityConstraint], found: IndependentPart
+    account: Account, levels: Sequence[VelocityConstraint], independent: IndependentPart
 ) -> Account:
     """The account with constraints on velocities: integrable ones count to K."""
-    redundant = {levels[k].constraint: by for k, by in found.redundant.items()}
-    kept = {levels[k].constraint for k in found.kept}
-    integrable = found.integrable == len(found.kept)
+    redundant = {levels[k].constraint: by for k, by in independent.redundant.items()}
+    kept = {levels[k].constraint for k in independent.kept}
+    integrable = independent.integrable == len(independent.kept)
 
     def line(line: ConstraintLine) -> ConstraintLine:
         if line.name in kept:
@@ -151,10 +151,10 @@ def with_velocities(
 
     return replace(
         account,
-        constraints=account.constraints + found.integrable,
-        dof=account.dof - found.integrable,
+        constraints=account.constraints + independent.integrable,
+        dof=account.dof - independent.integrable,
         lines=tuple(map(line, account.lines)),
-        nonholonomic=len(found.kept) - found.integrable,
+        nonholonomic=len(independent.kept) - independent.integrable,
     )
 
 
@@ -185,30 +185,36 @@ def redundant_rate_warnings(dropped: Sequence[RedundantRate]) -> list[Problem]:
 
 
 def velocity_warnings(
-    levels: Sequence[VelocityConstraint], found: IndependentPart
+    levels: Sequence[VelocityConstraint], independent: IndependentPart
 ) -> list[Problem]:
     """Warnings for constraints on velocities that others imply."""
     return [
         _redundant(levels[k].constraint, levels[k].equation, by)
-        for k, by in found.redundant.items()
+        for k, by in independent.redundant.items()
     ]
 
 
-def velocity_remarks(levels: Sequence[VelocityConstraint], found: IndependentPart) -> list[str]:
+def velocity_remarks(
+    levels: Sequence[VelocityConstraint], independent: IndependentPart
+) -> list[str]:
     """What to say of integrable constraints that stay constraints on velocities."""
-    if not found.integrable:
+    if not independent.integrable:
         return []
-    named = ", ".join(f"'{n}'" for n in dict.fromkeys(levels[k].constraint for k in found.kept))
+    named = ", ".join(
+        f"'{n}'" for n in dict.fromkeys(levels[k].constraint for k in independent.kept)
+    )
     return [
-        f"of {named}, {found.integrable} can be integrated, though not in closed form here:"
+        f"of {named}, {independent.integrable} can be integrated, though not in closed form here:"
         " counted to K, kept as constraints on velocities"
     ]
 
 
 def _on_points(names: Names, phi: sp.Expr) -> sp.Expr:
     """φ with the components of massless points as the scene gives them: they do not move freely."""
-    given = {s: names.given[s] for body in names.point_symbols for s in body if s in names.given}
-    while present := {s: given[s] for s in phi.free_symbols if s in given}:
+    definitions = {
+        s: names.given[s] for body in names.point_symbols for s in body if s in names.given
+    }
+    while present := {s: definitions[s] for s in phi.free_symbols if s in definitions}:
         phi = phi.xreplace(present)
     return phi
 
@@ -231,14 +237,14 @@ def _require_solutions(
     geometry: Geometry, points: Sequence[SymbolValues], holding: IdentityFinder
 ) -> None:
     """Refuse solutions that do not solve their equation (an inverse function's other branch)."""
-    found, solved = geometry.found, geometry.solved_sides
+    elimination, solved = geometry.elimination, geometry.solved_sides
     wrong = [r.number for r in classify_leftovers(solved, points) if not r.identity]
-    held = holding({k: solved[k] for k in wrong}) if wrong else ()
+    identities = holding({k: solved[k] for k in wrong}) if wrong else ()
     for number in wrong:
-        if number not in held:
+        if number not in identities:
             names = geometry.names
-            proven = proven_inconsistency(names, found.stated, [number], geometry.reference)
-            raise proven or refusals.no_solution_error(found.stated[number])
+            proven = proven_inconsistency(names, elimination.stated, [number], geometry.reference)
+            raise proven or refusals.no_solution_error(elimination.stated[number])
 
 
 def _account(
@@ -248,16 +254,16 @@ def _account(
     kept: Sequence[int],
     extra: int,
 ) -> Account:
-    found = geometry.found
+    elimination = geometry.elimination
     positions = dict.fromkeys(geometry.positions)
     dof = len(geometry.coordinates) - len(kept)
     cartesian = len(geometry.positions)
     constraints = cartesian + extra - dof
     # Equations that fix names of massless points restrict no particle.
     for_points = sum(
-        s not in positions and number not in dependent for s, number in found.by.items()
+        s not in positions and number not in dependent for s, number in elimination.by.items()
     )
-    independent = len(found.stated) - len(dependent) - for_points
+    independent = len(elimination.stated) - len(dependent) - for_points
     return Account(
         cartesian=cartesian,
         extra=extra,
@@ -277,7 +283,7 @@ def _require_independent(
     A closure that a motion violates counts as a way, and so does the rate of a coordinate
     that has kinetic energy of its own.
     """
-    pending = geometry.found.pending
+    pending = geometry.elimination.pending
     r = _places(geometry)
     beside = [pending[k][0] - pending[k][1] for k in kept]
     moving = _moving(geometry, beside)
@@ -329,10 +335,10 @@ def _spinning(geometry: Geometry, coordinates: Sequence[sp.Symbol]) -> list[sp.S
         moving = sorted(place.free_symbols & rates.keys(), key=geometry.order.__getitem__)
         return total_derivative(place, t, [(q, rates[q]) for q in moving])
 
-    held = set[sp.Symbol]()
+    symbols = set[sp.Symbol]()
     for term in names.scene.kinetic:
-        held |= names.convert(term.expression, rate).free_symbols
-    return [q for q in coordinates if rates[q] in held]
+        symbols |= names.convert(term.expression, rate).free_symbols
+    return [q for q in coordinates if rates[q] in symbols]
 
 
 def _unmoved(
@@ -347,7 +353,7 @@ def _unmoved(
 def _lines(
     geometry: Geometry, satisfied: set[int], dependent: Mapping[int, tuple[int, ...]]
 ) -> list[ConstraintLine]:
-    stated = geometry.found.stated
+    stated = geometry.elimination.stated
     numbered: dict[str, list[int]] = {}
     for k, equation in enumerate(stated):
         numbered.setdefault(equation.constraint, []).append(k)
@@ -378,7 +384,7 @@ def _lines(
 
 
 def _depends_on_time(names: Names, phi: sp.Expr) -> bool:
-    """Whether t stands in a constraint, or in the place of a point that it names."""
+    """Tell whether t stands in a constraint, or in the place of a point that it names."""
     points = {s: names.given[s] for body in names.point_symbols for s in body if s in names.given}
     while phi.free_symbols & points.keys():
         phi = phi.xreplace(points)
@@ -396,7 +402,7 @@ def _status(
 
 
 def _warnings(geometry: Geometry, dependent: Mapping[int, tuple[int, ...]]) -> list[Problem]:
-    stated = geometry.found.stated
+    stated = geometry.elimination.stated
     return [
         _redundant(stated[k].constraint, stated[k].equation, [stated[j].constraint for j in by])
         for k, by in dependent.items()

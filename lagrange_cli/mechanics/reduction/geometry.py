@@ -56,7 +56,7 @@ class Geometry:
     """
 
     names: Names
-    found: Elimination
+    elimination: Elimination
     resolved: Mapping[sp.Symbol, sp.Expr]
     coordinates: Sequence[sp.Symbol]
     reference: Mapping[sp.Symbol, mpf]
@@ -78,8 +78,8 @@ class Geometry:
 
     def closure_equation(self, number: int) -> ClosureEquation:
         """A pending equation as one that is kept."""
-        stated = self.found.stated[number]
-        left, right = self.found.pending[number]
+        stated = self.elimination.stated[number]
+        left, right = self.elimination.pending[number]
         equation = stated.equation
         return ClosureEquation(
             stated.constraint,
@@ -95,8 +95,8 @@ class Geometry:
     def solved_sides(self) -> dict[int, tuple[sp.Expr, sp.Expr]]:
         """Both sides of the equations that a name was solved from, with the solutions put in."""
         sides = {}
-        for number in sorted(set(self.found.by.values())):
-            stated = self.found.stated[number]
+        for number in sorted(set(self.elimination.by.values())):
+            stated = self.elimination.stated[number]
             left, right = (self._placed(e) for e in (stated.left, stated.right))
             if left != right:
                 sides[number] = left, right
@@ -127,7 +127,7 @@ class Geometry:
 
     def without(self, q: sp.Symbol) -> list[str]:
         """Names of the other coordinates."""
-        return [other.name for other in self.coordinates if other != q]
+        return [coordinate.name for coordinate in self.coordinates if coordinate != q]
 
 
 @dataclass(frozen=True)
@@ -183,13 +183,13 @@ def restricting_equations(
     InputError
         A contradiction, or a declared coordinate that an equation gives in closed form.
     """
-    pending = geometry.found.pending
+    pending = geometry.elimination.pending
     relations = [r for r in classify_leftovers(pending, points) if not r.identity]
     satisfied = holding({r.number: pending[r.number] for r in relations}) if relations else ()
     kept = [r for r in relations if r.number not in satisfied]
     for relation in kept:
         # A sum of squares is singular wherever it holds: another error says so.
-        if not refusals.is_sum_of_squares(geometry.found.stated[relation.number].phi):
+        if not refusals.is_sum_of_squares(geometry.elimination.stated[relation.number].phi):
             _require_relation(geometry, relation)
     return tuple(r.number for r in kept)
 
@@ -239,32 +239,34 @@ def _sensitivities(product: sp.Expr) -> list[sp.Expr]:
 
     log(sin² q + cos² q) is zero, and as small as its argument is off 1.
     """
-    found = []
+    changes = []
     for factor in sp.Mul.make_args(product):
         inner = factor if factor.is_Add else next(iter(factor.args), factor)
         if inner.is_Add:
             place = sp.Dummy(real=True)
             slope = derivative(factor.xreplace({inner: place}), place).xreplace({place: inner})
-            found += [product / factor * slope * part for part in inner.args]
-    return found
+            changes += [product / factor * slope * part for part in inner.args]
+    return changes
 
 
 def _require_relation(geometry: Geometry, leftover: Leftover) -> None:
     """Refuse an equation that cannot hold, or that gives a declared coordinate by others."""
-    found = geometry.found
+    elimination = geometry.elimination
     present = leftover.reduced.free_symbols
     involved = sorted(present & geometry.order.keys(), key=geometry.order.__getitem__)
     if leftover.constant or not involved:
         raise contradiction_error(
-            geometry.names, found, leftover.number, leftover.reduced, geometry.reference
+            geometry.names, elimination, leftover.number, leftover.reduced, geometry.reference
         )
-    if found.stated[leftover.number].integral or any(q in found.unknowns for q in involved):
+    if elimination.stated[leftover.number].integral or any(
+        q in elimination.unknowns for q in involved
+    ):
         return
     constants = frozenset(geometry.names.parameters.values())
     if any(_is_given(leftover.reduced, q, set(involved), constants) for q in involved):
         raise refusals.too_many_error(
             geometry.names.scene,
-            found.stated[leftover.number],
+            elimination.stated[leftover.number],
             involved,
             *_surplus(geometry, leftover.reduced, involved),
         )
@@ -293,12 +295,12 @@ def _surplus(
 def _is_elsewhere(
     branch: sp.Expr, q: sp.Symbol, reference: Mapping[sp.Symbol, mpf]
 ) -> tuple[bool, mpf]:
-    """Whether a branch is not that of the given configuration, and its distance from it."""
-    held = branch.free_symbols
-    if q not in reference or not held <= reference.keys():
+    """Tell whether a branch is not that of the given configuration, and its distance from it."""
+    symbols = branch.free_symbols
+    if q not in reference or not symbols <= reference.keys():
         return True, mpf(0)
     try:
-        value = evaluate([branch], {s: reference[s] for s in held})[0]
+        value = evaluate([branch], {s: reference[s] for s in symbols})[0]
     except (DomainError, ZeroDivisionError):
         return True, mpf(0)
     return False, abs(value - reference[q])
@@ -307,7 +309,7 @@ def _is_elsewhere(
 def _is_given(
     phi: sp.Expr, q: sp.Symbol, coordinates: set[sp.Symbol], constants: frozenset[sp.Symbol]
 ) -> bool:
-    """Whether φ = 0 gives q in closed form without a choice that holds in one chart only.
+    """Tell whether φ = 0 gives q in closed form without a choice that holds in one chart only.
 
     Several branches none of which ends in a root or an inverse function cross each other:
     φ is a product in disguise. One that divides by what may vanish holds in one chart.

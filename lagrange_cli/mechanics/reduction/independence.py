@@ -62,7 +62,9 @@ def independent_closures(
         if all(_size(on[k]) <= _FLAT * steepest for on in slopes):
             raise _without_slope(geometry, number, sampler, [*points, *places])
     everywhere = [dependent_rows([*map(normalized_row, rows)], _DEPENDENT) for rows in slopes]
-    dropped = {k: by for k, by in everywhere[0].items() if all(k in other for other in everywhere)}
+    dropped = {
+        k: by for k, by in everywhere[0].items() if all(k in dependent for dependent in everywhere)
+    }
     kept = [k for k in manifold.all if k not in dropped]
     _require_implied(geometry, related, manifold, sampler, points, dropped)
     return tuple(related[k] for k in kept)
@@ -72,15 +74,15 @@ def _without_slope(
     geometry: Geometry, number: int, sampler: Sampler, places: Sequence[SamplePoint]
 ) -> InputError:
     """The error of an equation whose gradient vanishes wherever it holds, or on a part of it."""
-    sides = geometry.found.pending[number]
-    held = [q for q in geometry.coordinates if q in (sides[0] - sides[1]).free_symbols]
+    sides = geometry.elimination.pending[number]
+    present = [q for q in geometry.coordinates if q in (sides[0] - sides[1]).free_symbols]
     for place in places:
-        values = {q: mpf(f"{to_double(place[q]):.2g}") for q in held}
+        values = {q: mpf(f"{to_double(place[q]):.2g}") for q in present}
         if identities_around({number: sides}, sampler, {**place, **values}):
             shown = {q.name: f"{to_double(x):.2g}" for q, x in values.items()}
-            stated = geometry.found.stated[number]
+            stated = geometry.elimination.stated[number]
             return refusals.satisfied_elsewhere_error(geometry.names.scene, stated, shown)
-    return refusals.singular_error(geometry.names.scene, geometry.found, [number])
+    return refusals.singular_error(geometry.names.scene, geometry.elimination, [number])
 
 
 def _size(row: SparseRow) -> mpf:
@@ -107,7 +109,7 @@ def _require_implied(
             # does not follow is off by the square of the distance around.
             if violations[k] > RANK_TOLERANCE * (1 + len(by)):
                 raise refusals.singular_error(
-                    geometry.names.scene, geometry.found, [related[j] for j in (*by, k)]
+                    geometry.names.scene, geometry.elimination, [related[j] for j in (*by, k)]
                 )
 
 
@@ -126,16 +128,18 @@ def require_determined(
     InputError
         Too few coordinates.
     """
-    names, found = geometry.names, geometry.found
-    opened = [k for k, q in enumerate(geometry.coordinates) if q in found.unknowns]
+    names, elimination = geometry.names, geometry.elimination
+    opened = [k for k, q in enumerate(geometry.coordinates) if q in elimination.unknowns]
     if names.scene.coordinates is None or not opened:
         return
     ranks = [_rank(manifold.slopes(p), opened) for p in draw()]
     if max(ranks) < len(opened):
-        raise refusals.too_few_error(names.scene, found, len(opened) - max(ranks))
+        raise refusals.too_few_error(names.scene, elimination, len(opened) - max(ranks))
 
 
 def _rank(rows: Sequence[SparseRow], columns: Sequence[int]) -> int:
     place = {j: k for k, j in enumerate(columns)}
-    held = [{place[j]: x for j, x in row.items() if j in place} for row in rows]
-    return rank(dense_matrix([normalized_row(row) for row in held], len(columns)), RANK_TOLERANCE)
+    restricted = [{place[j]: x for j, x in row.items() if j in place} for row in rows]
+    return rank(
+        dense_matrix([normalized_row(row) for row in restricted], len(columns)), RANK_TOLERANCE
+    )

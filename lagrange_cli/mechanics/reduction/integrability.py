@@ -39,14 +39,14 @@ class PfaffianForm:
 
     def curl(self) -> dict[tuple[int, int], sp.Expr]:
         """dω: (i, j), i < j → ∂ᵢωⱼ − ∂ⱼωᵢ, zero ones absent."""
-        found = {}
+        entries = {}
         for j, y in enumerate(self.variables):
             for i, x in enumerate(self.variables[:j]):
                 a, b = self.coefficients[j], self.coefficients[i]
                 entry = derivative(a, x) - derivative(b, y)
                 if entry != 0:
-                    found[i, j] = entry
-        return found
+                    entries[i, j] = entry
+        return entries
 
 
 def integrate_form(form: PfaffianForm, points: Sequence[SymbolValues]) -> sp.Expr | None:
@@ -61,8 +61,8 @@ def integrate_form(form: PfaffianForm, points: Sequence[SymbolValues]) -> sp.Exp
         return None
     total = sp.Integer(0)
     for variable, coefficient in zip(form.variables, form.coefficients, strict=True):
-        rest = sp.expand(coefficient - derivative(total, variable))
-        part = _antiderivative(rest, variable)
+        remainder = sp.expand(coefficient - derivative(total, variable))
+        part = _antiderivative(remainder, variable)
         if part is None:
             return None
         total += part
@@ -79,7 +79,7 @@ def _antiderivative(expr: sp.Expr, variable: sp.Symbol) -> sp.Expr | None:
     # As if all were positive, cases are not told apart; what holds elsewhere is looked at later.
     generic = {s: sp.Dummy(s.name, positive=True) for s in sorted(expr.free_symbols, key=str)}
     original = {dummy: s for s, dummy in generic.items()}
-    found = []
+    parts = []
     for term in terms:
         if sp.count_ops(term) > _OPERATION_BUDGET:
             return None
@@ -89,12 +89,12 @@ def _antiderivative(expr: sp.Expr, variable: sp.Symbol) -> sp.Expr | None:
             part = term * variable
         if part.has(sp.Integral, sp.Piecewise):
             return None
-        found.append(part)
-    return sp.Add(*found)
+        parts.append(part)
+    return sp.Add(*parts)
 
 
 def _vanishes(terms: Sequence[sp.Expr], points: Sequence[SymbolValues]) -> bool:
-    """Whether a sum is zero at every point, beside the size of its terms."""
+    """Tell whether a sum is zero at every point, beside the size of its terms."""
     for point in points:
         try:
             numbers = evaluate(list(terms), point)
@@ -127,9 +127,11 @@ def integrable_rank(
     seen = [_weighted(_numbers(forms, p, sizes), weights) for p in points]
     spans = np.eye(len(forms))
     while len(spans):
-        found = [_annulled(spans, rows, curls) for rows, curls in seen]
-        smaller = found[0]
-        if any(f.shape != smaller.shape or not np.allclose(f, smaller, atol=1e-7) for f in found):
+        annulled = [_annulled(spans, rows, curls) for rows, curls in seen]
+        smaller = annulled[0]
+        if any(
+            f.shape != smaller.shape or not np.allclose(f, smaller, atol=1e-7) for f in annulled
+        ):
             return 0
         if len(smaller) == len(spans):
             return len(spans)
@@ -172,8 +174,8 @@ def _annulled(spans: Matrix, rows: Matrix, curls: Sequence[Matrix]) -> Matrix:
     size = max(max(np.abs(d).max(initial=0.0) for d in curls), 1e-300)
     if not matrix.size:
         return np.eye(len(spans))
-    _, found, vectors = np.linalg.svd(matrix, full_matrices=True)
-    rank = int(np.sum(found > RANK_TOLERANCE * size))
+    _, sizes, vectors = np.linalg.svd(matrix, full_matrices=True)
+    rank = int(np.sum(sizes > RANK_TOLERANCE * size))
     return _reduced(vectors[rank:])
 
 

@@ -38,7 +38,7 @@ _VIOLATED = mpf(10) ** -6
 
 
 def _has_branches(sides: EquationSides) -> bool:
-    """Whether a function with branches stands in an equation."""
+    """Tell whether a function with branches stands in an equation."""
     return any(
         e.has(*_BRANCHES) or any(not p.exp.is_Integer for p in e.atoms(sp.Pow)) for e in sides
     )
@@ -56,14 +56,14 @@ def identities_around(
         are left out.
     """
     coordinates = set(sampler.coordinates)
-    held = set[int]()
+    identities = set[int]()
     for number, sides in equations.items():
         present = (sides[0].free_symbols | sides[1].free_symbols) & coordinates
         if present and present <= point.keys() and _has_branches(sides):
             around = (_around(sampler, point, width) for width in _WIDTHS)
             if any(all(_is_identity(sides, p) for p in points) for points in around):
-                held.add(number)
-    return held
+                identities.add(number)
+    return identities
 
 
 def _around(
@@ -77,26 +77,26 @@ def _around(
 
 
 def _is_identity(sides: EquationSides, point: Mapping[sp.Symbol, mpf]) -> bool:
-    """Whether left − right is rounding: it vanishes as digits grow."""
-    found = _misses(sides, point)
-    if found is None:
+    """Tell whether left − right is rounding: it vanishes as digits grow."""
+    misses = _misses(sides, point)
+    if misses is None:
         return False
-    coarse, fine, size = found
+    coarse, fine, size = misses
     is_small = fine <= size * mpf(10) ** (-2 * mpmath.mp.dps)
     return bool(is_small and (not fine or _differ(coarse, fine)))
 
 
 def _differ(coarse: mpf, fine: mpf) -> bool:
-    """Whether a value is rounding: other digits give another one."""
+    """Tell whether a value is rounding: other digits give another one."""
     return bool(abs(coarse - fine) > _VIOLATED * fine)
 
 
 def _violation(sides: EquationSides, point: Mapping[sp.Symbol, mpf]) -> mpf:
     """|left − right| beside the terms of both; 0 where it is small, or rounding."""
-    found = _misses(sides, point)
-    if found is None:
+    misses = _misses(sides, point)
+    if misses is None:
         return mpf(0)
-    coarse, fine, size = found
+    coarse, fine, size = misses
     if fine <= _VIOLATED * size or _differ(coarse, fine):
         return mpf(0)
     return fine / size

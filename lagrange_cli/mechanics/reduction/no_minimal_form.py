@@ -67,11 +67,11 @@ def _of_position(reduced: Reduced, closure: ClosureEquation) -> tuple[str, str]:
     """What stands in the way of solving an equation between positions for a coordinate."""
     phi = closure.left - closure.right
     constants = frozenset(reduced.names.parameters.values())
-    found = _OPEN
+    reason = _OPEN
     for q in (c.q for c in reduced.coordinates if c.q in phi.free_symbols):
         parts = linear_parts(phi, q)
         if parts is not None and not solves_everywhere(*parts, constants):
             return _DIVIDES
         if parts is None and solutions(phi, q):
-            found = _BRANCHES
-    return found
+            reason = _BRANCHES
+    return reason

@@ -82,10 +82,10 @@ class _Rates:
         self.rates = {s: sp.Symbol(f"dot({s.name})", real=True) for s in self.moving}
 
     def holds_definitions(self, equation: Equation) -> bool:
-        """Whether a name stands in the equation that definitions give."""
-        given = {s.name for s in self.names.given}
+        """Tell whether a name stands in the equation that definitions give."""
+        defined = {s.name for s in self.names.given}
         sides = (equation.left.node, equation.right.node)
-        return any(n.name in given for side in sides for n in names_in(side))
+        return any(n.name in defined for side in sides for n in names_in(side))
 
     def put_in(self, expr: sp.Expr) -> sp.Expr:
         return expr.xreplace({s: self._given[s] for s in expr.free_symbols if s in self._given})
@@ -106,8 +106,8 @@ class _Rates:
         slopes = {s: sp.expand(a) for s, a in slopes.items()}
         if any(a.free_symbols & {*self.rates.values()} for a in slopes.values()):
             return None
-        rest = psi.xreplace({v: _ZERO for v in self.rates.values() if v in present})
-        return _Row(constraint, equation, slopes, rest, position)
+        drift = psi.xreplace({v: _ZERO for v in self.rates.values() if v in present})
+        return _Row(constraint, equation, slopes, drift, position)
 
     def of_position(self, stated: StatedEquation) -> _Row | None:
         return self.row(stated.constraint, stated.equation, self.rate(stated.phi), stated)
@@ -122,7 +122,7 @@ class _Rates:
 
 def redundant_rates(
     names: Names,
-    found: Elimination,
+    elimination: Elimination,
     open_ones: Sequence[tuple[str, Equation]],
     resolved: Mapping[sp.Symbol, sp.Expr],
     points: Sequence[SamplePoint],
@@ -144,7 +144,7 @@ def redundant_rates(
     """
     rates = _Rates(names)
     levels = [rates.of_velocity(*one) for one in open_ones]
-    rows = [row for row in map(rates.of_position, found.stated) if row is not None]
+    rows = [row for row in map(rates.of_position, elimination.stated) if row is not None]
     first = len(rows)
     numbers = [k for k, level in enumerate(levels) if level is not None]
     rows += [level for level in levels if level is not None]
@@ -156,7 +156,7 @@ def redundant_rates(
         if not all(k in s.dependent for s in seen):
             continue
         circuit = [*seen[0].dependent[k], k]
-        combination = _Combination(rates, found, [rows[j] for j in circuit])
+        combination = _Combination(rates, elimination, [rows[j] for j in circuit])
         wrong = next((s for s in seen if s.contradicts(k)), None)
         if wrong is not None:
             mending = [j for j in circuit if not wrong.without(j).is_contradictory()]
@@ -204,20 +204,20 @@ class _Seen:
 
     def without(self, number: int) -> _Seen:
         """The other rows."""
-        found = copy(self)
-        found._slopes = [row for k, row in enumerate(self._slopes) if k != number]
-        found._rest = [x for k, x in enumerate(self._rest) if k != number]
-        found._compare()
-        return found
+        remaining = copy(self)
+        remaining._slopes = [row for k, row in enumerate(self._slopes) if k != number]
+        remaining._rest = [x for k, x in enumerate(self._rest) if k != number]
+        remaining._compare()
+        return remaining
 
     def is_contradictory(self) -> bool:
         return any(map(self.contradicts, self.dependent))
 
     def contradicts(self, number: int) -> bool:
-        """Whether a dependent row asks for something else than those it depends on."""
+        """Tell whether a dependent row asks for something else than those it depends on."""
         circuit = self.dependent[number]
         columns = sorted({j for k in (*circuit, number) for j in self._slopes[k]})
-        rest, parts = self._rest[number], [self._rest[number]]
+        residual, parts = self._rest[number], [self._rest[number]]
         if circuit:
             matrix = mpmath.matrix(
                 [[self._slopes[k].get(j, mpf(0)) for k in circuit] for j in columns]
@@ -225,20 +225,20 @@ class _Seen:
             target = mpmath.matrix([self._slopes[number].get(j, mpf(0)) for j in columns])
             shares = mpmath.lu_solve(matrix, target)
             parts += [x * self._rest[k] for x, k in zip(shares, circuit, strict=True)]
-            rest -= sum(parts[1:], mpf(0))
-        return bool(abs(rest) > RANK_TOLERANCE * sum(map(abs, parts), mpf(0)))
+            residual -= sum(parts[1:], mpf(0))
+        return bool(abs(residual) > RANK_TOLERANCE * sum(map(abs, parts), mpf(0)))
 
 
 def _held(expressions: Sequence[sp.Expr], point: SymbolValues) -> dict[sp.Symbol, mpf]:
-    held = set().union(*(e.free_symbols for e in expressions))
-    return {s: point[s] for s in sorted(held, key=str)}
+    symbols = set().union(*(e.free_symbols for e in expressions))
+    return {s: point[s] for s in sorted(symbols, key=str)}
 
 
 class _Combination:
     """Rows that depend on each other, the last on those before it, in closed form."""
 
-    def __init__(self, rates: _Rates, found: Elimination, rows: Sequence[_Row]) -> None:
-        self._rates, self._found, self._rows = rates, found, rows
+    def __init__(self, rates: _Rates, elimination: Elimination, rows: Sequence[_Row]) -> None:
+        self._rates, self._elimination, self._rows = rates, elimination, rows
 
     @cached_property
     def rest(self) -> sp.Expr | None:
@@ -263,7 +263,10 @@ class _Combination:
         """Constraints on positions whose values were put in."""
         if self.rest is None or not self.rest.free_symbols:
             return []
-        return [self._found.stated[k].constraint for k in sorted(self._found.sources_of(self.rest))]
+        return [
+            self._elimination.stated[k].constraint
+            for k in sorted(self._elimination.sources_of(self.rest))
+        ]
 
     def refusal(self, reference: Mapping[sp.Symbol, mpf], mending: Sequence[str]) -> InputError:
         """The error of rows that no rates satisfy; ``mending``: those that do without one."""
@@ -271,13 +274,16 @@ class _Combination:
         outcome = self.rest
         settled = {names.t, *names.parameters.values()}
         if outcome is not None and not outcome.free_symbols <= settled:
-            value = self._found.reduce(outcome)
+            value = self._elimination.reduce(outcome)
             if value.free_symbols <= settled and value != 0:
-                used = [self._found.stated[k] for k in sorted(self._found.sources_of(outcome))]
+                used = [
+                    self._elimination.stated[k]
+                    for k in sorted(self._elimination.sources_of(outcome))
+                ]
                 beside = [s for s in used if s not in self._positions]
                 return self._contradiction(value, beside, mending)
             stated = [
-                *self._found.stated,
+                *self._elimination.stated,
                 StatedEquation(last.constraint, last.equation, outcome, _ZERO),
             ]
             proven = proven_inconsistency(names, stated, range(len(stated)), reference)

@@ -192,7 +192,7 @@ def reduce(scene: Scene) -> Reduced:
         integrated = _integrated(problem)
         reduced, equations = integrated.reduced, integrated.open_ones
         geometry = reduced.chart.geometry
-        require_enough(scene, geometry.found)
+        require_enough(scene, geometry.elimination)
         if reduced.closures:
             draw = partial(_drawn, geometry, reduced.sampler([]), ())
             require_determined(geometry, reduced.manifold(), draw)
@@ -214,8 +214,8 @@ def in_coordinates(
     reference: Mapping[sp.Symbol, mpf],
 ) -> Reduced:
     """The same scene over other coordinates with closures beside them; its account stays."""
-    found = reduced.chart.geometry.found
-    geometry = Geometry(names, found, resolved, coordinates, reference)
+    elimination = reduced.chart.geometry.elimination
+    geometry = Geometry(names, elimination, resolved, coordinates, reference)
     chart = Chart(reduced.values, geometry, tuple(generalized_coordinates(geometry, closures)))
     return replace(
         reduced,
@@ -223,7 +223,7 @@ def in_coordinates(
         coordinates=chart.coordinates,
         resolved=resolved,
         reference=reference,
-        remarks=tuple(r for r in reduced.remarks if r not in found.remarks),
+        remarks=tuple(r for r in reduced.remarks if r not in elimination.remarks),
         closures=tuple(closures),
         chart=chart,
         origin=reduced,
@@ -275,16 +275,16 @@ def _integrated(problem: _Problem) -> _Integrated:
     written = [(c.name, e) for c in problem.scene.constraints for e in c.equations]
     open_ones = [x for x in written if _holds_rate(names, x)]
     stated = [_stated(names, x) for x in written if not _holds_rate(names, x)]
-    found = _Integrated(_reduced(problem, stated, strict=not open_ones))
+    integrated = _Integrated(_reduced(problem, stated, strict=not open_ones))
     if not open_ones:
-        return found
-    points = _drawn(found.reduced.chart.geometry, found.reduced.sampler([]), ())
-    implied = _implied(found.reduced, open_ones, points)
+        return integrated
+    points = _drawn(integrated.reduced.chart.geometry, integrated.reduced.sampler([]), ())
+    implied = _implied(integrated.reduced, open_ones, points)
     open_ones = [x for k, x in enumerate(open_ones) if k not in implied]
-    found = replace(found, open_ones=open_ones, redundant=tuple(implied.values()))
-    while found.open_ones:
-        reduced = found.reduced
-        levels = _levels(reduced, found.open_ones)
+    integrated = replace(integrated, open_ones=open_ones, redundant=tuple(implied.values()))
+    while integrated.open_ones:
+        reduced = integrated.reduced
+        levels = _levels(reduced, integrated.open_ones)
         points = _drawn(reduced.chart.geometry, reduced.sampler([]), ())
         whole, new = integrate_constraints(
             names, levels, reduced.coordinates, points, problem.reference
@@ -292,23 +292,25 @@ def _integrated(problem: _Problem) -> _Integrated:
         if not whole:
             break
         stated += whole.values()
-        open_ones = [x for k, x in enumerate(found.open_ones) if k not in whole]
+        open_ones = [x for k, x in enumerate(integrated.open_ones) if k not in whole]
         try:
             reduced = _reduced(problem, stated, strict=not open_ones)
         except (InconsistentError, SingularError):
             if problem.scene.initial:
                 raise
             break  # with other constants of integration than zero they may hold
-        remarks = [*found.remarks, *new]
-        found = replace(found, reduced=reduced, open_ones=open_ones, remarks=remarks)
-    return found
+        remarks = [*integrated.remarks, *new]
+        integrated = replace(integrated, reduced=reduced, open_ones=open_ones, remarks=remarks)
+    return integrated
 
 
 def _implied(
     reduced: Reduced, open_ones: Sequence[_Written], points: Sequence[SamplePoint]
 ) -> dict[int, RedundantRate]:
-    found, reference = reduced.chart.geometry.found, reduced.reference
-    return redundant_rates(reduced.names, found, open_ones, reduced.resolved, points, reference)
+    elimination, reference = reduced.chart.geometry.elimination, reduced.reference
+    return redundant_rates(
+        reduced.names, elimination, open_ones, reduced.resolved, points, reference
+    )
 
 
 def _holds_rate(names: Names, written: _Written) -> bool:
@@ -331,10 +333,10 @@ def _levels(reduced: Reduced, equations: Sequence[_Written]) -> list[VelocityCon
 def _reduced(problem: _Problem, stated: list[StatedEquation], strict: bool) -> Reduced:
     """The scene without its velocity constraints; names may be open unless ``strict``."""
     scene, names, reference = problem.scene, problem.names, problem.reference
-    found = _eliminate(names, scene, stated, reference, strict)
-    symbols = _coordinate_symbols(names, found)
-    resolved = {s: _placed(found, s) for s in names.cartesian.values()}
-    geometry = Geometry(names, found, resolved, symbols, reference)
+    elimination = _eliminate(names, scene, stated, reference, strict)
+    symbols = _coordinate_symbols(names, elimination)
+    resolved = {s: _placed(elimination, s) for s in names.cartesian.values()}
+    geometry = Geometry(names, elimination, resolved, symbols, reference)
     chart = Chart(problem.values, geometry, tuple(generalized_coordinates(geometry, ())))
     chart, points, kept = _restricted(chart)
     account, warnings = balanced_account(geometry, points, kept, partial(_held_around, chart))
@@ -349,7 +351,7 @@ def _reduced(problem: _Problem, stated: list[StatedEquation], strict: bool) -> R
         account,
         reference,
         (*scene.warnings, *warnings),
-        tuple(found.remarks),
+        tuple(elimination.remarks),
         tuple(geometry.closure_equation(k) for k in kept),
         chart,
     )
@@ -361,13 +363,15 @@ def _with_levels(reduced: Reduced, levels: Sequence[VelocityConstraint]) -> Redu
     everything = [*reduced.closures, *(x.closure_equation() for x in levels)]
     manifold = manifold_of(reduced.chart, everything)
     points = _drawn(reduced.chart.geometry, reduced.sampler([]), ())
-    found = independent_constraints(levels, coordinates, reduced.closures, t, manifold, points)
-    kept = tuple(levels[k].closure_equation() for k in found.kept)
+    independent = independent_constraints(
+        levels, coordinates, reduced.closures, t, manifold, points
+    )
+    kept = tuple(levels[k].closure_equation() for k in independent.kept)
     return replace(
         reduced,
-        account=with_velocities(reduced.account, levels, found),
-        warnings=(*reduced.warnings, *velocity_warnings(levels, found)),
-        remarks=(*reduced.remarks, *velocity_remarks(levels, found)),
+        account=with_velocities(reduced.account, levels, independent),
+        warnings=(*reduced.warnings, *velocity_warnings(levels, independent)),
+        remarks=(*reduced.remarks, *velocity_remarks(levels, independent)),
         closures=(*reduced.closures, *kept),
     )
 
@@ -400,7 +404,7 @@ def _held_around(chart: Chart, equations: Mapping[int, EquationSides]) -> set[in
 def _violated(chart: Chart, kept: Sequence[int]) -> dict[int, SamplePoint]:
     """Configurations that violate equations which need not be kept, by number."""
     geometry = chart.geometry
-    equations = {k: sides for k, sides in geometry.found.pending.items() if k not in kept}
+    equations = {k: sides for k, sides in geometry.elimination.pending.items() if k not in kept}
     equations |= geometry.solved_sides
     manifold = manifold_of(chart, [geometry.closure_equation(k) for k in kept])
     return violating_configurations(equations, sampler_of(chart, [], manifold), geometry.gaps)
@@ -412,14 +416,16 @@ def _drawn(
     wanted = wanted or (_FEWEST_POINTS if sampler.many else RANK_POINTS)
     points = [p for p in (sampler.draw() for _ in range(wanted)) if p is not None]
     if len(points) < wanted:
-        found, reference = geometry.found, geometry.reference
-        raise diagnose_no_configuration(geometry.names, found, restricting, sampler, reference)
+        elimination, reference = geometry.elimination, geometry.reference
+        raise diagnose_no_configuration(
+            geometry.names, elimination, restricting, sampler, reference
+        )
     return points
 
 
-def _placed(found: Elimination, symbol: sp.Symbol) -> sp.Expr:
+def _placed(elimination: Elimination, symbol: sp.Symbol) -> sp.Expr:
     """r(q, t) of a raw symbol, with sums under roots collected."""
-    expr = found.solved.get(symbol, symbol)
+    expr = elimination.solved.get(symbol, symbol)
     rooted = any(p.exp.q != 1 and p.base.is_Add for p in expr.atoms(sp.Pow) if p.exp.is_Rational)
     return tidy(expr) if rooted else expr
 
@@ -433,18 +439,18 @@ def _stated(names: Names, written: _Written) -> StatedEquation:
 
 def _reference(names: Names, values: ParameterValues, scene: Scene) -> dict[sp.Symbol, mpf]:
     """Values of symbols at ``initial`` and ``near`` (``initial`` wins), and of parameters."""
-    found: dict[sp.Symbol, mpf] = {}
+    reference: dict[sp.Symbol, mpf] = {}
     for entry in (*scene.near, *scene.initial):
         value = values.number(entry.value) if entry.order == 0 else None
         symbol = names.lookup(entry.name)
         if value is not None and symbol is not None and symbol.is_Symbol:
-            found[symbol] = evaluated(value, mpmath.mp.dps)
+            reference[symbol] = evaluated(value, mpmath.mp.dps)
     for name, value in values.exact.items():
-        found[names.parameters[name]] = evaluated(value, mpmath.mp.dps)
+        reference[names.parameters[name]] = evaluated(value, mpmath.mp.dps)
     start = scene.simulate.start
     at = values.number(start) if start is not None else None
-    found[names.t] = evaluated(at, mpmath.mp.dps) if at is not None else mpf(0)
-    return found
+    reference[names.t] = evaluated(at, mpmath.mp.dps) if at is not None else mpf(0)
+    return reference
 
 
 def _eliminate(
@@ -474,7 +480,7 @@ def _eliminate(
         raise proven_inconsistency(names, stated, error.numbers, reference) or error from None
 
 
-def _coordinate_symbols(names: Names, found: Elimination) -> list[sp.Symbol]:
+def _coordinate_symbols(names: Names, elimination: Elimination) -> list[sp.Symbol]:
     """Declared coordinates and the names that the constraints leave, in reading order."""
-    opened = [s for s in names.cartesian.values() if s in found.unknowns]
+    opened = [s for s in names.cartesian.values() if s in elimination.unknowns]
     return [*names.coordinates.values(), *opened]

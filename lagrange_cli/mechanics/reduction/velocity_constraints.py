@@ -75,12 +75,12 @@ class VelocityConstraint:
             ψ is not linear in velocities.
         """
         velocities = {c.v for c in coordinates}
-        found = [derivative(self.psi, c.v) for c in coordinates]
-        found = [sp.expand(a) if a.free_symbols & velocities else a for a in found]
-        if any(a.free_symbols & velocities for a in found):
+        coefficients = [derivative(self.psi, c.v) for c in coordinates]
+        coefficients = [sp.expand(a) if a.free_symbols & velocities else a for a in coefficients]
+        if any(a.free_symbols & velocities for a in coefficients):
             raise self._not_linear()
-        rest = self.psi.xreplace(dict.fromkeys(velocities, sp.Integer(0)))
-        return PfaffianForm((*(c.q for c in coordinates), t), (*found, rest))
+        drift = self.psi.xreplace(dict.fromkeys(velocities, sp.Integer(0)))
+        return PfaffianForm((*(c.q for c in coordinates), t), (*coefficients, drift))
 
     def _not_linear(self) -> InputError:
         return InputError(
@@ -114,7 +114,7 @@ def integrate_constraints(
     InputError
         A level is not linear in velocities, or ``initial`` does not give the constant.
     """
-    found: dict[int, StatedEquation] = {}
+    integrals: dict[int, StatedEquation] = {}
     remarks = []
     for number, level in enumerate(levels):
         whole = integrate_form(level.form(coordinates, names.t), points)
@@ -134,10 +134,10 @@ def integrate_constraints(
                 f"constraint '{level.constraint}' is the rate of {shown} = constant,"
                 " which 'initial' gives: it counts to K"
             )
-        found[number] = StatedEquation(
+        integrals[number] = StatedEquation(
             level.constraint, level.equation, whole, constant, integral=True
         )
-    return found, remarks
+    return integrals, remarks
 
 
 def _real_branch(whole: sp.Expr, reference: SymbolValues) -> sp.Expr | None:
@@ -181,14 +181,14 @@ def _constant(
     if not scene.initial:
         return None
     start = scene.simulate.start
-    given: dict[sp.Symbol, sp.Expr] = {
+    initial: dict[sp.Symbol, sp.Expr] = {
         names.t: names.convert(start) if start is not None else sp.Integer(0)
     }
     for entry in scene.initial:
         symbol = names.lookup(entry.name)
         if entry.order == 0 and symbol is not None and symbol.is_Symbol:
-            given[symbol] = names.convert(entry.value)
-    missing = [s for s in q if s in whole.free_symbols and s not in given]
+            initial[symbol] = names.convert(entry.value)
+    missing = [s for s in q if s in whole.free_symbols and s not in initial]
     if missing:
         listed = ", ".join(f"'{s}'" for s in missing)
         shown = str(whole).replace("**", "^")
@@ -201,7 +201,7 @@ def _constant(
                 rule="initial-missing",
             )
         )
-    return whole.xreplace(given)
+    return whole.xreplace(initial)
 
 
 def _short(x: mpf) -> str:
@@ -257,7 +257,7 @@ def independent_constraints(
     dropped = {
         k: by
         for k, by in everywhere[0].items()
-        if k >= len(closures) and all(k in other for other in everywhere)
+        if k >= len(closures) and all(k in dependent for dependent in everywhere)
     }
     _require_consistent(
         [*closures, *(x.closure_equation() for x in levels)], everywhere, manifold, points
@@ -277,9 +277,9 @@ def independent_constraints(
 def _curving(forms: Sequence[PfaffianForm], scale: Sequence[float]) -> list[float]:
     """Scales of coordinates, those within rows so that they are 1 where coefficients turn."""
     inside = set().union(*(c.free_symbols for f in forms for c in f.coefficients))
-    held = {j for f in forms for j, c in enumerate(f.coefficients[:-1]) if c != 0}
-    turn = max((scale[j] for j in held if forms[0].variables[j] in inside), default=1.0)
-    return [x / turn if j in held else x for j, x in enumerate(scale)]
+    columns = {j for f in forms for j, c in enumerate(f.coefficients[:-1]) if c != 0}
+    turn = max((scale[j] for j in columns if forms[0].variables[j] in inside), default=1.0)
+    return [x / turn if j in columns else x for j, x in enumerate(scale)]
 
 
 def _slope(
