@@ -5,8 +5,9 @@ closures, facts and initial state, all of it certified, or a refusal that names 
 Read :mod:`.derivation` first: it calls the rooms in order.
 """
 
-from lagrange_cli.mechanics.derivation import derive, interpret
+from lagrange_cli.mechanics.derivation import derive
 from lagrange_cli.mechanics.dynamics.lagrange import derive_uncertified
+from lagrange_cli.mechanics.interpretation import interpret
 from lagrange_cli.mechanics.reduction.reduce import reduce
 
 __all__ = ["derive", "derive_uncertified", "interpret", "reduce"]

@@ -2,72 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
-
-import mpmath
-import sympy as sp
 
 from lagrange_cli.errors import (
     InconsistentStartError,
     InputError,
     MissingStartError,
     NotRealError,
-    Problem,
     SingularError,
 )
-from lagrange_cli.mechanics.certify.certificate import Evidence, certify, certify_shown, not_real
+from lagrange_cli.mechanics.assembly import assemble
+from lagrange_cli.mechanics.certify.certificate import certify, not_real
 from lagrange_cli.mechanics.certify.facts import open_questions, proven_evidence
 from lagrange_cli.mechanics.diagnosis.errors import nesting_error, require_size
-from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, derive_uncertified
 from lagrange_cli.mechanics.dynamics.singular_configurations import singular_configurations
-from lagrange_cli.mechanics.dynamics.textbook_form import shown_equations
-from lagrange_cli.mechanics.equations import (
-    CartesianName,
-    Equations,
-    InitialState,
-    Input,
-    Parameter,
-    ParticleMotion,
-    ShownEquation,
-)
-from lagrange_cli.mechanics.formulation import (
-    in_formulation,
-    reduced_for,
-    replaced_chart,
-    starting_state,
-)
-from lagrange_cli.mechanics.initial.rank_deficient_start import rank_deficiency_warning
-from lagrange_cli.mechanics.initial.simulation_defaults import simulation_defaults
-from lagrange_cli.mechanics.initial.suggestions import possible_start
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
-from lagrange_cli.mechanics.numerics.sampling import working_digits
-from lagrange_cli.mechanics.reduction.reduce import Reduced
-from lagrange_cli.mechanics.structure import (
-    conserved_quantities,
-    cyclic_names,
-    require_inertia,
-    require_no_rates_of_inputs,
-    structure_facts,
-    total_energy,
-)
-from lagrange_cli.mechanics.symbols.convert import decimal_literals, to_sympy, total_derivative
-from lagrange_cli.mechanics.symbols.values import nearest_double
-from lagrange_cli.scene.language.expression import Equation, Expression
+from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.mechanics.formulation import in_formulation, reduced_for
+from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.mechanics.structure import require_inertia, require_no_rates_of_inputs
 from lagrange_cli.scene.model import Formulation, Scene
 from lagrange_cli.stages import announce
 
-__all__ = ["derive", "interpret"]
+__all__ = ["derive"]
 
 #: What is wrong with an initial state that has no place, or several, in the coordinates.
 _NOT_REACHED = (InconsistentStartError, MissingStartError, NotRealError, SingularError)
 _NOT_REACHED_REMARK = (
     "in multiplier form: the coordinates do not give the initial state, where they are singular"
 )
-
-#: Relative agreement of two residuals that are the same equation.
-_SAME = mpmath.mpf(10) ** -12
 
 
 def derive(
@@ -139,7 +102,7 @@ def _derived(derivation: Uncertified, digits: int, points: int, forces: bool) ->
     seen = certify(derivation, digits, points)
     require_inertia(derivation, seen)
     evidence = proven_evidence(derivation, seen)
-    equations = _equations(derivation, evidence)
+    equations = assemble(derivation, evidence)
     questions = tuple(open_questions(derivation, seen, evidence, equations.conserved))
     equations = replace(
         equations, singular=singular_configurations(derivation), open_questions=questions
@@ -151,209 +114,3 @@ def _derived(derivation: Uncertified, digits: int, points: int, forces: bool) ->
     announce("finding the constraint forces")
     reactions = derive_constraint_forces(derivation, evidence, equations)
     return replace(equations, constraint_forces=reactions)
-
-
-def _equations(derivation: Uncertified, evidence: Evidence) -> Equations:
-    reduced = derivation.reduced
-    scene, names = reduced.scene, reduced.names
-    announce("finding what is conserved")
-    energy = total_energy(derivation, evidence)
-    structure = structure_facts(derivation)
-    announce("writing the equations")
-    shown = _shown(derivation, evidence)
-    announce("finding the initial state")
-    chart = replaced_chart(derivation)
-    initial = starting_state(derivation, chart)
-    certify_shown(evidence, shown)
-    return Equations(
-        name=scene.name,
-        title=scene.title,
-        description=scene.description,
-        file=scene.file,
-        digest=scene.digest,
-        t=names.t,
-        parameters=tuple(_parameters(reduced)),
-        coordinates=reduced.coordinates,
-        account=reduced.account,
-        particles=tuple(_particles(derivation)),
-        cartesian_names=tuple(_cartesian_names(derivation)),
-        kinetic=derivation.kinetic,
-        potential=derivation.potential,
-        lagrangian=derivation.lagrangian,
-        dissipation=derivation.dissipation,
-        forces=derivation.forces,
-        mass_matrix=derivation.mass_matrix,
-        forcing=tuple(sp.Add(*terms) for terms in derivation.forcing),
-        shown=shown,
-        energy=energy,
-        cyclic=cyclic_names(derivation, evidence),
-        conserved=conserved_quantities(derivation, evidence, energy),
-        facts=structure,
-        certificate=evidence.certificate,
-        initial=initial,
-        suggested=tuple(possible_start(derivation.reduced).items()) if initial is None else (),
-        simulate=simulation_defaults(reduced.scene, reduced.values),
-        abbreviations=tuple(_abbreviations(reduced)),
-        outputs=tuple(_outputs(reduced)),
-        inputs=tuple(_inputs(reduced)),
-        literals=decimal_literals(scene.expressions()),
-        warnings=(
-            *reduced.warnings,
-            *_unused_warnings(scene, structure.unused_parameters),
-            *filter(None, [rank_deficiency_warning(derivation, initial)]),
-            *jump_warnings(reduced),
-        ),
-        remarks=_remarks(derivation, initial),
-        closures=derivation.closures,
-        contacts=derivation.contacts,
-        chart=chart,
-    )
-
-
-def _remarks(derivation: Uncertified, initial: InitialState | None) -> tuple[str, ...]:
-    remarks = list(derivation.reduced.remarks)
-    if initial is not None and initial.projected:
-        remarks.append(
-            f"initial values were changed by up to {initial.projected:.2g}"
-            " to satisfy the constraints"
-        )
-    if not derivation.collected:
-        remarks.append("products of sums are left unexpanded: they exceed the budget of terms")
-    return tuple(remarks)
-
-
-def _unused_warnings(scene: Scene, unused: tuple[str, ...]) -> tuple[Problem, ...]:
-    """One warning for all of them, at the first."""
-    if not unused:
-        return ()
-    mark = next(p.mark for p in scene.parameters if p.name == unused[0])
-    listed = ", ".join(f"'{name}'" for name in unused)
-    message = f"parameter {listed} is" if len(unused) == 1 else f"parameters {listed} are"
-    return (Problem(f"{message} never used", mark, rule="unused-parameter", severity="warning"),)
-
-
-def _parameters(reduced: Reduced) -> Iterator[Parameter]:
-    for p in reduced.scene.parameters:
-        value = reduced.values.exact.get(p.name)
-        yield Parameter(
-            name=p.name,
-            symbol=reduced.names.parameters[p.name],
-            value=None if value is None else nearest_double(value),
-            positive=p.positive,
-            unit=p.unit,
-            description=p.description,
-            latex=p.latex,
-        )
-
-
-def _particles(derivation: Uncertified) -> Iterator[ParticleMotion]:
-    reduced = derivation.reduced
-    bodies = zip(
-        reduced.scene.particles, reduced.names.particle_symbols, reduced.masses, strict=True
-    )
-    for particle, (x, y, z), mass in bodies:
-        yield ParticleMotion(
-            name=particle.name,
-            mass=mass,
-            components=(x.name, y.name, z.name),
-            position=(reduced.resolved[x], reduced.resolved[y], reduced.resolved[z]),
-            velocity=(derivation.velocity[x], derivation.velocity[y], derivation.velocity[z]),
-        )
-
-
-def _cartesian_names(derivation: Uncertified) -> Iterator[CartesianName]:
-    """Every raw symbol that is not a coordinate, with its rate."""
-    reduced = derivation.reduced
-    motion = [(c.q, c.v) for c in reduced.coordinates]
-    coordinates = {c.q for c in reduced.coordinates}
-    for symbol, position in reduced.resolved.items():
-        if symbol in coordinates:
-            continue
-        velocity = derivation.velocity.get(symbol)
-        if velocity is None:
-            velocity = total_derivative(position, reduced.names.t, motion)
-        yield CartesianName(symbol.name, position, velocity)
-
-
-def _abbreviations(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
-    for name, expression in reduced.names.abbreviations():
-        yield name, reduced.resolve(reduced.names.convert(expression, reduced.rate))
-
-
-def _inputs(reduced: Reduced) -> Iterator[Input]:
-    for declared in reduced.scene.inputs:
-        symbol, expression = reduced.names.inputs[declared.name], None
-        if declared.expression is not None:
-            expression = reduced.names.convert(declared.expression)
-        yield Input(declared.name, symbol, expression, declared.recording)
-
-
-def _outputs(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
-    for term in reduced.scene.outputs:
-        yield term.name, reduced.resolve(reduced.names.convert(term.expression, reduced.rate))
-
-
-# The textbook form.
-
-
-def _shown(derivation: Uncertified, evidence: Evidence) -> tuple[ShownEquation, ...]:
-    expected = derivation.reduced.scene.expect.equations
-
-    def asked(residual: sp.Expr) -> bool:
-        return any(_same(derivation.reduced, evidence, residual, e) for e in expected or ())
-
-    pairs = zip(evidence.cyclic, evidence.forced, strict=True)
-    conserving = [cyclic and not forced for cyclic, forced in pairs]
-    return shown_equations(derivation, conserving, asked if expected else None)
-
-
-def _same(reduced: Reduced, evidence: Evidence, residual: sp.Expr, equation: Equation) -> bool:
-    """Tell whether an equation of ``expect`` is this residual up to a number."""
-    try:
-        sides = [
-            reduced.resolve(reduced.names.convert(side, reduced.rate))
-            for side in (equation.left, equation.right)
-        ]
-    except InputError:
-        return False  # reported by ``check``, where it belongs
-    asked = sides[0] - sides[1]
-    ratios = []
-    with mpmath.workdps(working_digits(evidence.certificate.digits)):
-        for state in evidence.states[:3]:
-            try:
-                ours, theirs = evaluate([residual, asked], state)
-            except (DomainError, KeyError):
-                return False
-            if not theirs:
-                return False
-            ratios.append(ours / theirs)
-        return all(abs(r - ratios[0]) <= _SAME * abs(ratios[0]) for r in ratios)
-
-
-def interpret(equations: Equations, expression: Expression) -> sp.Expr:
-    """An expression of the scene language over the symbols of ``equations``.
-
-    Names are coordinates, parameters, inputs, Cartesian names, abbreviations, multipliers;
-    ``dot`` and ``ddot`` are total time derivatives.
-
-    Raises
-    ------
-    InputError
-        Located: an unknown name, or a value that is not a finite real number.
-    """
-    meanings: dict[str, sp.Expr] = {"t": equations.t}
-    meanings.update((name, expr) for name, expr in equations.abbreviations)
-    for particle in equations.particles:
-        for axis, position in zip("xyz", particle.position, strict=True):
-            meanings[f"{axis}_{particle.name}"] = position
-    multipliers = [c.multiplier for c in equations.pushing]
-    meanings.update((multiplier.name, multiplier) for multiplier in multipliers)
-    meanings.update((c.name, c.position) for c in equations.cartesian_names)
-    meanings.update((p.name, p.symbol) for p in equations.parameters)
-    meanings.update((u.name, u.symbol) for u in equations.inputs)
-    meanings.update((c.name, c.q) for c in equations.coordinates)
-    chain = [(c.q, c.v) for c in equations.coordinates]
-    chain += [(c.v, c.a) for c in equations.coordinates]
-    return to_sympy(
-        expression, meanings.get, lambda expr: total_derivative(expr, equations.t, chain)
-    )

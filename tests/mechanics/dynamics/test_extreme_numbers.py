@@ -278,7 +278,7 @@ def test_a_wrong_equation_stays_wrong_with_more_digits(monkeypatch):
         )
         original(evidence, (wrong, *others))
 
-    monkeypatch.setattr("lagrange_cli.mechanics.derivation.certify_shown", changed)
+    monkeypatch.setattr("lagrange_cli.mechanics.assembly.certify_shown", changed)
     for size in ("0.1", "1e-60"):
         with pytest.raises(InternalError):
             derive(read_text(RING.format(size)))
