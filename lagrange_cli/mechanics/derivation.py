@@ -1,4 +1,4 @@
-"""Scene → Equations: reduce, derive, certify, and put into textbook form."""
+"""The pipeline Scene → Equations: reduce, derive, certify, assemble."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from lagrange_cli.stages import announce
 
 __all__ = ["derive"]
 
-#: What is wrong with an initial state that has no place, or several, in the coordinates.
+#: Errors of an initial state that no configuration has in the coordinates, or several have.
 _NOT_REACHED = (InconsistentStartError, MissingStartError, NotRealError, SingularError)
 _NOT_REACHED_REMARK = (
     "in multiplier form: the coordinates do not give the initial state, where they are singular"

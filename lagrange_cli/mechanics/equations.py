@@ -1,4 +1,4 @@
-"""What a derivation yields: equations of motion as frozen values.
+"""Equations of motion as frozen values.
 
 Positions q, velocities v, accelerations a and time t are independent SymPy
 symbols. A velocity's symbol is named ``dot(q)`` and an acceleration's
@@ -70,7 +70,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Input:
-    """What the user drives.
+    """A given function of time.
 
     ``expression`` is the scene's, over t and parameters; None where the values are
     those of a ``recording``, which is read when they are needed.
@@ -288,7 +288,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class Certificate:
-    """How the derivation was checked: random states, decimal digits, largest relative mismatch."""
+    """Random states, decimal digits and largest relative mismatch of the check."""
 
     points: int
     digits: int
@@ -297,9 +297,14 @@ class Certificate:
 
 @dataclass(frozen=True)
 class FormulationChoice:
-    """Which formulation was taken of two, with the operations predicted for a right-hand side.
+    """The formulation that was taken of two.
 
-    ``why`` is a short phrase where something is to be said of it, else empty.
+    Attributes
+    ----------
+    minimal, multiplier
+        Operations predicted for one right-hand side in each.
+    why
+        A short phrase, or empty.
     """
 
     formulation: Literal["minimal", "multiplier"]
@@ -310,9 +315,16 @@ class FormulationChoice:
 
 @dataclass(frozen=True)
 class SingularConfiguration:
-    """Where M is singular (or ``infinite``): ``where`` = 0; the coordinates have no meaning there.
+    """Zero set of a factor of det M, at which coordinates lose their meaning.
 
-    A coordinate at whose values M is infinite ends there.
+    Attributes
+    ----------
+    coordinates
+        Names of the coordinates whose rates M does not determine there.
+    where
+        Expression over q and parameters that is zero there.
+    infinite
+        True at a pole of det M, where the coordinates end.
     """
 
     coordinates: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Which form the equations of motion take: few coordinates, or many with multipliers.
+"""Choice of formulation: few coordinates, or many with multipliers.
 
 ``minimal`` keeps as few coordinates as there are degrees of freedom; its mass matrix is
 full where positions hold many of them, and solving with it costs the cube of their
@@ -42,13 +42,16 @@ from lagrange_cli.scene.model import Formulation, Scene
 
 __all__ = ["in_formulation", "reduced_for", "replaced_chart", "starting_state"]
 
-#: By how much fewer operations must be predicted before another form than minimal is taken,
-#: and operations of minimal below which nothing is to be gained.
-_CLEARLY, _WORTHWHILE = 2, 400
-
-#: Operations predicted for a product of derivatives in M and f, an entry of a closure's
-#: gradient with its part of the bias, and a closure.
-_PRODUCT, _ENTRY, _CLOSURE = 12, 6, 4
+#: Ratio of predicted operations above which multipliers are taken; set by hand, as all below.
+_CLEARLY = 2
+#: Operations of minimal form below which nothing is to be gained.
+_WORTHWHILE = 400
+#: Operations of a product of derivatives in M and f.
+_PRODUCT = 12
+#: Operations of an entry of a closure's gradient, with its part of the bias.
+_ENTRY = 6
+#: Further operations of a closure.
+_CLOSURE = 4
 
 _DIGITS = 34
 
@@ -56,8 +59,8 @@ _DIGITS = 34
 def reduced_for(scene: Scene, wanted: Formulation) -> tuple[Reduced, tuple[str, ...]]:
     """The scene reduced, with remarks.
 
-    Where a branch of a constraint ends at the initial state, though declared coordinates are
-    names of positions themselves, these are left to be chosen: the constraint stays.
+    If a branch of a constraint ends at the initial state and all declared coordinates are
+    Cartesian names, the coordinates are left to be chosen: the constraint stays as a closure.
 
     Raises
     ------
@@ -88,8 +91,8 @@ def in_formulation(
 ) -> tuple[Reduced, FormulationChoice | None]:
     """The scene in the form that is wanted, and why it is this one.
 
-    ``auto`` keeps declared coordinates. Where none are declared it takes closures if
-    clearly fewer operations are predicted for them.
+    ``auto`` keeps declared coordinates. Without any it takes closures if clearly fewer
+    operations are predicted for them.
 
     Returns
     -------
@@ -153,7 +156,7 @@ def _predicted(reduced: Reduced) -> tuple[int, int] | None:
 def _minimal(reduced: Reduced) -> int:
     """Products of derivatives in M and f, and elimination of a full matrix.
 
-    Where positions are linear in the coordinates M is constant, and f has no such products.
+    If positions are linear in the coordinates, M is constant and f has no such products.
     """
     q = {c.q for c in reduced.coordinates}
     pairs: set[tuple[sp.Symbol, sp.Symbol]] = set()

@@ -1,6 +1,7 @@
-"""Every derivation is checked before it is shown, by two routes that share nothing with it.
+"""Certificate: derived equations compared with Newton's law and Lagrange's equations.
 
-At random feasible states, in high precision, the residual M q̈ − f is compared
+No derivation is shown unchecked. At random feasible states, in high precision, the residual
+M q̈ − f is compared by routes that share nothing with the derivation,
 
 * with Newton's law: m r̈ − F, contracted with virtual displacements (so that
   constraint forces, orthogonal to them, drop out), where r̈ comes from series
@@ -53,8 +54,9 @@ _ONE: TaylorSeries = (mpf(1), _ZERO, _ZERO)
 #: Draws, each closer to the initial configuration, before the scene is called singular there.
 _DRAWS = 60
 
-#: What is not zero is the same number, to this part of it, with so many more digits.
+#: Relative change with more digits up to which a number counts as nonzero, not as rounding.
 _AGREEMENT = mpf(10) ** -3
+#: Additional digits of that second evaluation.
 _MORE_DIGITS = 30
 
 #: Digits at which a mismatch is looked at again: two numbers that doubles hold, with their squares,
@@ -117,7 +119,7 @@ class Evidence:
 
 @dataclass
 class _State:
-    """What one state showed."""
+    """Findings of one state."""
 
     mismatch: mpf
     mass: list[dict[int, float]]
@@ -128,7 +130,7 @@ class _State:
 
 
 def certify(derivation: Uncertified, digits: int, points: int) -> Evidence:
-    """Check a derivation; the module says how.
+    """Check a derivation at random states by the routes of this module.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Closures checked as the rest of a derivation is: at random states, by other routes.
+"""Closure equations checked at random states by routes of their own.
 
 Gradient, rate and bias are compared with derivatives along the motion of the equations
 as stated. Accelerations and multipliers that solve M a = f + Σ λ·gradient are put into
@@ -35,7 +35,7 @@ _Derived: TypeAlias = tuple[dict[int, mpf], mpf, mpf]
 
 
 class ClosureCheck:
-    """The closures of one derivation."""
+    """Check of the closure equations of one derivation."""
 
     def __init__(self, derivation: Uncertified, tapes: Tapes) -> None:
         self.closures = derivation.closures
@@ -130,7 +130,7 @@ class ClosureCheck:
         forcing: Sequence[mpf],
         sizes: Sequence[mpf],
     ) -> mpf:
-        """How far the solved accelerations and multipliers are from Newton's law.
+        """Relative mismatch of the solved accelerations and multipliers with Newton's law.
 
         ``sizes`` of the parts of Newton's law at the state's own accelerations: those
         solved for may be zero.

@@ -1,4 +1,4 @@
-"""Gaps checked as the rest of a derivation is: at random states, by another route.
+"""Gaps checked at random states by a route of their own.
 
 A gap as the scene states it, over the Cartesian names, is followed along the motion of
 the particles; its gradient is the virtual work of the force ∇φ on them. States need not
@@ -28,7 +28,7 @@ _Triple = tuple[mpf, mpf, mpf]
 
 
 class GapCheck:
-    """The gaps of one derivation; ``closures`` holds them."""
+    """Check of the gaps of one derivation, kept in ``closures``."""
 
     def __init__(self, derivation: Uncertified, tapes: Tapes) -> None:
         reduced = derivation.reduced
@@ -105,7 +105,7 @@ def _triples(
     work: SparseRow,
     moving: tuple[Sequence[mpf], Sequence[mpf]],
 ) -> Iterator[_Triple]:
-    """What must agree for one gap: φ, φ̇ and φ̈, and the entries of its gradient."""
+    """Triples that must agree for one gap: φ, φ̇, φ̈ and the entries of its gradient."""
     value, gradient, rate, bias = derived
     steepest = max(map(abs, work.values()), default=_ZERO)
     yield value, expected[0], max(abs(value), steepest)

@@ -1,4 +1,4 @@
-"""The tapes with which a derivation is checked: what was derived, and the two other routes."""
+"""Tapes of the derived equations and of the two routes that check them."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class Tapes:
         ]
 
     def _declared_tapes(self, derivation: Uncertified) -> None:
-        """What the scene declares or geometry implies, beside what the derivation reports."""
+        """Tapes of values that the scene declares or geometry implies, and of those reported."""
         self.declared = Tape(
             [sp.Add(*self.terms.kinetic), sp.Add(*self.terms.velocity_dependent)], self.moving
         )

@@ -15,9 +15,9 @@ from lagrange_cli.mechanics.reduction.reduce import Reduced
 
 __all__ = ["FeasibilitySearch"]
 
-#: Starts in a scene of many coordinates.
-_FEW = 4
-#: How far around the given configuration starts are, in turn.
+#: Starts in a scene of many coordinates, where each costs seconds; set by hand.
+_STARTS_OF_MANY = 4
+#: Widths of the starts around the given configuration, relative to scales, in turn; set by hand.
 _WIDTHS = (mpf(1), mpf("0.25"), mpf(4), mpf("0.0625"), mpf(16))
 
 
@@ -32,7 +32,7 @@ class FeasibilitySearch:
     Attributes
     ----------
     starts
-        From how many starts is searched.
+        Number of starts of a full search.
     """
 
     def __init__(self, reduced: Reduced, gaps: Sequence[ClosureEquation] | None = None) -> None:
@@ -40,19 +40,19 @@ class FeasibilitySearch:
         self.closures = [c for c in reduced.closures if c.kind == "position"]
         self.gaps = list(reduced.gaps if gaps is None else gaps)
         self._sampler = reduced.sampler([])
-        self.starts = _FEW if self._sampler.many else PLACED_DRAWS
+        self.starts = _STARTS_OF_MANY if self._sampler.many else PLACED_DRAWS
         self._clock = sp.Dummy("t", real=True)
 
-    def found(
+    def configuration(
         self,
         closures: Sequence[int] | None = None,
         gaps: Sequence[int] | None = None,
         starts: int | None = None,
     ) -> SamplePoint | None:
-        """A configuration for some of the closures and gaps, by number; None where none came up.
+        """Find a configuration for some of the closures and gaps, by number; None if none came up.
 
-        It is searched for at the time at which the motion starts, then at others; from fewer
-        ``starts`` if so asked.
+        The search is at the time at which the motion starts, then at others. Gauss-Newton from
+        ``starts`` configurations (default: all) proves nothing where it fails.
         """
         kept = range(len(self.closures)) if closures is None else closures
         sides = [self.gaps[k] for k in (range(len(self.gaps)) if gaps is None else gaps)]
@@ -78,7 +78,7 @@ class FeasibilitySearch:
     def _ways(
         self, closures: Sequence[ClosureEquation], gaps: Sequence[ClosureEquation]
     ) -> list[Manifold]:
-        """What is to hold, at a time that is given; at any time where time plays a part."""
+        """Conditions at the start time; where t stands in them, also with t as an unknown."""
         sides = [(r.left, r.right) for r in (*closures, *gaps)]
         manifolds = [self._manifold(sides, [])]
         if any(self._time in (a - b).free_symbols for a, b in sides):

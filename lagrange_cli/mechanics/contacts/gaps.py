@@ -26,13 +26,17 @@ from lagrange_cli.scene.model import Unilateral
 __all__ = ["contacts"]
 
 _DIGITS = 30
-#: A gap that changes by less than this part of what its gradient lets expect does not change.
+#: Change relative to |∂φ/∂q|·|Δq| below which a gap counts as constant; set by hand.
 _STILL = mpf(10) ** -9
-#: Digits that rounding may take, and those at which what does not change is looked at again.
-_LOST, _SURE = 15, 1000
+#: Digits that rounding may take.
+_LOST = 15
+#: Digits of the second look at a gap that seems constant: a steep power changes below rounding.
+_SURE = 1000
 
-#: Configurations beside one, each closer to it, that are tried, and those that are enough.
-_TRIALS, _ENOUGH = 12, 3
+#: Configurations beside one that are tried, each half as far from it; set by hand.
+_TRIALS = 12
+#: Neighbours that suffice.
+_ENOUGH = 3
 
 _FREE = "the coordinates must describe free flight too"
 
@@ -44,7 +48,7 @@ def contacts(reduced: Reduced, gaps: Sequence[Closure]) -> tuple[Contact, ...]:
     ------
     InputError
         Located: a gap that no motion changes, that cannot be violated or is violated
-        everywhere, gaps that leave no room; a restitution outside [0, 1].
+        everywhere, infeasible gaps; a restitution outside [0, 1].
     """
     if not gaps:
         return ()
@@ -152,7 +156,7 @@ def _names_in(reduced: Reduced, gap: ClosureEquation) -> list[sp.Symbol]:
 
 
 def _holding(reduced: Reduced, gap: ClosureEquation) -> Iterator[str]:
-    """What keeps a gap from changing: constraints and definitions of the names in it."""
+    """Name the constraints and definitions that keep a gap from changing."""
     stated = _constraints_that_hold(reduced, gap)
     if stated:
         yield f"constraints that hold it: {quoted(stated)}"

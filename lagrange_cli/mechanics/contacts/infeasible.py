@@ -1,7 +1,7 @@
-"""One-sided constraints that no configuration satisfies: a smallest set of them, and why.
+"""Refuse infeasible one-sided constraints: a smallest set of them, with its proof.
 
-What is proven rests on a false sum of the constraints (:mod:`.proofs.farkas`), or on a sum of
-squares (:mod:`.proofs.sum_of_squares`), in which what is not negative is the square of something.
+A proof is a false nonnegative sum of the constraints (Farkas' lemma, :mod:`.proofs.farkas`) or a
+sum-of-squares certificate (:mod:`.proofs.sum_of_squares`). Without one, a failed search is told.
 """
 
 from __future__ import annotations
@@ -31,20 +31,26 @@ from lagrange_cli.scene.model import Unilateral
 
 __all__ = ["require_feasible"]
 
-#: Constraints among which a smallest set is sought by proofs, and by searches.
-_MOST, _MOST_SEARCHES = 40, 12
-#: Starts of a search before a proof is tried.
+#: Most constraints among which a smallest set is sought by proofs; set by hand, as all below.
+_MOST = 40
+#: Most constraints among which a smallest set is sought by searches.
+_MOST_SEARCHES = 12
+#: Starts of the search that precedes a proof.
 _FIRST = 8
-#: Constraints of a sum that is written out.
+#: Most constraints of a sum that is written out.
 _WRITTEN = 4
-#: Doublings and halvings of how far a constraint is missed, and bisections.
-_DOUBLINGS, _BISECTIONS = 16, 12
-#: Digits of that; by how much more a bound is moved.
-_DIGITS, _MORE = 3, mpf("1.1")
+#: Doublings and halvings of the distance by which a constraint is missed.
+_DOUBLINGS = 16
+#: Bisections of that distance.
+_BISECTIONS = 12
+#: Digits of numbers in messages.
+_DIGITS = 3
+#: Factor by which a proposed bound exceeds the distance that is missed.
+_MORE = mpf("1.1")
 
 
 def require_feasible(reduced: Reduced) -> None:
-    """Refuse one-sided constraints that nothing satisfies.
+    """Refuse one-sided constraints that no configuration satisfies.
 
     Raises
     ------
@@ -52,16 +58,16 @@ def require_feasible(reduced: Reduced) -> None:
         A smallest set that contradicts itself, with its proof; or one for which no
         configuration came up.
     """
-    room = FeasibilitySearch(reduced)
-    if not reduced.gaps or room.found(starts=_FIRST) is not None:
+    search = FeasibilitySearch(reduced)
+    if not reduced.gaps or search.configuration(starts=_FIRST) is not None:
         return
     one_sided = [_stated(reduced.names, u) for u in reduced.scene.unilateral]
     proven = _proven(reduced, [*reduced.chart.geometry.elimination.stated, *one_sided])
     if proven is not None:
         raise proven
     valued = len(reduced.values.exact) == len(reduced.scene.parameters)
-    if valued and room.found() is None:
-        refusal = _not_found(reduced, room)
+    if valued and search.configuration() is None:
+        refusal = _not_found(reduced, search)
         if refusal is not None:
             raise refusal
 
@@ -240,7 +246,7 @@ def _refusal(
     last: StatedEquation,
     missing: mpf | None,
 ) -> InputError:
-    """The error; ``missing`` says with how much more room ``last`` would be satisfied."""
+    """The error; ``last`` would be feasible with its bound moved by ``missing``."""
     named = [s.constraint for s in chosen]
     what = f"constraints {quoted(named)} contradict each other"
     if len(dict.fromkeys(named)) == 1:
@@ -254,7 +260,7 @@ def _refusal(
 
 
 def _wider(reduced: Reduced, stated: StatedEquation, missing: mpf) -> str:
-    """A one-sided constraint with a bound for which there is room; empty where none is found."""
+    """A one-sided constraint as YAML with a feasible bound; empty where none is found."""
     pairs = zip(reduced.scene.unilateral, reduced.gaps, strict=True)
     stating = [(one, gap) for one, gap in pairs if one.name == stated.constraint]
     if not stated.one_sided or not stating:
@@ -267,31 +273,33 @@ def _wider(reduced: Reduced, stated: StatedEquation, missing: mpf) -> str:
     more = sp.Rational(mpmath.nstr(missing * _MORE, 2))
     moved = replace(gap, left=gap.left + more)
     gaps = [moved if g is gap else g for g in reduced.gaps]
-    if FeasibilitySearch(reduced, gaps).found() is None:
+    if FeasibilitySearch(reduced, gaps).configuration() is None:
         return ""
     bound = reduced.names.convert(one_sided.inequality.right)
     return one_sided_snippet(one_sided, more, bound)
 
 
-def _not_found(reduced: Reduced, room: FeasibilitySearch) -> InputError | None:
-    """The error of a smallest set for which no configuration comes up.
+def _not_found(reduced: Reduced, search: FeasibilitySearch) -> InputError | None:
+    """The error of a smallest set for which no configuration comes up, unproven.
 
     None for an inequality by itself: tan z >= 1e300 holds, where no search finds it.
     """
-    closures, gaps = [*range(len(room.closures))], [*range(len(room.gaps))]
+    closures, gaps = [*range(len(search.closures))], [*range(len(search.gaps))]
     if len(gaps) <= _MOST_SEARCHES:
-        gaps = irreducible_subset(gaps, lambda fewer: room.found(closures, fewer) is None)
-    if 0 < len(closures) <= _MOST_SEARCHES and room.found([], gaps) is not None:
-        closures = irreducible_subset(closures, lambda fewer: room.found(fewer, gaps) is None)
-    elif room.found([], gaps) is None:
+        gaps = irreducible_subset(gaps, lambda fewer: search.configuration(closures, fewer) is None)
+    if 0 < len(closures) <= _MOST_SEARCHES and search.configuration([], gaps) is not None:
+        closures = irreducible_subset(
+            closures, lambda fewer: search.configuration(fewer, gaps) is None
+        )
+    elif search.configuration([], gaps) is None:
         closures = []
-    named = [*_beside(reduced, room, closures, gaps), *(room.gaps[k].name for k in gaps)]
+    named = [*_beside(reduced, search, closures, gaps), *(search.gaps[k].name for k in gaps)]
     if len(named) == 1:
         return None
     return InconsistentError(
         Problem(
-            f"no configuration found in {room.starts} starts that satisfies {quoted(named)}",
-            room.gaps[gaps[-1]].mark,
+            f"no configuration found in {search.starts} starts that satisfies {quoted(named)}",
+            search.gaps[gaps[-1]].mark,
             hint=f"give one in 'initial' or 'near', or {leave_out(named)}",
             rule="inconsistent",
         )
@@ -299,15 +307,15 @@ def _not_found(reduced: Reduced, room: FeasibilitySearch) -> InputError | None:
 
 
 def _beside(
-    reduced: Reduced, room: FeasibilitySearch, closures: Sequence[int], gaps: Sequence[int]
+    reduced: Reduced, search: FeasibilitySearch, closures: Sequence[int], gaps: Sequence[int]
 ) -> list[str]:
     """Constraints that are kept, or were put into what a gap is written in."""
     names, elimination = reduced.names, reduced.chart.geometry.elimination
-    chosen = {room.gaps[k].name for k in gaps}
+    chosen = {search.gaps[k].name for k in gaps}
     sources: set[int] = set()
     for one_sided in reduced.scene.unilateral:
         if one_sided.name in chosen:
             sources |= elimination.sources_of(_stated(names, one_sided).phi)
-    kept = {room.closures[k].name for k in closures}
+    kept = {search.closures[k].name for k in closures}
     numbers = [k for k, s in enumerate(elimination.stated) if s.constraint in kept]
     return [s.constraint for s in equations_behind(elimination, sorted(sources | {*numbers}))]

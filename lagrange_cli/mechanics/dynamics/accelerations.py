@@ -36,7 +36,7 @@ def _coupled_blocks(equations: Equations) -> list[list[int]]:
 
 
 def right_hand_sides(equations: Equations) -> list[sympy.Expr]:
-    """What M a equals: the forcing, and what multipliers add to it."""
+    """Right-hand sides f + Σ λ·gradient of M a = f + Σ λ·gradient, one for each coordinate."""
     terms = [[f] for f in equations.forcing]
     for closure in equations.pushing:
         for i, entry in entries(closure.gradient).items():

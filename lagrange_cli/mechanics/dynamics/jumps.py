@@ -1,7 +1,7 @@
-"""Potentials and kinetic energies that jump: there an impulse acts, which no equation shows.
+"""Warnings for potentials and kinetic energies that jump: impulses act there.
 
-Equations of motion hold beside a surface on which L jumps, or its momenta do. What happens on the
-surface is an impulse. The derivative of ``sign`` is taken as zero, so that the equations lack it.
+Equations of motion hold beside a surface on which L jumps, or its momenta do. On the surface
+an impulse acts. The derivative of ``sign`` is taken as zero, so that the equations lack it.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""Where coordinates lose their meaning: zeros and poles of the determinant of M.
+"""Singular configurations: zeros and poles of the determinant of M.
 
 At the pole of spherical angles the azimuth moves nothing, M loses rank, and no
 acceleration follows from it, though nothing happens to the particle. The determinant is
 found as a product of pivots by exact elimination (:mod:`.solve_exactly`), block by block; a
 factor of a pivot that is proven to vanish somewhere is such a place, and so is what a
-pivot is divided by (the elbow of a square root). Where that takes more than a few terms
+pivot is divided by (the elbow of a square root). Beyond a few terms
 nothing is claimed.
 """
 
@@ -24,13 +24,15 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
 __all__ = ["MOST_COORDINATES", "conserved_momenta", "singular_configurations"]
 
-#: Coordinates of a block that is looked at, and operations of its entries.
-_LARGEST_BLOCK, _ENTRY_BUDGET = 3, 400
+#: Most coordinates of a block that is examined; set by hand, as all below.
+_LARGEST_BLOCK = 3
+#: Most operations of the entries of such a block.
+_ENTRY_BUDGET = 400
 
-#: Operations of a sum that is looked for factors.
+#: Most operations of a sum that is factored.
 _FACTOR_BUDGET = 60
 
-#: Coordinates of a system whose momenta are looked at.
+#: Most coordinates of a system whose momenta are examined.
 MOST_COORDINATES = 6
 
 _ZERO = sp.Integer(0)
@@ -42,7 +44,7 @@ _Matrix = Sequence[Sequence[sp.Expr]]
 
 
 def singular_configurations(derivation: Uncertified) -> tuple[SingularConfiguration, ...]:
-    """Where the coordinates are singular, as far as it is proven; none beside closures."""
+    """Find the proven singular configurations; none beside closures or gaps."""
     reduced = derivation.reduced
     if derivation.closures or reduced.gaps:
         return ()
@@ -75,7 +77,7 @@ def singular_configurations(derivation: Uncertified) -> tuple[SingularConfigurat
 def conserved_momenta(derivation: Uncertified) -> tuple[str, ...]:
     """Coordinates whose momentum is proven to be conserved and to be their rate times an inertia.
 
-    Where such a rate is not zero it keeps its sign, and the inertia does not vanish on the way. No
+    Such a rate keeps its sign unless it is zero, and the inertia does not vanish on the way. No
     coordinate is named where closures act, or in systems of many coordinates.
     """
     coordinates = derivation.reduced.coordinates

@@ -7,7 +7,7 @@ without a difference. In general, for M = Σ m JᵀJ, determinants are sums over
 products of masses whose coefficients are sums of squares, and the numerators of
 Cramer's rule are sums over the same products (formula of Cauchy and Binet);
 collected by products of parameters, the terms that masses of different
-magnitude would make cancel are gone. What is left is bounded independently of the
+magnitude would make cancel are gone. The remaining cancellation is bounded independently of the
 masses (G. W. Stewart, On scaled projections and pseudoinverses, Linear Algebra
 Appl. 112 (1989) 189–193).
 
@@ -40,8 +40,9 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
 __all__ = ["ExactSolution", "SolvedAcceleration", "solve_exactly"]
 
-#: Products that one entry may be multiplied out to, and terms of a numerator.
+#: Most products that one entry may be multiplied out to.
 _PRODUCT_BUDGET = 250
+#: Most terms of a numerator.
 _NUMERATOR_BUDGET = 40
 
 #: Digits carried and relative agreement asked for where a solution is tried; points tried.

@@ -22,7 +22,7 @@ from lagrange_cli.mechanics.sparse import entries
 
 __all__ = ["shown_equations"]
 
-#: Whether the equation with this residual, divided by this factor, is the one asked for.
+#: Tells whether the equation with this residual is one that ``expect`` writes.
 _IsExpected = Callable[[sp.Expr], bool]
 
 
@@ -74,7 +74,7 @@ class _Rows:
         reduced = derivation.reduced
         self.parameters = frozenset(reduced.names.parameters.values())
         self.order = {c.v: k for k, c in enumerate(reduced.coordinates)}
-        #: What multipliers add, by coordinate: (entry of the gradient, multiplier).
+        #: (entry of the gradient, multiplier) of the closures and gaps, by coordinate.
         self.pushes: list[list[tuple[sp.Expr, sp.Symbol]]] = [[] for _ in reduced.coordinates]
         for closure in derivation.pushing:
             for j, entry in entries(closure.gradient).items():

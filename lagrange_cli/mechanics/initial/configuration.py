@@ -1,6 +1,6 @@
 """Coordinates from given Cartesian values and from closures.
 
-Newton's method from several starts, so that configurations other than the
+Gauss-Newton from several starts, so that configurations other than the
 nearest are seen too: a choice that nothing makes is not made in silence.
 """
 
@@ -23,13 +23,15 @@ from lagrange_cli.mechanics.reduction.reduce import Reduced
 __all__ = ["NEWTON_STARTS", "ConfigurationSearch", "Configurations"]
 
 _ZERO = mpf(0)
+#: Starts of Newton's method, the guess first; set by hand.
 NEWTON_STARTS = 24
+#: Most steps from one start.
 _NEWTON_STEPS = 60
 
 
 @dataclass
 class Configurations:
-    """What a search found.
+    """Outcome of a search for configurations.
 
     Attributes
     ----------
@@ -40,7 +42,7 @@ class Configurations:
         Where there are none: a configuration of least distance, with the
         ``values`` it has and their ``misses``.
     regular
-        Whether what is asked for determines the coordinates to first order anywhere.
+        True if the targets determine the coordinates to first order at some iterate.
     """
 
     exact: list[list[mpf]] = field(default_factory=list)
@@ -87,7 +89,7 @@ class ConfigurationSearch:
 
     @cached_property
     def _everything(self) -> Tape:
-        """What tells configurations apart."""
+        """Expressions by which configurations are told apart."""
         reduced = self._reduced
         return Tape([*reduced.resolved.values(), *_outside(reduced)], self._inputs)
 
@@ -208,7 +210,7 @@ class ConfigurationSearch:
 
 
 def _outside(reduced: Reduced) -> list[sp.Expr]:
-    """What tells configurations apart beside positions: coordinates that positions do not hold."""
+    """Expressions for the coordinates that no position holds, 2π-periodic for angles."""
     inside = set().union(*(e.free_symbols for e in reduced.resolved.values()))
     expressions: list[sp.Expr] = []
     for c in reduced.coordinates:

@@ -1,5 +1,4 @@
-"""Gaps at the initial state: refused where they are violated, closed to the last digit where
-they touch."""
+"""Project an initial state onto its closed gaps; refuse violated ones."""
 
 from __future__ import annotations
 
@@ -22,12 +21,12 @@ _ZERO = mpf(0)
 #: Largest gap, relative to the scene's length, that counts as closed, and largest rate of
 #: one, relative to the speeds it is made of, that counts as zero.
 _TOLERANCE = mpf(10) ** -9
-#: What is left of the arithmetic's rounding.
+#: Change, relative to the largest value, that counts as rounding of the arithmetic.
 _ROUNDING = mpf(10) ** -20
 
 
 class GapProjection:
-    """The gaps of a scene at its parameters and start time.
+    """Projection onto the closed gaps of a scene at its parameters and start time.
 
     Parameters
     ----------
@@ -81,7 +80,7 @@ class GapProjection:
         return self._changed(v, [moved[w] for w in self._v])
 
     def possible(self, configurations: Sequence[list[mpf]]) -> list[list[mpf]]:
-        """Those that violate no gap.
+        """Select the configurations that violate no gap.
 
         Raises
         ------

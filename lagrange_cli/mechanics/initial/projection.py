@@ -1,4 +1,4 @@
-"""The part of closures in an initial state: what they ask of it, and the last digits."""
+"""Project an initial state onto the position and velocity constraints."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _ZERO = mpf(0)
 
 #: Largest violation, relative to the scene's length or speed, that is projected.
 _TOLERANCE = mpf(10) ** -9
-#: What is left of the arithmetic's rounding.
+#: Change, relative to length or speed, that counts as rounding of the arithmetic.
 _ROUNDING = mpf(10) ** -20
 
 
 class ClosureProjection:
-    """Closures at the parameters and the start time of a scene.
+    """Projection onto the closures at the parameters and the start time of a scene.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class ClosureProjection:
         self._search = ConfigurationSearch(reduced, constants, [], [], [], length)
 
     def placed(self, q: Sequence[mpf]) -> tuple[list[mpf], mpf]:
-        """Coordinates that satisfy the closures, and the largest change.
+        """Project coordinates onto the closures; also return the largest change.
 
         Raises
         ------
@@ -67,7 +67,7 @@ class ClosureProjection:
         return self._changed(q, [point[s] for s in self._q], self._length)
 
     def tangent(self, q: Sequence[mpf], v: Sequence[mpf]) -> tuple[list[mpf], mpf]:
-        """Velocities that satisfy the closures, and the largest change.
+        """Project velocities onto the closures; also return the largest change.
 
         Raises
         ------
@@ -92,7 +92,7 @@ class ClosureProjection:
         return (after, change) if change > _ROUNDING * scale else (list(before), _ZERO)
 
     def rates(self, q: Sequence[mpf]) -> tuple[list[SparseRow], list[mpf]]:
-        """``gradient`` and ``rate`` of each closure: gradient·v + rate = 0."""
+        """Gradient and rate of each closure, gradient·v + rate = 0, largest entry of each row 1."""
         if not self._closures:
             return [], []
         still = [_ZERO] * len(self._q)

@@ -1,4 +1,4 @@
-"""Constraints that restrict less at the initial configuration than elsewhere.
+"""Warn of constraints whose gradients lose rank at the initial configuration.
 
 A linkage whose bars lie in one line can leave it in two ways: there the
 gradients of its closures depend on each other, and the accelerations are not

@@ -1,6 +1,6 @@
 """The section ``simulate`` of a scene as numbers, each within its range.
 
-What is refused here is a mistake in the scene, told at its place, by every command that derives;
+A refusal here is a mistake in the scene, told at its place, by every command that derives;
 an option that replaces a number is checked where the run begins.
 """
 

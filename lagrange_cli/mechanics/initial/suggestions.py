@@ -1,4 +1,4 @@
-"""Configurations that a scene could start from: what hints at missing values are made of."""
+"""Feasible initial configurations that hints propose as YAML."""
 
 from __future__ import annotations
 
@@ -24,11 +24,15 @@ from lagrange_cli.mechanics.symbols.yaml_snippets import initial_snippet, sectio
 
 __all__ = ["other_start_hint", "possible_start", "suggested_configuration", "with_suggestion"]
 
-#: Coordinates of a scene for which a configuration is looked for; places it is looked for from.
-_MOST, _PLACES = 16, 8
-#: Digits of values that can be chosen, and of those that follow from them.
-_CHOSEN, _EXACT = 2, 12
-#: How far inside of gaps values are taken, beside the size of the motion.
+#: Most coordinates of a scene for which a configuration is sought; set by hand.
+_MOST = 16
+#: Starts of the search.
+_PLACES = 8
+#: Digits of values that can be chosen.
+_CHOSEN = 2
+#: Digits of values that follow from the chosen ones.
+_EXACT = 12
+#: Gap at the proposed values, relative to scales.
 _INSIDE = mpf("0.05")
 #: Errors after which the given values do not stay as they are.
 _WRONG = (InconsistentStartError, NotRealError, SingularError)
@@ -142,7 +146,7 @@ def with_suggestion(
     given
         Values of coordinates that the scene gives.
     placed
-        Whether the positions are as the constraints ask.
+        True if the positions satisfy the constraints.
     """
     (problem,) = error.problems
     singular, orders = isinstance(error, SingularError), tuple[int, ...]()

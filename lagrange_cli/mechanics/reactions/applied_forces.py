@@ -1,8 +1,8 @@
-"""What acts on each Cartesian name beside constraints, with the inertia of ``kinetic``.
+"""Applied forces along each Cartesian name, with the inertia of ``kinetic``.
 
 Potentials, kinetic terms and dissipation are read over Cartesian names and their rates,
-so that a force belongs to the particle whose name it is written in. What is written in
-other coordinates acts on no particle.
+so that a force belongs to the particle whose name it is written in. A term that is written
+in other coordinates acts on no particle.
 """
 
 from __future__ import annotations
@@ -24,11 +24,17 @@ __all__ = ["AppliedForces", "applied_forces", "velocity_slopes"]
 
 @dataclass(frozen=True)
 class AppliedForces:
-    """−F for each symbol, in parts, and names of terms that act on no particle.
+    """−F by Cartesian name or coordinate, in two parts.
 
-    ``positional`` of potentials without velocities and ``other`` of everything else
-    (the Euler–Lagrange expression of T_extra − U, forces, dissipation), over q, v, a, t;
-    keys are Cartesian names and coordinates.
+    Attributes
+    ----------
+    positional
+        Of potentials without velocities, over q and t.
+    other
+        Of everything else (the Euler–Lagrange expression of T_extra − U, forces,
+        dissipation), over q, v, a, t.
+    unattached
+        Names of terms that act on no particle.
     """
 
     positional: dict[sp.Symbol, sp.Expr]
@@ -41,7 +47,7 @@ class AppliedForces:
 
 
 def applied_forces(derivation: Uncertified) -> AppliedForces:
-    """The loads of a derivation."""
+    """Collect the applied forces of a scene, with opposite sign."""
     return _Reader(derivation).applied_forces()
 
 

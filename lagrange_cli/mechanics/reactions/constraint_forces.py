@@ -1,4 +1,4 @@
-"""Constraint forces f = m r̈ − F on particles, and the multipliers that they come from.
+"""Constraint forces f = m r̈ − F on particles, and their multipliers.
 
 In the formulation ``minimal`` accelerations are put in where the equations of motion are
 solved for them; larger systems keep ``ddot(q)``. With closures, a coordinate that is a
@@ -58,8 +58,10 @@ _ZERO = mpf(0)
 #: Coordinates of systems whose accelerations are put in.
 _SOLVED = 3
 
-#: Digits of a second look, and what is 0 there: products of three doubles are larger.
-_CLOSE_DIGITS, _NOTHING = 1300, mpf(10) ** -1000
+#: Digits of a second look.
+_CLOSE_DIGITS = 1300
+#: Zero there: products of three doubles are larger.
+_NOTHING = mpf(10) ** -1000
 
 #: By how much one rounding error may exceed another one.
 _MARGIN = 1000
@@ -85,7 +87,7 @@ class _Forces:
 def derive_constraint_forces(
     derivation: Uncertified, evidence: Evidence, equations: Equations
 ) -> ConstraintForces:
-    """The constraint forces of a certified derivation.
+    """Find the constraint forces of certified equations.
 
     Raises
     ------
@@ -111,7 +113,7 @@ def derive_constraint_forces(
 def _form(
     equations: Equations, shown: Sequence[sp.Expr]
 ) -> Literal["motion", "accelerations", "multipliers"]:
-    """What the expressions hold."""
+    """Class of the symbols that the expressions hold."""
     if equations.pushing:
         return "multipliers"
     symbols = set().union(*(e.free_symbols for e in shown))
@@ -150,7 +152,7 @@ def _pushes(equations: Equations) -> list[sp.Expr]:
 
 
 def _accelerations(equations: Equations) -> dict[sp.Symbol, sp.Expr]:
-    """What stands for the accelerations: all of them in closed form, or nothing."""
+    """Closed forms of all accelerations; empty where one has none."""
     if equations.closures or len(equations.coordinates) > _SOLVED:
         return {}
     explicit = explicit_accelerations(equations)
@@ -260,7 +262,7 @@ def _numbered(name: str, taken: set[str]) -> str:
 def _reactions(
     derivation: Uncertified, stated: Sequence[ConstraintEquation], forces: _Forces, check: _Check
 ) -> tuple[list[Reaction], tuple[str, ...]]:
-    """What each equation exerts, and names of those for which that is not found."""
+    """Reaction of each equation, and names of the equations whose multiplier is not found."""
     reduced = derivation.reduced
     along = dict(forces.along)
     along |= {c.q: check.applied.of(c.q) for c in reduced.coordinates if c.q not in along}
@@ -344,7 +346,7 @@ class _Check:
             raise _without_values(self.scene)
 
     def _looked_at(self, state: SymbolValues, compare: Callable[[SymbolValues], _Seen]) -> _Seen:
-        """What a comparison gives, at a second look with digits at which rounding is nothing.
+        """Compare at a state; on failure again with digits at which rounding is nothing.
 
         Forces that vanish, as those on a straight path, are rounding alone at the first look.
         """

@@ -36,9 +36,14 @@ _LONGEST = 300
 
 @dataclass(frozen=True)
 class ConstraintEquation:
-    """One equation of the scene; ``known``: its multiplier's symbol.
+    """One equation of the scene with its gradient.
 
-    ``slopes``: raw symbol or coordinate → ∂φ/∂s, or ∂ψ/∂ṡ of velocities, over raw symbols.
+    Attributes
+    ----------
+    slopes
+        Raw symbol or coordinate → ∂φ/∂s, or ∂ψ/∂ṡ of velocities, over raw symbols.
+    known
+        Symbol of its multiplier where it is a closure equation.
     """
 
     name: str
@@ -116,7 +121,7 @@ class _Search:
         return True
 
     def _work(self, group: Sequence[ForceBalance], number: int) -> sp.Expr:
-        """What is left of the force along the gradient of an equation."""
+        """Force along the gradient of an equation that known multipliers do not make up."""
         terms = []
         for row in group:
             direction = row.gradient.get(number)
@@ -182,7 +187,7 @@ def force_balances(
 ) -> list[ForceBalance]:
     """Rows over all names of particles, or over names and coordinates that no definition gives.
 
-    Those that no equation acts on are left out: they are equations of motion.
+    Rows that no equation acts on are left out: they are equations of motion.
 
     Parameters
     ----------

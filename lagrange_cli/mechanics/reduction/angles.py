@@ -1,4 +1,4 @@
-"""Which coordinates are angles."""
+"""Coordinates that enter positions only through 2π-periodic functions."""
 
 from __future__ import annotations
 

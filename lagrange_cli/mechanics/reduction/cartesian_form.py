@@ -60,7 +60,7 @@ def cartesian_form(reduced: Reduced) -> Reduced | None:
 def closure_incidence(reduced: Reduced) -> list[frozenset[sp.Symbol]]:
     """Names that closures are to hold, for each; found without forming any.
 
-    What is eliminated ties together the names of the equations that hold it.
+    An eliminated coordinate ties together the names of the equations that hold it.
     """
     form = _Form(reduced)
     eliminable = frozenset(form.own)
@@ -81,10 +81,14 @@ def closure_incidence(reduced: Reduced) -> list[frozenset[sp.Symbol]]:
 
 @dataclass(frozen=True)
 class _Uses:
-    """What a scene says in coordinates beside its geometry.
+    """Uses of coordinates in a scene beside its geometry.
 
-    ``rates``: names of coordinates that stand under ``dot`` or that a force acts on.
-    ``expressions``: all others, over raw symbols and coordinates.
+    Attributes
+    ----------
+    rates
+        Names of coordinates that stand under ``dot`` or that a force acts on.
+    expressions
+        All other expressions, over raw symbols and coordinates.
     """
 
     rates: frozenset[str]
@@ -192,7 +196,7 @@ class _Form:
         parts = [s for a in angles for s in (a.sine, a.cosine)]
         return [*raw, *self.own, *parts]
 
-    # What is eliminated.
+    # Elimination.
 
     @staticmethod
     def _in_order(angles: Sequence[AngleSymbols], system: ImplicitSystem) -> list[AngleSymbols]:
@@ -334,7 +338,7 @@ def _written(expr: sp.Expr) -> str:
 
 
 def _uses(names: Names) -> _Uses:
-    """What the scene says in coordinates beside positions and constraints."""
+    """Collect the uses of coordinates beside positions and constraints."""
     rates = {f.on for f in names.scene.forces}
     plain = []
     for expression in _dynamics(names):

@@ -1,7 +1,7 @@
 """The account of degrees of freedom: what each constraint contributes, and what is wrong.
 
 Every constraint ends as *independent*, *satisfied* (the definitions fulfil it
-identically), or *redundant* (others imply it). What cannot be balanced is an
+identically), or *redundant* (others imply it). An account that cannot be balanced is an
 error that names constraints and coordinates. Ranks are numerical, at random
 feasible configurations; nothing is only counted.
 """
@@ -197,7 +197,7 @@ def velocity_warnings(
 def velocity_remarks(
     levels: Sequence[VelocityConstraint], independent: IndependentPart
 ) -> list[str]:
-    """What to say of integrable constraints that stay constraints on velocities."""
+    """Remarks on integrable constraints that stay constraints on velocities."""
     if not independent.integrable:
         return []
     named = ", ".join(

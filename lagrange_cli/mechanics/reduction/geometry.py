@@ -1,4 +1,4 @@
-"""What an elimination leaves: positions over coordinates, and equations that may restrict them."""
+"""Geometry after elimination: positions over coordinates, and pending equations."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ IdentityFinder = Callable[[Mapping[int, tuple[sp.Expr, sp.Expr]]], Collection[in
 
 @dataclass(frozen=True)
 class Geometry:
-    """An elimination and what came of it.
+    """Positions over the coordinates that an elimination leaves.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Geometry:
 
     @cached_property
     def held(self) -> Mapping[sp.Symbol, frozenset[sp.Symbol]]:
-        """What each of ``resolved`` depends on."""
+        """Free symbols of each of ``resolved``."""
         return {s: frozenset(r.free_symbols) for s, r in self.resolved.items()}
 
     def closure_equation(self, number: int) -> ClosureEquation:
@@ -216,7 +216,7 @@ def classify_leftovers(
 
 
 def _terms(left: sp.Expr, right: sp.Expr) -> list[sp.Expr]:
-    """What φ is measured by, then φ."""
+    """Terms whose size φ is relative to, then φ."""
     phi = left - right
     if phi == 0:
         return [phi]
@@ -235,7 +235,7 @@ def _leftover(number: int, phi: sp.Expr, samples: Sequence[Sequence[mpf]]) -> Le
 
 
 def _sensitivities(product: sp.Expr) -> list[sp.Expr]:
-    """What a single term changes by for each term of the sums that its factors are of.
+    """Changes of a product with each term of the sums inside its factors.
 
     log(sin² q + cos² q) is zero, and as small as its argument is off 1.
     """
@@ -277,8 +277,8 @@ def _surplus(
 ) -> tuple[list[str], tuple[str, sp.Expr]]:
     """The other coordinates, and the one that φ = 0 gives best, with its value.
 
-    Those that nothing asks for before others, without choice before with one, Cartesian names
-    before others, the last declared first.
+    Coordinates that nothing asks for come before others, without choice before with one,
+    Cartesian names before others, the last declared first.
     """
     ways = {q: solutions(phi, q) or [] for q in involved}
     scene, reference = geometry.names.scene, geometry.reference

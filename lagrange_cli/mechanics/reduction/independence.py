@@ -1,4 +1,4 @@
-"""Which of the equations that restrict coordinates are needed: independent ones, in order."""
+"""Independent closure equations among those that restrict the coordinates."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["independent_closures", "require_determined"]
 _FLAT = 1e-7
 #: Gradients this close to a combination of others depend on them; it is looked at nearby, too.
 _DEPENDENT = 1e-6
-#: How far around a configuration equations are tried that seem to follow from others.
+#: Distance, relative to scales, at which equations are tried that seem to follow from others.
 _AROUND = mpf("0.01")
 
 

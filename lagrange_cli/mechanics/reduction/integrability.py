@@ -1,4 +1,4 @@
-"""Which velocity constraints are the rate of a constraint on positions.
+"""Integrability of velocity constraints (Frobenius, derived flag).
 
 A constraint A(q, t) v + b(q, t) = 0 is the one-form ω = A dq + b dt. Forms that the
 motion annuls are integrable where dω vanishes on all displacements that annul them
@@ -26,8 +26,10 @@ from lagrange_cli.mechanics.numerics.sampling import to_double
 
 __all__ = ["PfaffianForm", "integrable_rank", "integrate_form"]
 
-#: Terms that a coefficient may be multiplied out to, and operations of one that is integrated.
-_TERM_BUDGET, _OPERATION_BUDGET = 60, 40
+#: Most terms that a coefficient may be multiplied out to; set by hand.
+_TERM_BUDGET = 60
+#: Most operations of a term that is integrated.
+_OPERATION_BUDGET = 40
 
 
 @dataclass(frozen=True)

@@ -25,14 +25,19 @@ EquationSides = tuple[sp.Expr, sp.Expr]
 #: Functions of which another branch may begin elsewhere.
 _BRANCHES = (sp.asin, sp.acos, sp.atan, sp.atan2, sp.acosh, sp.Abs, sp.sign, sp.Max, sp.Min)
 
-#: How far around a point an identity has to hold, in units of the coordinates, and the
-#: directions in which, with their opposites, it is tried.
-_WIDTHS, _DIRECTIONS = tuple(mpf(2) ** -k for k in range(13)), 4
+#: Distances around a point at which an identity is tried, relative to scales, widest first.
+_WIDTHS = tuple(mpf(2) ** -k for k in range(13))
+#: Random directions in which, with their opposites, it is tried.
+_DIRECTIONS = 4
 #: Times the digits carried with which values are compared: what is only small stays as
 #: small as it is, what vanishes shrinks with rounding.
 _MORE = 3
-#: Widths at which an equation is tried elsewhere, points of each, and the most coordinates.
-_FAR, _TRIALS, _MOST = (1, 4, 16, 64), 12, 16
+#: Widths, relative to scales, at which an equation is tried elsewhere; set by hand.
+_FAR = (1, 4, 16, 64)
+#: Configurations tried at each width.
+_TRIALS = 12
+#: Most coordinates of a scene in which that is tried.
+_MOST = 16
 #: An equation is violated where it is off by more than this part of its terms.
 _VIOLATED = mpf(10) ** -6
 

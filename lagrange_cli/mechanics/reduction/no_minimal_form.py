@@ -1,4 +1,4 @@
-"""Reasons for which closures stay beside the coordinates, so that there is no minimal form."""
+"""The refusal of minimal form, with the reason why each closure stays."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _said(names: Sequence[str], one: str, several: str) -> str:
 
 
 def _of_position(reduced: Reduced, closure: ClosureEquation) -> tuple[str, str]:
-    """What stands in the way of solving an equation between positions for a coordinate."""
+    """Reason why an equation between positions is not solved for a coordinate."""
     phi = closure.left - closure.right
     constants = frozenset(reduced.names.parameters.values())
     reason = _OPEN

@@ -1,4 +1,4 @@
-"""Constraints on velocities beside the rates of those on positions, before any is integrated.
+"""Redundancy of velocity constraints beside the rates of position constraints.
 
 Over the names of the scene and their rates every constraint is a row A v + b = 0: one on
 velocities as it stands, one on positions by its total derivative. Rows that depend on each
@@ -38,8 +38,10 @@ from lagrange_cli.scene.language.expression import Equation, names_in
 
 __all__ = ["RedundantRate", "redundant_rates"]
 
-#: Rows of which a combination is found in closed form, and operations it may have.
-_ROWS, _OPERATIONS = 4, 120
+#: Most rows of which a combination is found in closed form; set by hand.
+_ROWS = 4
+#: Most operations of such a combination.
+_OPERATIONS = 120
 
 _ZERO = sp.Integer(0)
 
@@ -242,7 +244,7 @@ class _Combination:
 
     @cached_property
     def rest(self) -> sp.Expr | None:
-        """What is left of the sum of the rows in which all rates cancel; None if it is long."""
+        """Remainder of the combination of rows in which all rates cancel; None if it is long."""
         *basis, last = self._rows
         if len(basis) >= _ROWS:
             return None

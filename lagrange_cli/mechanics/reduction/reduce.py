@@ -232,7 +232,7 @@ def in_coordinates(
 
 @dataclass(frozen=True)
 class _Problem:
-    """What does not change while velocity constraints are integrated."""
+    """Values that stay while velocity constraints are integrated."""
 
     scene: Scene
     names: Names

@@ -210,14 +210,14 @@ def _short(x: mpf) -> str:
 
 @dataclass(frozen=True)
 class IndependentPart:
-    """What stays of the levels.
+    """Independent part of the velocity constraints.
 
     Attributes
     ----------
     kept
         Independent ones.
     integrable
-        How many of them are integrable though no integral was found: they count to K.
+        Number of them that are integrable though no integral was found: they count to K.
     redundant
         Names of constraints that others imply, by number of the level.
     """
