@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.hybrid.contact_motion import LOCATED
 from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     TOUCHING,
     ContactMode,
     HybridRhs,
     ModeChange,
 )
+from lagrange_cli.simulate.integrators.hybrid.motion import LOCATED
 
 __all__ = [
     "EventAgreement",

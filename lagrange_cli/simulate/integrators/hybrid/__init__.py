@@ -2,7 +2,7 @@
 
 A right-hand side for each mode goes in; one run comes out, whose pieces end at located events (A.
 F. Filippov, *Differential Equations with Discontinuous Righthand Sides*, 1988). Read
-:mod:`.contact_motion`, then :mod:`.surface_motion`.
+:mod:`.motion`, then :mod:`.contact_motion` and :mod:`.surface_motion`.
 """
 
-__all__ = ["contact_motion", "contact_system", "surface_motion", "surfaces"]
+__all__ = ["contact_motion", "contact_system", "motion", "surface_motion", "surfaces"]

@@ -9,19 +9,17 @@ of Mechanical Systems with Unilateral Constraints*, 2008, section 2.6).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise, takewhile
-from typing import Any, ClassVar, TypeAlias
+from typing import ClassVar
 
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import (
-    Advance,
     Control,
     Integrator,
-    Rhs,
     SavedState,
     projection,
 )
@@ -36,11 +34,16 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     NearContact,
     Stuck,
 )
+from lagrange_cli.simulate.integrators.hybrid.motion import (
+    CHATTER,
+    LOCATED,
+    Begin,
+    HybridMotion,
+)
 
 __all__ = [
     "ENDLESS",
     "IMPOSSIBLE",
-    "LOCATED",
     "TOO_MANY",
     "UNDETERMINED",
     "ContactMotion",
@@ -64,13 +67,6 @@ _SLOW = 0.1
 #: Shrinking intervals between bounces that make a sequence.
 _SEQUENCE = 4
 
-#: Events of each contact one upon the other, and the units in the last place of time within
-#: which they are.
-CHATTER, TOGETHER = 40, 16
-
-#: Units in the last place of time within which events are found at best.
-LOCATED = 4
-
 #: Events that are followed, and kept.
 _MOST_MODE_CHANGES = 250_000
 
@@ -84,18 +80,15 @@ UNDETERMINED = "what contacts do next cannot be determined"
 _START = -1
 
 
-#: Stands at a state with a method: (rhs, t, y, t_end, control).
-Begin: TypeAlias = Callable[[Rhs, float, Array, float, Control], Integrator]
-
-
-class ContactMotion(Integrator):
+class ContactMotion(HybridMotion):
     """One method over all pieces, called like any.
 
     ``switches`` are those passed so far; ``began`` the contacts that are closed at first;
     ``grazes`` the gaps that came close to zero and opened again.
     """
 
-    interpolates: ClassVar[bool] = False
+    resets: ClassVar[bool] = True
+    begun_with: ClassVar[tuple[str, ...]] = ("signs", "noise", "reach")
 
     def __init__(
         self,
@@ -106,16 +99,13 @@ class ContactMotion(Integrator):
         t_end: float,
         control: Control,
     ) -> None:
-        self._begin, self._rhs, self._control = begin, rhs, control
-        self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
+        super().__init__(begin, t0, y0, t_end, control)
+        self._rhs = rhs
         self._shortest = _ACCUMULATED * (t_end - t0)
-        self._past = 0, 0
         self._closed = rhs.free
         self._bounces: dict[int, list[float]] = {}
         self.stuck: Stuck | None = None
-        self._run: Integrator | None = None
         self._runs: dict[ContactMode, Integrator] = {}
-        self._piece: dict[str, Any] = {}
         self.switches: list[ModeChange] = []
         self.grazes: list[NearContact] = []
         self._seen = 0
@@ -124,61 +114,20 @@ class ContactMotion(Integrator):
         self._reset(_START, "contact")
         self.began = self._closed
 
-    def step(self, limit: float) -> None:
-        self._advance_by_a_step()
-
-    def advance(
-        self, times: Array, states: Array, *, most_steps: int, most_evaluations: float
-    ) -> Advance:
-        filled, steps, evaluations = 0, self.steps, self.evaluations
-        while self._run is not None:
-            waiting = self._run.fallen is not None
-            done = self._run.advance(
-                times[filled:],
-                states[filled:],
-                most_steps=0 if waiting else most_steps - (self.steps - steps),
-                most_evaluations=most_evaluations - (self.evaluations - evaluations),
-            )
-            filled += done.filled
-            self._read(self._run)
-            event = self._run.fallen
-            if done.failure is not None or event is None:
-                return Advance(filled, done.failure)
-            if filled == len(times) and times[-1] < self.t:
-                # Samples that are asked for later may lie before the event.
-                return Advance(filled)
-            self._switch(event)
-            if filled and times[filled - 1] == self.t:
-                states[filled - 1] = self.y
-            spent = self.evaluations - evaluations
-            if (
-                filled == len(times)
-                or self.steps - steps >= most_steps
-                or spent >= most_evaluations
-            ):
-                break
-        if self._run is None and self.stuck is None and filled < len(times):
-            # The event was at the end, as far as that can be told.
-            states[filled:] = self.y
-            filled = len(times)
-        return Advance(filled, None if self.stuck is None else self.stuck.reason)
-
     @property
     def closed(self) -> ContactMode:
         """The contacts that are closed now."""
         return self._closed
 
     def _read(self, run: Integrator) -> None:
-        self.t, self.y = run.t, run.y
+        super()._read(run)
         for event in run.dips[self._seen :]:
             gaps = self._rhs.gaps(event.time, event.state)
             self._dip(gaps, event.index, event.time, event.state, gaps.values[event.index])
         self._seen = len(run.dips)
-        self.steps, self.evaluations = self._past[0] + run.steps, self._past[1] + run.evaluations
 
-    def _switch(self, event: int) -> None:
-        """Go on behind the event of a contact."""
-        self._past = self.steps, self.evaluations
+    def _pass(self, event: int) -> bool:
+        self._end_piece()
         if self._closed[event]:
             self._reset(event, "release")
         elif self._accumulates(event):
@@ -193,13 +142,11 @@ class ContactMotion(Integrator):
             self._end(ENDLESS, {s.contact for s in last})
         elif len(self.switches) >= _MOST_MODE_CHANGES:
             self._end(TOO_MANY, {s.contact for s in last})
+        return True
 
     def _end(self, reason: str, contacts: Iterable[int]) -> None:
-        self._run, self.stuck = None, Stuck(reason, tuple(sorted(contacts)))
-
-    @property
-    def _together(self) -> float:
-        return float(TOGETHER * np.spacing(max(abs(self.t), abs(self.t_end))))
+        self._run, self._failure = None, reason
+        self.stuck = Stuck(reason, tuple(sorted(contacts)))
 
     def _accumulates(self, contact: int) -> bool:
         """Whether all bounces of a contact that are left take next to no time, or are too low to
@@ -340,9 +287,7 @@ class ContactMotion(Integrator):
 
     def _stand(self) -> None:
         """Begin a piece here, unless nothing is left."""
-        self._run = None
-        if self.t_end - self.t <= LOCATED * np.spacing(abs(self.t_end)):
-            self.t = self.t_end
+        if self._is_over():
             return
         gaps, speeds, sizes = self._moving(self.y)
         newest = takewhile(lambda s: s.t == self.t, reversed(self.switches))
@@ -383,25 +328,21 @@ class ContactMotion(Integrator):
         own = {
             "closed": self._closed,
             "began": self.began,
-            "past": self._past,
             "bounces": [(contact, tuple(times)) for contact, times in self._bounces.items()],
             "switches": tuple(switches),
             "grazes": tuple(tuple(vars(dip).values()) for dip in self.grazes),
             "fastest": tuple(self._fastest.items()),
             "stuck": None if self.stuck is None else (self.stuck.reason, self.stuck.contacts),
-            "run": None if self._run is None else self._run.state(),
         }
-        return {**super().state(), **own, **self._piece}
+        return {**super().state(), **own}
 
     def restore(self, state: SavedState) -> None:
         self.switches = [ModeChange(*fields) for fields in state["switches"]]
         self.grazes = [NearContact(*fields) for fields in state["grazes"]]
         self._fastest = dict(state["fastest"])
         self._bounces = {contact: list(times) for contact, times in state["bounces"]}
-        self._closed, self.began, self._past = state["closed"], state["began"], state["past"]
-        self._run, self.stuck = None, None if state["stuck"] is None else Stuck(*state["stuck"])
-        if state["run"] is not None:
-            self.t, self.y = state["from"]
-            begun = state["signs"], state["noise"], state["reach"]
-            self._begin_piece(*begun).restore(state["run"])
+        self._closed, self.began = state["closed"], state["began"]
+        if state["stuck"] is not None:
+            self.stuck = Stuck(*state["stuck"])
+            self._failure = self.stuck.reason
         super().restore(state)

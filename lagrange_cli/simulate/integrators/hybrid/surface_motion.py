@@ -20,7 +20,12 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Advance, Control, Integrator, Rhs, SavedState
 from lagrange_cli.simulate.integrators.event_functions import RISES, TerminalEvents, ZeroCrossing
-from lagrange_cli.simulate.integrators.hybrid.contact_motion import LOCATED, TOGETHER, Begin
+from lagrange_cli.simulate.integrators.hybrid.motion import (
+    CHATTER,
+    TOGETHER,
+    Begin,
+    HybridMotion,
+)
 from lagrange_cli.simulate.integrators.hybrid.sliding import (
     SlidingRhs,
     continuations,
@@ -35,9 +40,6 @@ __all__ = [
     "UNSETTLED",
     "SurfaceMotion",
 ]
-
-#: Crossings of each surface one upon the other that are taken for endless.
-CHATTER = 40
 
 #: A step whose event lies in less than this part of it is made again, to this many times the time
 #: until the event (advance.c does the same).
@@ -65,27 +67,24 @@ IMPULSIVE = (
 )
 
 
-class SurfaceMotion(Integrator):
+class SurfaceMotion(HybridMotion):
     """One method over all pieces, called like any."""
 
-    interpolates: ClassVar[bool] = False
+    counters: ClassVar[tuple[str, ...]] = ("steps", "evaluations", "remade")
+    resets: ClassVar[bool] = False
+    begun_with: ClassVar[tuple[str, ...]] = ("signs", "noise", "first_step")
 
     def __init__(
         self, begin: Begin, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control
     ) -> None:
-        self._begin, self._rhs, self._control = begin, rhs, control
+        super().__init__(begin, t0, y0, t_end, control)
         surfaces = surfaces_of(rhs)
         assert surfaces is not None
         self._surfaces = surfaces
-        self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
         self._beside: TerminalEvents | None = None
-        self._past = 0, 0, 0
         self._crossings: list[float] = []
         self._count = 0
-        self._run: Integrator | None = None
-        self._stuck: str | None = None
         self._dips: list[ZeroCrossing] = []
-        self._piece: dict[str, Any] = {}
         self._sides: SurfaceSides = (1.0,) * len(self._surfaces.positional)
         self._settle(())
 
@@ -100,56 +99,12 @@ class SurfaceMotion(Integrator):
     def dips(self) -> list[ZeroCrossing]:
         return [*self._dips, *([] if self._run is None else self._run.dips)]
 
-    def step(self, limit: float) -> None:
-        self._advance_by_a_step()
-
-    def advance(
-        self, times: Array, states: Array, *, most_steps: int, most_evaluations: float
+    def _go(
+        self, run: Integrator, times: Array, states: Array, most_steps: int, most_evaluations: float
     ) -> Advance:
-        filled, steps, evaluations = 0, self.steps, self.evaluations
-        while self._run is not None:
-            waiting = self._run.fallen is not None
-            done = self._go(
-                times[filled:],
-                states[filled:],
-                0 if waiting else most_steps - (self.steps - steps),
-                most_evaluations - (self.evaluations - evaluations),
-            )
-            run = self._run
-            filled += done.filled
-            self._read(run)
-            if done.failure is not None or run.fallen is None:
-                return Advance(filled, done.failure)
-            if filled == len(times) and times[-1] < self.t:
-                # Samples that are asked for later may lie before the surface.
-                return Advance(filled)
-            others = 0 if self._beside is None else len(self._beside.signs)
-            if run.fallen < others:
-                self.fallen = run.fallen
-                return Advance(filled)
-            self._cross(run.fallen - others)
-            spent = self.evaluations - evaluations
-            if (
-                filled == len(times)
-                or self.steps - steps >= most_steps
-                or spent >= most_evaluations
-            ):
-                break
-        if self._run is None and self._stuck is None and filled < len(times):
-            # The surface was met at the end, as far as that can be told.
-            states[filled:] = self.y
-            filled = len(times)
-        return Advance(filled, self._stuck)
-
-    def _go(self, times: Array, states: Array, most_steps: int, most_evaluations: float) -> Advance:
-        """Step on in this piece. The compiled integrators make a step again whose event is early
-        in it (kernels/advance.c); for others that is done here."""
-        run = self._run
-        assert run is not None
+        # Compiled integrators make a step again whose event is early in it (kernels/advance.c).
         if run.repeats or most_steps == 0:
-            return run.advance(
-                times, states, most_steps=most_steps, most_evaluations=most_evaluations
-            )
+            return super()._go(run, times, states, most_steps, most_evaluations)
         filled, steps, evaluations = run.take(times, states, 0), run.steps, run.evaluations
         while (
             filled < len(times)
@@ -193,22 +148,24 @@ class SurfaceMotion(Integrator):
             whole[k] = sign
         return self._begin_piece(tuple(whole), self._piece["noise"], first_step)
 
-    def _read(self, run: Integrator) -> None:
-        self.t, self.y = run.t, run.y
-        steps, evaluations, remade = self._past
-        self.steps, self.evaluations = steps + run.steps, evaluations + run.evaluations
-        self.remade = remade + run.remade
+    def _pass(self, event: int) -> bool:
+        before = 0 if self._beside is None else len(self._beside.signs)
+        if event < before:
+            self.fallen = event
+        else:
+            self._cross(event - before)
+        return event >= before
 
     def _cross(self, event: int) -> None:
         """Go on behind a surface that was met, or that no longer holds the motion."""
-        self._past = self.steps, self.evaluations, self.remade
+        self._end_piece()
         self._count += 1
         self._crossings.append(self.t)
         most = CHATTER * len(self._sides)
         del self._crossings[:-most]
         crowded = len(self._crossings) == most and self.t - self._crossings[0] <= self._together
         if crowded or self._count >= _MOST_CROSSINGS:
-            self._run, self._stuck = None, CROWDED
+            self._run, self._failure = None, CROWDED
             return
         sliding = self._sliding(self._sides)
         if len(sliding) and event >= len(self._sides) - len(sliding):
@@ -216,10 +173,6 @@ class SurfaceMotion(Integrator):
         else:
             met = [k for k in range(len(self._sides)) if k not in sliding][event]
             self._settle((met,))
-
-    @property
-    def _together(self) -> float:
-        return float(TOGETHER * np.spacing(max(abs(self.t), abs(self.t_end))))
 
     def _let_go(self, event: int, sliding: Sequence[int]) -> None:
         """Leave a surface along which the motion slid, to the side that no longer pushes back."""
@@ -281,9 +234,9 @@ class SurfaceMotion(Integrator):
         chosen = unique_continuation(ways)
         if chosen is None:
             self._run = None
-            self._stuck = AMBIGUOUS if ways else UNSETTLED
+            self._failure = AMBIGUOUS if ways else UNSETTLED
         elif self._jumps(before if met else chosen.sides, chosen.sides):
-            self._run, self._stuck = None, IMPULSIVE
+            self._run, self._failure = None, IMPULSIVE
         else:
             self._stand(chosen.sides, on)
 
@@ -297,9 +250,8 @@ class SurfaceMotion(Integrator):
 
     def _stand(self, sides: SurfaceSides, on: Sequence[int]) -> None:
         """Begin a piece here on these sides, unless nothing is left of the motion."""
-        self._run, self._sides = None, sides
-        if self.t_end - self.t <= LOCATED * np.spacing(abs(self.t_end)):
-            self.t = self.t_end
+        self._sides = sides
+        if self._is_over():
             return
         signs = tuple(RISES if k in on else 1.0 for k in range(len(sides)))
         noise = np.zeros(len(sides))
@@ -326,21 +278,14 @@ class SurfaceMotion(Integrator):
 
     def state(self) -> SavedState:
         own = {
-            "past": self._past,
             "crossings": tuple(self._crossings),
             "count": self._count,
             "sides": self._sides,
-            "stuck": self._stuck,
-            "run": None if self._run is None else self._run.state(),
+            "stuck": self._failure,
         }
-        return {**super().state(), **own, **self._piece}
+        return {**super().state(), **own}
 
     def restore(self, state: SavedState) -> None:
-        self._past, self._crossings = state["past"], list(state["crossings"])
-        self._count, self._sides, self._stuck = state["count"], state["sides"], state["stuck"]
-        self._run = None
-        if state["run"] is not None:
-            self.t, self.y = state["from"]
-            begun = state["signs"], state["noise"], state["first_step"]
-            self._begin_piece(*begun).restore(state["run"])
+        self._crossings = list(state["crossings"])
+        self._count, self._sides, self._failure = state["count"], state["sides"], state["stuck"]
         super().restore(state)
