@@ -1,7 +1,8 @@
-"""Expressions that differ in the names of symbols only: the members of an indexed family.
+"""Equality of expressions up to the names of their symbols (alpha equivalence).
 
-What is worked out for one member holds for every other with its symbols exchanged, so
-that the work is done once a family. Symbols are matched in the order of the coordinates.
+Elements of an indexed family differ in symbols only. A result for one holds for every other
+with symbols exchanged, so that the work is done once a family. Symbols are matched in the
+order of the coordinates.
 """
 
 from __future__ import annotations
@@ -20,16 +21,20 @@ __all__ = ["ShapeClasses", "ShapeInstance", "rename_symbols", "shape"]
 
 _Result = TypeVar("_Result")
 
-#: The order of the arguments of sums and products.
+#: SymPy's order of the arguments of sums and products.
 _SYMPY_ORDER = cmp_to_key(sp.Basic.compare)
 
 
 @dataclass(frozen=True)
 class ShapeInstance(Generic[_Result]):
-    """What was worked out for the first of a family, and what to exchange for this one.
+    """The result for the first expression of a shape, and the symbols to exchange for this one.
 
-    ``numbers`` of the coordinates that the expression holds, ascending; those of the first
-    have the same order.
+    Attributes
+    ----------
+    names
+        Symbol of the first expression → symbol of this one.
+    numbers
+        Coordinates that this expression holds, ascending; the first one's have the same order.
     """
 
     result: _Result
@@ -37,12 +42,12 @@ class ShapeInstance(Generic[_Result]):
     numbers: Sequence[int]
 
     def renamed(self, expr: sp.Expr) -> sp.Expr:
-        """A part of the result for this member."""
+        """Exchange the symbols in a part of the result."""
         return rename_symbols(expr, self.names) if self.names else expr
 
 
 class ShapeClasses(Generic[_Result]):
-    """Results for expressions, worked out once for all that differ in coordinates only."""
+    """Results for expressions, computed once for all that differ in coordinates only."""
 
     def __init__(
         self, coordinates: Sequence[Coordinate], work_out: Callable[[sp.Expr], _Result]
@@ -54,7 +59,7 @@ class ShapeClasses(Generic[_Result]):
         self.width = len(coordinates)
 
     def of(self, expr: sp.Expr) -> ShapeInstance[_Result]:
-        """The result for an expression, in terms of the first of its family."""
+        """Give the result for an expression, in terms of the first of its shape."""
         numbers = sorted({self._number[s] for s in expr.free_symbols if s in self._number})
         places = {s: (k, d) for k, j in enumerate(numbers) for d, s in enumerate(self._symbols[j])}
         key = shape(expr, places)
@@ -71,7 +76,7 @@ class ShapeClasses(Generic[_Result]):
 
 
 def shape(expr: sp.Basic, places: Mapping[sp.Symbol, Hashable]) -> Hashable:
-    """What is equal for two expressions exactly if they are the same up to symbols with places."""
+    """Compute a key that two expressions share exactly if they agree up to symbols with places."""
     if not expr.args:
         place: Hashable = places.get(expr, expr)
         return place
@@ -82,9 +87,9 @@ def shape(expr: sp.Basic, places: Mapping[sp.Symbol, Hashable]) -> Hashable:
 
 
 def rename_symbols(expr: sp.Expr, names: Mapping[sp.Symbol, sp.Symbol]) -> sp.Expr:
-    """The expression with symbols exchanged for others of the same kind, as it is written.
+    """Exchange symbols for others of the same kind, leaving the expression as it is written.
 
-    ``xreplace`` would evaluate what was left unevaluated, such as 2·(x − y).
+    ``xreplace`` would evaluate products that were left unevaluated, such as 2·(x − y).
     """
     if not expr.args:
         return names.get(expr, expr)

@@ -1,4 +1,4 @@
-"""Sums of products, collected the way a textbook does.
+"""Collection of like terms in sums of products, as in a textbook.
 
 Every term is split into a number, a mass, a trigonometric monomial and the
 rest. Terms that differ only in number or mass are gathered, so that
@@ -44,8 +44,9 @@ __all__ = [
 ]
 
 _ONE = sp.Integer(1)
-#: Terms that a sum may be multiplied out to while a shorter form is looked for.
+#: Terms that a sum may be multiplied out to while a shorter form is sought. Set by hand.
 _TERM_BUDGET = 200
+#: Largest denominator that is cleared as content of a sum: 9.81 = 981/100 stays.
 _LARGEST_DENOMINATOR = 4
 #: sin, cos and tan as powers of sin and cos.
 _TRIGONOMETRIC = {
@@ -59,7 +60,15 @@ _SYMPY_ORDER = cmp_to_key(sp.Basic.compare)
 
 
 class TermParts(NamedTuple):
-    """A term taken apart: ``number · mass · Π base^exponent · trigonometric monomial``."""
+    """A term taken apart: ``number · mass · Π base^exponent · trigonometric monomial``.
+
+    Attributes
+    ----------
+    rest
+        Base → exponent of the other factors.
+    trig
+        Trigonometric factor → power.
+    """
 
     number: Rational
     mass: sp.Expr
@@ -85,7 +94,7 @@ class Splitter:
         self.rank: dict[TrigFactor, int] = {}
 
     def split(self, term: sp.Expr) -> TermParts:
-        """The parts of a term that is not a sum."""
+        """Take a term that is not a sum apart."""
         if term not in self._known:
             self._known[term] = self._split(term)
         return self._known[term]
@@ -114,7 +123,7 @@ class Splitter:
         return TermParts(number, mass, powers, {k: p for k, p in trig.items() if p})
 
     def product(self, a: sp.Expr, b: sp.Expr) -> TermParts:
-        """The parts of ``a·b``, without forming the product."""
+        """Take ``a·b`` apart without forming the product."""
         first, second = self.split(a), self.split(b)
         number, mass = first.number * second.number, first.mass
         powers = dict(first.rest)
@@ -139,14 +148,14 @@ class Splitter:
         return TermParts(number, mass, powers, {k: p for k, p in trig.items() if p})
 
     def as_one(self, weights: Weights) -> Weights:
-        """The same weights with a sum of several masses as a single one."""
+        """Write the sum of several masses as a single weight."""
         number, mass = _weight_sum(weights)
         if mass.is_Add:
             self._sums[mass] = {m: _exact_quotient(c, number) for m, c in weights.items()}
         return {mass: number}
 
     def taken_apart(self, weights: Weights) -> Weights:
-        """The same weights with sums that were made one as their masses."""
+        """Undo :meth:`as_one`: sums of masses as the masses in them."""
         separate: Weights = {}
         for mass, count in weights.items():
             for m, c in self._sums.get(mass, {mass: 1}).items():
@@ -154,7 +163,7 @@ class Splitter:
         return separate
 
     def canonical(self, trig: dict[TrigFactor, int]) -> TrigMonomial:
-        """The monomial as a sorted tuple."""
+        """Sort the factors of a monomial into a tuple."""
         if len(trig) < 2:
             return tuple(trig.items())
         rank = self.rank
@@ -202,7 +211,7 @@ class TermSum:
             into[key] = into.get(key, 0) + split.number * count
 
     def collected(self) -> list[sp.Expr]:
-        """Terms after collection; masses that share a monomial appear as one sum."""
+        """List the terms after collection; masses that share a monomial appear as one sum."""
         return list(self._collect())
 
     def _collect(self) -> Iterator[sp.Expr]:
@@ -219,10 +228,10 @@ class TermSum:
 
 
 def monomial(number: sp.Rational, factors: list[sp.Expr]) -> sp.Expr:
-    """``number`` times the factors.
+    """Multiply ``number`` and factors.
 
-    Of different plain factors there is nothing for SymPy to gather: only their
-    order is its own.
+    SymPy has nothing to gather in a product of different plain factors: sorting them in its
+    order is enough, and much faster.
     """
     present = [f for f in factors if f is not _ONE]
     bases = {f.base if f.is_Pow else f for f in present}
@@ -236,7 +245,7 @@ def monomial(number: sp.Rational, factors: list[sp.Expr]) -> sp.Expr:
 
 
 def trig_factors(trig: TrigMonomial) -> list[sp.Expr]:
-    """Factors of a monomial; sin/cos of one argument is tan where it came from there."""
+    """List the factors of a monomial; sin/cos of one argument becomes tan."""
     powers = dict(trig)
     factors = []
     for (name, argument), power in trig:
@@ -255,7 +264,7 @@ def _power(base: sp.Expr, exponent: int | sp.Expr) -> sp.Expr:
 
 @lru_cache(maxsize=65536)
 def _function(name: str, argument: sp.Expr) -> sp.Expr:
-    """sin or cos; of a sum of plain symbols there is nothing for SymPy to evaluate."""
+    """Build sin or cos; for a sum of plain symbols SymPy has nothing to evaluate."""
     function = sp.sin if name == "sin" else sp.cos
     plain = argument.is_Symbol or (
         argument.is_Add and all(a.is_Symbol or (-a).is_Symbol for a in argument.args)
@@ -264,7 +273,7 @@ def _function(name: str, argument: sp.Expr) -> sp.Expr:
 
 
 def _weight_sum(weights: Weights) -> tuple[Rational, sp.Expr]:
-    """Σ number·mass as (content, rest), so that −2 m1 − 2 m2 = −2 (m1 + m2)."""
+    """Write Σ number·mass as (content, sum), so that −2 m1 − 2 m2 = −2 (m1 + m2)."""
     present = {m: c for m, c in weights.items() if c != 0}
     if len(present) < 2:
         for mass, count in present.items():
@@ -278,7 +287,7 @@ def _weight_sum(weights: Weights) -> tuple[Rational, sp.Expr]:
 
 
 def _exact_quotient(a: Rational, b: Rational) -> Rational:
-    """a/b, an integer where it is one."""
+    """Divide a by b; return an int if the quotient is one."""
     if a == b:
         return 1
     quotient = Fraction(a) / Fraction(b)
@@ -286,18 +295,18 @@ def _exact_quotient(a: Rational, b: Rational) -> Rational:
 
 
 def python_rational(number: sp.Rational) -> Rational:
-    """A SymPy rational as a Python number, whose arithmetic is much faster."""
+    """Convert a SymPy rational to a Python number, whose arithmetic is much faster."""
     p, q = int(number.p), int(number.q)
     return p if q == 1 else Fraction(p, q)
 
 
 def sympy_rational(number: Rational) -> sp.Rational:
-    """A Python rational as a SymPy number."""
+    """Convert a Python rational to a SymPy number."""
     return sp.Rational(number.numerator, number.denominator)
 
 
 def _rational_content(numbers: Iterable[Rational]) -> Rational:
-    """Largest positive rational of which every number is an integer multiple (1 of none).
+    """Find the largest positive rational of which every number is a multiple (1 of none).
 
     Fractions are cleared only up to quarters: decimals such as 9.81 stay themselves.
     """
@@ -310,7 +319,7 @@ def _rational_content(numbers: Iterable[Rational]) -> Rational:
 
 
 def common_factor(terms: list[sp.Expr]) -> sp.Expr:
-    """Greatest common monomial of the terms, with the positive content of their numbers."""
+    """Find the greatest common monomial of terms, with the positive content of their numbers."""
     if not terms:
         return _ONE
     numbers = []
@@ -326,7 +335,7 @@ def common_factor(terms: list[sp.Expr]) -> sp.Expr:
 
 
 def scaled(number: sp.Rational, product: sp.Expr) -> sp.Expr:
-    """``number·rest`` that keeps a sum as a factor, over which SymPy would distribute."""
+    """Multiply by a number that SymPy would distribute over a sum; keep the sum a factor."""
     if product.is_Add and number != 1:
         return sp.Mul(number, product, evaluate=False)
     return number * product
@@ -335,7 +344,7 @@ def scaled(number: sp.Rational, product: sp.Expr) -> sp.Expr:
 def _shared(
     first: dict[sp.Expr, sp.Expr], second: dict[sp.Expr, sp.Expr]
 ) -> dict[sp.Expr, sp.Expr]:
-    """Powers common to two products: of exponents with the same sign the one nearer to zero."""
+    """Find powers common to two products: of two exponents of one sign the nearer to zero."""
     shared = {}
     for base, exponent in first.items():
         second_exponent = second.get(base)
@@ -345,7 +354,7 @@ def _shared(
 
 
 def _powers(product: sp.Expr) -> dict[sp.Expr, sp.Expr]:
-    """Base → nonzero rational exponent of each factor."""
+    """Map each base to its nonzero rational exponent."""
     powers: dict[sp.Expr, sp.Expr] = {}
     for factor in sp.Mul.make_args(product):
         base, exponent = factor.as_base_exp()
@@ -357,14 +366,16 @@ def _powers(product: sp.Expr) -> dict[sp.Expr, sp.Expr]:
     return powers
 
 
-#: Most terms, and most symbols, of a sum that is tried for a shorter form.
-_SHORT_TERMS, _SHORT_SYMBOLS = 12, 4
-#: Most operations of a sum with denominators that is put over one.
+#: Most terms of a sum that is tried for a shorter form. Set by hand.
+_SHORT_TERMS = 12
+#: Most symbols of it. Set by hand.
+_SHORT_SYMBOLS = 4
+#: Most operations of a sum with denominators that is put over one. Set by hand.
 _SHORT_OPERATIONS = 24
 
 
 def factored(terms: list[sp.Expr]) -> sp.Expr:
-    """The sum of the terms as a product: common monomial, then a shorter form of the rest."""
+    """Write the sum of terms as a product: common monomial times a shorter form of the rest."""
     if len(terms) < 2:
         return sp.Add(*terms)
     number, common = common_factor(terms).as_coeff_Mul(rational=True)
@@ -375,9 +386,9 @@ def factored(terms: list[sp.Expr]) -> sp.Expr:
 
 
 def _shorter_form(expr: sp.Expr) -> sp.Expr:
-    """``l² + 2 l x + x²`` as ``(l + x)²``, ``1 + x²/(l² − x²)`` as ``l²/(l² − x²)``.
+    """Write ``l² + 2 l x + x²`` as ``(l + x)²``, ``1 + x²/(l² − x²)`` as ``l²/(l² − x²)``.
 
-    Tried for short sums that are rational in symbols; taken where it is a product.
+    Tried for short sums that are rational in symbols; kept only if a shorter product results.
     """
     if not expr.is_Add or len(expr.args) > _SHORT_TERMS:
         return expr
@@ -400,7 +411,7 @@ def _shorter_form(expr: sp.Expr) -> sp.Expr:
 
 
 def _by_denominator(expr: sp.Expr) -> sp.Expr:
-    """Terms over the same denominator put together, their numerator factored."""
+    """Gather terms over the same denominator, and factor their numerators."""
     groups: dict[sp.Expr, list[sp.Expr]] = {}
     for term in expr.args:
         below = [f for f in sp.Mul.make_args(term) if f.is_Pow and f.exp.is_negative]
@@ -428,7 +439,7 @@ def _leaves(expr: sp.Expr) -> Iterator[sp.Expr]:
 
 
 def tidy(expr: sp.Expr, masses: frozenset[sp.Expr] = frozenset()) -> sp.Expr:
-    """Collect the sums of an expression, under roots too, where that makes them shorter."""
+    """Collect the sums of an expression, under roots too, if that makes them shorter."""
     if expr.is_Add:
         return _collected_if_shorter(sp.Add(*(tidy(a, masses) for a in expr.args)), masses)
     if expr.is_Mul or (expr.is_Pow and expr.exp.is_Rational):

@@ -19,11 +19,11 @@ __all__ = ["Kinematics", "derivative"]
 
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 
-#: Terms that one position component may be multiplied out to.
+#: Terms that one position component may be multiplied out to. Set by hand.
 _TERM_BUDGET = 200
 
 
-#: Slopes of functions of one argument.
+#: Derivatives of functions of one argument.
 _SLOPES: dict[Any, Callable[[sp.Expr], sp.Expr]] = {
     sp.sin: sp.cos,
     sp.cos: lambda x: -sp.sin(x),
@@ -45,7 +45,7 @@ _SLOPES: dict[Any, Callable[[sp.Expr], sp.Expr]] = {
 
 
 def derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-    """∂expr/∂symbol in functions that the scene language has.
+    """Differentiate in functions that the scene language has: ∂expr/∂symbol.
 
     The rules are written down here since SymPy's general ones cost tenfold and
     bring in functions of their own. The step of min and max is written with
@@ -77,7 +77,7 @@ def _product_rule(factors: Sequence[sp.Expr], symbol: sp.Symbol) -> sp.Expr:
 
 
 def _general_derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-    """min, max, atan2 and powers with the symbol in the exponent."""
+    """Differentiate min, max, atan2 and powers with the symbol in the exponent."""
     arguments = expr.args
     if expr.func in (sp.Min, sp.Max):
         # max(a, rest) = (a + rest + |a − rest|)/2
@@ -128,7 +128,7 @@ class Kinematics:
         return expand_terms(position, _TERM_BUDGET) or sp.Add.make_args(position)
 
     def _gradient(self, term: sp.Expr) -> dict[sp.Symbol, list[sp.Expr]]:
-        """Parts of ∂term/∂q and ∂term/∂t by symbol, zero ones absent."""
+        """Differentiate a term: symbol → terms of ∂term/∂q or ∂term/∂t, zero ones absent."""
         if term not in self._gradients:
             self._gradients[term] = {s: _parts(derivative(term, s)) for s in self._variables(term)}
         return self._gradients[term]
@@ -139,7 +139,7 @@ class Kinematics:
         return [*variables, self._t] if self._t in present else variables
 
     def jacobian(self, symbol: sp.Symbol) -> dict[int, list[sp.Expr]]:
-        """Number of a coordinate → parts of ∂r/∂q, zero ones absent."""
+        """Give the row ∂r/∂q: coordinate number → terms, zero ones absent."""
         rows: dict[int, list[sp.Expr]] = {}
         for term in self._terms(symbol):
             for s, parts in self._gradient(term).items():
@@ -148,7 +148,7 @@ class Kinematics:
         return rows
 
     def velocity(self, symbol: sp.Symbol) -> list[sp.Expr]:
-        """Terms of ṙ = Σ ∂r/∂q·v + ∂r/∂t."""
+        """List the terms of ṙ = Σ ∂r/∂q·v + ∂r/∂t."""
         return [
             part if s == self._t else part * self._v[s]
             for term in self._terms(symbol)
@@ -157,7 +157,7 @@ class Kinematics:
         ]
 
     def convective(self, symbol: sp.Symbol) -> list[sp.Expr]:
-        """Terms of γ, the part of r̈ without accelerations."""
+        """List the terms of γ, the part of r̈ without accelerations."""
         return [g for term in self._terms(symbol) for g in self._convective_terms(term)]
 
     def _convective_terms(self, term: sp.Expr) -> list[sp.Expr]:

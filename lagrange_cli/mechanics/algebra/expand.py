@@ -1,4 +1,4 @@
-"""Products and powers of sums multiplied out, within a budget of terms counted beforehand."""
+"""Expansion of products and powers, within a budget of terms counted beforehand."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ _ONE = sp.Integer(1)
 
 
 def expand_terms(expr: sp.Expr, budget: int) -> list[sp.Expr] | None:
-    """Terms of ``expr`` with products and integer powers of sums multiplied out.
+    """Multiply out products and integer powers of sums; return the terms.
 
-    Returns None when more than ``budget`` terms would come out; they are
-    counted beforehand. Arguments of functions and denominators are left alone.
+    None if more than ``budget`` terms would result; they are counted beforehand.
+    Arguments of functions and denominators are left alone.
     """
     if term_count(expr) > budget:
         return None
@@ -21,7 +21,7 @@ def expand_terms(expr: sp.Expr, budget: int) -> list[sp.Expr] | None:
 
 
 def term_count(expr: sp.Expr) -> int:
-    """Number of terms that products and powers of sums would be multiplied out to."""
+    """Count the terms that products and powers of sums would expand to."""
     if expr.is_Add:
         return sum(term_count(a) for a in expr.args)
     if expr.is_Mul:

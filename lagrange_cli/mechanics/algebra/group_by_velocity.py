@@ -1,4 +1,4 @@
-"""Grouping of the terms of an expression by the velocities that they hold."""
+"""Grouping of terms by their monomials in velocities, as books write equations."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["group_by_velocities", "grouped_sum", "positional_groups"]
 def group_by_velocities(
     terms: Iterable[sp.Expr], velocities: Sequence[sp.Symbol]
 ) -> list[tuple[sp.Expr, list[sp.Expr]]]:
-    """(monomial in velocities, cofactors), of highest degree first, then by coordinate order.
+    """Group terms: (monomial in velocities, cofactors), highest degree first, then by coordinate.
 
     Velocities under a function or in a denominator stay in the cofactor.
     """
@@ -32,14 +32,14 @@ def group_by_velocities(
         key = tuple(sorted(powers))
         if key not in groups:
             groups[key] = (sp.Mul(*(velocities[k] ** p for k, p in key)), [])
-        # What is left of a product in canonical order is in canonical order.
+        # Factors of a product in canonical order stay in canonical order.
         groups[key][1].append(sp.Mul(*cofactor, evaluate=False) if powers else term)
     order = sorted(groups, key=lambda key: (-sum(p for _, p in key), key))
     return [groups[key] for key in order]
 
 
 def grouped_sum(terms: Iterable[sp.Expr], velocities: Sequence[sp.Symbol]) -> sp.Expr:
-    """The sum with a common factor in front and each velocity monomial's cofactors gathered."""
+    """Gather each velocity monomial's cofactors, and put a common factor in front."""
     parts = [
         factored(cofactors) * monomial
         for monomial, cofactors in group_by_velocities(terms, velocities)
@@ -48,7 +48,7 @@ def grouped_sum(terms: Iterable[sp.Expr], velocities: Sequence[sp.Symbol]) -> sp
 
 
 def positional_groups(terms: Sequence[sp.Expr], constants: frozenset[sp.Symbol]) -> list[sp.Expr]:
-    """Terms without velocities, those that share their functions put together as products.
+    """Gather terms without velocities that share their functions into products.
 
     ``m g x sin θ + m g l sin θ`` becomes ``m g (l + x) sin θ``; polynomials stay
     term by term unless they share a parameter.

@@ -1,4 +1,4 @@
-"""Short sums in which cosh² − sinh² = 1 makes terms fewer."""
+"""Short sums that cosh² − sinh² = 1 makes shorter."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from lagrange_cli.mechanics.algebra.expand import expand_terms
 
 __all__ = ["shorten_hyperbolic"]
 
-#: Terms that a sum may be multiplied out to.
+#: Terms that a sum may be multiplied out to. Set by hand.
 _TERM_BUDGET = 40
 
 _ONE = sp.Integer(1)
 
 
 def shorten_hyperbolic(expr: sp.Expr) -> sp.Expr:
-    """``sin² η cosh² ξ + cos² η sinh² ξ`` as ``sin² η + sinh² ξ``; others as they are.
+    """Write ``sin² η cosh² ξ + cos² η sinh² ξ`` as ``sin² η + sinh² ξ``; leave others.
 
-    Of two forms with as many terms the one with fewer differences, which lose digits.
+    Of forms with as many terms, take the one with fewer differences, which lose digits.
     """
     return min([expr, *_forms(expr)], key=_cost)
 
@@ -32,7 +32,7 @@ def _cost(form: sp.Expr) -> tuple[int, int, int]:
 
 
 def _forms(expr: sp.Expr) -> Iterator[sp.Expr]:
-    """The sum with squares of one of each pair of functions written by the other's."""
+    """Rewrite squares of one of each pair of functions by the other's, in all combinations."""
     pairs = [(sp.sinh(u), sp.cosh(u), _ONE) for u in _arguments(expr, sp.sinh, sp.cosh)]
     pairs += [(sp.sin(u), sp.cos(u), -_ONE) for u in _arguments(expr, sp.sin, sp.cos)]
     if len(pairs) > 2:

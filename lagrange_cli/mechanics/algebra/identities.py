@@ -1,4 +1,4 @@
-"""sin² + cos² = 1 and the addition theorems, wherever they shorten a sum.
+"""Shortening of sums by sin² + cos² = 1 and the addition theorems.
 
 A sum is a map from trigonometric monomials to weights; two monomials are
 merged where the weights of some masses pair up. The work is linear in the
@@ -71,7 +71,7 @@ def _addition_theorem(
     first: TrigFactor,
     second: TrigFactor,
 ) -> list[TrigMonomial] | None:
-    """cos a cos b ± sin a sin b = cos(a ∓ b); sin a cos b ± cos a sin b = sin(a ± b)."""
+    """Apply cos a cos b ± sin a sin b = cos(a ∓ b) or sin a cos b ± cos a sin b = sin(a ± b)."""
     (f, a), (g, b) = first, second
     if a == b:
         return None
@@ -103,7 +103,7 @@ def _addition_theorem(
 
 @lru_cache(maxsize=65536)
 def _angle(a: sp.Expr, b: sp.Expr, sign: int) -> tuple[sp.Expr, bool]:
-    """a ± b without a leading minus, and whether its sign was changed for that."""
+    """Give a ± b without a leading minus, and true if its sign was changed for that."""
     if sign < 0 and a.is_Symbol and b.is_Symbol:
         # As could_extract_minus_sign decides, which takes much longer.
         negative = b.sort_key() < a.sort_key()
@@ -125,7 +125,7 @@ def _changed(powers: dict[TrigFactor, int], change: dict[TrigFactor, int]) -> di
 
 
 def _paired(ours: Weights, theirs: Weights, sign: int) -> Weights:
-    """Masses whose weights are c in one and sign·c in the other."""
+    """Select masses whose weights are c in one and sign·c in the other."""
     return {m: c for m, c in ours.items() if c != 0 and theirs.get(m, 0) == sign * c}
 
 
@@ -137,7 +137,7 @@ def _merge(
     sign: int,
     scale: int = 1,
 ) -> list[TrigMonomial] | None:
-    """Where ``first`` has weight c and ``second`` sign·c, replace both by scale·c·target.
+    """Replace c·first + sign·c·second by scale·c·target.
 
     Masses whose weights do not pair up stay where they are. None if no mass pairs up.
     """

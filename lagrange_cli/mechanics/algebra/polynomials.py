@@ -1,9 +1,9 @@
 """SymPy's ``factor``, ``cancel`` and ``gcd``, within a budget.
 
-They work on polynomials in whatever an expression is made of, and may take hours: for
-coefficients of hundreds of digits, for exp(10^18 x), which is exp(x) to that power beside
-exp(x), and for hundreds of surds, each of them an unknown. What is beyond the budget stays as it
-is written: every one of their results is an expression that is equal and perhaps shorter.
+They work on polynomials in the symbols, functions and roots of an expression, and may take
+hours: for coefficients of hundreds of digits, for exp(10^18 x), which is exp(x) to that power
+beside exp(x), and for hundreds of surds, each of them an unknown. Larger expressions stay as
+written: a result is always equal to its argument, and perhaps shorter.
 """
 
 from __future__ import annotations
@@ -20,33 +20,39 @@ __all__ = [
     "factored_form",
 ]
 
-#: Nodes of the expressions, terms that they multiply out to, and bits of each number.
-_NODES, _TERMS, _BITS = 3_000, 2_000, 256
+# The budget; all set by hand.
 
-#: Different unknowns, and of them roots of numbers.
-_UNKNOWNS, _SURDS = 24, 6
-
+#: Nodes of the expressions.
+_NODES = 3_000
+#: Terms that they multiply out to.
+_TERMS = 2_000
+#: Bits of each number.
+_BITS = 256
+#: Different unknowns, roots of numbers included.
+_UNKNOWNS = 24
+#: Different roots of numbers.
+_SURDS = 6
 #: Highest power of an unknown.
 _DEGREE = 128
 
 
 def factored_form(expr: sp.Expr) -> sp.Expr:
-    """The expression as a product, or itself beyond the budget."""
+    """Write an expression as a product; itself beyond the budget."""
     return sp.factor(expr) if _is_within_budget(expr) else expr
 
 
 def cancelled(expr: sp.Expr) -> sp.Expr:
-    """The expression as one fraction in lowest terms, or itself beyond the budget."""
+    """Write an expression as one fraction in lowest terms; itself beyond the budget."""
     return sp.cancel(expr) if _is_within_budget(expr) else expr
 
 
 def common_divisor(expressions: Sequence[sp.Expr]) -> sp.Expr:
-    """The greatest common divisor, or 1 beyond the budget."""
+    """Find the greatest common divisor; 1 beyond the budget."""
     return sp.gcd(list(expressions)) if _is_within_budget(*expressions) else sp.Integer(1)
 
 
 def _is_within_budget(*expressions: sp.Expr) -> bool:
-    """Whether expressions are small enough for algorithms on polynomials."""
+    """Say whether expressions are small enough for algorithms on polynomials."""
     unknowns: set[sp.Expr] = set()
     surds: set[sp.Expr] = set()
     for count, part in enumerate(_parts(expressions)):
@@ -67,7 +73,7 @@ def _parts(expressions: Sequence[sp.Expr]) -> Iterator[sp.Expr]:
 
 
 def _has_small_numbers(part: sp.Expr) -> bool:
-    """Whether coefficients are short, and powers low."""
+    """Say whether coefficients are short, and powers low."""
     if part.is_Rational:
         return max(int(part.p).bit_length(), int(part.q).bit_length()) <= _BITS
     if part.is_Pow and part.exp.is_Rational:

@@ -1,10 +1,9 @@
-"""Products of Jacobian parts that recur from particle to particle.
+"""Recurring products of Jacobian entries in the mass matrix Σ m JᵀJ.
 
-In a chain the same term stands in the positions of all particles beyond a
-link, so that of the products in Σ m JᵀJ few are different. Each different
-part is given the set of components that hold it, as the bits of a number; the
-set of a product is the intersection. The work is the number of different
-products instead of that number times the number of particles.
+In a chain the same term stands in the positions of all particles beyond a link, so that
+few of the products differ. Each different part has a set of components that hold it, as
+the bits of a number; the set of a product is the intersection. The work is the number of
+different products instead of that number times the number of particles.
 """
 
 from __future__ import annotations
@@ -19,7 +18,15 @@ __all__ = ["MovingComponent", "RecurringProducts", "recurring_products"]
 
 @dataclass(frozen=True)
 class MovingComponent:
-    """A Cartesian component: parts of ∂r/∂q by coordinate number, and of its convective term."""
+    """A Cartesian component of a position.
+
+    Attributes
+    ----------
+    jacobian
+        Coordinate number and terms of ∂r/∂q.
+    convective
+        Terms of the part of r̈ without accelerations.
+    """
 
     jacobian: Sequence[tuple[int, Sequence[sp.Expr]]]
     convective: Sequence[sp.Expr]
@@ -60,7 +67,7 @@ class RecurringProducts:
 def _squares(
     first: _Part, later: Sequence[_Part]
 ) -> Iterator[tuple[int, int, sp.Expr, sp.Expr, int]]:
-    """Products of a part with itself and with those after it, for the upper triangle."""
+    """Multiply a part by itself and by later ones, for the upper triangle."""
     for second in later:
         shared = first.components & second.components
         if not shared:
@@ -72,7 +79,7 @@ def _squares(
 
 
 def recurring_products(components: Iterable[MovingComponent]) -> RecurringProducts:
-    """All products of Jacobian parts with each other and with convective terms."""
+    """Find all products of Jacobian parts with each other and with convective terms."""
     masks: dict[tuple[int, sp.Expr, int], int] = {}
     clusters = _Clusters()
     for number, moving in enumerate(components):
@@ -85,7 +92,7 @@ def recurring_products(components: Iterable[MovingComponent]) -> RecurringProduc
 
 
 def _keys(moving: MovingComponent) -> Iterator[tuple[int, sp.Expr, int]]:
-    """(coordinate, expression, how often it came before) of each part of a component."""
+    """Key each part of a component: (coordinate, expression, number of earlier occurrences)."""
     seen: dict[tuple[int, sp.Expr], int] = {}
     rows = [*moving.jacobian, (-1, moving.convective)]
     for coordinate, expressions in rows:
@@ -115,7 +122,7 @@ class _Clusters:
     def sorted(
         self, keys: Iterable[tuple[int, sp.Expr, int]]
     ) -> list[list[tuple[int, sp.Expr, int]]]:
-        """The clusters, in the order of their first keys."""
+        """List the clusters, in the order of their first keys."""
         clusters: dict[object, list[tuple[int, sp.Expr, int]]] = {}
         for key in keys:
             clusters.setdefault(self._root(key), []).append(key)

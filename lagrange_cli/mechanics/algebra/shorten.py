@@ -10,20 +10,20 @@ from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor
 
 __all__ = ["length_factor", "shortened"]
 
+# Budgets, set by hand.
+
 #: Terms that a numerator may be multiplied out to.
 _TERM_BUDGET = 200
-
-#: Terms of a numerator and a denominator that are looked through for common factors.
+#: Terms of a numerator and a denominator that are searched for common factors.
 _FACTOR_TERMS = 16
-
 #: Terms of a sum that is tried for factors although nothing can be cancelled.
 _SHORT = 6
 
 
 def shortened(expr: sp.Expr) -> sp.Expr:
-    """The expression over one denominator, its sums collected, common factors cancelled.
+    """Put an expression over one denominator, collect sums and cancel common factors.
 
-    Left as it is beyond the budget of terms, and where that is no shorter.
+    Returned unchanged beyond the budget of terms, and if the result is no shorter.
     """
     numerator, denominator = sp.fraction(sp.together(expr))
     if term_count(numerator) > _TERM_BUDGET or term_count(denominator) > _TERM_BUDGET:
@@ -40,7 +40,7 @@ def _collected(expr: sp.Expr) -> sp.Expr:
 
 
 def _cancelled(numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
-    """The quotient in lowest terms, its numerator as a product."""
+    """Write a quotient in lowest terms, its numerator as a product."""
     if term_count(numerator) + term_count(denominator) > _FACTOR_TERMS:
         return numerator / denominator
     if _rooted(numerator) or _rooted(denominator):
@@ -54,12 +54,12 @@ def _cancelled(numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
 
 
 def _rooted(expr: sp.Expr) -> bool:
-    """Whether there are powers that polynomials do not have."""
+    """Say whether there are powers that polynomials do not have."""
     return any(not p.exp.is_Integer for p in expr.atoms(sp.Pow))
 
 
 def length_factor(components: tuple[sp.Expr, ...]) -> sp.Expr | None:
-    """c where the components are c times a direction of constant length; None otherwise."""
+    """Find c with components = c · (a direction of constant length); None if there is none."""
     present = [e for e in components if e != 0]
     if not present:
         return sp.Integer(0)

@@ -1,4 +1,4 @@
-"""Squares of sums, as they are written."""
+"""Squares of two-term sums, as a person writes them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["binomial_square", "normalize_square_signs"]
 
 
 def binomial_square(expr: sp.Expr) -> sp.Expr:
-    """``R² + 2 R a cos θ + a² cos² θ`` as ``(R + a cos θ)²``; others as they are."""
+    """Write ``R² + 2 R a cos θ + a² cos² θ`` as ``(R + a cos θ)²``; leave others."""
     if len(expr.args) != 3:
         return expr
     for k, mixed in enumerate(expr.args):
@@ -22,7 +22,7 @@ def binomial_square(expr: sp.Expr) -> sp.Expr:
 
 
 def _root(term: sp.Expr) -> sp.Expr | None:
-    """The square root of a product of even powers."""
+    """Take the square root of a product of even powers; None of others."""
     powers = [f.as_base_exp() for f in sp.Mul.make_args(term)]
     if any(b.is_number or not (e.is_Integer and e % 2 == 0) for b, e in powers):
         return None
@@ -30,7 +30,7 @@ def _root(term: sp.Expr) -> sp.Expr | None:
 
 
 def normalize_square_signs(product: sp.Expr) -> sp.Expr:
-    """``(a − R)²`` as ``(R − a)²``: of a sum and its negative one stands below even powers."""
+    """Write ``(a − R)²`` as ``(R − a)²``, so that an even power has one form."""
     turned = [f for f in sp.Mul.make_args(product) if _is_turned(f)]
     return product.xreplace({f: (-f.base) ** f.exp for f in turned}) if turned else product
 

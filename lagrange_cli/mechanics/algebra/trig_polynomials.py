@@ -1,11 +1,11 @@
-"""Trigonometric polynomials in their normal form Σ a cos w + b sin w.
+"""Trigonometric polynomials in their normal form, the Fourier sum Σ a cos w + b sin w.
 
-Two of them are equal only if frequencies and coefficients are. An identity
-that products of sines and cosines hide, such as
+Two of them are equal only if frequencies and coefficients are. Products of sines and
+cosines hide an identity such as
 
     sin²(a − c) + sin²(b − c) − 2 cos(a − b) sin(a − c) sin(b − c) = sin²(a − b),
 
-shows there, and so do sums of squares.
+which shows in the normal form; so do sums of squares.
 """
 
 from __future__ import annotations
@@ -33,8 +33,9 @@ _LARGEST_DEGREE = 8
 
 
 def refined(polynomial: TrigPolynomial, arguments: Collection[sp.Expr]) -> TrigPolynomial:
-    """The polynomial as zero or one term, or else as a sum of squares with positive
-    coefficients, where it is that with the given arguments; unchanged elsewhere.
+    """Write a polynomial as at most one term, or as a sum of squares with positive coefficients.
+
+    Unchanged if it is neither with the given arguments.
     """
     series = _series(polynomial) if len(polynomial) > 1 else None
     if series is None:
@@ -56,15 +57,17 @@ def _is_sum_of_squares(polynomial: TrigPolynomial) -> bool:
 
 
 def _wave(series: _Series) -> TrigPolynomial | None:
-    """At most one wave."""
+    """Write a series of at most one wave as a monomial; None of more waves."""
     if len(series) > 1:
         return None
     return {_monomial([wave])[1]: coefficient for wave, coefficient in series.items()}
 
 
 def _product(series: _Series) -> TrigPolynomial | None:
-    """Two waves of one kind and size: cos A − cos B = −2 sin ((A+B)/2) sin ((A−B)/2), and so on;
-    and sin A, which with B = 0 is 2 sin (A/2) cos (A/2).
+    """Write two waves of one kind and size as a product, None of other series.
+
+    cos A − cos B = −2 sin ((A+B)/2) sin ((A−B)/2), and so on; sin A with B = 0 is
+    2 sin (A/2) cos (A/2).
     """
     if len(series) > 2 or not series:
         return None
@@ -97,7 +100,7 @@ def _squares(series: _Series) -> TrigPolynomial | None:
 
 
 def _monomial(factors: list[tuple[str, sp.Expr]]) -> tuple[int, TrigMonomial]:
-    """Sign and monomial of a product of waves, none of them sin 0."""
+    """Give sign and monomial of a product of waves, none of them sin 0."""
     sign = 1
     powers: dict[tuple[str, sp.Expr], int] = {}
     for name, argument in factors:
@@ -112,7 +115,7 @@ _FORMS = (_wave, _product, _squares)
 
 
 def _series(polynomial: Mapping[TrigMonomial, Rational]) -> _Series | None:
-    """The normal form, without zeros; None where a monomial is no polynomial or too long."""
+    """Expand to the normal form without zeros; None for a negative power or too high a degree."""
     total: _Series = {}
     for monomial, coefficient in polynomial.items():
         powers = [power for _, power in monomial]
@@ -128,7 +131,7 @@ def _series(polynomial: Mapping[TrigMonomial, Rational]) -> _Series | None:
 
 
 def _times(series: _Series, name: str, argument: sp.Expr) -> _Series:
-    """A series times sin or cos of an argument, by 2 cos w cos u = cos(w + u) + cos(w − u) etc."""
+    """Multiply a series by sin or cos, by 2 cos w cos u = cos(w + u) + cos(w − u) etc."""
     product: _Series = {}
     for (wave, frequency), c in series.items():
         result = "cos" if wave == name else "sin"

@@ -1,4 +1,4 @@
-"""Straight-line evaluation of SymPy expressions with derivatives, in high precision.
+"""Automatic differentiation of SymPy expressions in high precision.
 
 A tape is the list of elementary operations of some expressions, each done
 once. It is run on truncated Taylor series in one variable s (so that values,
@@ -73,7 +73,7 @@ class Tape:
         return len(self.operations) - 1
 
     def _record(self, expr: sp.Basic) -> int:
-        """Index of the node of ``expr``, appended after its operands (iterative post-order)."""
+        """Give the index of ``expr``, appended after its operands (iterative post-order)."""
         stack: list[tuple[sp.Basic, bool]] = [(expr, False)]
         while stack:
             top, ready = stack.pop()
@@ -129,7 +129,7 @@ class Tape:
         )
 
     def below(self, output: int) -> list[int]:
-        """The operations that an output needs, the last first."""
+        """List the operations that an output needs, the last first."""
         if output not in self._below:
             needed, stack = set[int](), [self.outputs[output]]
             while stack:
@@ -141,6 +141,7 @@ class Tape:
         return self._below[output]
 
     def operands(self, i: int) -> tuple[int, ...]:
+        """Give the numbers of the operations that operation ``i`` reads."""
         operation, a, b = self.operations[i]
         if operation == "constant":
             return ()
@@ -149,7 +150,7 @@ class Tape:
         return a if isinstance(a, tuple) else (a,)
 
     def run(self, inputs: Sequence[TaylorSeries], order: int = 2) -> TapeRun:
-        """Evaluate on series in s, truncated after ``order`` (0, 1 or 2).
+        """Evaluate on Taylor series in s, truncated after ``order`` (0, 1 or 2).
 
         Raises
         ------
@@ -164,7 +165,15 @@ class Tape:
 
 
 class TapeRun:
-    """A tape evaluated at one point: series of every node, and local derivatives."""
+    """A tape evaluated at one point.
+
+    Attributes
+    ----------
+    nodes
+        Series of each operation.
+    local
+        Derivatives of each operation by its operands, as its kind needs them.
+    """
 
     def __init__(self, tape: Tape, inputs: Sequence[TaylorSeries], order: int) -> None:
         self.tape = tape
@@ -192,7 +201,7 @@ class TapeRun:
         return [to_mpf(self.nodes[i][0]) for i in self.tape.outputs]
 
     def magnitude(self) -> int:
-        """The decimal exponent of the largest value of a node; 0 where all are zero."""
+        """Give the decimal exponent of the largest value of a node; 0 if all are zero."""
         return max((x[0].adjusted() for x in self.nodes if x[0]), default=0)
 
     def _forward(self, i: int, operation: str, a: Any, b: Any) -> Jet:
@@ -251,7 +260,7 @@ class TapeRun:
         r2 = x[0] * x[0] + y[0] * y[0]
         if not r2:
             raise DomainError
-        # Angle's rate w = (x y' − y x')/r²; its derivative by the quotient rule.
+        # The angle's rate w = (x y' − y x')/r²; its derivative by the quotient rule.
         area, area_rate = x[0] * y[1] - y[0] * x[1], x[0] * y[2] - y[0] * x[2]
         rate = area / r2
         r2_rate = 2 * (x[0] * x[1] + y[0] * y[1])
@@ -260,7 +269,7 @@ class TapeRun:
         return value, rate, area_rate / r2 - rate * r2_rate / r2
 
     def gradient(self, seeds: Mapping[int, TaylorSeries]) -> list[TaylorSeries]:
-        """Gradient of Σ seed·output over all inputs, as series up to first order.
+        """Accumulate the gradient of Σ seed·output over all inputs, as series up to first order.
 
         ``seeds`` maps output numbers to the weights' series; the second entry of
         each result is its derivative along s (zero when the run has order 0).
@@ -280,13 +289,13 @@ class TapeRun:
             ]
 
     def partials(self, output: int) -> dict[int, Mpf]:
-        """Derivatives of one output by the inputs that it holds, by their numbers."""
+        """Differentiate one output by each input that it holds: number → derivative."""
         with decimal.localcontext(decimal_context(mpmath.mp.dps + 5)):
             inputs, adjoint = self.tape.inputs, self._adjoint(output)
             return {i: to_mpf(x[0]) for i, x in sorted(adjoint.items()) if i < inputs}
 
     def _adjoint(self, output: int) -> dict[int, tuple[Decimal, Decimal]]:
-        """What the nodes below one output contribute to it."""
+        """Accumulate the derivatives of one output by every node below it (reverse mode)."""
         adjoint: dict[int, tuple[Decimal, Decimal]] = {}
         _accumulate(adjoint, self.tape.outputs[output], Decimal(1), _NONE)
         for i in self.tape.below(output):
@@ -295,7 +304,7 @@ class TapeRun:
         return adjoint
 
     def slopes(self, output: int, stop: int) -> dict[int, float]:
-        """The same by the inputs before ``stop`` as doubles, of which the largest is 1."""
+        """Differentiate by the inputs before ``stop``, in doubles scaled to a largest one of 1."""
         with decimal.localcontext(decimal_context(mpmath.mp.dps + 5)):
             adjoint = self._adjoint(output)
             slopes = {i: adjoint[i][0] for i in sorted(adjoint) if i < stop and adjoint[i][0]}
@@ -338,7 +347,7 @@ def _accumulate(
 
 
 def evaluate(expressions: Iterable[sp.Expr], point: Mapping[sp.Symbol, Mpf]) -> list[Mpf]:
-    """Values of expressions at one point, in the working precision of mpmath."""
+    """Evaluate expressions at one point, in the working precision of mpmath."""
     outputs = [sp.sympify(e) for e in expressions]
     present = set().union(*(e.free_symbols for e in outputs))
     symbols = sorted((s for s in present if s in point), key=attrgetter("name"))

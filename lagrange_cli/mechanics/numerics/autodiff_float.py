@@ -1,10 +1,10 @@
-"""Tapes evaluated in doubles with all their derivatives: towards points wanted in many digits.
+"""Automatic differentiation of tapes in doubles, with a sparse Jacobian.
 
 Operations that do not wait for each other are done at once, level by level, and the
 Jacobian matrix is carried along as a sparse one (forward accumulation; Griewank and
-Walther, Evaluating Derivatives, 2008, sections 3.1 and 7.2). Whatever doubles do not
-reach, an overflow or a value that is not real, is an error of arithmetic; the same
-evaluation in high precision tells what it means.
+Walther, Evaluating Derivatives, 2008, sections 3.1 and 7.2). It brings Newton's method
+close to points that are wanted in many digits. Overflow, or a value that is not real, is
+an error of arithmetic here; the same evaluation in high precision tells the cause.
 """
 
 from __future__ import annotations
@@ -32,13 +32,21 @@ __all__ = ["DoubleTape"]
 _Array: TypeAlias = NDArray[np.float64]
 _Numbers: TypeAlias = NDArray[np.int64]
 
-#: Digits of functions that are taken from high precision.
+#: Decimal digits of functions that are evaluated in high precision: more than a double has.
 _DIGITS = 20
 
 
 @dataclass(frozen=True)
 class _Group:
-    """Operations of one kind on one level: a row of operands each, what else they need."""
+    """Operations of one kind on one level.
+
+    Attributes
+    ----------
+    operands
+        Numbers of nodes, shape (operations, arity).
+    by
+        Exponent, function or constant that the kind needs.
+    """
 
     operation: str
     operands: _Numbers
@@ -51,7 +59,7 @@ class DoubleTape:
     Parameters
     ----------
     width
-        Derivatives are taken by so many of the inputs, the first ones.
+        Number of leading inputs by which derivatives are taken.
     """
 
     def __init__(self, tape: Tape, width: int) -> None:
@@ -77,7 +85,7 @@ class DoubleTape:
         self._outputs = np.array([place[k] for k in tape.outputs], dtype=np.int64)
 
     def run(self, inputs: Sequence[float]) -> tuple[_Array, csr_array]:
-        """Values of the outputs and their Jacobian matrix.
+        """Evaluate the outputs, shape (m,), and their Jacobian matrix, shape (m, width).
 
         Raises
         ------
@@ -104,7 +112,7 @@ class DoubleTape:
         return values, jacobian
 
 
-#: Operands, a row an operation, and what else is needed → values, and slopes by each operand.
+#: Operands, shape (operations, arity), and ``by`` → values, and slopes by each operand.
 _Forward: TypeAlias = Callable[[_Array, Any], tuple[_Array, _Array]]
 
 

@@ -1,4 +1,4 @@
-"""States on the manifold that closures leave, found by Newton's method.
+"""Newton's method onto the manifold of closure equations.
 
 Residuals are evaluated in high precision, steps are least-squares solutions in
 doubles: the error shrinks quadratically at first and then by fifteen digits a
@@ -31,24 +31,28 @@ from lagrange_cli.mechanics.numerics.sampling import to_double
 __all__ = ["Manifold"]
 
 _ZERO = mpf(0)
-#: Steps that may wander, and the least progress of those after them: where a gradient
-#: vanishes on the manifold a step halves the distance only.
-_PATIENCE, _PROGRESS = 25, 0.75
+# All set by hand. Lengths of steps are relative to the scales of the coordinates.
+
+#: Most steps of Newton's method.
 _STEPS = 80
-#: A step small enough to arrive with, in that case.
+#: Steps that need not make progress.
+_PATIENCE = 25
+#: Largest ratio of a later step's length to the one before: where a gradient vanishes on the
+#: manifold a step halves the distance only.
+_PROGRESS = 0.75
+#: Length of a step to stop at in that case.
 _SLOW = mpf(10) ** -12
-
-#: Above this number of equations a point is approached in doubles, until steps are so small;
-#: after some steps they are to be smaller than the first.
-_LARGE, _NEAR, _WANDER = 64, 1e-7, 10
-
-#: Largest relative violation of an equation that a step may leave (it may depend on others).
+#: Number of equations above which a point is approached in doubles.
+_LARGE = 64
+#: Length of a step at which that approach ends.
+_NEAR = 1e-7
+#: Steps after which a step is to be shorter than half of an earlier one.
+_WANDER = 10
+#: Largest violation of an equation that is left, relative to its terms (it may depend on others).
 _TOLERANCE = mpf(10) ** -9
-
-#: A step that leads nowhere.
+#: Length of a step that diverges.
 _FAR = mpf(10) ** 30
-
-#: A gradient below this part of another has vanished.
+#: Part of its length at the start below which a gradient has vanished.
 _FLAT = mpf(10) ** -8
 
 _Point = Mapping[sp.Symbol, mpf]
@@ -85,7 +89,7 @@ class Manifold:
         self._sides, self._rates = list(positions), list(velocities)
         self.all = [*range(len(positions))]
 
-    # Tapes, each made when it is needed.
+    # Tapes are made when they are needed: of large systems most never are.
 
     @cached_property
     def _positions(self) -> Tape:
@@ -97,7 +101,7 @@ class Manifold:
 
     @cached_property
     def _terms(self) -> tuple[Tape, list[int]]:
-        """The terms of both sides of each φ, and how many there are."""
+        """Record the terms of both sides of each φ, and count them."""
         terms = [[*sp.Add.make_args(a), *sp.Add.make_args(b)] for a, b in self._sides]
         return Tape([e for x in terms for e in x], self._symbols), [len(x) for x in terms]
 
@@ -110,7 +114,7 @@ class Manifold:
     def placed(
         self, point: _Point, rows: Sequence[int] | None = None
     ) -> dict[sp.Symbol, mpf] | None:
-        """The point moved on to the manifold of some φ (all by default); None where Newton fails.
+        """Move a point on to the manifold of some φ (all by default); None if Newton fails.
 
         Equations beyond those that determine the others need to hold to 1e-9 only.
         """
@@ -124,10 +128,10 @@ class Manifold:
         return moved if moved and self._holds(point, moved, chosen) else None
 
     def within(self, point: _Point, gaps: int, inset: mpf = _ZERO) -> dict[sp.Symbol, mpf] | None:
-        """The point moved so that every φ is zero, and the last ``gaps`` of them not negative.
+        """Move a point so that every φ is zero, and the last ``gaps`` of them not negative.
 
-        Newton's method with those of the gaps that are violated at each step; None where it
-        ends elsewhere. ``inset``: how far inside of a gap it goes, in units of the coordinates.
+        Newton's method with those of the gaps that are violated at each step; None if it
+        ends elsewhere. ``inset``: distance inside of a gap, relative to scales.
         """
         moved, first = dict(point), len(self.all) - gaps
         lengths = list[mpf]()
@@ -152,11 +156,11 @@ class Manifold:
             return None
 
     def _reach(self, row: SparseRow) -> mpf:
-        """What φ changes by along the way of every coordinate."""
+        """Sum |∂φ/∂q|·scale: the change of φ over the scale of every coordinate."""
         return sum((abs(x) * self.scale[j] for j, x in row.items()), _ZERO)
 
     def _allows(self, point: _Point, first: int) -> bool:
-        """Whether equations hold, and from the ``first`` on inequalities."""
+        """Say whether equations hold, and from the ``first`` on inequalities."""
         levels = self._at(point).values
         return all(
             miss <= _TOLERANCE or (k >= first and levels[k] > 0)
@@ -164,23 +168,23 @@ class Manifold:
         )
 
     def _reached(self, point: _Point, rows: Sequence[int]) -> dict[sp.Symbol, mpf] | None:
-        """Where Newton's method comes to rest."""
+        """Run Newton's method, in doubles first for a large system; None if it fails."""
         if len(rows) <= _LARGE:
             return self._newton(point, rows)
         try:
             near = self._approached(point, rows)
         except ArithmeticError:
-            return self._newton(point, rows)  # what is beyond the range of doubles
+            return self._newton(point, rows)  # beyond the range of doubles
         return None if near is None else self._refined(*near, rows)
 
     def _newton(self, point: _Point, rows: Sequence[int]) -> dict[sp.Symbol, mpf] | None:
-        """Newton's method with gradients of every point on the way."""
+        """Run Newton's method with gradients at every step; None if it makes no progress."""
         moved, before = dict(point), mpf("inf")
         for count in range(_STEPS):
             run = self._at(moved)
             values, gradients = run.values, [_partials(run, k, 0, len(self.q)) for k in rows]
             length = self._move(moved, LeastSquares(gradients, self.scale), values, rows)
-            # What approaches so slowly has no gradient where it arrives; more digits tell no more.
+            # So slow an approach ends where the gradient vanishes: more digits tell no more.
             if length <= _smallest() or (count >= _PATIENCE and length <= _SLOW):
                 return moved
             if count >= _PATIENCE and length > _PROGRESS * before:
@@ -191,7 +195,7 @@ class Manifold:
     def _approached(
         self, point: _Point, rows: Sequence[int]
     ) -> tuple[dict[sp.Symbol, mpf], LeastSquares] | None:
-        """A point as near as doubles get, with the equations linear there; None if none is near.
+        """Approach the manifold in doubles, and linearize there; None if no point is near.
 
         Raises
         ------
@@ -218,7 +222,7 @@ class Manifold:
     def _refined(
         self, moved: dict[sp.Symbol, mpf], system: LeastSquares, rows: Sequence[int]
     ) -> dict[sp.Symbol, mpf] | None:
-        """Add digits to a point, with gradients that are right to those of doubles."""
+        """Add digits to a point by simplified Newton steps, with gradients kept in doubles."""
         before = mpf("inf")
         for _ in range(_STEPS):
             length = self._move(moved, system, self._at(moved).values, rows)
@@ -236,7 +240,7 @@ class Manifold:
         values: Sequence[mpf],
         rows: Sequence[int],
     ) -> mpf:
-        """Take one step in place; its length."""
+        """Take one step in place; return its length relative to scales."""
         step = system.step([values[k] for k in rows])
         for s, unit, x in zip(self.q, self.scale, step, strict=True):
             if x:
@@ -244,7 +248,7 @@ class Manifold:
         return max(map(abs, step), default=_ZERO)
 
     def _holds(self, start: _Point, point: _Point, rows: Sequence[int]) -> bool:
-        """Whether equations are satisfied, or have lost their gradient since the start."""
+        """Say whether equations are satisfied, or have lost their gradient since the start."""
         if len(rows) > _LARGE and self._clearly_holds(point, rows):
             return True
         wrong = [k for k, x in enumerate(self.violations(point)) if x > _TOLERANCE and k in rows]
@@ -260,7 +264,7 @@ class Manifold:
         return [(point[s], _ZERO, _ZERO) for s in self._symbols]
 
     def violations(self, point: _Point) -> list[mpf]:
-        """|φ| beside the size of its terms, or of Σ |∂φ/∂q| where that is more.
+        """Measure each |φ| relative to its terms, or to Σ |∂φ/∂q|·scale if that is more.
 
         The terms of log(x² + z²) = 0 are zero where it holds.
         """
@@ -274,7 +278,7 @@ class Manifold:
         return misses
 
     def _clearly_holds(self, point: _Point, rows: Sequence[int]) -> bool:
-        """Whether doubles tell that |φ| is small beside Σ |∂φ/∂q|."""
+        """Say whether |φ| is small beside Σ |∂φ/∂q|·scale by doubles alone."""
         try:
             values, slopes = self._in_doubles.run([to_double(point[s]) for s in self._symbols])
         except ArithmeticError:
@@ -286,7 +290,7 @@ class Manifold:
         )
 
     def slopes(self, point: _Point) -> list[SparseRow]:
-        """∂φ/∂q in the units of the coordinates."""
+        """Give the rows ∂φ/∂q·scale."""
         run = self._at(point)
         rows = [_partials(run, k, 0, len(self.q)) for k in self.all]
         return [{j: x * self.scale[j] for j, x in row.items()} for row in rows]
@@ -296,7 +300,7 @@ class Manifold:
     def motion(
         self, point: _Point, accelerations: Sequence[mpf]
     ) -> tuple[list[mpf], list[mpf], list[SparseRow]]:
-        """Residuals of velocity, of acceleration, and the gradient of every equation.
+        """Evaluate residuals of velocity, of acceleration, and the gradient of every equation.
 
         φ̇, φ̈ and ∂φ/∂q for the positional ones; ψ, ψ̇ and ∂ψ/∂v for the others.
         """
@@ -317,7 +321,7 @@ class Manifold:
         return levels, rates, gradients
 
     def tangent(self, point: _Point) -> dict[sp.Symbol, mpf]:
-        """The point with its velocities changed least so that they satisfy every equation."""
+        """Change velocities by the least amount that satisfies every equation."""
         levels, _, gradients = self.motion(point, [_ZERO] * len(self.q))
         moved = dict(point)
         for w, x in zip(self.v, least_norm_solution(gradients, levels, self.scale), strict=True):
@@ -326,7 +330,7 @@ class Manifold:
 
 
 def _smallest() -> mpf:
-    """Length of a step beyond which the digits carried tell no more."""
+    """Give the length of a step below which the digits carried tell no more."""
     return mpf(10) ** (8 - mpmath.mp.dps)
 
 
@@ -335,5 +339,5 @@ def _steepest(row: SparseRow) -> mpf:
 
 
 def _partials(run: TapeRun, output: int, start: int, stop: int) -> SparseRow:
-    """Derivatives of an output by the inputs from ``start`` to ``stop`` that it holds."""
+    """Differentiate an output by the inputs from ``start`` to ``stop`` that it holds."""
     return {j - start: x for j, x in run.partials(output).items() if start <= j < stop and x}

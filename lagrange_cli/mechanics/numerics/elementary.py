@@ -1,7 +1,7 @@
 """Elementary functions with their first two derivatives, in decimal arithmetic.
 
-Functions themselves come from mpmath, which has them all; decimals go in and
-come out.
+Sums and products of :mod:`decimal` are compiled and fast, but it lacks these functions:
+mpmath evaluates them, and decimals go in and come out.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _FLAT: Jet = (_ZERO, _ZERO, _ZERO)
 #: is 0 to every digit. Towers of exponentials would else take all memory.
 _LARGEST_EXPONENT = mpf(10) ** 17
 
-#: Decimal digits before the point of an angle that is reduced to a turn.
+#: Most decimal digits before the point of an angle that is reduced to a turn. Set by hand.
 _LONGEST_ANGLE = 5_000
 _LARGEST_ANGLE = mpf(10) ** _LONGEST_ANGLE
 
@@ -57,7 +57,7 @@ class DomainError(ArithmeticError):
 
 @cache
 def decimal_context(digits: int) -> decimal.Context:
-    """Decimal arithmetic of so many digits that never runs out of exponents."""
+    """Make decimal arithmetic of ``digits`` that never runs out of exponents."""
     return decimal.Context(
         prec=digits,
         Emin=decimal.MIN_EMIN,
@@ -80,7 +80,7 @@ def _power_of_ten(exponent: int, digits: int) -> Mpf:
 
 
 def to_decimal(x: Mpf) -> Decimal:
-    """An mpf as a decimal of the current context's precision."""
+    """Convert an mpf to a decimal of the current context's precision."""
     if not isinstance(x, mpf):
         raise DomainError
     sign, mantissa, exponent, _ = x._mpf_
@@ -93,7 +93,7 @@ def to_decimal(x: Mpf) -> Decimal:
 
 
 def to_mpf(x: Decimal) -> Mpf:
-    """A decimal as an mpf; DomainError for one that is not a number."""
+    """Convert a decimal to an mpf; DomainError for one that is not a number."""
     if not x:
         return _MPF_ZERO
     if not x.is_finite():
@@ -124,7 +124,7 @@ def _bounded(x: Mpf, largest: Mpf) -> Mpf:
 
 @lru_cache(maxsize=4096)
 def _cos_sin(x: Decimal, digits: int) -> tuple[Decimal, Decimal]:
-    """Both at once: an angle's sine and cosine are asked for again and again."""
+    """Evaluate both at once and keep them: most angles occur under both."""
     if x.adjusted() > _LONGEST_ANGLE:
         raise DomainError
     c, s = mpmath.cos_sin(to_mpf(x))
@@ -215,7 +215,7 @@ def _sign(x: Mpf) -> _MpfJet:
 
 
 def integer_power(x: Decimal, n: int) -> Jet:
-    """x**n for an integer exponent, with both derivatives."""
+    """Evaluate x**n for an integer exponent, with both derivatives."""
     if n == 2:
         return x * x, 2 * x, Decimal(2)
     if not x:
@@ -228,7 +228,7 @@ def integer_power(x: Decimal, n: int) -> Jet:
 
 
 def rational_power(x: Decimal, exponent: sp.Rational) -> Jet:
-    """x**(p/q), with both derivatives; x must not be negative."""
+    """Evaluate x**(p/q), with both derivatives; DomainError for negative x."""
     if x < 0:
         raise DomainError
     n = Decimal(int(exponent.p)) / Decimal(int(exponent.q))
@@ -246,7 +246,7 @@ def rational_power(x: Decimal, exponent: sp.Rational) -> Jet:
 
 @cache
 def constant_decimal(expr: sp.Expr, digits: int) -> Decimal:
-    """A number to the precision of the current context.
+    """Evaluate a number to the precision of the current context.
 
     ``digits`` is that precision: it tells values of different precision apart.
     """
@@ -256,7 +256,7 @@ def constant_decimal(expr: sp.Expr, digits: int) -> Decimal:
 
 
 def _slope(x: Mpf) -> Decimal:
-    """A derivative; where it is infinite, a NaN that every use of it passes on."""
+    """Convert a derivative; an infinite one becomes a NaN that every use passes on."""
     return to_decimal(x) if mpmath.isfinite(x) else _NAN
 
 

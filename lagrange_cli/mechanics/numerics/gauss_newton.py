@@ -1,7 +1,7 @@
-"""Least-squares steps in doubles towards the solution of equations in high precision.
+"""Gauss–Newton steps in doubles for equations in high precision.
 
 Of many equations, most hold few unknowns: beyond :data:`_LARGE` of them the
-step A⁺ r = Aᵀ (A Aᵀ)⁻¹ r is found by sparse elimination, with a trace of the
+step A⁺ r = Aᵀ (A Aᵀ)⁻¹ r is found by sparse elimination, with a small multiple of the
 unit matrix added so that equations that depend on others do no harm
 (Tikhonov's regularization; Björck, Numerical Methods for Least Squares
 Problems, 1996, sections 2.7 and 6.1).
@@ -30,20 +30,20 @@ SparseRow: TypeAlias = Mapping[int, Any]
 
 _ZERO = mpf(0)
 
-#: Singular values below this part of the largest are left out of a step.
+#: Part of the largest singular value below which one is left out of a step. Set by hand.
 _CUT = 1e-7
 
-#: Above this number of equations the step is found by sparse elimination.
+#: Number of equations above which the step is found by sparse elimination. Set by hand.
 _LARGE = 64
 
-#: Largest entries of rows down to which doubles are trusted.
+#: Least largest entry of a row that doubles are trusted with: below, they lose digits.
 SMALLEST_TRUSTED = 1e-280
 
 _Matrix = NDArray[np.float64]
 
 
 class LeastSquares:
-    """Rows of a linear system, made ready for steps towards its solution.
+    """Factored rows of a linear system, for steps towards its solution.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class LeastSquares:
             self._solve = prepare((numbers, columns), entries, shape)
 
     def step(self, values: Sequence[mpf]) -> list[mpf]:
-        """The smallest step, in units of ``scale``, that removes the values to first order.
+        """Find the least step, in units of ``scale``, that removes the values to first order.
 
         Raises
         ------
@@ -83,7 +83,7 @@ class LeastSquares:
         return [size * mpf(x) for x in step.tolist()]
 
     def in_doubles(self, values: _Matrix) -> _Matrix:
-        """The same where doubles are enough."""
+        """Find the step in doubles alone, shape (width,)."""
         largest = np.array([to_double(d) for d in self._largest])
         return self._solved(values / np.where(largest, largest, np.inf))
 
@@ -97,7 +97,7 @@ class LeastSquares:
 def least_norm_solution(
     rows: Sequence[SparseRow], target: Sequence[mpf], scale: Sequence[mpf]
 ) -> list[mpf]:
-    """x with rows·x = target to all digits carried, the smallest in units of ``scale`` in doubles.
+    """Solve rows·x = target to all digits carried, with the least norm of x/``scale`` in doubles.
 
     Raises
     ------
@@ -129,7 +129,7 @@ _Equilibrated: TypeAlias = tuple[_Numbers, _Numbers, _Matrix, list[mpf]]
 
 
 def _equilibrated(rows: Sequence[SparseRow], scale: Sequence[mpf]) -> _Equilibrated:
-    """In units of ``scale``: what is beyond the range of doubles is brought into it."""
+    """Scale columns by ``scale`` and rows to 1, which brings them into the range of doubles."""
     scaled = [{j: x * scale[j] for j, x in row.items() if x} for row in rows]
     largest = [max(map(abs, row.values()), default=_ZERO) for row in scaled]
     numbers = np.array([k for k, row in enumerate(scaled) for _ in row], np.int64)

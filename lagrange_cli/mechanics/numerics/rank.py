@@ -1,4 +1,7 @@
-"""Numerical ranks of Jacobians at feasible configurations."""
+"""Numerical ranks of Jacobians at feasible configurations.
+
+Independence of constraints and coordinates is a matter of ranks, which symbols seldom show.
+"""
 
 from __future__ import annotations
 
@@ -31,16 +34,17 @@ __all__ = [
     "scale_columns",
 ]
 
-#: Relative tolerance of consistency and rank (so that √6/4 may be written in decimals).
+#: Relative tolerance of consistency and rank, loose enough for √6/4 in decimals. Set by hand.
 RANK_TOLERANCE = 1e-9
 
-#: Rows beyond this number are first looked at all at once.
+#: Number of rows above which one sparse factorization looks at them all. Set by hand.
 _LARGE = 64
-#: Square of the distance at which a row of length 1 is clear of the others.
+#: Squared distance at which a row of length 1 is clear of the others. Set by hand.
 _DISTANT = 1e-10
-
-#: Rounds in which columns and rows are scaled, and what is rounding of the 30 digits of entries.
-_ROUNDS, _NOTHING = 3, 1e-25
+#: Rounds in which columns and rows are scaled. Set by hand.
+_ROUNDS = 3
+#: Largest entry that is rounding of the 30 digits of others. Set by hand.
+_NOTHING = 1e-25
 
 SymbolValues = Mapping[sp.Symbol, mpf]
 Matrix = NDArray[np.float64]
@@ -51,7 +55,7 @@ DoubleRow: TypeAlias = Mapping[int, float]
 def _jacobian(
     functions: Sequence[sp.Expr], variables: Sequence[sp.Symbol], point: SymbolValues
 ) -> list[DoubleRow]:
-    """∂functions/∂variables at a point by rows; the largest entry of a row is 1."""
+    """Evaluate ∂functions/∂variables at a point by rows, the largest entry of each 1."""
     varied = set(variables)
     inputs = [*variables, *(s for s in point if s not in varied)]
     run = Tape(functions, inputs).run([(point[s], mpf(0), mpf(0)) for s in inputs], order=0)
@@ -59,13 +63,13 @@ def _jacobian(
 
 
 def normalized_row(row: Mapping[int, mpf]) -> DoubleRow:
-    """A row as doubles, divided by its largest entry."""
+    """Convert a row to doubles, divided by its largest entry."""
     largest = max((abs(x) for x in row.values()), default=mpf(0))
     return {j: to_double(x / largest) for j, x in row.items() if x}
 
 
 def dense_matrix(rows: Sequence[DoubleRow], width: int | None = None) -> Matrix:
-    """The rows with their zeros; as many columns as are held where no width is given."""
+    """Fill in zeros, shape (rows, width); the width is the least possible by default."""
     if width is None:
         width = 1 + max((j for row in rows for j in row), default=-1)
     matrix = np.zeros((len(rows), width))
@@ -75,7 +79,7 @@ def dense_matrix(rows: Sequence[DoubleRow], width: int | None = None) -> Matrix:
 
 
 def rank(matrix: Matrix, tolerance: float) -> int:
-    """The singular values of a matrix above ``tolerance`` times the largest one.
+    """Count the singular values of a matrix above ``tolerance`` times the largest one.
 
     NumPy's ``matrix_rank`` has this as its argument ``rtol`` from version 2.0 on alone.
     """
@@ -86,10 +90,11 @@ def rank(matrix: Matrix, tolerance: float) -> int:
 
 
 def column_factors(rows: Sequence[DoubleRow], width: int) -> list[float]:
-    """Factors of columns that make their largest entries alike, beside those of their rows.
+    """Equilibrate columns: factors that make their largest entries alike, relative to rows.
 
-    A radius stands beside an angle where a wheel rolls: without them, rows of large wheels
-    differ by little more than rounding, and those of small ones hardly hold the angle.
+    A radius multiplies an angle in the constraint of a rolling wheel: without factors, rows of
+    large wheels differ by little more than rounding, and those of small ones hardly hold the
+    angle.
     """
     factors = np.ones(width)
     entries = np.abs(dense_matrix(rows, width))
@@ -102,19 +107,19 @@ def column_factors(rows: Sequence[DoubleRow], width: int) -> list[float]:
 
 
 def scale_columns(rows: Sequence[DoubleRow], factors: Sequence[float]) -> list[DoubleRow]:
-    """Rows whose columns are multiplied by factors."""
+    """Multiply the columns of rows by factors."""
     return [{j: x * factors[j] for j, x in row.items()} for row in rows]
 
 
 def dependent_columns(
     functions: Sequence[sp.Expr], variables: Sequence[sp.Symbol], points: Sequence[SymbolValues]
 ) -> Matrix | None:
-    """Directions in which the variables move no function, at every point.
+    """Find directions in which the variables move no function, at every point.
 
     Returns
     -------
-    Rows that span the null space of ∂functions/∂variables at the last point, or
-    None where the columns are independent at some point.
+    Rows that span the null space of ∂functions/∂variables at the last point, shape
+    (nullity, variables); None if the columns are independent at some point.
     """
     null: Matrix | None = None
     for point in points:
@@ -135,7 +140,7 @@ def dependent_gradients(
     coordinates: Sequence[sp.Symbol],
     points: Sequence[SymbolValues],
 ) -> dict[int, tuple[int, ...]]:
-    """Functions of position whose gradients depend on earlier ones' at every point.
+    """Find functions of position whose gradients depend on earlier ones' at every point.
 
     Gradients are taken over raw symbols and coordinates, before anything is
     eliminated, so that definitions play no part. Maps the number of a function
@@ -162,9 +167,9 @@ def dependent_gradients(
 
 
 def clearly_independent(rows: Sequence[DoubleRow]) -> bool:
-    """Whether the pivots of A Aᵀ tell, by sparse elimination, that the rows of A are independent.
+    """Say whether the pivots of A Aᵀ show that the rows of A are independent.
 
-    A pivot is the square of a row's distance from what the rows before it span.
+    A pivot of sparse elimination is the square of a row's distance from the span of those before.
     """
     from scipy.sparse import csr_array
     from scipy.sparse.linalg import splu
@@ -191,10 +196,10 @@ def clearly_independent(rows: Sequence[DoubleRow]) -> bool:
 def dependent_rows(
     rows: Sequence[DoubleRow], tolerance: float = RANK_TOLERANCE
 ) -> dict[int, tuple[int, ...]]:
-    """Rows that are combinations of earlier independent rows, with the rows that take part.
+    """Find rows that are combinations of earlier independent rows, with the rows that take part.
 
-    Each row is freed of what the rows before it span, twice: what rounding leaves the
-    first time is gone then (Gram and Schmidt; Giraud, Langou and Rozložník, The loss of
+    Each row is made orthogonal to those before it, twice: the first pass leaves an error of
+    rounding, which the second removes (Gram and Schmidt; Giraud, Langou and Rozložník, The loss of
     orthogonality in the Gram–Schmidt orthogonalization process, 2005).
     """
     if len(rows) > _LARGE and clearly_independent(rows):

@@ -1,8 +1,8 @@
-"""Random feasible configurations, the same ones in every run.
+"""Random feasible configurations, reproducible by a seed.
 
-Points are drawn around the initial configuration where the scene gives one,
-so that they lie in its component of configuration space, and moved closer to
-it while the scene's expressions are not real there.
+Points are drawn around the initial configuration if the scene gives one, so that they
+lie in its component of configuration space, and closer to it while the scene's
+expressions are not real there.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ __all__ = ["SamplePoint", "Sampler", "to_double", "typical_length", "working_dig
 _ONE = mpf(1)
 
 SamplePoint = dict[sp.Symbol, mpf]
-"""A value for each symbol."""
+"""Time, coordinates and parameters → value."""
 
-#: Draws before a scene is said to have no configuration.
+#: Most draws before a scene is said to have no configuration. Set by hand; messages name it.
 DRAWS = 200
-#: The same where each is the start of a search for a point on closures.
+#: The same if each draw starts a search for a point on closures, which costs more.
 PLACED_DRAWS = 48
 
-#: Above this number of coordinates points on closures are drawn close to the initial
-#: configuration: from far away, where no link has its length, Newton's method goes astray.
+#: Number of coordinates above which points on closures are drawn close to the initial
+#: configuration: from far away, where no link has its length, Newton's method diverges.
 _LARGE = 64
 
 
 def typical_length(lengths: Sequence[mpf]) -> mpf:
-    """Largest given magnitude, 1 where none is given: the scale on which points are drawn."""
+    """Give the largest magnitude, 1 if there is none: the scale on which points are drawn."""
     largest = max((abs(x) for x in lengths), default=mpf(0))
     return largest if largest > 0 else mpf(1)
 
@@ -57,15 +57,15 @@ class Sampler:
     seed
         Text that fixes the sequence.
     place
-        Moves a point on to closures, or on to those of some numbers; its result is None
-        where it finds no way.
+        Moves a point on to closures, or on to those of some numbers; returns None if it
+        fails.
 
     Attributes
     ----------
     t, coordinates
         As given.
     many
-        Whether there are closures of many coordinates.
+        True for closures in many coordinates.
     """
 
     def __init__(
@@ -102,7 +102,7 @@ class Sampler:
         width: mpf = _ONE,
         closures: Sequence[int] | None = None,
     ) -> SamplePoint | None:
-        """One feasible point, or None after :data:`DRAWS` (:data:`PLACED_DRAWS`) draws.
+        """Draw a feasible point; None after :data:`DRAWS` (:data:`PLACED_DRAWS`) failures.
 
         ``vary_parameters`` multiplies values of parameters by factors in (1/2, 3/2)
         as long as that leaves the point feasible; ``width`` scales the spread; of the
@@ -129,14 +129,14 @@ class Sampler:
         return True
 
     def near(self, point: SamplePoint, width: mpf) -> SamplePoint:
-        """The point with its coordinates moved at random by ``width`` times their spread."""
+        """Move the coordinates of a point at random by ``width`` times their spread."""
         moved = dict(point)
         for q in self.coordinates:
             moved[q] += width * self._spread[q] * self._uniform(-1, 1)
         return moved
 
     def around(self, point: SamplePoint, width: mpf) -> tuple[SamplePoint, SamplePoint]:
-        """The point moved at random, and moved as far the other way.
+        """Move a point at random, and as far the other way.
 
         A border through the point separates the two.
         """
@@ -149,7 +149,7 @@ class Sampler:
         return low + (high - low) * mpf(self._random.getrandbits(120)) / mpf(2) ** 120
 
     def candidate(self, width: mpf, varied: bool = False) -> SamplePoint:
-        """A random point that need not be feasible."""
+        """Draw a random point that need not be feasible."""
         point = {self.t: self._uniform(0, 1)}
         for q in self.coordinates:
             point[q] = self._center[q] + width * self._spread[q] * self._uniform(-1, 1)
@@ -162,21 +162,21 @@ class Sampler:
         return point
 
     def spread(self, q: sp.Symbol) -> mpf:
-        """The half-width of a coordinate: the scale of its motion."""
+        """Give the half-width of a coordinate: the scale of its motion."""
         return self._spread[q]
 
     def noise(self, scale: mpf) -> mpf:
-        """A random number in ``(-scale, scale)``: velocities and accelerations."""
+        """Draw a number in ``(-scale, scale)``, for velocities and accelerations."""
         return scale * self._uniform(-1, 1)
 
 
 def working_digits(digits: int) -> int:
-    """Digits to calculate with so that ``digits`` remain after cancellation."""
+    """Give the digits to calculate with so that ``digits`` remain after cancellation."""
     return digits + 20
 
 
 def to_double(x: mpf) -> float:
-    """The nearest double, ±inf beyond range."""
+    """Round to the nearest double, ±inf beyond range."""
     try:
         return float(x)
     except OverflowError:

@@ -1,9 +1,9 @@
-"""Expressions of the scene language as SymPy expressions.
+"""Conversion of the scene language's syntax trees to SymPy expressions.
 
-The conversion walks the syntax tree; no text is ever evaluated. What a name
-stands for is asked of a lookup function, so that the same conversion serves
-the reduction (Cartesian names are symbols of their own) and everything after
-it (Cartesian names are functions of q and t).
+The conversion walks the syntax tree; no text is ever evaluated. A lookup function
+gives each name its meaning, so that the same conversion serves the reduction
+(Cartesian names are symbols of their own) and everything after it (Cartesian
+names are functions of q and t).
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ from lagrange_cli.scene.language.expression import (
 __all__ = ["Rate", "decimal_literals", "to_sympy", "total_derivative"]
 
 _Lookup = Callable[[str], "sp.Expr | None"]
-"""What a name stands for; None if it is unknown."""
+"""Gives the meaning of a name; None if it is unknown."""
 
 Rate = Callable[[sp.Expr], sp.Expr]
 """Total time derivative of an expression."""
 
-#: Largest number of bits that a power of two numbers may take.
+#: Bits that a power of two numbers may take at most; a larger one fills memory. Set by hand.
 _POWER_BITS = 20_000
 
 _FUNCTIONS: dict[str, Callable[..., sp.Expr]] = {
@@ -92,7 +92,7 @@ def to_sympy(expression: Expression, lookup: _Lookup, rate: Rate | None = None) 
 
 
 class _Conversion:
-    """One conversion; keeps the expression for the places of errors."""
+    """One conversion; keeps the expression to locate errors in its text."""
 
     def __init__(self, expression: Expression, lookup: _Lookup, rate: Rate | None) -> None:
         self.expression = expression
@@ -126,7 +126,7 @@ class _Conversion:
                 return self.real(node, self.call(node))
 
     def real(self, node: Node, value: sp.Expr) -> sp.Expr:
-        """A part that is imaginary is refused even where the whole would be real again."""
+        """Refuse an imaginary part, even where the whole would be real again."""
         if value.has(sp.I) or value.is_real is False:
             raise self.not_real(node, "this is not a real number")
         return value
@@ -158,7 +158,7 @@ class _Conversion:
         return self.root(node, base, exponent)
 
     def root(self, node: Node, base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
-        """A power that may be a root."""
+        """Build a power; refuse a root of a number too long to be factored."""
         if has_long_root(base, exponent):
             says = f"this root is of a number of more than {LONGEST_ROOT} digits"
             raise self.refuse(node, says, "too-large")
@@ -181,7 +181,7 @@ class _Conversion:
 def total_derivative(
     expr: sp.Expr, t: sp.Symbol, chain: Iterable[tuple[sp.Symbol, sp.Expr]]
 ) -> sp.Expr:
-    """``∂/∂t + Σ rate·∂/∂symbol`` over the symbols that occur in ``expr``."""
+    """Differentiate by time: ``∂/∂t + Σ rate·∂/∂symbol`` over the symbols of ``expr``."""
     present = expr.free_symbols
     terms = [derivative(expr, t)] if t in present else []
     terms.extend(derivative(expr, s) * rate for s, rate in chain if s in present)
@@ -189,7 +189,7 @@ def total_derivative(
 
 
 def decimal_literals(expressions: Iterable[Expression]) -> tuple[tuple[Fraction, str], ...]:
-    """Non-integer decimals as first written, by exact value, in ascending order."""
+    """Collect non-integer decimals as first written, by exact value, in ascending order."""
     literals: dict[Fraction, str] = {}
     for expression in expressions:
         for node in walk(expression.node):

@@ -1,4 +1,4 @@
-"""Roots of exact numbers, which SymPy takes apart into factors: limits, and a cache mended.
+"""Limits for roots of exact numbers, and a repair of SymPy's cache of factors.
 
 SymPy writes sqrt(12) as 2*sqrt(3), and looks for factors below 2^15 of any number under a root.
 That is quick for what a person writes, and takes minutes for numbers of thousands of digits.
@@ -14,7 +14,7 @@ from sympy.ntheory import factor_
 
 __all__ = ["LONGEST_ROOT", "has_long_root"]
 
-#: Decimal digits of numerator and denominator of a number under a root, without powers of ten.
+#: Most decimal digits of a numerator or denominator under a root, without powers of ten.
 LONGEST_ROOT = 600
 
 _BITS = LONGEST_ROOT * 3322 // 1000
@@ -46,7 +46,7 @@ def _bits_left(number: int, power: int, root: int) -> int:
 
 
 def _bits_beside_tens(number: int) -> int:
-    """Bits of a number without its powers of ten, which take no time to be found."""
+    """Count the bits of a number without its powers of ten, which are found at once."""
     number = abs(number)
     tens = _BITS
     while tens and number.bit_length() > _BITS:
@@ -58,14 +58,14 @@ def _bits_beside_tens(number: int) -> int:
 
 
 class _Factors(getattr(factor_, "FactorCache", object)):  # type: ignore[misc]
-    """SymPy's cache of factors, which takes what was not factored further for no prime.
+    """SymPy's cache of factors that does not take every unfactored part for a prime.
 
     A product of two close numbers is taken apart by Fermat's method; with the limit that roots
     ask for, its parts may be composite. SymPy 1.14 then raises instead of leaving them out.
     """
 
     def add(self, n: int, factors: Iterable[int]) -> None:
-        """Keep the factors of a number where all of them are prime."""
+        """Keep the factors of a number if all of them are prime."""
         if all(sp.isprime(factor) for factor in factors):
             super().add(n, factors)
 

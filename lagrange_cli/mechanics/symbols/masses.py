@@ -1,4 +1,4 @@
-"""Masses of particles: constant, and positive."""
+"""Masses of particles over parameters, checked to be constant and positive."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["particle_mass"]
 
 
 def particle_mass(names: Names, values: ParameterValues, particle: Particle) -> sp.Expr:
-    """The mass of a particle over parameters.
+    """Convert the mass of a particle to an expression over parameters.
 
     Raises
     ------

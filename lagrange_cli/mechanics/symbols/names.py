@@ -1,4 +1,4 @@
-"""What the names of a scene stand for while it is being reduced.
+"""Symbol table of a scene: the meaning of each name during the reduction.
 
 Every component of a particle's position is one *raw* symbol: the Cartesian
 name where the scene writes a bare name, ``x_NAME`` where it writes an
@@ -23,8 +23,8 @@ __all__ = ["Names"]
 
 _AXES = ("x", "y", "z")
 
-#: Numbers, names and operations that an expression may have with definitions put in. Derivatives
-#: and the text of this many take some ten seconds; those of shipped scenes have up to 261.
+#: Most nodes of a syntax tree with all definitions put in. Derivatives and the text of this many
+#: take some ten seconds; those of shipped scenes have up to 261.
 _LONGEST = 20_000
 
 
@@ -99,7 +99,7 @@ class Names:
         return self.cartesian.setdefault(name, sp.Symbol(name, real=True))
 
     def _is_bare_name(self, entry: Expression) -> bool:
-        """A Cartesian name: fresh, a coordinate, or given by a definition."""
+        """Say whether an entry is a Cartesian name: fresh, a coordinate, or defined."""
         node = entry.node
         known = (*self.parameters, *self.inputs, "t", "pi")
         if not isinstance(node, Name) or node.name in known:
@@ -131,7 +131,7 @@ class Names:
             self._open.pop()
 
     def lookup(self, name: str) -> sp.Expr | None:
-        """Meaning of a name over raw symbols, coordinates, parameters and t."""
+        """Look up a name over raw symbols, coordinates, parameters and t; None if unknown."""
         if name == "t":
             return self.t
         tables = (self.parameters, self.inputs, self.coordinates, self.cartesian, self._aliases)
@@ -145,15 +145,17 @@ class Names:
         return None
 
     def convert(self, expression: Expression, rate: Rate | None = None) -> sp.Expr:
-        """An expression over raw symbols; abbreviations that hold rates need ``rate``."""
+        """Convert an expression over raw symbols; abbreviations that hold rates need ``rate``."""
         self._require_length(expression)
         if rate is None:
             return self._rewrite(to_sympy(expression, self.lookup))
         return self._rewrite(self._converted_with_rate(expression, rate, {}))
 
     def _require_length(self, expression: Expression) -> None:
-        """Refuse what would be written out without end: each of twenty definitions that names the
-        one before it twice doubles the expression."""
+        """Refuse an expression that would grow without bound.
+
+        Each of twenty definitions that names the one before it twice doubles it.
+        """
         if self._length(expression) > _LONGEST:
             raise InputError(
                 Problem(
@@ -165,7 +167,7 @@ class Names:
             )
 
     def _length(self, expression: Expression) -> int:
-        """The number of nodes of an expression with all definitions put in place of names."""
+        """Count the nodes of an expression with all definitions put in place of names."""
         total = 0
         for node in walk(expression.node):
             total += 1
@@ -181,7 +183,7 @@ class Names:
     def rewriting(
         self, rewrite: Callable[[sp.Expr], sp.Expr], gone: Collection[sp.Symbol]
     ) -> Names:
-        """The same names without some coordinates, which ``rewrite`` replaces in expressions."""
+        """Copy the names without some coordinates, which ``rewrite`` replaces in expressions."""
         names = copy(self)
         names._rewrite = rewrite
         names._gone = frozenset(s.name for s in gone)
@@ -190,7 +192,7 @@ class Names:
     def _converted_with_rate(
         self, expression: Expression, rate: Rate, meanings: dict[str, sp.Expr]
     ) -> sp.Expr:
-        """An expression with rates; ``meanings`` are those of definitions met before."""
+        """Convert an expression with rates; ``meanings`` are those of definitions met before."""
 
         def lookup(name: str) -> sp.Expr | None:
             if name not in self._definitions or name in self.cartesian:
@@ -202,16 +204,16 @@ class Names:
         return to_sympy(expression, lookup, rate)
 
     def holds_rate(self, expression: Expression) -> bool:
-        """Whether ``dot`` stands in an expression or in an abbreviation that it names."""
+        """Say whether ``dot`` stands in an expression or in an abbreviation that it names."""
         return any(isinstance(x, Call) and x.function == "dot" for x in self._all_of(expression))
 
     def mentioned(self, expression: Expression) -> set[str]:
-        """Declared coordinates that stand in an expression or in abbreviations that it names."""
+        """List declared coordinates in an expression and in abbreviations that it names."""
         names = {node.name for node in self._all_of(expression) if isinstance(node, Name)}
         return names & self.coordinates.keys()
 
     def _all_of(self, expression: Expression) -> Iterator[Node]:
-        """Nodes of an expression, and of the abbreviations that it names, each once."""
+        """Walk an expression and the abbreviations that it names, each once."""
         pending, met = [expression], {*self.coordinates, *self.cartesian}
         while pending:
             for node in walk(pending.pop().node):
@@ -221,7 +223,7 @@ class Names:
                     pending.append(self._definitions[node.name])
 
     def abbreviations(self) -> Iterator[tuple[str, Expression]]:
-        """Definitions that are not of Cartesian names, of coordinates that there are."""
+        """List definitions of names that are not Cartesian, over coordinates that remain."""
         for name, expression in self._definitions.items():
             if name not in self.cartesian and self._gone.isdisjoint(self.mentioned(expression)):
                 yield name, expression

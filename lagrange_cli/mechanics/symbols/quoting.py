@@ -1,4 +1,4 @@
-"""Names in messages: quoted, and not more than can be read."""
+"""Text of messages: quoted names, and expressions as a scene writes them."""
 
 from __future__ import annotations
 
@@ -8,15 +8,17 @@ import sympy as sp
 
 __all__ = ["leave_out", "quoted", "with_carets", "written"]
 
-#: Names that are listed; of more the first and the last ones.
-_MOST, _ENDS = 12, 4
+#: Most names that are listed in full. Set by hand.
+_MOST = 12
+#: Names that are listed at each end of a longer list. Set by hand.
+_ENDS = 4
 
-#: Denominators beyond which a number is written as a decimal.
+#: Largest denominator of a number that is written as a fraction. Set by hand.
 _LONGEST = 10**6
 
 
 def quoted(names: Sequence[object]) -> str:
-    """``'a', 'b', 'c'``, each once; of many ``'a', 'b', …, 'z' (40 in all)``."""
+    """List names as ``'a', 'b', 'c'``, each once; many as ``'a', 'b', …, 'z' (40 in all)``."""
     different = [f"'{name}'" for name in dict.fromkeys(map(str, names))]
     if len(different) <= _MOST:
         return ", ".join(different)
@@ -25,7 +27,7 @@ def quoted(names: Sequence[object]) -> str:
 
 
 def leave_out(names: Sequence[object]) -> str:
-    """The hint at a smallest set of which no member is consistent with all the others."""
+    """Write the hint for an irreducible inconsistent set: each name is one to leave out."""
     different = list(dict.fromkeys(names))
     if len(different) == 1:
         return f"leave out {quoted(different)}"
@@ -36,11 +38,11 @@ def leave_out(names: Sequence[object]) -> str:
 
 
 def written(expr: sp.Expr) -> str:
-    """An expression as a scene writes it; long fractions as the decimals that they are."""
+    """Write an expression as a scene does, long fractions as decimals."""
     long = {r: sp.Symbol(repr(float(r))) for r in expr.atoms(sp.Rational) if r.q > _LONGEST}
     return with_carets(expr.xreplace(long))
 
 
 def with_carets(expr: sp.Expr) -> str:
-    """An expression as SymPy writes it, with the powers of the scene language."""
+    """Write an expression as SymPy does, with the powers of the scene language."""
     return str(expr).replace("**", "^")

@@ -17,7 +17,7 @@ from lagrange_cli.scene.model import Scene
 
 __all__ = ["ParameterValues", "evaluated", "nearest_double"]
 
-#: The least magnitude that constants of a scene have.
+#: Least magnitude of a scene's constants.
 _LEAST = mpf(10) ** -MAX_EXPONENT
 
 
@@ -62,7 +62,7 @@ class ParameterValues:
             )
 
     def _resolve(self, name: str) -> sp.Expr | None:
-        """Value of a parameter; None where it, or one it rests on, has none."""
+        """Give a parameter's value; None if it, or one it rests on, has none."""
         parameter = self._written.get(name)
         if name in self.exact or parameter is None or parameter.value is None:
             return self.exact.get(name)
@@ -79,7 +79,7 @@ class ParameterValues:
         return value
 
     def number(self, expression: Expression) -> sp.Expr | None:
-        """Exact value of an expression in parameters; None if one of them has no value."""
+        """Evaluate an expression in parameters exactly; None if one of them has no value."""
         if expression not in self._known:
             self._known[expression] = self._number(expression)
         return self._known[expression]
@@ -113,7 +113,7 @@ class ParameterValues:
         return value
 
     def _require_bounded(self, expression: Expression) -> None:
-        """Refuse what grows too large to be worked out once parameters have their values."""
+        """Refuse an expression that grows too large once parameters have their values."""
         known = {n.name for n in names_in(expression.node)} & self.exact.keys()
         try:
             require_bounded(expression.node, {n: _rational_or_float(self.exact[n]) for n in known})
@@ -121,7 +121,7 @@ class ParameterValues:
             raise error.located(expression.mark(error.span)) from None
 
     def float(self, expression: Expression) -> float | None:
-        """The double nearest to an expression's value."""
+        """Round an expression's value to a double; None if a parameter has no value."""
         value = self.number(expression)
         return None if value is None else nearest_double(value)
 
@@ -131,14 +131,14 @@ def _rational_or_float(value: sp.Expr) -> Fraction | float:
 
 
 def _magnitude(value: sp.Expr) -> sp.Expr | Fraction:
-    """|value|, exact where it is rational."""
+    """Give |value|, exact for a rational."""
     if value.is_Rational:
         return abs(Fraction(int(value.p), int(value.q)))
     return abs(value.evalf(15))
 
 
 def evaluated(value: sp.Expr, digits: int) -> mpf:
-    """An exact number to so many digits; 0 where it is nearer to that than any constant may be.
+    """Evaluate an exact number to ``digits``; 0 if it is smaller than any constant may be.
 
     A function of constants can be 10^-(10^17), beside which no number of digits shows a sum.
     """
@@ -147,7 +147,7 @@ def evaluated(value: sp.Expr, digits: int) -> mpf:
 
 
 def nearest_double(value: sp.Expr) -> float:
-    """The double nearest to an exact number, infinite beyond their range."""
+    """Round an exact number to a double, ±inf beyond the range of doubles."""
     try:
         return int(value.p) / int(value.q) if value.is_Rational else float(value.evalf(40))
     except OverflowError:

@@ -1,4 +1,4 @@
-"""Sections of a scene on one line, as hints give them to be put in place of the scene's."""
+"""YAML one-liners that hints propose as replacement for a section."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _PLAIN = re.compile(r"[\w.+\-*/^() ]+", re.ASCII)
 
 
 def initial_snippet(scene: Scene, values: Mapping[str, str], orders: Sequence[int]) -> str:
-    """The section ``initial``: values beside what it has of positions (0) and velocities (1)."""
+    """Write ``initial`` with more values, keeping its positions (0) or velocities (1)."""
     stated = _values(e for e in scene.initial if e.order in orders)
     return section_snippet(
         "initial", {**stated, **{k: v for k, v in values.items() if k not in stated}}
@@ -34,25 +34,25 @@ def initial_snippet(scene: Scene, values: Mapping[str, str], orders: Sequence[in
 
 
 def changed_initial(scene: Scene, values: Mapping[str, str]) -> str:
-    """The section ``initial`` with other values of some positions."""
+    """Write ``initial`` with other values of some positions."""
     return section_snippet("initial", {**_values(scene.initial), **values})
 
 
 def near_snippet(scene: Scene, values: Mapping[str, str]) -> str:
-    """The section ``near`` with these values too."""
+    """Write ``near`` with more values."""
     return section_snippet("near", {**{e.name: e.value.text for e in scene.near}, **values})
 
 
 def coordinates_snippet(names: Sequence[str]) -> str:
-    """The section ``coordinates``."""
+    """Write the section ``coordinates``."""
     return f"coordinates: [{', '.join(map(_quoted, names))}]"
 
 
 def fewer_coordinates_snippet(scene: Scene, kept: Sequence[str], dropped: Mapping[str, str]) -> str:
-    """The section ``coordinates`` without some names, and sections that would not fit beside it.
+    """Write ``coordinates`` without some names, and the sections that depend on them.
 
-    Those that are no Cartesian names need a value from then on, which a definition gives, and
-    are given none by ``initial`` and ``near``.
+    A dropped name that is not Cartesian gets its value from a definition from then on, and
+    loses its entries in ``initial`` and ``near``.
     """
     lines, used = [coordinates_snippet(kept)], _used(scene)
     freed = {name: value for name, value in dropped.items() if name not in _cartesian(scene)}
@@ -68,7 +68,7 @@ def fewer_coordinates_snippet(scene: Scene, kept: Sequence[str], dropped: Mappin
 
 
 def must_stay(scene: Scene, name: str) -> bool:
-    """Whether a section names a coordinate as one, so that it has to stay: a force, ``expect``."""
+    """Say whether a coordinate has to stay because a force or ``expect`` names it."""
     expect = scene.expect
     stated = (v.name for state in expect.states for v in state.values)
     momenta = (c.removeprefix("p_") for c in expect.conserved or ())
@@ -80,18 +80,18 @@ def _values(entries: Iterable[InitialValue]) -> dict[str, str]:
 
 
 def _cartesian(scene: Scene) -> set[str]:
-    """Names that stand bare in positions."""
+    """Collect names that stand bare in positions."""
     return {e.node.name for e in _entries(scene) if isinstance(e.node, Name)}
 
 
 def _entries(scene: Scene) -> list[Expression]:
-    """What stands in positions."""
+    """List the components of all positions."""
     positions = [*(p.position for p in scene.particles), *(p.position for p in scene.points)]
     return [entry for position in positions for entry in position]
 
 
 def _used(scene: Scene) -> set[str]:
-    """Names that stand in expressions of the scene."""
+    """Collect names in expressions of the scene."""
     terms = (*scene.potentials, *scene.kinetic, *scene.dissipation, *scene.outputs)
     expressions = [
         *(d.expression for d in scene.definitions),
@@ -105,12 +105,12 @@ def _used(scene: Scene) -> set[str]:
 
 
 def one_sided_snippet(one_sided: Unilateral, more: sp.Rational, bound: sp.Expr | None) -> str:
-    """A one-sided constraint with ``more`` room; empty where the scene has no line for it alone.
+    """Write a one-sided constraint with its bound moved by ``more``; empty if it has no own line.
 
     Parameters
     ----------
     bound
-        The value of its right side; None where that is no number.
+        The value of its right side; None if that is no number.
     """
     written = one_sided.inequality
     mark = one_sided.mark
@@ -130,7 +130,7 @@ def one_sided_snippet(one_sided: Unilateral, more: sp.Rational, bound: sp.Expr |
 
 
 def section_snippet(section: str, values: Mapping[str, str]) -> str:
-    """A section of names and values."""
+    """Write a section of names and values."""
     entries = ", ".join(f"{_quoted(k)}: {_quoted(v)}" for k, v in values.items())
     return f"{section}: {{{entries}}}"
 
