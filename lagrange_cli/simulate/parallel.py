@@ -1,4 +1,4 @@
-"""The same function of many tasks, on several cores or machines."""
+"""One function of many tasks, on several cores or machines."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _Result = TypeVar("_Result")
 def in_any_order(
     function: Callable[[_Task], _Result], tasks: Iterable[_Task], jobs: int | None
 ) -> Iterator[_Result]:
-    """Results as they are found.
+    """Yield results as they are found.
 
     One job runs here. More run through joblib where it is installed, by whatever backend is
     configured there (``joblib.parallel_config``) and returns results as they come, else in
@@ -114,7 +114,7 @@ def _end_results(executor: ProcessPoolExecutor) -> None:
 
 
 class Aside:
-    """What a function that runs in a thread may need of others.
+    """Services for a function that runs in a thread: other processes, and a stop.
 
     ``run(f, tasks)`` gives the results of a function in other processes, in order; ``stopped()``
     is true once no results are wanted any more, and then the former raises ``CancelledError``.

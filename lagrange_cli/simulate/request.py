@@ -1,4 +1,4 @@
-"""What a simulation is asked for: options over the scene's defaults, checked."""
+"""Requests: options of a user over the scene's defaults, checked."""
 
 from __future__ import annotations
 

@@ -244,7 +244,7 @@ def problem_of(
     functions: RightHandSide,
     buffer: Callable[[], SampleBuffer] | None = None,
 ) -> InitialValueProblem:
-    """What is to be integrated, as numbers."""
+    """Build the initial value problem of a request."""
     if request.accuracy is not None and functions.guarded is not None:
         kept = guard_signs(model, float(request.times[0]), request.initial)
         functions = functions if kept is None else functions.guarded(kept)
@@ -283,7 +283,7 @@ def trajectory_of(
     functions: RightHandSide,
     measured: Measured,
 ) -> Trajectory:
-    """What was measured, as far as nothing disproves it, with all that is known besides."""
+    """Build a trajectory from measured samples, cut at a disproof."""
     problem = problem_of(model, request, functions)
     seen = functions_along(model, functions, problem.start, measured)
     kept = cut_at_disproof(model, seen, problem.times, measured, request.accuracy)
@@ -339,7 +339,7 @@ def _trajectory(
 
 
 def _implementation(functions: RightHandSide, measured: Measured) -> str:
-    """What evaluated the equations and made the steps, in words."""
+    """Say in words what evaluated the equations and made the steps."""
     if measured.method == Taylor.name:
         return f"series compiled by heyoka, and {functions.implementation}"
     if not functions.native:
@@ -354,7 +354,7 @@ def _implementation(functions: RightHandSide, measured: Measured) -> str:
 
 
 def _events(model: Model, functions: RightHandSide, measured: Measured) -> tuple[Event, ...]:
-    """What happened to contacts, with all columns before and after."""
+    """Return the events of contacts, with all columns before and after."""
     switches = measured.switches
     if not switches:
         return ()

@@ -1,4 +1,4 @@
-"""What is measured about runs: references, trade-offs, stress.
+"""Studies of runs: references, trade-offs of work and precision, stress.
 
 A model goes in; tables of errors and seconds come out, measured against a solution of much higher
 accuracy. Read :mod:`.reference` first.

@@ -1,4 +1,4 @@
-"""A solution of much higher accuracy than the runs that are compared with it.
+"""Reference solutions, of much higher accuracy than the runs compared with them.
 
 Where the machine has wider arithmetic than doubles it is DOP853's in that, at two tolerances
 whose distance is the error that is stated, and a run by another method in doubles says that

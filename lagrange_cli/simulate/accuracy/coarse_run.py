@@ -85,7 +85,7 @@ def steady_time(problem: InitialValueProblem, most: float) -> float:
 
 
 def _fallen(y: Array, push: Array, h: float) -> Array:
-    """Where the state is after a time with accelerations as they are."""
+    """Return the state after a time h of constant accelerations, shape (2n,)."""
     n = len(push)
     return np.concatenate([y[:n] + h * y[n:] + h * h / 2 * push, y[n:] + h * push])
 
@@ -108,12 +108,12 @@ def _first_step(problem: InitialValueProblem, push: Array) -> float:
 
 
 def few_steps(problem: InitialValueProblem, reach: float) -> bool:
-    """Whether few steps lead through a motion of which so much is seen."""
+    """Tell if few steps lead through a motion with discs of this radius."""
     return longest_step(problem, reach) * _FEW_STEPS > problem.span
 
 
 class CoarseRun:
-    """Scales that grow with the motion, since nothing is known of it before.
+    """Run whose tolerance grows with the motion, since no scales are known before it.
 
     ``tolerance`` is relative to them; ``first_step`` is the length that steps settle at.
     """
@@ -222,7 +222,7 @@ class CoarseRun:
 
     @property
     def control_of_trial(self) -> Control:
-        """What steers another run at the same tolerance."""
+        """Control of another run at the same tolerance."""
         return replace(self._control, first_step=self.first_step)
 
     def see(self, sight: AnalyticDiscs, tolerance: float) -> float:
@@ -235,7 +235,7 @@ class CoarseRun:
         return sight.along(self.places, self._reach, self.seen())
 
     def shown(self, reach: float) -> bool:
-        """Whether to see so far is enough for the steps that were made."""
+        """Tell if discs of a radius allow the steps that were made."""
         possible = longest_step(self._problem, reach) if reach else 0.0
         return reach >= self._reach or self._widest <= possible
 
@@ -253,7 +253,7 @@ class CoarseRun:
             self._see(self._problem.y0, 0.0)
 
     def _see(self, y: Array, h: float) -> None:
-        """How far from the origin a state is, or how far its step goes, beside the scales."""
+        """Note the distance from the origin of a state, or of its step, relative to the scales."""
         n = len(self._problem.kinds)
         sizes, scales = np.maximum(np.abs(y[:n]), h * np.abs(y[n:])), self.seen()[:n]
         for alike in groups(self._problem.kinds):
@@ -272,8 +272,8 @@ class CoarseRun:
 
     @property
     def closest(self) -> Array:
-        """How close to the origin each coordinate came in short steps, others of its kind with
-        it, as a part of the scales; 1 where it did not, and for velocities; shape (2n,)."""
+        """Least distance of each coordinate from the origin in short steps, others of its kind with
+        it, relative to scales; 1 if it came no closer, and for velocities; shape (2n,)."""
         return np.concatenate([self._closest, np.ones_like(self._closest)])
 
     def scales(self, run: Run) -> Array:
@@ -284,7 +284,7 @@ class CoarseRun:
         return running_scales(problem, run.states)[1:]
 
     def between(self, run: Run) -> Array:
-        """How far components go between samples that do not show it, shape (2n,).
+        """Return the motion of components that samples do not show, shape (2n,).
 
         Behind the last sample of a motion that ends in a singularity they go anywhere.
         """

@@ -1,4 +1,4 @@
-"""How far the estimated errors of a run stay below the accuracy."""
+"""Estimated errors of the samples of a run, compared with the accuracy."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class RunningEstimate:
 def error_estimate(
     problem: InitialValueProblem, eps: float, states: Array, errors: Array, beside: Array
 ) -> ErrorEstimate:
-    """How far the estimate of a run stays below ``eps``, of all its samples at once."""
+    """Estimate the error of all samples of a run at once."""
     estimate_so_far = RunningEstimate(problem, eps, states[0])
     estimate_so_far.add(states, errors, beside)
     return estimate_so_far.estimate

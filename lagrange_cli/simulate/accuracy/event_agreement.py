@@ -1,4 +1,4 @@
-"""What several runs of one motion say of its events: where they agree, and to what."""
+"""Agreement of companion runs on the events of contacts."""
 
 from __future__ import annotations
 
@@ -54,8 +54,9 @@ class EventAgreement:
     def unclear(
         self, kept: float, lost: float, switches: Sequence[ModeChange]
     ) -> UnclearContacts | None:
-        """What happens to contacts where a promise ends: between two samples, of which the first
-        is kept and the other is not. ``switches`` are those of the first run."""
+        """Return the contacts at which a promise ends, between two samples of which the first is
+        kept and the other is not; None if nothing happens there. ``switches`` are those of the
+        first run."""
         if self.differing:
             return UnclearContacts(self.broken, self.differing, differ=True)
         between = [s for s in switches if kept < s.t <= lost]

@@ -46,7 +46,7 @@ class Grazes:
         return float(np.abs(dip.gradient) @ self.scales[: len(dip.gradient)]) * self.eps
 
     def matters(self, dip: NearContact, depth: float) -> bool:
-        """Whether it matters if a gap is struck that is passed by so much at most."""
+        """Tell if it matters that a gap is struck which is passed by ``depth`` at most."""
         if not dip.bend > 0:
             return True
         n, speed = len(dip.gradient), np.sqrt(2 * dip.bend * depth)
@@ -56,7 +56,7 @@ class Grazes:
         return not bool(kept.all())
 
     def _impact(self, dip: NearContact, speed: float) -> Array:
-        """What an impact at a speed changes velocities by, shape (n,)."""
+        """Return the change of velocities at an impact of some speed, shape (n,)."""
         n, y = len(dip.gradient), dip.y.copy()
         gaps = self.rhs.gaps(dip.t, y)
         off = float(gaps.speeds(y[n:])[0][dip.contact]) + speed
@@ -103,7 +103,7 @@ def _spread(
     weights: Sequence[float],
     grazes: Grazes,
 ) -> float:
-    """How much runs differ in a dip of the first."""
+    """Return the weighted distances of companions from the run in the least value of a gap."""
     spread = 0.0
     for of, weight in zip(runs[1:], weights[1:], strict=True):
         other = _nearest(dip, of)

@@ -1,4 +1,4 @@
-"""A coarse first run: how far things move, in what steps, and whether the system is stiff."""
+"""Select a method by a coarse run: scales of the motion, step lengths, and stiffness."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class CoarseResult:
         return np.asarray(self.scales[min(self._own(samples), len(self.scales)) - 1])
 
     def _own(self, samples: int) -> int:
-        """How many of its samples are within a number of samples."""
+        """Return the number of coarse samples within a number of samples."""
         return -(-samples // self.stride)
 
     @property
@@ -120,7 +120,7 @@ class CoarseResult:
 
     @classmethod
     def restored(cls, state: SavedState) -> CoarseResult:
-        """What :meth:`state` was made of."""
+        """Rebuild a result from its :meth:`state`."""
         return cls(**{**state, "method": INTEGRATORS[state["method"]]})
 
     @property
@@ -136,7 +136,7 @@ def restored_or_coarse_result(
     *,
     looks: bool = False,
 ) -> CoarseResult:
-    """What the pilot finds, or found before a run was interrupted that goes on."""
+    """Return the result of the coarse run, or that from before an interruption."""
     if keeper is not None and keeper.before is not None:
         return CoarseResult.restored(keeper.before["pilot"])
     return coarse_result(problem, tolerance, watch, looks=looks)
@@ -145,7 +145,7 @@ def restored_or_coarse_result(
 def coarse_result(
     problem: InitialValueProblem, tolerance: float, watch: Watch, *, looks: bool = False
 ) -> CoarseResult:
-    """Run coarsely over the whole problem; ``tolerance`` is what the finer runs will use.
+    """Run coarsely over the whole problem; ``tolerance`` is that of the runs to come.
 
     Where it ``looks``, steps are as long as :mod:`.sharpness.analyticity` shows that they may be.
     """
@@ -186,8 +186,8 @@ def _method_of_tame(
     tolerance: float,
     tracker: CoarseRun | None,
 ) -> tuple[type[Integrator], int]:
-    """What takes the fewest right-hand sides where long steps lead through a motion, and what it
-    cost to find that; ``tracker``: the one that was at the tolerance to come, if it was.
+    """Select the method of fewest right-hand sides for long steps; return it and what the trial
+    took. ``tracker``: the coarse run if it was at the tolerance to come, else None.
 
     Steps as long as the motion is tame take many iterations of Gauss16; but where constraints
     are kept, fewer steps are fewer projections.
@@ -205,8 +205,8 @@ def _method_of_tame(
 
 
 def _cheaper_by_gauss(problem: InitialValueProblem, tracker: CoarseRun) -> tuple[bool, int]:
-    """Whether Gauss16 takes less than the tracker's run for about half of the way, and what it
-    cost to find that."""
+    """Tell if Gauss16 takes fewer right-hand sides for half of the way than the coarse run; return
+    that and what the trial took."""
     trial = Run(INTEGRATORS["Gauss16"], problem, tracker.control_of_trial)
     half, most = 1 + len(problem.times) // 2, tracker.explicit.evaluations
     while trial.filled < half and trial.evaluations < most:
@@ -244,15 +244,15 @@ def _followed(
 
 
 def suits_gauss(rhs: Rhs) -> bool:
-    """Whether Gauss16 has what makes it fast: stages side by side, and no rows of inputs, which
-    make steps so short that DOP853 is cheaper."""
+    """Tell if Gauss16 is fast: its stages side by side, and no rows of inputs, which make steps so
+    short that DOP853 is cheaper."""
     return (
         isinstance(rhs, NativeRhs) and rhs.lanes_address is not None and input_pieces(rhs) is None
     )
 
 
 def suits_taylor(rhs: Rhs, size: int) -> bool:
-    """Whether series that heyoka compiles stand in for a compiler of C: it is installed, and the
+    """Tell if series that heyoka compiles stand in for a C compiler: it is installed, and the
     right-hand side can be written in expressions without kinks."""
     smooth = surfaces_of(rhs) is None
     return smooth and not isinstance(rhs, NativeRhs) and Taylor.suits(rhs, size)
@@ -282,7 +282,8 @@ def reason_for_method(coarse: CoarseResult, usual: float) -> str:
 
 
 def _noise(problem: InitialValueProblem, run: Run, step_at: Callable[[float], float]) -> Array:
-    """How far rounding moves a step of mean size, or of the size there if smaller, so far."""
+    """Return the effect of rounding on a step of mean size, or of the local size if smaller, so
+    far, shape (samples, 2n)."""
     if run.steps == 0:
         return np.zeros((1, len(problem.y0)))
     picked = np.linspace(0, run.filled - 1, _NOISE_SAMPLES).round().astype(int)

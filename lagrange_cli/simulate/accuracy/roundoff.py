@@ -1,4 +1,4 @@
-"""What rounding does to a step: the least that its error can be told from."""
+"""Rounding error of a step, below which no tolerance is of use."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PATTERNS = (1, 2, 3)
 
 
 def noise_of_step(problem: InitialValueProblem, t: float, y: Array, h: float) -> Array:
-    """How far a step of length h from (t, y) moves where its right-hand side is rounded.
+    """Return the change of a step of length h from (t, y) by rounding of its right-hand side.
 
     The largest change that the perturbed right-hand sides make, or the last places of the
     state, each by itself: together they may cancel, as in k*(r - l) where both move alike.

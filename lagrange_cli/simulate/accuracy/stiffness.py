@@ -29,7 +29,8 @@ _FINEST = 1e-12
 
 @dataclass(frozen=True)
 class StiffnessTrial:
-    """Whether the implicit method came farther, and what the trial cost."""
+    """Outcome of a trial: the implicit method came farther or not, and the right-hand sides
+    used."""
 
     stiff: bool
     evaluations: int

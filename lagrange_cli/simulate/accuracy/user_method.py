@@ -80,7 +80,7 @@ def _begin(run: Run, keeper: CheckpointWriter, coarse: CoarseResult | None) -> N
 
 
 def measured_run(run: Run, problem: InitialValueProblem) -> Measured:
-    """What a single run came to: nothing is estimated."""
+    """Return the samples of a single run, without an estimate."""
     return Measured(
         states=run.rows,
         scales=last_scales(problem, run.rows),
@@ -122,7 +122,7 @@ def _pilot_if_needed(
 def control_of(
     problem: InitialValueProblem, request: Request, coarse: CoarseResult | None
 ) -> Control:
-    """What steers the steps of a run with a method that was asked for."""
+    """Return tolerances and step limits for a method that was asked for."""
     n = len(problem.y0)
     rtol = request.rtol or 0.0
     if request.atol is not None:

@@ -1,4 +1,4 @@
-"""Coordinates of a chart along a motion that is known in others.
+"""Continuation of a chart's coordinates along a motion in other coordinates.
 
 From sample to sample the coordinates that give a position are found by Newton's method,
 beginning with those of the sample before, moved on with their rates. A step is trusted
@@ -68,7 +68,7 @@ class KnownMotion(NamedTuple):
 
 @dataclass(frozen=True)
 class AngleReversal:
-    """What is known of the coordinates whose rates move nothing at singular places.
+    """Facts on coordinates whose rates move nothing at singular configurations.
 
     ``angles`` (n,): which coordinates are angles. ``steady`` (n,): whose rates are proven to
     keep the signs of ``rates`` (n,), those at the start, or to stay zero.
@@ -301,7 +301,7 @@ class _Follower:
 
     @staticmethod
     def _is_lost(here: _Point, there: _Point) -> bool:
-        """Whether halving only comes closer to what the positions do not tell apart."""
+        """Tell if halving only approaches what the positions do not tell apart."""
         return not (here.clear and there.clear)
 
     def _between(self, t: float, numbers: tuple[int, int]) -> tuple[Array, Array]:

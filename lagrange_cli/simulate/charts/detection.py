@@ -1,4 +1,4 @@
-"""Places where the coordinates of a run are singular: whether it begins, passes or ends there."""
+"""Detection of singular configurations at the start, on the way or at the end."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def first_passage(
 
 
 class _Near:
-    """How near the samples of a run come to each place; they are added in parts, in order."""
+    """Distances of samples from each singular configuration, added in parts, in order."""
 
     def __init__(self, model: Model) -> None:
         n, places = len(model.coordinates), len(model.singular)
@@ -121,7 +121,7 @@ class _Near:
         return [(number, first + k) for k, number in changes.tolist()]
 
     def ends(self, number: int) -> bool:
-        """Whether a factor is about to vanish at the last sample."""
+        """Tell if a factor is about to vanish at the last sample."""
         last = abs(float(self._last[-1, number]))
         if last <= NEAR_SINGULAR * float(self._largest[number]):
             return True
@@ -155,7 +155,7 @@ def _unresolved(model: Model, t: float, state: Array, number: int) -> float:
 def _is_barred(
     model: Model, number: int, times: RowSequence, states: RowSequence, before: int
 ) -> bool:
-    """Whether a motion that changed sides after a sample cannot have done so.
+    """Tell if a motion that changed sides after a sample cannot have done so.
 
     The momentum of a coordinate that loses its inertia as the factor's square keeps its
     value: then the rate grows without bound, and the motion turns round. If instead the
@@ -170,6 +170,6 @@ def _is_barred(
 
 
 def _spread(values: Array) -> float:
-    """How much numbers differ, beside their size."""
+    """Return the standard deviation of numbers, relative to their size."""
     size = float(np.abs(values).mean())
     return float(values.std()) / size if size > 0 else 0.0

@@ -1,4 +1,4 @@
-"""Simulations past places where the coordinates of a scene are singular.
+"""Simulation past singular configurations of a scene's coordinates.
 
 At such a place (the pole of spherical angles) no accelerations follow from the
 equations, and close to it a motion may be stepped over it unseen: the angles are then
@@ -172,7 +172,7 @@ def _from_start(
 
 
 def _cut(run: Trajectory, met: SingularPassage) -> Trajectory:
-    """What is known before a place that was met."""
+    """Cut a run before a singular configuration that it passed."""
     where, last = met.place.where, float(run.t[met.samples - 1])
     said = (
         f"the coordinates are singular where {where}, which is met after t = {last:.9g};"
@@ -260,7 +260,7 @@ def _run_and_followed(
 
 
 def _moves(chart: FormerChart, found: ContinuedCoordinates, run: Trajectory) -> Array:
-    """How far angles turn from sample to sample, by the fastest of their rates."""
+    """Return the angle turned from sample to sample by the fastest coordinate, shape (m,)."""
     turning = [j for j, kind in enumerate(chart.kinds) if kind == "angle"]
     step = float(run.t[-1] - run.t[0]) / max(len(run.t) - 1, 1)
     moves = np.nan_to_num(np.abs(found.v[:, turning]) * step)
@@ -408,7 +408,7 @@ def _follow(
 
 
 def _turning(chart: FormerChart) -> AngleReversal | None:
-    """What decides where the motion passes a singular place closer than it is known."""
+    """Return the facts that decide past a singular configuration; None without a known start."""
     if chart.start is None:
         return None
     return AngleReversal(
@@ -442,7 +442,7 @@ def _own_columns(
 def multiplier_form(
     model: Model, formulation: str | None, with_multipliers: Callable[[], Model]
 ) -> Callable[[], Model] | None:
-    """What makes the model of the same scene in coordinates that may take the place of its own.
+    """Return the maker of the model in coordinates that may replace a model's own.
 
     Parameters
     ----------

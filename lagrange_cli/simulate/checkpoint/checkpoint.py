@@ -1,4 +1,4 @@
-"""The state of a long run, written now and then, so that it can go on after an end of any kind.
+"""State of a run in a file, from which a later process goes on.
 
 The file has the state without the samples, written whole or not at all; the samples are in a file
 beside it that only grows. What was written goes on only where nothing that the result depends on
@@ -202,7 +202,7 @@ class CheckpointWriter:
             ) from error
 
     def _contents(self) -> tuple[SavedState, SavedState]:
-        """What the run was and its state; a device or pipe is not read."""
+        """Read the identity and the state of the run in the file; a device or pipe is refused."""
         if os.path.exists(self.path) and not os.path.isfile(self.path):
             raise DamagedError
         with open(self.path, "rb") as file:

@@ -1,4 +1,4 @@
-"""Plain values as bytes and back: what a checkpoint is made of. Nothing that runs is ever read."""
+"""Serialization of plain values without pickling: the content of a checkpoint."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class _Arrays:
         self._size = 0
 
     def place(self, array: NDArray[Any]) -> int:
-        """Where the bytes of an array begin."""
+        """Return the offset of an array's bytes."""
         if id(array) not in self._places:
             self._places[id(array)] = self._size
             self._parts.append(array)  # kept alive, so that its id stays its own

@@ -1,4 +1,4 @@
-"""Members of an ensemble that are stepped side by side, a lane of a vector each.
+"""Batched runs: members of an ensemble in lanes of vectors.
 
 The promise is kept as for a single run (:mod:`.accuracy.controller`): the run is compared with a
 looser companion, with given numbers and operations off by their rounding. Where that alone does not

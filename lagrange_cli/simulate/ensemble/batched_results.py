@@ -1,4 +1,4 @@
-"""What members of an ensemble come to that are stepped side by side (:mod:`.batched`)."""
+"""Results of members that are run batched (:mod:`.batched`)."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ class BatchedResults:
         return iter([self.members.unpromised(rtol, starts, parameters, between)])
 
     def _found(self, runs: BatchedRuns, parameters: Array) -> Iterator[Known | Missed]:
-        """What becomes of those that the energy does not make doubtful."""
+        """Yield the results of members about which the energy leaves no doubt."""
         eps = self.request.accuracy
         if len(runs.numbers) == 0:
             return
@@ -217,7 +217,7 @@ def _moved(found: Known | Missed, by: int) -> Known | Missed:
 def batched_results(
     model: Model, options: SimulationOptions, extra: tuple[str, ...]
 ) -> BatchedResults | None:
-    """What steps members of a model side by side; None where that cannot be.
+    """Return the batched runs of a model's members; None if that cannot be.
 
     Parameters
     ----------

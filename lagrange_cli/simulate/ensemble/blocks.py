@@ -1,4 +1,4 @@
-"""What became of the members of an ensemble, a block of them at a time."""
+"""Results of the members of an ensemble, block by block."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MEMBER_WORDS = ("status", "reason", "method", "formulation")
 
 @dataclass(frozen=True)
 class MemberBlock:
-    """What became of the members of a block.
+    """Results of the members of a block.
 
     ``columns``: name → values, shape (members, samples), NaN where nothing holds; empty where
     none are wanted. ``given``: the number that each name of the plan stands for; ``scales``:

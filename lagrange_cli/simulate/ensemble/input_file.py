@@ -43,7 +43,7 @@ _EXAMPLE = "linspace(0.1,10,100), logspace(-1,1,5), geomspace(0.1,10,5) or a lis
 
 @dataclass(frozen=True)
 class Members:
-    """What each member has of its own: one text of an expression for each name.
+    """Values of each member: one text of an expression for each name.
 
     ``rows``: as many texts as there are ``names``; ``marks``: their places, and ``heads``
     those of the names.

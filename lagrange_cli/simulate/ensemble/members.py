@@ -33,7 +33,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class MemberValues:
-    """What a member has of its own: texts of expressions by name."""
+    """Values of one member: texts of expressions by name."""
 
     parameters: Mapping[str, str] = field(default_factory=dict)
     initial: Mapping[str, str] = field(default_factory=dict)
@@ -162,7 +162,7 @@ def require_known_names(members: Members, scene: Scene) -> None:
 
 
 def differ_in_numbers(recipe: Recipe, own: MemberValues, model: Model) -> bool:
-    """Whether members differ in numbers of the ``model`` alone, which is that of one of them."""
+    """Tell if members differ from the ``model`` of one of them in numbers alone."""
     scene = recipe.scene(own)
     given = [(value.name, value.order) for value in scene.initial]
     simple = not (model.multipliers or model.contacts or model.chart)

@@ -62,7 +62,7 @@ _LARGEST_BLOCK, _LARGEST_SIDE_BY_SIDE, _FEWEST_BLOCKS = 32, 256, 16
 
 @dataclass(frozen=True)
 class Plan:
-    """What all members share; plans of one key are one plan.
+    """Options and model that all members share; plans of one key are one plan.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ class Task:
 
 
 class _Runner:
-    """What a process needs to run members of a plan, made once."""
+    """Means of a process to run members of a plan, made once."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
@@ -126,7 +126,7 @@ class _Runner:
         return batched_results(self.plan.model, self.plan.options, self.plan.extra)
 
     def gathering(self, task: Task) -> BlockBuilder:
-        """Where parts of a task are put together."""
+        """Return an empty block for the members of a task."""
         plan = self.plan
         expected = () if self.batched is None else self.batched.names
         columns = expected if plan.columns else None

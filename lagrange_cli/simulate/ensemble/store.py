@@ -205,7 +205,7 @@ def _unpacked(path: Path, number: int, size: int) -> MemberBlock | None:
 
 
 def open_store(output: str | None, key: str, sizes: Sequence[int], *, resume: bool) -> Store:
-    """Where blocks are kept: those of an interrupted run with ``resume``.
+    """Open the store of finished blocks, with ``resume`` those of an interrupted run.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a trajectory has at each of some samples: columns by their names."""
+"""Columns of a trajectory at some samples, by name."""
 
 from __future__ import annotations
 

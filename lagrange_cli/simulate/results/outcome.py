@@ -1,4 +1,4 @@
-"""How a simulation ended: its status, and in words why."""
+"""Status of a finished simulation, and the reason in words."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def status(problem: InitialValueProblem, measured: Measured) -> Status:
 
 
 def reason(model: Model, problem: InitialValueProblem, measured: Measured, request: Request) -> str:
-    """Why the samples end where they do, empty where they are all there."""
+    """Say in words why a result is not all that was asked for."""
     ended = status(problem, measured)
     last = float(problem.times[len(measured.states) - 1])
     if ended == "ok":

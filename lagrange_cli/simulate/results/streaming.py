@@ -1,4 +1,4 @@
-"""Runs of more samples than memory should hold: they pass through files, window by window."""
+"""Runs whose samples pass through files, window by window."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _FEW = 1001
 
 @dataclass(frozen=True)
 class Stream:
-    """What becomes of samples that are more than memory should hold.
+    """Destination of samples that are more than memory should hold.
 
     ``output``: the file that all are written to, with the columns ``extra`` beside those of
     the state; ``drawn``: whether there is to be a picture. More than ``in_memory`` numbers of

@@ -58,7 +58,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Samples of a motion with what is known of their error.
+    """Samples of a motion with the estimate of their error.
 
     ``t`` has shape (samples,). ``columns`` maps every coordinate, its
     ``dot(...)``, every Cartesian name of the scene, its ``dot(...)`` and every
@@ -135,7 +135,7 @@ class Trajectory:
         return {name: float(values[-1]) for name, values in self.columns.items()}
 
     def summary(self, *, derive_seconds: float = 0.0) -> dict[str, Any]:
-        """What ``lagrange simulate --json`` writes."""
+        """Return the JSON object that ``lagrange simulate --json`` writes."""
         return {
             "name": self.name,
             "status": self.status,

@@ -29,7 +29,7 @@ _GLANCE = 0.02
 
 @dataclass(frozen=True)
 class Failure:
-    """Where and why a run could not go on, with the contacts that are in the way."""
+    """Time and reason of a run that could not go on, and the contacts in its way."""
 
     time: float
     reason: str
@@ -124,7 +124,7 @@ class Run:
 
     @property
     def switches(self) -> Sequence[ModeChange]:
-        """What happened to contacts so far."""
+        """Changes of contacts so far."""
         return self._integrator.switches if isinstance(self._integrator, ContactMotion) else ()
 
     @property
@@ -134,7 +134,7 @@ class Run:
 
     @property
     def grazes(self) -> Sequence[NearContact]:
-        """Where gaps came close to zero and opened again."""
+        """Least values of gaps that came close to zero and opened again."""
         return self._integrator.grazes if isinstance(self._integrator, ContactMotion) else ()
 
     @property
@@ -149,7 +149,7 @@ class Run:
 
     @property
     def ended(self) -> bool:
-        """Whether the run is complete or has failed."""
+        """True if the run is complete or has failed."""
         return self.failure is not None or self.filled == len(self._times)
 
     def state(self) -> SavedState:

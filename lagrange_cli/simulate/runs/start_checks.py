@@ -1,4 +1,4 @@
-"""What is required of the initial state before anything is integrated."""
+"""Checks of the initial state before anything is integrated."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _massless(model: Model) -> InputError:
 
 
 def _near(projected: Array, y: Array) -> bool:
-    """Whether positions and velocities are those of the projected state; NaN is near nothing."""
+    """Tell if positions and velocities are those of the projected state; NaN is near nothing."""
     moved, size = (np.abs(a).reshape(2, -1).max(axis=1) for a in (projected - y, y))
     return bool((moved <= _OFF * size).all())
 

@@ -1,4 +1,4 @@
-"""How long steps may be without something sharp being passed unseen.
+"""Longest steps that pass over nothing sharp, shown by analyticity.
 
 A method sees a force at a few times a step; a pulse between them it does not see. So no step is
 longer than a part of the whole, unless it is shown that nothing sharp is near: that around the
@@ -68,7 +68,7 @@ def longest_step(problem: InitialValueProblem, reach: float) -> float:
 
 @dataclass(frozen=True)
 class PathPoint:
-    """Where a motion has been, and the contacts that are closed there."""
+    """State on a motion, and flags of the contacts that are closed there."""
 
     t: float
     y: Array
@@ -76,7 +76,7 @@ class PathPoint:
 
 
 class AnalyticDiscs:
-    """What can be seen from places on a motion."""
+    """Discs of complex times around points of a motion in which it is analytic and tame."""
 
     def __init__(self, problem: InitialValueProblem) -> None:
         self._problem, self._blind = problem, input_pieces(problem.rhs) is not None

@@ -1,4 +1,4 @@
-"""What sharp forces may do unseen in runs that do not watch for them, as a remark.
+"""Remark on sharp forces in runs that do not watch for them.
 
 Compiled runs without contacts resolve the peaks of sharp functions (:mod:`.peaks`). In others a
 force that acts for less than a step may fall between all evaluations of all runs.

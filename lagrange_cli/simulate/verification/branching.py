@@ -1,4 +1,4 @@
-"""Motions that come to rest where more than one follows: runs from states beside tell.
+"""Cut off a motion at a rest after which several motions may follow.
 
 A particle may climb a hill of the shape −|x|^(3/2) and reach its top with no speed, after which
 it may rest, go on or fall back (:mod:`.uniqueness`). Runs that differ by their rounding alone may
@@ -47,7 +47,7 @@ def without_branches(
     eps: float,
     watch: Watch,
 ) -> Measured:
-    """What is left of a motion that comes to rest where more than one follows.
+    """Cut a motion at a rest after which several may follow.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def _rates(
 def _branches(
     problem: InitialValueProblem, measured: Measured, before: int, eps: float, watch: Watch
 ) -> bool:
-    """Whether motions from states beside that of a sample come to other ends."""
+    """Tell if motions from states beside that of a sample come to other ends."""
     n, y = len(problem.kinds), measured.states[before]
     sizes = np.abs(measured.states[: before + 1]).max(axis=0)
     moves = max(_LEAST, _PART * measured.estimate) * sizes

@@ -1,4 +1,4 @@
-"""How far a motion is from the constraints that are kept beside its coordinates."""
+"""Drift of a motion from the closure equations beside its coordinates."""
 
 from __future__ import annotations
 

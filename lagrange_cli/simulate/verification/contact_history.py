@@ -1,4 +1,4 @@
-"""A motion with contacts, looked at afterwards: what holds where which contacts are closed."""
+"""Functions of a model along a motion with contacts, and its penetrations."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ class _EnergyStep:
 def _energy_steps(
     energy: Table, rhs: ContactRhs, switches: Sequence[ModeChange]
 ) -> list[_EnergyStep]:
-    """What each impact does to the energy."""
+    """Return the change of energy at each impact."""
     impacts: dict[int, list[ModeChange]] = {}
     for s in switches:
         if s.jumps:

@@ -1,4 +1,4 @@
-"""What a result shows to be wrong with it, whatever its estimate says."""
+"""Evidence in a result against it, whatever its estimate says."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ _DIGITS = 60
 def cut_at_disproof(
     model: Model, seen: MotionFunctions, t: RowSequence, measured: Measured, accuracy: float | None
 ) -> Measured:
-    """What is not disproved: by the energy, where it is conserved and an accuracy promised, by
-    a gap that is negative, by an impact that adds energy.
+    """Cut a motion at the first disproof: a conserved energy that changes although an accuracy is
+    promised, a negative gap, or an impact that adds energy.
 
     Parameters
     ----------
@@ -125,8 +125,8 @@ def energies(seen: MotionFunctions, t: Array, states: Array) -> tuple[Array, Arr
 def energy_drift(
     model: Model, seen: MotionFunctions, t: RowSequence, states: RowSequence
 ) -> float | None:
-    """How much the energy changes over the samples beside what it is made of, None where it is
-    not conserved; see :class:`.energy_drift.EnergyDrift`."""
+    """Return the largest change of the energy relative to its parts; None if it is not conserved,
+    see :class:`.energy_drift.EnergyDrift`."""
     if not energy_is_conserved(model):
         return None
     found = EnergyDrift()

@@ -1,4 +1,4 @@
-"""A conserved energy as a witness: what it disproves is not promised.
+"""Drift of a conserved energy, and when it disproves an accuracy.
 
 The estimate of the error compares runs with each other. What all of them step
 over, a barrier narrower than a step, they do not see; the energy function may.
@@ -106,7 +106,7 @@ def first_contradiction(
 def _contradicts(
     energy: Energy, t: Array, states: Array, change: Array, moves: Array, start: float, k: int
 ) -> bool:
-    """Whether the change of the energy at a sample is more than its error explains."""
+    """Tell if the energy at a sample changes by more than its error explains."""
     return bool(change[k] > _MARGIN * (start + _allowance(energy, t[k], states[k], moves)))
 
 
@@ -136,7 +136,8 @@ def _contradicts_exactly(
 
 
 def _largest_change(energy: ExactEnergy, t: float, y: Array, moves: Array) -> Any:
-    """What :func:`_allowance` gives, or the largest change with all components moved at once."""
+    """Return :func:`_allowance` in more digits, or the largest change with all components moved at
+    once."""
     here = energy(t, y, None)
     each = [max(abs(energy(t, y, sign * row) - here) for sign in (1, -1)) for row in np.diag(moves)]
     signs = ((-1.0) ** (np.arange(len(y)) // 2**k) for k in range(len(y).bit_length() + 1))
@@ -178,7 +179,7 @@ def suspects(energy: Array, kinetic: Array) -> tuple[Array, NDArray[np.intp]]:
 
 
 def contradicted(change: Array, start: Array, moved: Array) -> NDArray[np.bool_]:
-    """Whether errors explain less than changes of the energy, for each of some motions.
+    """Tell for each of some motions if errors explain less than the changes of its energy.
 
     Parameters
     ----------

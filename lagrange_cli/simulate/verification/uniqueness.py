@@ -1,4 +1,4 @@
-"""Whether more than one motion follows from a state: forces with an unbounded slope.
+"""Forces of unbounded slope, past which more than one motion may follow.
 
 Where accelerations have bounded slopes, one motion follows from a state (Picard, Lindelöf). A
 force as sqrt(x) has none at x = 0: a particle at rest there may stay, or leave at any time (J.

@@ -24,7 +24,7 @@ __all__ = ["Stress", "stress"]
 
 @dataclass(frozen=True)
 class Stress:
-    """What became of the points of a scene, in the order of the axes.
+    """Results of the points of a scene, in the order of the axes.
 
     ``left_out``: axes of which the scene has no points.
     """

@@ -1,4 +1,4 @@
-"""Extreme points of a scene: settings of its parameters, its start, its end and the accuracy.
+"""Extreme points of a scene: parameters, start, end and accuracy.
 
 What a parameter is follows from its dimension (:mod:`lagrange_cli.scene.dimensions`). An axis is
 a function of a scene's :class:`Ground` that yields points; to add one, write the function and
@@ -78,7 +78,7 @@ class StressPoint:
 
 @dataclass(frozen=True)
 class Ground:
-    """What axes start from: a scene, its model, and the numbers it gives.
+    """Start of the axes: a scene, its model, and the numbers it gives.
 
     ``parameters``: those with a number of their own; ``initial``: values by name, ``dot(NAME)``
     for velocities.

@@ -50,7 +50,7 @@ class StressTask:
 
 @dataclass(frozen=True)
 class StressRun:
-    """What became of a point.
+    """Result of a point.
 
     ``outcome``: it ``holds`` to the end as promised; it is ``degraded``, the promise holding
     for a part; it is ``refused``, nothing being promised; or it is ``wrong``: what is promised

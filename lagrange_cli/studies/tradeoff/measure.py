@@ -67,7 +67,7 @@ class Recommendation:
 
 @dataclass(frozen=True)
 class CostRatios:
-    """How many times the seconds and evaluations of others ``auto`` takes, None where unknown.
+    """Costs of ``auto`` relative to the cheapest runs that are as good; None if unknown.
 
     ``seconds`` and ``evaluations``: of the cheapest run that is as good as it turned out;
     ``seconds_needed`` and ``evaluations_needed``: of the cheapest with the accuracy asked for.

@@ -1,4 +1,4 @@
-"""Work against precision: which runs are worth their price, and which to recommend."""
+"""Pareto front of work and precision, and the run to recommend."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def pareto(points: Sequence[tuple[float, float]]) -> list[bool]:
 
 
 def cost_ratio(error: float, cost: float, points: Iterable[tuple[float, float]]) -> float | None:
-    """How many times the cost of the cheapest point that is as good; None where none is."""
+    """Cost relative to the cheapest point with error ≤ ``error``; None if there is none."""
     good = [c for e, c in points if e <= error]
     return None if not good else cost / min(good)
 

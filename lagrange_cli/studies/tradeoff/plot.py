@@ -81,6 +81,6 @@ def _front(
     cost: Callable[[WorkPrecisionPoint], float],
     on_front: Callable[[WorkPrecisionPoint], bool],
 ) -> None:
-    """What no other run beats."""
+    """Draw the Pareto front."""
     best = sorted((p.distance, cost(p)) for p in trade.points if _drawn(p) and on_front(p))
     axes.plot(*zip(*best, strict=True), color="black", lw=5, alpha=0.15, label="front")

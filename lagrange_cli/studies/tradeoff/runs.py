@@ -1,4 +1,4 @@
-"""Runs that are compared: their settings, from coarse to fine, and what comes of each."""
+"""Settings of compared runs from coarse to fine, and their results."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ _Outcome = Literal["ok", "given_up", "failed"]
 
 @dataclass(frozen=True)
 class Setting:
-    """What is run: a method with its tolerance or step, or ``auto`` with its accuracy."""
+    """Setting of a run: a method with its tolerance or step, or ``auto`` with its accuracy."""
 
     method: str
     rtol: float | None = None
@@ -195,7 +195,7 @@ class Bench:
         return energy_drift(self.model, seen, self.problem.times, measured.states)
 
     def seconds(self, setting: Setting) -> float:
-        """How long a run takes that is known to end."""
+        """Measure the seconds of a run that is known to end."""
         if setting.accuracy is not None:
             measured = integrate_to_accuracy(self.problem, setting.accuracy, Watch())
             if measured.stopped:
@@ -237,7 +237,7 @@ def _parts(first: int, method: type[Integrator]) -> list[int]:
 
 
 def has_stagnated(points: Sequence[WorkPrecisionPoint]) -> bool:
-    """Whether finer runs of a method have nothing to add."""
+    """Tell if finer runs of a method have nothing to add."""
     last = points[-1]
     if last.outcome == "given_up" or (last.outcome == "ok" and not last.resolved):
         return True
