@@ -25,8 +25,11 @@ AUTO = "auto"
 _DEFAULT_ACCURACY = 1e-6
 _DEFAULT_SAMPLES = 501
 
-#: Samples whose states are all in memory, and samples of any run.
-MOST_SAMPLES, _MOST_STREAMED = 1_000_000, 10_000_000_000
+#: Most samples whose states are all in memory.
+MOST_SAMPLES = 1_000_000
+
+#: Most samples of any run.
+_MOST_STREAMED = 10_000_000_000
 
 #: What methods need, by the name of the fact.
 _NEEDS = {

@@ -34,20 +34,28 @@ __all__ = [
 COARSE = 1e-5
 COARSE_TOLERANCES = (COARSE, 1e-8, 1e-11)
 
-#: A motion is close to the origin where it takes steps of less than this part of the longest so
-#: far, and too close for a coarse run within so many tolerances of the scales.
-_SHORT, _TOO_CLOSE = 0.05, 1e3
+#: A motion is close to the origin where its steps are below this part of the longest so far; set by
+#: hand.
+_SHORT = 0.05
+
+#: It is too close for a coarse run within so many tolerances of the scales; set by hand.
+_TOO_CLOSE = 1e3
 
 #: Least absolute tolerance: scales may underflow, tolerances must not.
 LEAST = 1e-290
 
-#: Steps that are made one by one, until their length has settled; later a few are
-#: made before tolerances are looked at again.
-_START, _FEW = 12, 16
+#: Steps that are made one by one, until their length has settled.
+_START = 12
 
-#: A run is lost that would need more steps than this at the pace of its last ones, so many: where
-#: it is coarse it may fall into a singularity that the motion passes.
-_MOST_STEPS, _WINDOW = 1e9, 2**14
+#: Most steps that are made later before tolerances are looked at again.
+_FEW = 16
+
+#: A run is lost that would need more steps than this at the pace of its last ones: if it is coarse
+#: it may fall into a singularity that the motion passes.
+_MOST_STEPS = 1e9
+
+#: Number of these last steps.
+_WINDOW = 2**14
 
 #: How much longer than those of other runs its steps may be: it shows scales alone.
 _LONGER = 2.0
@@ -56,16 +64,23 @@ _LONGER = 2.0
 #: followed at the tolerance to come at once.
 _FEW_STEPS = 16
 
-#: How much longer than without sight steps must become for it to be worth to look, unless they
-#: are as long as they may be but for such a part.
-_WORTH, _FULL = 1.5, 0.9
+#: Factor by which steps must become longer by discs for it to be worth looking; set by hand.
+_WORTH = 1.5
+
+#: Part of the longest step from which on steps count as being as long as they may be.
+_FULL = 0.9
 
 #: The first step as a part of the span; steps grow tenfold from there.
 FIRST_STEP = 1e-8
 
-#: Part of accelerations that may change in the first step, by how much it is shortened where more
-#: does, and the least part of the time or the span that is tried.
-_STEADY, _SHRINK, _SMALLEST_STEP = 0.5, 0.125, 1e-15
+#: Part of accelerations that may change in the first step.
+_STEADY = 0.5
+
+#: Factor of the first step if more of them changes.
+_SHRINK = 0.125
+
+#: Smallest first step that is tried, as a part of the time or the span.
+_SMALLEST_STEP = 1e-15
 
 
 def steady_time(problem: InitialValueProblem, most: float) -> float:

@@ -26,15 +26,23 @@ __all__ = ["AngleReversal", "ContinuedCoordinates", "KnownMotion", "continue_coo
 #: A function of a chart: t, [q, v] → numbers.
 Function = Callable[[float, Array], Array]
 
-#: Steps of Newton's method, and the last one beside the size of the coordinates.
-_NEWTON, _SMALLEST = 30, 1e-13
+#: Most steps of Newton's method.
+_NEWTON = 30
+
+#: Its last step, relative to the size of the coordinates.
+_SMALLEST = 1e-13
 
 #: Misfit of a position, beside its size, that no coordinates of the chart account for.
 _MISFIT = 1e-6
 
-#: Part of a step that its rates may leave open, the smallest step of which that is asked,
-#: and the largest step.
-_LOOSE, _LEAST, _MOST = 0.2, 1e-3, 1.0
+#: Part of a step that its rates may leave open.
+_LOOSE = 0.2
+
+#: Smallest step of which that is asked.
+_LEAST = 1e-3
+
+#: Largest step.
+_MOST = 1.0
 
 #: How much alike the tangent planes at the ends of a step must be: the cosine between them.
 _ALIKE = 0.25
@@ -42,9 +50,14 @@ _ALIKE = 0.25
 #: Values of all coordinates from which they are looked for where no start is given.
 _GUESSES = (0.5, -0.5, 1.0, 2.0)
 
-#: Halvings of the time between two samples, and positions that are looked at, for each
-#: sample and besides, before coordinates are given up.
-_HALVINGS, _EACH, _BESIDES = 60, 16, 4000
+#: Most halvings of the time between two samples.
+_HALVINGS = 60
+
+#: Positions that are looked at for each sample before coordinates are given up.
+_EACH = 16
+
+#: Positions that are looked at besides.
+_BESIDES = 4000
 
 #: A direction that moves the positions by less than this part of what others do moves nothing.
 _NOTHING = 1e-9

@@ -14,7 +14,6 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +34,7 @@ from lagrange_cli.simulate.charts.detection import (
     passage_of_run,
     singular_start,
 )
+from lagrange_cli.simulate.charts.sample_grid import FINEST, grid_of
 from lagrange_cli.simulate.model.model import ChartSingularity, FormerChart, Model
 from lagrange_cli.simulate.request import Request, SimulationOptions
 from lagrange_cli.simulate.results.outcome import Status
@@ -45,9 +45,11 @@ from lagrange_cli.simulate.system.functions import functions_of
 
 __all__ = ["multiplier_form", "simulate_past_singularities"]
 
-#: Parts of the time in which places and coordinates are watched at least, in which
-#: coordinates are followed close to such places, and the most.
-WATCHED, _FOLLOWED, FINEST = 500, 4000, 2**17
+#: Least number of parts of the time in which singular configurations are watched for.
+WATCHED = 500
+
+#: Parts of the time in which coordinates are continued close to them.
+_FOLLOWED = 4000
 
 #: Part of the samples between which angles turn by a radian at most.
 _USUALLY = 0.9
@@ -99,7 +101,7 @@ def simulate_past_singularities(
 
     try:
         request = context.resolved(model, options)
-        every = _grid(request).every(WATCHED)
+        every = grid_of(request).every(WATCHED)
         first = integrate(model, request, context, every=every, look=look)
     except InputError as refusal:
         return _from_start(model, options, other, context, refusal)
@@ -230,7 +232,7 @@ def _run_and_followed(
     model: Model, chart: FormerChart, request: Request, context: RunContext
 ) -> tuple[Trajectory, ContinuedCoordinates, int]:
     """A run as fine as its former coordinates need it, these, and every which sample counts."""
-    started, spent, grid = time.perf_counter(), 0.0, _grid(request)
+    started, spent, grid = time.perf_counter(), 0.0, grid_of(request)
     every, before = grid.every(WATCHED), list[Trajectory]()
     deadline = started + (request.budget or np.inf)
     if request.budget is not None:
@@ -353,34 +355,6 @@ def _choice(names: list[str], t: float) -> str:
         f"{listed}: the motion passes t = {t:.9g} closer to where they have no meaning than it is"
         " known; from there on they are one choice of several for the position"
     )
-
-
-class _Grid(NamedTuple):
-    """Times between samples that are asked for, and steps of fixed size in each (0: adaptive)."""
-
-    intervals: int
-    steps: int
-
-    def finer(self, every: int, wanted: int) -> int:
-        """So many times ``every`` parts that there are as many as wanted, where steps are free."""
-        return every if self.steps else every * -(-self.every(wanted) // every)
-
-    def every(self, wanted: int) -> int:
-        """Parts of each interval that make so many in all, or as many as can be."""
-        parts = max(1, -(-min(wanted, FINEST) // self.intervals))
-        if not self.steps:
-            return parts
-        most = min(parts, self.steps)
-        possible = (k for k in range(most, self.steps + 1) if self.steps % k == 0)
-        return next(possible)
-
-
-def _grid(request: Request) -> _Grid:
-    """The times that are asked for."""
-    steps = (
-        0 if request.step is None else round((request.times[1] - request.times[0]) / request.step)
-    )
-    return _Grid(len(request.times) - 1, steps)
 
 
 def _follow(

@@ -27,6 +27,7 @@ from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.accuracy.error_estimate import FLOOR_ULPS, error_estimate
 from lagrange_cli.simulate.accuracy.measured import Measured, limiting_component
 from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.ensemble.batched_runs import BatchedRuns
 from lagrange_cli.simulate.integrators.native.batched_taylor import (
     BatchedMotions,
     BatchedSamples,
@@ -42,30 +43,44 @@ from lagrange_cli.simulate.system.rounding import each_off_by_one_ulp, rounding_
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
 
-__all__ = ["METHOD", "BatchedMembers", "BatchedRuns", "batched_members"]
+__all__ = ["METHOD", "BatchedMembers", "batched_members"]
 
 #: What the method is called in reports.
 METHOD = "Taylor"
 
-#: The tolerances that are tried in doubles, as parts of the accuracy, and the smallest of them;
-#: no second one is tried below the last.
-_TOLERANCES, _SMALLEST_TOLERANCE, _WORTHWHILE = (1e-5, 1e-7), 1e-16, 1e-16
+#: Tolerances that are tried in doubles, as parts of the accuracy; set by hand.
+_TOLERANCES = (1e-5, 1e-7)
+
+#: Smallest tolerance in doubles.
+_SMALLEST_TOLERANCE = 1e-16
+
+#: Tolerance below which no second one is tried.
+_WORTHWHILE = 1e-16
 
 #: The tolerance in wider arithmetic: what remains is what the last place of the start does.
 _WIDER_TOLERANCE = 1e-17
 
-#: Lowest and highest order, and by how much it is above the one whose coefficients are the
-#: cheapest for a tolerance (Jorba and Zou): steps cost more than their coefficients.
-_ORDERS, _ABOVE = (6, 24), 2
+#: Lowest and highest order.
+_ORDERS = (6, 24)
+
+#: Orders above the one whose coefficients are the cheapest for a tolerance (Jorba and Zou): steps
+#: cost more than their coefficients.
+_ABOVE = 2
 
 #: Steps of a run after which a member is left to a single run, which asks whether it is stiff.
 _MOST_STEPS = 20_000
 
-#: Slopes that are looked at within the whole time, and where something depends on time.
-_GLANCES, _GLANCES_DRIVEN = 768, 3072
+#: Slopes that are looked at within the whole time.
+_GLANCES = 768
 
-#: What slopes may be off over a step, as a part of the accuracy, and at least.
-_FORGIVEN, _FORGIVEN_AT_LEAST = 1e-2, 1e-13
+#: The same if something depends on time.
+_GLANCES_DRIVEN = 3072
+
+#: Error of slopes that a step forgives, as a part of the accuracy.
+_FORGIVEN = 1e-2
+
+#: The same at least.
+_FORGIVEN_AT_LEAST = 1e-13
 
 #: The longest step of the disturbed run beside that of the run.
 _SHORTER = 0.8
@@ -89,53 +104,6 @@ _LEAST_OF_ONE = 1e-15
 
 _Flags: TypeAlias = NDArray[np.bool_]
 _Integers: TypeAlias = NDArray[np.int64]
-Indices: TypeAlias = NDArray[np.intp]
-
-
-@dataclass(frozen=True)
-class BatchedRuns:
-    """Runs of some members, by their ``numbers``: ``states`` (m, samples, 2n) and their
-    ``scales`` (m, 2n); where an accuracy is promised the ``estimate`` of each, and the states
-    of its ``companions``. ``steps`` and ``evaluations`` are those of the run,
-    ``all_evaluations`` those of everything; a coefficient of the slope counts as one."""
-
-    numbers: Indices
-    states: Array
-    scales: Array
-    estimate: Array
-    steps: _Integers
-    evaluations: _Integers
-    all_evaluations: _Integers
-    companions: tuple[Array, ...] = ()
-
-    def only(self, which: Indices) -> BatchedRuns:
-        """Some of them; all of them are not copied."""
-        return self if len(which) == len(self.numbers) else self._some(which)
-
-    def decided(self, eps: float) -> BatchedRuns:
-        """Those whose estimate is below an accuracy, without companions."""
-        return replace(self, companions=()).only(np.flatnonzero(self.estimate < eps))
-
-    def undecided(self, eps: float) -> BatchedRuns:
-        """Those whose estimate is not, but is finite."""
-        return self.only(np.flatnonzero((self.estimate >= eps) & np.isfinite(self.estimate)))
-
-    def in_turn(self, count: int) -> Iterator[BatchedRuns]:
-        """So many at a time, not copied."""
-        for first in range(0, len(self.numbers), count):
-            yield self._some(slice(first, first + count))
-
-    def _some(self, which: Indices | slice) -> BatchedRuns:
-        return BatchedRuns(
-            self.numbers[which],
-            self.states[which],
-            self.scales[which],
-            self.estimate[which],
-            self.steps[which],
-            self.evaluations[which],
-            self.all_evaluations[which],
-            tuple(companion[which] for companion in self.companions),
-        )
 
 
 def batched_members(

@@ -12,12 +12,8 @@ from numpy.typing import NDArray
 from lagrange_cli.cache import open_cache
 from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.batched import (
-    METHOD,
-    BatchedMembers,
-    BatchedRuns,
-    batched_members,
-)
+from lagrange_cli.simulate.ensemble.batched import METHOD, BatchedMembers, batched_members
+from lagrange_cli.simulate.ensemble.batched_runs import BatchedRuns
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import Request, SimulationOptions, resolve
 from lagrange_cli.simulate.runs.problem import InitialValueProblem

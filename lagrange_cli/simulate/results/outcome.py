@@ -89,7 +89,7 @@ _WAYS_OUT = {
 
 
 def status(problem: InitialValueProblem, measured: Measured) -> Status:
-    """What became of what was asked."""
+    """Return the status of a run, by what was asked for and what was measured."""
     if len(measured.states) == len(problem.times):
         return "ok"
     if measured.stopped:

@@ -29,24 +29,35 @@ from lagrange_cli.simulate.sharpness.disc_arithmetic import DISCS, Disc
 
 __all__ = ["AnalyticDiscs", "PathPoint", "longest_step"]
 
-#: The longest step beside the radius of discs along it, and beside the span: runs that are
-#: compared must differ in their steps.
-_STEP, _MOST = 4.5, 0.6
+#: Longest step, in radii of the discs along it; set by hand.
+_STEP = 4.5
 
-#: Of places closer to each other than this part of the radius the first one is enough, and no
-#: two are farther from each other than the second.
-_APART, _BETWEEN = 0.25, 1.25
+#: Longest step as a part of the span: runs that are compared must differ in their steps.
+_MOST = 0.6
 
-#: The smallest radius that is tried beside the longest step that there is without sight, and by
-#: how much a radius that is too large shrinks.
-_SMALLEST, _SHRINK = 0.5, 2**0.5
+#: Of points nearer to each other than this part of the radius the first one is enough.
+_APART = 0.25
+
+#: Largest distance of two neighbouring points, in radii.
+_BETWEEN = 1.25
+
+#: Smallest radius that is tried, as a part of the longest step without discs.
+_SMALLEST = 0.5
+
+#: Factor by which a radius that is too large shrinks.
+_SHRINK = 2**0.5
 
 #: Operations of a right-hand side above which it would take too long to look.
 _MOST_OPERATIONS = 500
 
-#: How much larger than needed discs of states are made, how often, and how much larger than the
-#: first ones, or the scales of the motion, they may become.
-_MARGIN, _ROUNDS, _LARGEST = 1.1, 12, 8.0
+#: Factor by which discs of states are made larger than needed.
+_MARGIN = 1.1
+
+#: Number of times that they are enlarged.
+_ROUNDS = 12
+
+#: Largest discs of states, as a multiple of the first ones or of the scales.
+_LARGEST = 8.0
 
 #: The least disc around a state, beside the largest of its kind, and of an angle.
 _LEAST = 1e-3

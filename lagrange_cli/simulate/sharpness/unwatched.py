@@ -20,8 +20,11 @@ __all__ = ["unseen_forces"]
 #: step passes unseen (RESOLVED of kernels/landmarks.c).
 RESOLVED_EXPONENT = 4.0
 
-#: Samples at which its rate is looked at, and the part of a step over which it is taken.
-_MOST_SAMPLES, _PART = 256, 1 / 64
+#: Samples at which the rate of an exponent is looked at.
+_MOST_SAMPLES = 256
+
+#: Part of a step over which that rate is taken.
+_PART = 1 / 64
 
 
 def unseen_forces(

@@ -24,20 +24,39 @@ from lagrange_cli.simulate.verification.uniqueness import UnboundedSlopes
 
 __all__ = ["without_branches"]
 
-#: An argument and its rate this small beside those on the way may reach zero together: steps of
-#: samples are coarse beside what follows a power of time.
-_NEAR, _SLOW = 0.05, 0.5
+#: An argument this small beside those on the way may reach zero, as steps of samples are coarse
+#: beside what follows a power of time; set by hand.
+_NEAR = 0.05
 
-#: Samples that are looked at, at least and at most, places that are tried, samples of a trial, and
-#: how many samples before the place it begins.
-_LEAST_LOOKED, _LOOKED, _TRIED, _SAMPLES, _BEFORE = 500, 4000, 4, 33, 2
+#: The same of its rate.
+_SLOW = 0.5
 
-#: An argument that is never below this part of its largest value, at so many samples, keeps away.
-_AWAY, _ENOUGH = 0.2, 50
+#: Samples that are looked at, at least.
+_LEAST_LOOKED = 500
 
-#: The displacement of a trial beside what was before, at least, and as a part of the estimated
-#: error.
-_LEAST, _PART = 1e-13, 1e-2
+#: Samples that are looked at, at most.
+_LOOKED = 4000
+
+#: Rests that are tried.
+_TRIED = 4
+
+#: Samples of a trial.
+_SAMPLES = 33
+
+#: Samples before the rest at which a trial begins.
+_BEFORE = 2
+
+#: An argument that is never below this part of its largest value keeps away from zero.
+_AWAY = 0.2
+
+#: Samples from which on that is believed.
+_ENOUGH = 50
+
+#: Least displacement of a trial, relative to the state before.
+_LEAST = 1e-13
+
+#: Displacement of a trial as a part of the estimated error.
+_PART = 1e-2
 
 
 def without_branches(

@@ -39,8 +39,11 @@ __all__ = [
 #: What ``auto`` is asked for, and runs are recommended for.
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
 
-#: Tolerances of adaptive methods: powers of ten.
-_COARSEST, _FINEST = 3, 15
+#: Coarsest tolerance of adaptive methods, 10 to minus this.
+_COARSEST = 3
+
+#: Finest tolerance of adaptive methods, 10 to minus this.
+_FINEST = 15
 
 #: Most steps that a method of fixed step is tried with.
 _MOST_STEPS_TRIED = 30
@@ -48,9 +51,14 @@ _MOST_STEPS_TRIED = 30
 #: Errors below the reference's times this are not told from it.
 RESOLVED = 3.0
 
-#: Runs in a row that are no better than one before, by this factor, are the last ones; of
-#: larger errors than this nothing is known but that they are large.
-_STAGNANT, _BETTER, _LARGE = 3, 0.5, 0.1
+#: So many runs in a row that are no better than one before are the last ones.
+_STAGNANT = 3
+
+#: Factor of errors by which a run is better.
+_BETTER = 0.5
+
+#: Error from which on nothing is known but that it is large.
+_LARGE = 0.1
 
 #: Evaluations of the coarse run per step that a method of fixed step begins with.
 _PER_STEP = 16
