@@ -18,7 +18,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from lagrange_cli.cli.reports.stress import sentence, setting, summary
+from lagrange_cli.cli.reports.stress import sentence, setting, stress_summary
 from lagrange_cli.files import read_bytes
 from lagrange_cli.simulate.ensemble.members import Recipe
 from lagrange_cli.studies.stress.measure import Stress, stress
@@ -255,7 +255,7 @@ def main(words: Sequence[str] | None = None) -> int:
     digits = import_module("tests.extremes.extreme_exact").DIGITS
     text = page(results, found, asked.budget, digits)
     if asked.json:
-        Path(asked.json).write_text(json.dumps([summary(one) for one in found], indent=1))
+        Path(asked.json).write_text(json.dumps([stress_summary(one) for one in found], indent=1))
     if asked.docs:
         Path(asked.docs).write_text(text, encoding="utf-8")
     else:

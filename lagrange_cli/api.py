@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Derivation", "LoadedScene", "load", "loads"]
 
-Values = Mapping[str, "float | str"]
+GivenValues = Mapping[str, "float | str"]
 
 
-def _texts(values: Values | None) -> dict[str, str]:
+def _texts(values: GivenValues | None) -> dict[str, str]:
     """Numbers as the shortest text that reads back the same; expressions as they are."""
     return {
         name: value if isinstance(value, str) else repr(float(value))
@@ -38,7 +38,10 @@ def _texts(values: Values | None) -> dict[str, str]:
 
 
 def load(
-    path: str | os.PathLike[str], *, parameters: Values | None = None, initial: Values | None = None
+    path: str | os.PathLike[str],
+    *,
+    parameters: GivenValues | None = None,
+    initial: GivenValues | None = None,
 ) -> LoadedScene:
     """Read a scene file.
 
@@ -66,9 +69,9 @@ def loads(
     text: str | bytes,
     *,
     file: str = "<text>",
-    parameters: Values | None = None,
-    initial: Values | None = None,
-    times: Values | None = None,
+    parameters: GivenValues | None = None,
+    initial: GivenValues | None = None,
+    times: GivenValues | None = None,
 ) -> LoadedScene:
     """Read a scene from its text; see :func:`load`.
 

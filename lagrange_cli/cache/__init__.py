@@ -15,10 +15,10 @@ and ``cache.reason`` says why.
 
 from lagrange_cli.cache.folder import open_cache
 from lagrange_cli.cache.keys import digest, fingerprint
-from lagrange_cli.cache.store import LARGEST, Cache, Entry, Removed
+from lagrange_cli.cache.store import MAX_CACHE_BYTES, Cache, Entry, Removed
 
 __all__ = [
-    "LARGEST",
+    "MAX_CACHE_BYTES",
     "Cache",
     "Entry",
     "Removed",

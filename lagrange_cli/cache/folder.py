@@ -15,14 +15,14 @@ from contextlib import suppress
 
 from lagrange_cli.cache.store import Cache
 
-__all__ = ["SWITCH", "open_cache"]
+__all__ = ["open_cache"]
 
 #: The environment variable that turns the cache off.
-SWITCH = "LAGRANGE_CACHE"
+_SWITCH = "LAGRANGE_CACHE"
 
 #: Permissions of the group and of others; those of writing among them.
-OTHERS = 0o077
-OTHERS_WRITE = 0o022
+_OTHERS = 0o077
+_OTHERS_WRITE = 0o022
 
 
 class _UnusableError(Exception):
@@ -58,11 +58,11 @@ def _opened(folder: str, open_to_others: bool) -> Cache:
 
 
 def _refuse_switched_off() -> None:
-    value = os.environ.get(SWITCH, "on")
+    value = os.environ.get(_SWITCH, "on")
     if value == "off":
-        raise _UnusableError(f"{SWITCH} is off")
+        raise _UnusableError(f"{_SWITCH} is off")
     if value not in ("on", ""):
-        raise _UnusableError(f"{SWITCH} is neither on nor off but {value!r}")
+        raise _UnusableError(f"{_SWITCH} is neither on nor off but {value!r}")
 
 
 def _base() -> str:
@@ -101,9 +101,9 @@ def _prepared(folder: str) -> bool:
         return False
     if found.st_uid != os.geteuid():
         raise _UnusableError(f"'{folder}' belongs to another user")
-    if found.st_mode & OTHERS:
+    if found.st_mode & _OTHERS:
         os.chmod(folder, 0o700)
-    return bool(found.st_mode & OTHERS_WRITE)
+    return bool(found.st_mode & _OTHERS_WRITE)
 
 
 def _refuse_untrusted_parents(path: str) -> None:

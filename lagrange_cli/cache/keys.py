@@ -13,7 +13,7 @@ from lagrange_cli.version import __version__
 __all__ = ["digest", "fingerprint"]
 
 #: The libraries that results depend on, each with the file in its folder that names its version.
-LIBRARIES = {
+_LIBRARIES = {
     "sympy": "release.py",
     "mpmath": "__init__.py",
     "numpy": "version.py",
@@ -49,7 +49,7 @@ def fingerprint() -> str:
     except OSError:
         # A package that is no folder (an archive): nothing is recognized, so nothing is outdated.
         return os.urandom(32).hex()
-    libraries = [part for name, file in LIBRARIES.items() for part in _library(name, file)]
+    libraries = [part for name, file in _LIBRARIES.items() for part in _library(name, file)]
     machine = (sys.version, sys.implementation.name, sys.platform)
     return digest(__version__, package, *machine, *files, *libraries)
 

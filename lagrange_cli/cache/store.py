@@ -23,11 +23,11 @@ from lagrange_cli.files import is_temporary, temporary_file
 __all__ = ["Cache", "Entry", "Removed"]
 
 #: Bounds of what is kept; beyond, what was not used for the longest time goes.
-LARGEST = 256 * 2**20
-MOST = 2048
+MAX_CACHE_BYTES = 256 * 2**20
+MAX_CACHE_ENTRIES = 2048
 
 #: A use is noted on an entry that was not used for this long, in seconds.
-NOTED = 24 * 3600.0
+_USE_NOTED_AFTER = 24 * 3600.0
 
 _SUFFIXES = (".json", ".so", ".db")
 
@@ -85,7 +85,7 @@ class Cache:
     def put(self, key: str, data: bytes, suffix: str = ".json") -> bool:
         """Keep bytes under a key; say whether they are kept."""
         _check(key, suffix)
-        if self.folder is None or len(data) > LARGEST:
+        if self.folder is None or len(data) > MAX_CACHE_BYTES:
             return False
         name = _name(key, suffix, data)
         try:
@@ -151,7 +151,7 @@ class Cache:
         total = 0
         for count, entry in enumerate(self.entries(), 1):
             total += entry.size
-            if (total > LARGEST or count > MOST) and entry.name != new:
+            if (total > MAX_CACHE_BYTES or count > MAX_CACHE_ENTRIES) and entry.name != new:
                 _remove(os.path.join(self.folder, entry.name))
 
 
@@ -220,11 +220,11 @@ def _read(path: str) -> bytes | None:
     handle = os.open(path, flags)
     try:
         found = os.fstat(handle)
-        if not stat.S_ISREG(found.st_mode) or found.st_size > LARGEST:
+        if not stat.S_ISREG(found.st_mode) or found.st_size > MAX_CACHE_BYTES:
             return None
         if os.name == "posix" and found.st_uid != os.geteuid():
             return None
-        if abs(time.time() - found.st_mtime) > NOTED:
+        if abs(time.time() - found.st_mtime) > _USE_NOTED_AFTER:
             with suppress(OSError):
                 os.utime(path)
         with os.fdopen(handle, "rb", closefd=False) as stream:

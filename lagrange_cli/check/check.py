@@ -8,7 +8,7 @@ from functools import partial
 from time import perf_counter
 
 from lagrange_cli.check.expectations import CHECKS
-from lagrange_cli.check.model import Outcome, Report, SceneReport
+from lagrange_cli.check.model import Report, SceneOutcome, SceneReport
 from lagrange_cli.check.walk import scenes_in
 from lagrange_cli.check.workers import in_processes
 from lagrange_cli.errors import AccuracyError, InputError, LagrangeError, Mark, Problem
@@ -19,7 +19,7 @@ from lagrange_cli.scene.model import ErrorExpectation
 
 __all__ = ["check_paths", "check_scene"]
 
-Found = tuple[Outcome, tuple[Problem, ...]]
+_OutcomeOfScene = tuple[SceneOutcome, tuple[Problem, ...]]
 
 
 def check_paths(
@@ -78,7 +78,7 @@ def check_scene(
     return SceneReport(path, outcome, perf_counter() - started, problems, trace)
 
 
-def _check(path: str, parameters: Mapping[str, str] | None, strict: bool) -> Found:
+def _check(path: str, parameters: Mapping[str, str] | None, strict: bool) -> _OutcomeOfScene:
     """Read, derive and compare a scene."""
     try:
         scene = read_file(path, parameters=parameters)
@@ -113,7 +113,7 @@ def _expected(path: str) -> ErrorExpectation | None:
         return None
 
 
-def _refused(error: InputError, expected: ErrorExpectation | None) -> Found:
+def _refused(error: InputError, expected: ErrorExpectation | None) -> _OutcomeOfScene:
     """A refusal is what an ``error`` expectation asks for, and else makes the scene invalid."""
     if expected is None:
         return "invalid", error.problems

@@ -32,24 +32,24 @@ from lagrange_cli.mechanics.proofs.zero_test import (
     vanish,
 )
 
-__all__ = ["Verdict", "lagrangians_agree", "proportional"]
+__all__ = ["Agreement", "lagrangians_agree", "proportional"]
 
 #: Real states that must agree where states prove it, and decimal digits there.
-POINTS, DIGITS = 12, 120
+_POINTS, _DIGITS = 12, 120
 #: Relative difference that refutes, beside rounding errors of 1e-120 and what cancels.
-TOLERANCE = mpf(10) ** -90
+_TOLERANCE = mpf(10) ** -90
 #: States near the scene's own and of order one.
-NEAR = 24
+_NEARBY_STATES = 24
 #: Terms that one term of a Lagrangian may be multiplied out to.
-TERM_BUDGET = 200
+_TERM_BUDGET = 200
 #: Numbers and exponents beyond which a term may be too small to be seen at random states.
-EXTREME, STEEP = 10**12, 12
+_EXTREME, _STEEP = 10**12, 12
 
-State: TypeAlias = dict[Symbol, mpf]
-Row: TypeAlias = list[Expr]
+_State: TypeAlias = dict[Symbol, mpf]
+_Row: TypeAlias = list[Expr]
 
 
-class Verdict(Enum):
+class Agreement(Enum):
     """What is known of two expressions."""
 
     SAME = "same"
@@ -57,7 +57,7 @@ class Verdict(Enum):
     UNDECIDED = "undecided"
 
 
-def _row(residual: Expr, equations: Equations) -> Row | None:
+def _row(residual: Expr, equations: Equations) -> _Row | None:
     """Coefficients of the accelerations and the rest, of a residual linear in them; else None."""
     accelerations = [c.a for c in equations.coordinates]
     row = [derivative(residual, a) for a in accelerations]
@@ -66,7 +66,7 @@ def _row(residual: Expr, equations: Equations) -> Row | None:
     return [*row, residual.xreplace(dict.fromkeys(accelerations, sympy.S.Zero))]
 
 
-def proportional(first: Expr, second: Expr, equations: Equations) -> Verdict:
+def proportional(first: Expr, second: Expr, equations: Equations) -> Agreement:
     """Say whether one residual is a nonzero factor times the other.
 
     The factor may hold positions, velocities and time, as equations multiplied by a coordinate
@@ -76,27 +76,27 @@ def proportional(first: Expr, second: Expr, equations: Equations) -> Verdict:
     """
     one, other = _row(first, equations), _row(second, equations)
     if one is None or other is None:
-        return Verdict.DIFFERENT
+        return Agreement.DIFFERENT
     places = [k for k, pair in enumerate(zip(one, other, strict=True)) if any(pair)]
     one, other = [one[k] for k in places], [other[k] for k in places]
     if not any(one) or not any(other):
-        return Verdict.DIFFERENT
+        return Agreement.DIFFERENT
     n = len(places)
     if relation_holds([*one, *other], lambda found, p: _parallel(found[:n], found[n:], p)):
-        return Verdict.SAME if _have_nonzero_factor(one, other) else Verdict.UNDECIDED
+        return Agreement.SAME if _have_nonzero_factor(one, other) else Agreement.UNDECIDED
 
     def parallel(found: Sequence[mpf]) -> bool:
         a, b = found[:n], found[n:]
         sizes = max(map(abs, a)), max(map(abs, b))
         return 0 not in sizes and all(
-            abs(a[i] * b[j] - a[j] * b[i]) <= TOLERANCE * sizes[0] * sizes[1]
+            abs(a[i] * b[j] - a[j] * b[i]) <= _TOLERANCE * sizes[0] * sizes[1]
             for i in range(n)
             for j in range(i)
         )
 
     verdict = _by_states([*one, *other], parallel, equations)
-    if verdict is Verdict.SAME and not _have_nonzero_factor(one, other):
-        return Verdict.UNDECIDED
+    if verdict is Agreement.SAME and not _have_nonzero_factor(one, other):
+        return Agreement.UNDECIDED
     return verdict
 
 
@@ -105,7 +105,7 @@ def _parallel(a: Sequence[int], b: Sequence[int], p: int) -> bool:
     return not any((a[i] * b[j] - a[j] * b[i]) % p for i in range(len(a)) for j in range(i))
 
 
-def _have_nonzero_factor(one: Row, other: Row) -> bool:
+def _have_nonzero_factor(one: _Row, other: _Row) -> bool:
     """Whether rows that are parallel are zero nowhere but at single places.
 
     An analytic entry that is not zero somewhere is so almost everywhere.
@@ -130,7 +130,7 @@ def _has_opaque(pair: Sequence[Expr]) -> bool:
     return any(e.has(sympy.log, sympy.atanh, *inverse) for e in pair)
 
 
-def lagrangians_agree(expected: Expr, equations: Equations) -> Verdict:
+def lagrangians_agree(expected: Expr, equations: Equations) -> Agreement:
     """Say whether a Lagrangian is the derived one up to a total time derivative.
 
     It is if and only if both have the same Euler–Lagrange expressions
@@ -139,30 +139,30 @@ def lagrangians_agree(expected: Expr, equations: Equations) -> Verdict:
     """
     difference = _expanded(expected - equations.lagrangian)
     if vanish(difference):
-        return Verdict.SAME
+        return Agreement.SAME
     moving = {equations.t, *(s for c in equations.coordinates for s in (c.q, c.v))}
     rows = [e for e in _euler_lagrange(difference, equations) if e != 0]
     if vanish(*rows):
         impulsive = (difference, *(derivative(difference, c.v) for c in equations.coordinates))
         calm = all(is_continuous(e, moving) for e in impulsive)
-        return Verdict.SAME if calm else Verdict.UNDECIDED
+        return Agreement.SAME if calm else Agreement.UNDECIDED
     terms = [sympy.Add.make_args(row) for row in rows]
 
     def agree(found: Sequence[mpf]) -> bool:
         pending = iter(found)
         parts = [[next(pending) for _ in row] for row in terms]
-        return all(abs(sum(p)) <= TOLERANCE * sum(map(abs, p)) for p in parts)
+        return all(abs(sum(p)) <= _TOLERANCE * sum(map(abs, p)) for p in parts)
 
     return _by_states([t for row in terms for t in row], agree, equations)
 
 
 def _expanded(e: Expr) -> Expr:
     """Products of sums multiplied out, within a budget, so that equal terms cancel."""
-    terms = [expand_terms(t, TERM_BUDGET) or [t] for t in sympy.Add.make_args(e)]
+    terms = [expand_terms(t, _TERM_BUDGET) or [t] for t in sympy.Add.make_args(e)]
     return sympy.Add(*(t for parts in terms for t in parts))
 
 
-def _euler_lagrange(lagrangian: Expr, equations: Equations) -> Row:
+def _euler_lagrange(lagrangian: Expr, equations: Equations) -> _Row:
     """d/dt ∂L/∂v − ∂L/∂q for each coordinate, over (q, v, a, t)."""
 
     def rate(expression: Expr) -> Expr:
@@ -178,18 +178,18 @@ def _euler_lagrange(lagrangian: Expr, equations: Equations) -> Row:
 
 
 def _by_states(
-    expressions: Row, agree: Callable[[Sequence[mpf]], bool], equations: Equations
-) -> Verdict:
+    expressions: _Row, agree: Callable[[Sequence[mpf]], bool], equations: Equations
+) -> Agreement:
     """What real states say: one can refute, and many prove of what is analytic and tame."""
     points = 0
     far = states_for(expressions, _symbols(equations))
     for found in values_at(expressions, chain(_states(equations), far)):
         if not agree(found):
-            return Verdict.DIFFERENT
+            return Agreement.DIFFERENT
         points += 1
-    if points >= POINTS and all(_shows_at_states(e) for e in expressions):
-        return Verdict.SAME
-    return Verdict.UNDECIDED
+    if points >= _POINTS and all(_shows_at_states(e) for e in expressions):
+        return Agreement.SAME
+    return Agreement.UNDECIDED
 
 
 def _shows_at_states(e: Expr) -> bool:
@@ -198,8 +198,8 @@ def _shows_at_states(e: Expr) -> bool:
     return (
         is_analytic(e, e.free_symbols)
         and not e.has(*steep)
-        and all(max(abs(n.p), n.q) < EXTREME for n in e.atoms(Rational))
-        and all(f.exp.is_Rational and abs(f.exp) <= STEEP for f in e.atoms(sympy.Pow))
+        and all(max(abs(n.p), n.q) < _EXTREME for n in e.atoms(Rational))
+        and all(f.exp.is_Rational and abs(f.exp) <= _STEEP for f in e.atoms(sympy.Pow))
     )
 
 
@@ -210,7 +210,7 @@ def _symbols(equations: Equations) -> list[Symbol]:
     return [equations.t, *moving, *(p.symbol for p in equations.parameters), *driven]
 
 
-def _states(equations: Equations) -> Iterator[State]:
+def _states(equations: Equations) -> Iterator[_State]:
     """Random states: of order one, and in turn near the scene's parameters and initial state."""
     random = Random(1788)
 
@@ -222,9 +222,9 @@ def _states(equations: Equations) -> Iterator[State]:
         center = mpf(exact.numerator) / exact.denominator
         return center * (1 + between(-1, 1) / 10) if center else between(-1, 1) / 10
 
-    for number in range(NEAR):
+    for number in range(_NEARBY_STATES):
         close = number % 2 == 1
-        state: State = {s: between(-1, 1) for s in _symbols(equations)}
+        state: _State = {s: between(-1, 1) for s in _symbols(equations)}
         state[equations.t] = between(0, 1)
         for p in equations.parameters:
             value = p.value if close else None

@@ -11,14 +11,14 @@ from lagrange_cli.errors import Mark, Problem
 if TYPE_CHECKING:
     from lagrange_cli.simulate.results.trajectory import Event
 
-__all__ = ["Wanted", "missing_events"]
+__all__ = ["ExpectedEvent", "missing_events"]
 
 #: Events that a message lists.
 _LISTED = 8
 
 
 @dataclass(frozen=True)
-class Wanted:
+class ExpectedEvent:
     """An event by name, at a ``time`` to be met ``within`` a bound (None: at any time)."""
 
     name: str
@@ -33,7 +33,7 @@ class Wanted:
         return self.time is None or abs(event.t - self.time) <= self.within
 
 
-def missing_events(wanted: Sequence[Wanted], found: Sequence[Event]) -> Iterator[Problem]:
+def missing_events(wanted: Sequence[ExpectedEvent], found: Sequence[Event]) -> Iterator[Problem]:
     """A problem for each wanted event that is not found after those wanted before it."""
     start = 0
     for want in wanted:
@@ -45,7 +45,7 @@ def missing_events(wanted: Sequence[Wanted], found: Sequence[Event]) -> Iterator
             start = place + 1
 
 
-def _message(want: Wanted, left: Sequence[Event]) -> str:
+def _message(want: ExpectedEvent, left: Sequence[Event]) -> str:
     if want.time is None:
         return f"expected {want.name}; it does not happen"
     expected = f"expected {want.name} at t = {want.time!r} within {want.within:g}"

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from sympy import Expr
 
-from lagrange_cli.check.compare import Verdict, lagrangians_agree, proportional
-from lagrange_cli.check.events import Wanted, missing_events
+from lagrange_cli.check.compare import Agreement, lagrangians_agree, proportional
+from lagrange_cli.check.events import ExpectedEvent, missing_events
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
@@ -26,14 +26,16 @@ from lagrange_cli.scene.model import Expect, InitialValue, StateExpectation
 if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
 
-__all__ = ["CHECKS", "Check"]
+__all__ = [
+    "CHECKS",
+]
 
-Check: TypeAlias = Callable[[Expect, Equations], Iterator[Problem]]
+_Check: TypeAlias = Callable[[Expect, Equations], Iterator[Problem]]
 
 #: A state is computed ten times closer than it is compared, where doubles allow.
-STATE_MARGIN = 0.1
-FINEST_ACCURACY = 1e-12
-COARSEST_ACCURACY = 1e-6
+_STATE_MARGIN = 0.1
+_FINEST_ACCURACY = 1e-12
+_COARSEST_ACCURACY = 1e-6
 
 
 def _dof(expect: Expect, equations: Equations) -> Iterator[Problem]:
@@ -111,10 +113,10 @@ def _equations(expect: Expect, equations: Equations) -> Iterator[Problem]:
         residual, undecided = _residual(equations, expected), False
         for derived in left:
             verdict = proportional(residual, derived.residual, equations)
-            if verdict is Verdict.SAME:
+            if verdict is Agreement.SAME:
                 left.remove(derived)
                 break
-            undecided = undecided or verdict is Verdict.UNDECIDED
+            undecided = undecided or verdict is Agreement.UNDECIDED
         else:
             found = [
                 f"{derived.coordinate}: {to_scene_language(derived.residual, equations)} = 0"
@@ -139,10 +141,10 @@ def _lagrangian(expect: Expect, equations: Equations) -> Iterator[Problem]:
         return
     expected = interpret(equations, expect.lagrangian)
     verdict = lagrangians_agree(expected, equations)
-    if verdict is not Verdict.SAME:
+    if verdict is not Agreement.SAME:
         yield Problem(
             "expected Lagrangian is not the derived one, nor differs by a total time derivative"
-            if verdict is Verdict.DIFFERENT
+            if verdict is Agreement.DIFFERENT
             else "it cannot be decided whether the expected Lagrangian is the derived one",
             expect.lagrangian.mark(),
             hint=f"derived: {to_scene_language(equations.lagrangian, equations)}",
@@ -203,12 +205,12 @@ def _close_enough(equations: Equations, state: StateExpectation) -> Trajectory:
     may move with every coordinate.
     """
     time, within = _value(equations, state.time), _value(equations, state.within)
-    wanted = min(max(STATE_MARGIN * within, FINEST_ACCURACY), COARSEST_ACCURACY)
+    wanted = min(max(_STATE_MARGIN * within, _FINEST_ACCURACY), _COARSEST_ACCURACY)
     trajectory = _simulated(equations, until=time, accuracy=wanted)
     scales = trajectory.scales
     largest = max(scales.values(), default=1.0)
     scale = max(scales.get(_name(entry), largest) for entry in state.values)
-    needed = max(STATE_MARGIN * within / scale, FINEST_ACCURACY)
+    needed = max(_STATE_MARGIN * within / scale, _FINEST_ACCURACY)
     if needed < wanted and trajectory.status == "ok":
         return _simulated(equations, until=time, accuracy=needed)
     return trajectory
@@ -260,9 +262,9 @@ def _events(expect: Expect, equations: Equations) -> Iterator[Problem]:
     if trajectory.status != "ok":
         return
     span = float(trajectory.t[-1] - trajectory.t[0])
-    usual = span * (trajectory.requested or COARSEST_ACCURACY)
+    usual = span * (trajectory.requested or _COARSEST_ACCURACY)
     wanted = [
-        Wanted(
+        ExpectedEvent(
             event.name,
             None if event.time is None else _value(equations, event.time),
             usual if bound is None else bound,
@@ -279,11 +281,11 @@ def _accuracy_for(equations: Equations, bounds: Sequence[float | None]) -> float
     until = equations.simulate.until
     if not given or until is None or not until > equations.simulate.start:
         return None  # a run that has no span is refused where it begins
-    needed = STATE_MARGIN * min(given) / (until - equations.simulate.start)
-    return min(equations.simulate.accuracy or COARSEST_ACCURACY, max(needed, FINEST_ACCURACY))
+    needed = _STATE_MARGIN * min(given) / (until - equations.simulate.start)
+    return min(equations.simulate.accuracy or _COARSEST_ACCURACY, max(needed, _FINEST_ACCURACY))
 
 
-CHECKS: dict[str, Check] = {
+CHECKS: dict[str, _Check] = {
     "dof": _dof,
     "cyclic": _cyclic,
     "conserved": _conserved,

@@ -7,13 +7,13 @@ from typing import Literal, TypeAlias
 
 from lagrange_cli.errors import Problem
 
-__all__ = ["OUTCOMES", "Outcome", "Report", "SceneReport"]
+__all__ = ["Report", "SceneOutcome", "SceneReport"]
 
-Outcome: TypeAlias = Literal["pass", "fail", "invalid", "crash"]
+SceneOutcome: TypeAlias = Literal["pass", "fail", "invalid", "crash"]
 
 #: ``fail``: an expectation does not hold; ``invalid``: the scene is refused;
 #: ``crash``: the program failed on it.
-OUTCOMES: tuple[Outcome, ...] = ("pass", "fail", "invalid", "crash")
+_OUTCOMES: tuple[SceneOutcome, ...] = ("pass", "fail", "invalid", "crash")
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class SceneReport:
     """The outcome for one scene; ``trace`` is the traceback of a crash."""
 
     path: str
-    outcome: Outcome
+    outcome: SceneOutcome
     seconds: float
     problems: tuple[Problem, ...] = ()
     trace: str = ""
@@ -36,7 +36,7 @@ class Report:
     @property
     def summary(self) -> dict[str, int]:
         """How many scenes had each outcome; ``pass`` and ``fail`` are always there."""
-        counts = {o: sum(s.outcome == o for s in self.scenes) for o in OUTCOMES}
+        counts = {o: sum(s.outcome == o for s in self.scenes) for o in _OUTCOMES}
         return {o: n for o, n in counts.items() if n or o in ("pass", "fail")}
 
     @property

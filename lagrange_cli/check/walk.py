@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 
 from lagrange_cli.errors import InputError, Problem
 
-__all__ = ["SUFFIXES", "scenes_in"]
+__all__ = ["scenes_in"]
 
 #: File names that count as scenes in a folder; a file named outright may have any.
-SUFFIXES = (".yaml", ".yml")
+_SUFFIXES = (".yaml", ".yml")
 
 
 def _in_folder(folder: str) -> Iterator[str]:
@@ -18,7 +18,7 @@ def _in_folder(folder: str) -> Iterator[str]:
     for parent, folders, files in os.walk(folder):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
         for name in sorted(files):
-            if name.endswith(SUFFIXES) and not name.startswith("."):
+            if name.endswith(_SUFFIXES) and not name.startswith("."):
                 yield os.path.join(parent, name)
 
 

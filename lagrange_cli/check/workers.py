@@ -20,7 +20,7 @@ from lagrange_cli.errors import Problem
 
 __all__ = ["in_processes"]
 
-Job = Callable[[str], SceneReport]
+_Job = Callable[[str], SceneReport]
 
 
 def _context() -> BaseContext:
@@ -32,7 +32,7 @@ def _context() -> BaseContext:
     return context
 
 
-def _work(answer: Connection, job: Job, path: str) -> None:
+def _work(answer: Connection, job: _Job, path: str) -> None:
     """Do a job in a worker; the parent decides what an interruption means."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(signal, "SIGHUP"):
@@ -48,7 +48,7 @@ def _died(path: str, process: BaseProcess) -> SceneReport:
     return SceneReport(path, "crash", 0.0, (problem,))
 
 
-def in_processes(paths: Sequence[str], jobs: int, job: Job) -> Iterator[SceneReport]:
+def in_processes(paths: Sequence[str], jobs: int, job: _Job) -> Iterator[SceneReport]:
     """Yield the report of each scene as it is ready, at most ``jobs`` at a time.
 
     Parameters

@@ -6,7 +6,7 @@ import click
 
 from lagrange_cli.cache import Cache, Removed
 from lagrange_cli.cli import options
-from lagrange_cli.cli.reports.cache import FORMATS, files
+from lagrange_cli.cli.reports.cache import FORMATS, file_count
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.output import Command, print_text
 from lagrange_cli.errors import InputError, Problem
@@ -23,7 +23,7 @@ def _cleared(cache: Cache) -> Removed:
     left = sum(entry.name in before for entry in cache.entries())
     if left:
         raise InputError(
-            Problem(f"{files(left)} in '{cache.folder}' cannot be removed", rule="cache")
+            Problem(f"{file_count(left)} in '{cache.folder}' cannot be removed", rule="cache")
         )
     return removed
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -13,7 +13,7 @@ import click
 
 from lagrange_cli.cli import options as shared
 from lagrange_cli.cli.models import model_of_scene
-from lagrange_cli.cli.remembered import Answer, Source, remembered
+from lagrange_cli.cli.remembered import Answer, SceneSource, remembered
 from lagrange_cli.cli.reports.ensemble import FORMATS, SimulatedMembers
 from lagrange_cli.cli.session import INTERRUPTED, Session
 from lagrange_cli.cli.terminal.output import print_text
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.request import SimulationOptions
 
-__all__ = ["Asked", "many", "options", "simulate_ensemble"]
+__all__ = ["EnsembleRequest", "ensemble_options", "member_choice", "simulate_ensemble"]
 
 #: Members that are tried for one that can be derived.
-MOST_TRIED = 3
+_MOST_TRIED = 3
 
-Command = TypeVar("Command", bound=Callable[..., Any])
+_Command = TypeVar("_Command", bound=Callable[..., Any])
 
 _OPTIONS = (
     click.option(
@@ -62,13 +62,13 @@ _OPTIONS = (
 )
 
 
-def options(function: Command) -> Command:
+def ensemble_options(function: _Command) -> _Command:
     """What a command that runs ensembles takes."""
     return functools.reduce(lambda done, option: option(done), reversed(_OPTIONS), function)
 
 
 @dataclass(frozen=True)
-class Many:
+class _MemberChoice:
     """The options that say which members there are, and how they are run."""
 
     ensemble: str | None
@@ -77,14 +77,14 @@ class Many:
     resume: bool
 
 
-def many(
+def member_choice(
     member_file: str | None,
     vary: tuple[str, ...],
     jobs: int | None,
     resume: str | None,
     checkpoint: str | None,
     plot: str | None,
-) -> Many | None:
+) -> _MemberChoice | None:
     """Gather the options of an ensemble; None where there is one motion.
 
     Raises
@@ -110,16 +110,16 @@ def many(
         raise _usage("--ensemble and --vary both say what the members are", "give one of them")
     if plot is not None:
         raise _usage("an ensemble is not drawn", "-o ensemble.npz has the samples of all members")
-    return Many(member_file, vary, jobs, resume is not None)
+    return _MemberChoice(member_file, vary, jobs, resume is not None)
 
 
 @dataclass(frozen=True)
-class Asked:
+class EnsembleRequest:
     """What the options ask for; ``parameters``, ``initial`` and ``times`` as the scene's reader
     takes them, ``options`` of all members, with the budget of all together."""
 
-    many: Many
-    source: Source
+    choice: _MemberChoice
+    source: SceneSource
     parameters: Mapping[str, str]
     initial: Mapping[str, str]
     times: Mapping[str, str]
@@ -153,18 +153,18 @@ def _usage(message: str, hint: str = "") -> InputError:
     return InputError(Problem(message, hint=hint, rule="ensemble"))
 
 
-def _members(asked: Asked) -> Members:
+def _members(asked: EnsembleRequest) -> Members:
     from lagrange_cli.simulate.ensemble.input_file import grid, read_members
 
     if asked.output is not None and not asked.output.lower().endswith(".npz"):
         raise _usage("an ensemble is written as .npz", "-o ensemble.npz")
-    wanted = asked.many
+    wanted = asked.choice
     if wanted.resume and asked.output is None:
         raise _usage("--resume needs the file that the result was to be", "-o ensemble.npz")
     return grid(wanted.vary) if wanted.ensemble is None else read_members(wanted.ensemble)
 
 
-def simulate_ensemble(session: Session, asked: Asked) -> int:
+def simulate_ensemble(session: Session, asked: EnsembleRequest) -> int:
     """Run all members and report them; returns the exit code.
 
     Raises
@@ -183,10 +183,10 @@ def simulate_ensemble(session: Session, asked: Asked) -> int:
     plan, times = _plan(session, asked, members, scene)
     tasks = tasks_of(plan, members.rows)
     sizes = [len(task.rows) for task in tasks]
-    store = open_store(asked.output, plan.key, sizes, resume=asked.many.resume)
+    store = open_store(asked.output, plan.key, sizes, resume=asked.choice.resume)
     begun = perf_counter()
     with session.progress("integrating") as move:
-        jobs = asked.many.jobs or shared.cores()
+        jobs = asked.choice.jobs or shared.cores()
         budget = asked.options.budget
         complete = run_members(tasks, store, jobs=jobs, budget=budget, progress=move)
     if complete and asked.output is not None:
@@ -207,8 +207,6 @@ def simulate_ensemble(session: Session, asked: Asked) -> int:
 
 def _require_common_times(scene: Scene, own: MemberValues, members: Members) -> None:
     """Refuse sample times that differ between members."""
-    from dataclasses import fields
-
     from lagrange_cli.scene.language.expression import names_in
     from lagrange_cli.simulate.ensemble.members import varied_parameters
 
@@ -228,7 +226,9 @@ def _require_common_times(scene: Scene, own: MemberValues, members: Members) -> 
             )
 
 
-def _plan(session: Session, asked: Asked, members: Members, scene: Scene) -> tuple[Plan, Any]:
+def _plan(
+    session: Session, asked: EnsembleRequest, members: Members, scene: Scene
+) -> tuple[Plan, Any]:
     """The plan, and the times of the samples."""
     from lagrange_cli.simulate.ensemble.members import MemberValues
     from lagrange_cli.simulate.ensemble.run import Plan
@@ -255,7 +255,7 @@ def _plan(session: Session, asked: Asked, members: Members, scene: Scene) -> tup
 
 
 def _first_model(
-    session: Session, asked: Asked, members: Members, scene: Scene
+    session: Session, asked: EnsembleRequest, members: Members, scene: Scene
 ) -> tuple[MemberValues, Model]:
     """The first of a few members that can be derived, and its model.
 
@@ -267,7 +267,7 @@ def _first_model(
     from lagrange_cli.simulate.ensemble.members import MemberValues
 
     refusals = []
-    for member in list(dict.fromkeys((0, len(members) - 1, len(members) // 2)))[:MOST_TRIED]:
+    for member in list(dict.fromkeys((0, len(members) - 1, len(members) // 2)))[:_MOST_TRIED]:
         own = MemberValues.of(members.values(member), scene)
         try:
             return own, model_of_scene(
@@ -300,7 +300,7 @@ def _located(refusal: InputError, members: Members, member: int, scene: Scene) -
     return InputError(*problems)
 
 
-def _alone(session: Session, asked: Asked, own: MemberValues, model: Model) -> bool:
+def _alone(session: Session, asked: EnsembleRequest, own: MemberValues, model: Model) -> bool:
     """Whether members differ in numbers alone; what was found before is remembered."""
 
     def work() -> Answer:
@@ -314,7 +314,7 @@ def _alone(session: Session, asked: Asked, own: MemberValues, model: Model) -> b
     return bool(remembered(session, "ensemble", asked.source, question, work))
 
 
-def _key(asked: Asked, members: Members) -> str:
+def _key(asked: EnsembleRequest, members: Members) -> str:
     """The hash of all that results depend on."""
     from lagrange_cli.cache import digest, fingerprint
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from lagrange_cli.cli.remembered import Source
+from lagrange_cli.cli.remembered import SceneSource
 from lagrange_cli.errors import InputError
 from lagrange_cli.files import Named, read_bytes, require_apart, same_file
 
@@ -21,7 +21,7 @@ __all__ = ["checkpoint_files", "guard", "guard_folder", "guard_scenes"]
 
 def guard(
     scene: str,
-    source: Source,
+    source: SceneSource,
     parameters: Mapping[str, str],
     outputs: Mapping[str, str | None],
     more: Iterable[Named] = (),
@@ -47,12 +47,12 @@ def guard(
         require_apart([*_read_by(scene, source, parameters), *more], writes)
 
 
-def _read_by(scene: str, source: Source, parameters: Mapping[str, str]) -> list[Named]:
+def _read_by(scene: str, source: SceneSource, parameters: Mapping[str, str]) -> list[Named]:
     """The scene and the files that it names."""
     return [Named("the scene", scene), *_recordings(source, parameters)]
 
 
-def _recordings(source: Source, parameters: Mapping[str, str]) -> Iterator[Named]:
+def _recordings(source: SceneSource, parameters: Mapping[str, str]) -> Iterator[Named]:
     """The files of recorded inputs. A scene names one by the key ``file``, perhaps escaped."""
     if b"file" not in source.data and b"\\" not in source.data:
         return
@@ -61,7 +61,7 @@ def _recordings(source: Source, parameters: Mapping[str, str]) -> Iterator[Named
             yield Named("a recorded input", given.recording.path)
 
 
-def _read(source: Source, parameters: Mapping[str, str]) -> Scene:
+def _read(source: SceneSource, parameters: Mapping[str, str]) -> Scene:
     from lagrange_cli.scene import read_text
 
     return read_text(source.data, source.file, parameters=parameters)
@@ -75,7 +75,7 @@ def checkpoint_files(path: str) -> dict[str, str]:
 
 
 def guard_folder(
-    folder: str, scene: str, source: Source, parameters: Mapping[str, str], format_: Emitter
+    folder: str, scene: str, source: SceneSource, parameters: Mapping[str, str], format_: Emitter
 ) -> None:
     """The same for a format that writes files into a folder, named after the scene.
 
@@ -116,5 +116,5 @@ def guard_scenes(
     for path in paths:
         with suppress(InputError):
             if path != "-":
-                reads.extend(_recordings(Source(path, read_bytes(path)), parameters))
+                reads.extend(_recordings(SceneSource(path, read_bytes(path)), parameters))
     require_apart(reads, writes)

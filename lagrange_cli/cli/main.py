@@ -14,7 +14,7 @@ from types import FrameType
 import click
 
 from lagrange_cli.cli.session import INTERRUPTED, Session, report_error
-from lagrange_cli.cli.terminal.interrupts import endings
+from lagrange_cli.cli.terminal.interrupts import ending_signals
 from lagrange_cli.cli.terminal.output import give_up_stdout
 from lagrange_cli.cli.terminal.streams import prepare_streams
 from lagrange_cli.errors import InputError, InternalError, LagrangeError, Problem
@@ -25,7 +25,7 @@ __all__ = ["COMMANDS", "lagrange", "main", "run"]
 #: The subcommands, in the order in which help lists them: each a function in a module of its name.
 COMMANDS = ("derive", "emit", "simulate", "tradeoff", "stress", "check", "cache")
 
-REPORT = (
+_REPORT = (
     "this is a defect of lagrange and not of your scene; please report it with the\n"
     "scene and the command; --traceback shows where it happened"
 )
@@ -35,21 +35,21 @@ REPORT = (
 COLLECTION = (100_000, 20, 50)
 
 
-IMPORTS = "it is not installed as it should be, or there is no memory for it"
+_IMPORTS = "it is not installed as it should be, or there is no memory for it"
 
-MEMORY = "memory is limited by the machine or for this process (ulimit -v)"
+_MEMORY = "memory is limited by the machine or for this process (ulimit -v)"
 
 #: Errors of a system that has run out of something, whatever was asked for.
-SPENT = (
+_SPENT = (
     *(errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.ENOMEM, errno.EAGAIN),
     *(errno.EMFILE, errno.ENFILE, errno.EBADF),
 )
 
 #: Digits of the longest whole number that is written out: constants of scenes have up to 20,000.
-LONGEST_NUMBER = 200_000
+_LONGEST_NUMBER = 200_000
 
 
-class Terminated(BaseException):
+class _Terminated(BaseException):
     """The signal ``number`` asked for an end; unwinds the stack, so that temporary files go."""
 
     def __init__(self, number: int) -> None:
@@ -85,13 +85,13 @@ def lagrange() -> None:
 @contextmanager
 def _termination() -> Iterator[None]:
     """Turn SIGTERM and SIGHUP into :class:`Terminated` while a command runs."""
-    previous = {number: signal.getsignal(number) for number in endings()}
+    previous = {number: signal.getsignal(number) for number in ending_signals()}
 
     def stop(signum: int, frame: FrameType | None) -> None:
         # The two often come together: the second would disturb the tidying up after the first.
         for number in previous:
             signal.signal(number, signal.SIG_IGN)
-        raise Terminated(signum)
+        raise _Terminated(signum)
 
     try:
         for number in previous:
@@ -106,7 +106,7 @@ def _is_of_machine(error: Exception) -> bool:
     """Whether the machine, or what is installed on it, is the reason, and not this program."""
     if isinstance(error, ImportError):
         return not (error.name or "").startswith("lagrange_cli")
-    return isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno in SPENT)
+    return isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno in _SPENT)
 
 
 def _machine_problem(error: Exception, stage: str) -> Problem:
@@ -114,10 +114,10 @@ def _machine_problem(error: Exception, stage: str) -> Problem:
     if isinstance(error, ImportError):
         lines = [line.strip() for line in str(error).splitlines() if line.strip()] or [""]
         says = f"a library cannot be loaded, while {stage}: {error.name or lines[-1]}"
-        return Problem(says, hint=f"{IMPORTS}; {MEMORY}", rule="machine")
+        return Problem(says, hint=f"{_IMPORTS}; {_MEMORY}", rule="machine")
     if isinstance(error, OSError):
         return Problem(f"the system gives no more: {error.strerror}", rule="machine")
-    return Problem(f"out of memory, while {stage}", hint=MEMORY, rule="machine")
+    return Problem(f"out of memory, while {stage}", hint=_MEMORY, rule="machine")
 
 
 def _explain(error: Exception, session: Session) -> int:
@@ -133,14 +133,14 @@ def _explain(error: Exception, session: Session) -> int:
         for problem in error.problems:
             report_error(problem)
         if isinstance(error, InternalError):
-            report_error(Problem("internal error", hint=REPORT))
+            report_error(Problem("internal error", hint=_REPORT))
         return error.exit_code
     if _is_of_machine(error):
         give_up_stdout()
         report_error(_machine_problem(error, session.stage))
         return InputError.exit_code
     kind = type(error).__name__
-    report_error(Problem(f"internal error: {kind}: {error}", hint=REPORT))
+    report_error(Problem(f"internal error: {kind}: {error}", hint=_REPORT))
     return InternalError.exit_code
 
 
@@ -153,14 +153,14 @@ def run(arguments: Sequence[str] | None = None) -> int:
         The words after ``lagrange``; those of the process if None.
     """
     session = Session()
-    sys.set_int_max_str_digits(LONGEST_NUMBER)
+    sys.set_int_max_str_digits(_LONGEST_NUMBER)
     try:
         with _termination():
             code = lagrange.main(arguments, "lagrange", standalone_mode=False, obj=session)
     except click.Abort:
         report_error(Problem("interrupted"))
         return INTERRUPTED
-    except Terminated as ended:
+    except _Terminated as ended:
         hung_up = ended.number != signal.SIGTERM
         report_error(Problem("hung up" if hung_up else "terminated"))
         return 128 + ended.number

@@ -5,7 +5,7 @@ from __future__ import annotations
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.remembered import Answer, Source, remembered
+from lagrange_cli.cli.remembered import Answer, SceneSource, remembered
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ __all__ = ["derivation_of_scene", "model_of_scene"]
 
 def derivation_of_scene(
     session: Session,
-    source: Source,
+    source: SceneSource,
     *,
     parameters: Mapping[str, str],
     initial: Mapping[str, str] | None = None,
@@ -49,7 +49,7 @@ def derivation_of_scene(
 
 def model_of_scene(
     session: Session,
-    source: Source,
+    source: SceneSource,
     *,
     parameters: Mapping[str, str],
     initial: Mapping[str, str],

@@ -15,14 +15,15 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import check_writable
 
 __all__ = [
+    "comma_separated",
     "common",
     "cores",
+    "end_time",
     "formulation",
     "initial",
     "integrators",
     "jobs",
     "json_flag",
-    "listed",
     "naming",
     "not_empty",
     "output_file",
@@ -32,14 +33,13 @@ __all__ = [
     "report_path",
     "scene",
     "traceback",
-    "until",
     "writable",
 ]
 
 #: Names of formulations.
 FORMULATIONS = ("auto", "minimal", "multiplier")
 
-Command = TypeVar("Command", bound=Callable[..., Any])
+_Command = TypeVar("_Command", bound=Callable[..., Any])
 
 
 def naming(wording: str, names: Callable[[], Iterable[str]]) -> type[click.Option]:
@@ -78,12 +78,12 @@ def _assignments(
     return found
 
 
-def scene(function: Command) -> Command:
+def scene(function: _Command) -> _Command:
     """The argument SCENE, a path or ``-``."""
     return click.argument("scene", type=click.Path(allow_dash=True))(function)
 
 
-def parameters(function: Command) -> Command:
+def parameters(function: _Command) -> _Command:
     """``-p NAME=VALUE``, as often as needed."""
     return click.option(
         "-p",
@@ -96,7 +96,7 @@ def parameters(function: Command) -> Command:
     )(function)
 
 
-def initial(function: Command) -> Command:
+def initial(function: _Command) -> _Command:
     """``-i NAME=VALUE``, as often as needed."""
     return click.option(
         "-i",
@@ -110,7 +110,7 @@ def initial(function: Command) -> Command:
     )(function)
 
 
-def formulation(default: str | None, said: str) -> Callable[[Command], Command]:
+def formulation(default: str | None, said: str) -> Callable[[_Command], _Command]:
     """``--formulation minimal|multiplier|auto``."""
     return click.option(
         "--formulation",
@@ -149,7 +149,7 @@ def _plottable(ctx: click.Context, option: click.Parameter, value: str | None) -
     return writable(ctx, option, value)
 
 
-def plot(said: str) -> Callable[[Command], Command]:
+def plot(said: str) -> Callable[[_Command], _Command]:
     """``--plot FILE``."""
     return click.option(
         "--plot",
@@ -160,14 +160,14 @@ def plot(said: str) -> Callable[[Command], Command]:
     )
 
 
-def until(function: Command) -> Command:
+def end_time(function: _Command) -> _Command:
     """``--until T``."""
     return click.option(
         "--until", metavar="T", help="End time, a number or expression.  [default: the scene's]"
     )(function)
 
 
-def jobs(what: str) -> Callable[[Command], Command]:
+def jobs(what: str) -> Callable[[_Command], _Command]:
     """``-j N``."""
     return click.option(
         "-j",
@@ -186,7 +186,7 @@ def cores() -> int:
     return len(of_process(0)) if of_process else os.cpu_count() or 1
 
 
-def listed(
+def comma_separated(
     ctx: click.Context, option: click.Parameter, value: str | None
 ) -> tuple[str, ...] | None:
     """Names as they are given, with commas between them."""
@@ -208,7 +208,7 @@ def _report(ctx: click.Context, option: click.Parameter, value: str | None) -> s
     return value
 
 
-def report_path(function: Command) -> Command:
+def report_path(function: _Command) -> _Command:
     """``-o FILE.json``."""
     return click.option(
         "-o",
@@ -220,23 +220,23 @@ def report_path(function: Command) -> Command:
     )(function)
 
 
-def output_file(help: str) -> Callable[[Command], Command]:
+def output_file(help: str) -> Callable[[_Command], _Command]:
     """``-o FILE``."""
     return _output(help, writable)
 
 
-def output_folder(help: str) -> Callable[[Command], Command]:
+def output_folder(help: str) -> Callable[[_Command], _Command]:
     """``-o FOLDER``."""
     return _output(help, not_empty)
 
 
-def _output(help: str, callback: Callable[..., str | None]) -> Callable[[Command], Command]:
+def _output(help: str, callback: Callable[..., str | None]) -> Callable[[_Command], _Command]:
     return click.option(
         "-o", "--output", type=click.Path(), callback=callback, metavar="PATH", help=help
     )
 
 
-def json_flag(help: str) -> Callable[[Command], Command]:
+def json_flag(help: str) -> Callable[[_Command], _Command]:
     """``--json``."""
     return click.option("--json", "as_json", is_flag=True, help=f"{help}  [default: off]")
 
@@ -270,7 +270,7 @@ _COMMON = (
 
 def _flag(
     names: tuple[str, ...], callback: Callable[..., None], help: str
-) -> Callable[[Command], Command]:
+) -> Callable[[_Command], _Command]:
     """A flag that is kept in the :class:`Session`."""
     return click.option(
         *names,
@@ -286,7 +286,7 @@ def _flag(
 traceback = _flag(*_COMMON[-1])
 
 
-def common(function: Command) -> Command:
+def common(function: _Command) -> _Command:
     """The flags of every subcommand that reads a scene."""
     flags = [_flag(*declared) for declared in _COMMON]
     return functools.reduce(lambda decorated, flag: flag(decorated), flags[::-1], function)

@@ -21,10 +21,10 @@ from lagrange_cli.files import read_bytes
 if TYPE_CHECKING:
     from lagrange_cli.cli.session import Session
 
-__all__ = ["Answer", "Source", "read_source", "remembered"]
+__all__ = ["Answer", "SceneSource", "read_source", "remembered"]
 
 
-class Source(NamedTuple):
+class SceneSource(NamedTuple):
     """A scene as it was read: the name that messages have for it, and its bytes."""
 
     file: str
@@ -43,7 +43,7 @@ class Answer(NamedTuple):
     lasting: bool = True
 
 
-def read_source(scene: str) -> Source:
+def read_source(scene: str) -> SceneSource:
     """Read a scene file, or standard input for ``-``.
 
     Raises
@@ -51,13 +51,13 @@ def read_source(scene: str) -> Source:
     InputError
         It cannot be read, or is too large.
     """
-    return Source("<stdin>" if scene == "-" else scene, read_bytes(scene))
+    return SceneSource("<stdin>" if scene == "-" else scene, read_bytes(scene))
 
 
 def remembered(
     session: Session,
     command: str,
-    source: Source,
+    source: SceneSource,
     options: Sequence[Any],
     work: Callable[[], Answer],
 ) -> Any:

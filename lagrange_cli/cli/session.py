@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lagrange_cli.cli.terminal.display import shown_stage
-from lagrange_cli.cli.terminal.progress import Progress
+from lagrange_cli.cli.terminal.progress import ProgressBar
 from lagrange_cli.errors import InputError, Problem, escape_controls, render
 from lagrange_cli.stages import Listener, heard_by
 
@@ -125,7 +125,7 @@ class Session:
                 yield
 
     @contextmanager
-    def progress(self, label: str) -> Iterator[Progress]:
+    def progress(self, label: str) -> Iterator[ProgressBar]:
         """Yield what takes the fraction done and moves a progress bar on stderr.
 
         The bar is hidden where stderr is no terminal, and with ``-q``; with ``-v`` lines take
@@ -141,4 +141,4 @@ class Session:
             file=sys.stderr if shown else StringIO(),
             item_show_func=lambda item: item,
         ) as bar:
-            yield Progress(bar, line)
+            yield ProgressBar(bar, line)

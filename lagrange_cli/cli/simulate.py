@@ -16,11 +16,11 @@ import click
 from lagrange_cli.cli import ensemble, options
 from lagrange_cli.cli.guard import checkpoint_files, guard
 from lagrange_cli.cli.models import model_of_scene
-from lagrange_cli.cli.remembered import Source, read_source
+from lagrange_cli.cli.remembered import SceneSource, read_source
 from lagrange_cli.cli.reports.simulate import FORMATS, Simulated
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.deadline import OverdueError, within
-from lagrange_cli.cli.terminal.interrupts import Interrupts, interrupts
+from lagrange_cli.cli.terminal.interrupts import Interrupts, noted_interrupts
 from lagrange_cli.cli.terminal.output import Command, print_text
 from lagrange_cli.errors import AccuracyError, InputError, Problem
 from lagrange_cli.files import Named, check_writable, sole_writer
@@ -41,20 +41,20 @@ __all__ = ["simulate"]
 _DECIMAL = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,3})?", re.ASCII)
 
 #: Seconds of the budget that are left to the motion where deriving has just not spent them all.
-LEAST_BUDGET = 1e-3
+_LEAST_BUDGET = 1e-3
 
-ENDINGS = (".csv", ".npz")
+_ENDINGS = (".csv", ".npz")
 
 #: Columns beyond the state that files can have.
-EXTRA = ("energy", "positions", "forces")
+_EXTRA_COLUMNS = ("energy", "positions", "forces")
 
 
 def _ending(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
     """Refuse a trajectory file of an unknown kind, or in no place to write, before the work."""
     if value is None:
         return None
-    if Path(value).suffix.lower() not in ENDINGS:
-        raise click.BadParameter(f"'{value}' does not end in {' or '.join(ENDINGS)}", ctx, option)
+    if Path(value).suffix.lower() not in _ENDINGS:
+        raise click.BadParameter(f"'{value}' does not end in {' or '.join(_ENDINGS)}", ctx, option)
     check_writable(value)
     return value
 
@@ -62,15 +62,17 @@ def _ending(ctx: click.Context, option: click.Parameter, value: str | None) -> s
 def _extra(ctx: click.Context, option: click.Parameter, value: str | None) -> tuple[str, ...]:
     """Names of further columns, as they are given with commas between them."""
     names = tuple(dict.fromkeys(part.strip() for part in (value or "").split(",")))
-    unknown = [name for name in names if name not in EXTRA]
+    unknown = [name for name in names if name not in _EXTRA_COLUMNS]
     if value is not None and unknown:
-        raise click.BadParameter(f"'{unknown[0]}' is not one of {', '.join(EXTRA)}", ctx, option)
+        raise click.BadParameter(
+            f"'{unknown[0]}' is not one of {', '.join(_EXTRA_COLUMNS)}", ctx, option
+        )
     return names if value is not None else ()
 
 
 @click.command(cls=Command, short_help="A trajectory to the accuracy that you state.")
 @options.scene
-@options.until
+@options.end_time
 @click.option(
     "--from", "start", metavar="T", help="Start time, likewise.  [default: the scene's, or 0]"
 )
@@ -147,7 +149,7 @@ def _extra(ctx: click.Context, option: click.Parameter, value: str | None) -> tu
     help="Write the state of the run now and then, and when it is stopped, for --resume FILE.  "
     "[default: none]",
 )
-@ensemble.options
+@ensemble.ensemble_options
 @options.json_flag("Report as JSON.")
 @options.common
 @click.pass_context
@@ -181,14 +183,14 @@ def simulate(
     source = read_source(scene)
     state = checkpoint if resume is None else resume
     _guard(scene, source, parameters, {"-o": output, "--plot": plot}, state, member_file)
-    many = ensemble.many(member_file, vary, jobs, resume, checkpoint, plot)
+    many = ensemble.member_choice(member_file, vary, jobs, resume, checkpoint, plot)
     # What takes long to import comes after what is refused at once.
     from lagrange_cli.simulate.request import SimulationOptions
 
     wanted = SimulationOptions(**chosen)
     if many is not None:
         asked = (source, parameters, initial, times, formulation)
-        members = ensemble.Asked(many, *asked, columns, output, as_json, wanted)
+        members = ensemble.EnsembleRequest(many, *asked, columns, output, as_json, wanted)
         with _alone(output):
             ctx.exit(ensemble.simulate_ensemble(session, members))
     kept = _checkpoint(checkpoint, resume)
@@ -247,7 +249,7 @@ def _left_of(budget: float | None, seconds: float) -> float | None:
     """What deriving has left of a budget; one that is no positive number is refused later."""
     if budget is None or not budget > 0:
         return budget
-    return max(budget - seconds, LEAST_BUDGET)
+    return max(budget - seconds, _LEAST_BUDGET)
 
 
 @contextmanager
@@ -259,7 +261,7 @@ def _alone(output: str | None) -> Iterator[None]:
 
 def _guard(
     scene: str,
-    source: Source,
+    source: SceneSource,
     parameters: Mapping[str, str],
     outputs: Mapping[str, str | None],
     state: str | None,
@@ -295,7 +297,7 @@ def _integrated(
 
     if "forces" in files[1]:
         require_forces(model.name, [*model.multipliers, *model.forces])
-    with session.progress("integrating") as progress, interrupts() as interrupt:
+    with session.progress("integrating") as progress, noted_interrupts() as interrupt:
 
         def stop() -> bool:
             return interrupt.asked

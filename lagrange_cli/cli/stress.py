@@ -32,10 +32,10 @@ def _axes() -> Iterable[str]:
 @click.option(
     "--axes",
     cls=options.naming("With commas between them: {}.  [default: all]", _axes),
-    callback=options.listed,
+    callback=options.comma_separated,
     metavar="LIST",
 )
-@options.until
+@options.end_time
 @click.option(
     "--accuracy",
     type=float,

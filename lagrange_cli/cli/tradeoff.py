@@ -30,7 +30,7 @@ __all__ = ["tradeoff"]
         "With commas between them: auto, {}.  [default: all that can run here]",
         options.integrators,
     ),
-    callback=options.listed,
+    callback=options.comma_separated,
     metavar="LIST",
 )
 @click.option(
@@ -41,7 +41,7 @@ __all__ = ["tradeoff"]
     metavar="N",
     help="How often each run is timed.",
 )
-@options.until
+@options.end_time
 @click.option(
     "--budget",
     type=float,

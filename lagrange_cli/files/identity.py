@@ -15,7 +15,7 @@ from lagrange_cli.errors import InputError, Problem
 
 __all__ = ["Named", "require_apart", "same_file"]
 
-STDIN = 0
+_STDIN = 0
 
 
 #: A regular file by its device and number there, or where one is to be.
@@ -65,7 +65,7 @@ def same_file(first: str, second: str) -> bool:
 def _identity(path: str) -> tuple[int, int] | None:
     """What a regular file has and no other; None where there is no such file."""
     try:
-        found = os.fstat(STDIN) if path == "-" else os.stat(path)
+        found = os.fstat(_STDIN) if path == "-" else os.stat(path)
     except (OSError, ValueError):
         return None
     return (found.st_dev, found.st_ino) if stat.S_ISREG(found.st_mode) else None

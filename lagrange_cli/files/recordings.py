@@ -14,15 +14,15 @@ from typing import Literal
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.files.reading import read_regular
-from lagrange_cli.files.rows import LONGEST, Rows, decoded, shown
+from lagrange_cli.files.rows import LONGEST_QUOTED, CsvRows, decoded, quoted_cell
 
-__all__ = ["INTERPOLATIONS", "TIME", "Interpolation", "Recorded", "Recording", "read_recording"]
+__all__ = ["INTERPOLATIONS", "Interpolation", "Recorded", "Recording", "read_recording"]
 
 #: The rule of what is wrong with a recording.
-RULE = "recording"
+_RULE = "recording"
 
 #: The column of times.
-TIME = "t"
+_TIME = "t"
 
 Interpolation = Literal["previous", "linear", "cubic"]
 
@@ -83,10 +83,10 @@ def read_recording(recording: Recording) -> Recorded:
         such column. Located in the file: anything that is wrong with its rows.
     """
     data = read_regular(_inside(recording), recording.mark, "a recording")
-    lines = decoded(data, recording.path, RULE)
-    rows = Rows(lines, recording.path, RULE)
+    lines = decoded(data, recording.path, _RULE)
+    rows = CsvRows(lines, recording.path, _RULE)
     header = _header(rows, recording)
-    time, value = header.index(TIME), header.index(recording.column)
+    time, value = header.index(_TIME), header.index(recording.column)
     times: list[float] = []
     values: list[float] = []
     for row in rows:
@@ -127,10 +127,10 @@ def _inside(recording: Recording) -> str:
 
 
 def _in_scene(message: str, mark: Mark, hint: str = "") -> InputError:
-    return InputError(Problem(message, mark, hint, RULE))
+    return InputError(Problem(message, mark, hint, _RULE))
 
 
-def _header(rows: Rows, recording: Recording) -> list[str]:
+def _header(rows: CsvRows, recording: Recording) -> list[str]:
     """The names of the columns, with those of time and of the recording among them once."""
     header = [name.strip() for name in next(iter(rows), [])]
     if not header:
@@ -144,31 +144,31 @@ def _header(rows: Rows, recording: Recording) -> list[str]:
             "the names of the columns are not separated by commas",
             f"cells are separated by commas, and decimals have a point: t,{_short(recording)}",
         )
-    if TIME not in header:
+    if _TIME not in header:
         raise rows.refused(
             "no column is named 't', which is the time",
             f"columns are {_named(header)}; a first row names them",
         )
     if recording.column not in header:
         raise _in_scene(
-            f"'{recording.path}' has no column {shown(recording.column)}",
+            f"'{recording.path}' has no column {quoted_cell(recording.column)}",
             recording.column_mark,
             nearest(recording.column, header[:_MOST_COMPARED]) or f"columns are {_named(header)}",
         )
-    for name in (TIME, recording.column):
+    for name in (_TIME, recording.column):
         if header.count(name) > 1:
             again = header.index(name, header.index(name) + 1)
-            raise rows.refused(f"two columns are named {shown(name)}", "", rows.place(again))
+            raise rows.refused(f"two columns are named {quoted_cell(name)}", "", rows.place(again))
     return header
 
 
 def _short(recording: Recording) -> str:
-    return recording.column[:LONGEST]
+    return recording.column[:LONGEST_QUOTED]
 
 
 def _named(header: Sequence[str]) -> str:
     more = ", ..." if len(header) > _MOST_NAMED else ""
-    return ", ".join(shown(name) for name in header[:_MOST_NAMED]) + more
+    return ", ".join(quoted_cell(name) for name in header[:_MOST_NAMED]) + more
 
 
 def _wrong_length(row: Sequence[str], header: Sequence[str]) -> tuple[str, str]:
@@ -177,7 +177,7 @@ def _wrong_length(row: Sequence[str], header: Sequence[str]) -> tuple[str, str]:
     return f"{cells} in this row, {len(header)} in the first one", hint
 
 
-def _require_rows(count: int, recording: Recording, rows: Rows) -> None:
+def _require_rows(count: int, recording: Recording, rows: CsvRows) -> None:
     needed = INTERPOLATIONS[recording.interpolation]
     if count < needed:
         raise rows.refused(

@@ -10,10 +10,10 @@ from collections.abc import Iterator, Sequence
 
 from lagrange_cli.errors import InputError, Mark, Problem
 
-__all__ = ["LONGEST", "NUMBER", "Rows", "decoded", "shown"]
+__all__ = ["DECIMAL_NUMBER", "LONGEST_QUOTED", "CsvRows", "decoded", "quoted_cell"]
 
 #: A decimal number.
-NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]{1,6})?", re.ASCII)
+DECIMAL_NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]{1,6})?", re.ASCII)
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+", re.ASCII)
 
@@ -21,7 +21,7 @@ _DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+", re.ASCII)
 _CELL = re.compile(r'((?:[^,"]+|"[^"]*(?:"|$))*)(?:,|$)')
 
 #: Characters of a text that a message shows.
-LONGEST = 40
+LONGEST_QUOTED = 40
 
 
 def decoded(data: bytes, path: str, rule: str) -> list[str]:
@@ -54,7 +54,7 @@ def decoded(data: bytes, path: str, rule: str) -> list[str]:
     return list(io.StringIO(text, newline=""))
 
 
-class Rows:
+class CsvRows:
     """The rows of a file, empty ones left out, with the place of the last one.
 
     ``rule`` is that of what is wrong with them.
@@ -94,21 +94,21 @@ class Rows:
     def number(self, row: Sequence[str], index: int) -> float:
         """The finite number in a cell."""
         text = row[index].strip()
-        if NUMBER.fullmatch(text):
+        if DECIMAL_NUMBER.fullmatch(text):
             value = float(text)
             if math.isfinite(value):
                 return value
             raise self.refused(
-                f"{shown(text)} is beyond the range of doubles", "", self.place(index)
+                f"{quoted_cell(text)} is beyond the range of doubles", "", self.place(index)
             )
-        found = shown(text) if text else "nothing"
+        found = quoted_cell(text) if text else "nothing"
         hint = ""
         if _NOT_FINITE.fullmatch(text):
             hint = "leave out rows without a measurement"
         elif _DECIMAL_COMMA.fullmatch(text):
-            hint = f"decimals are written with a point: {text.replace(',', '.')[:LONGEST]}"
+            hint = f"decimals are written with a point: {text.replace(',', '.')[:LONGEST_QUOTED]}"
         raise self.refused(f"expected a finite number, found {found}", hint, self.place(index))
 
 
-def shown(text: str) -> str:
-    return f"'{text}'" if len(text) <= LONGEST else f"'{text[: LONGEST - 3]}...'"
+def quoted_cell(text: str) -> str:
+    return f"'{text}'" if len(text) <= LONGEST_QUOTED else f"'{text[: LONGEST_QUOTED - 3]}...'"

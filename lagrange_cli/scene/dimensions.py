@@ -32,16 +32,16 @@ from lagrange_cli.scene.language.grammar import parse_expression
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.scene.reading.declarations import AXES
 
-__all__ = ["BASES", "Base", "Dimensions", "dimensions"]
+__all__ = ["Base", "Dimensions", "dimensions"]
 
 Base: TypeAlias = Literal["mass", "length", "time"]
 
-BASES: tuple[Base, ...] = ("mass", "length", "time")
+_BASES: tuple[Base, ...] = ("mass", "length", "time")
 
 #: Scenes of more names than this are not looked at: the work grows as the cube.
-MOST_NAMES = 300
+_MOST_NAMES = 300
 
-Form: TypeAlias = dict[str, Fraction]
+_LinearForm: TypeAlias = dict[str, Fraction]
 """A linear form in the exponents of names."""
 
 #: Exponents that are not of names of a scene, whose names have no blanks.
@@ -55,7 +55,7 @@ _GENERATORS: dict[Base, tuple[int, int, int]] = {
 }
 
 #: Units of mechanics: powers of energy, length and time.
-_UNITS: dict[str, Form] = {
+_UNITS: dict[str, _LinearForm] = {
     unit: {
         name: Fraction(k) for name, k in zip((_ENERGY, _LENGTH, _TIME), powers, strict=True) if k
     }
@@ -90,19 +90,19 @@ class Dimensions:
 
     def of(self, name: str) -> tuple[Fraction, ...]:
         """Exponents of mass, length and time of a name; 0 for those that are missing."""
-        return tuple(self.exponents.get(base, {}).get(name, Fraction(0)) for base in BASES)
+        return tuple(self.exponents.get(base, {}).get(name, Fraction(0)) for base in _BASES)
 
     def factor(self, name: str, factors: Mapping[Base, float]) -> float:
         """By what ``NAME`` or ``dot(NAME)`` is multiplied where masses, lengths, times are."""
         rate = name.startswith("dot(")
-        powers = zip(BASES, self.of(name[4:-1] if rate else name), strict=True)
+        powers = zip(_BASES, self.of(name[4:-1] if rate else name), strict=True)
         found = math.prod([math.pow(factors.get(base, 1.0), power) for base, power in powers])
         return found / factors.get("time", 1.0) if rate else found
 
     @property
     def complete(self) -> bool:
         """Whether masses, lengths and times can all be scaled."""
-        return len(self.exponents) == len(BASES)
+        return len(self.exponents) == len(_BASES)
 
 
 def dimensions(scene: Scene) -> Dimensions:
@@ -115,7 +115,7 @@ def dimensions(scene: Scene) -> Dimensions:
     last = {c.name for c in scene.coordinates or ()}
     names = sorted({name for form in said.equations for name in form})
     names.sort(key=lambda name: name in last)
-    if len(names) > MOST_NAMES:
+    if len(names) > _MOST_NAMES:
         return Dimensions({})
     found: dict[Base, Mapping[str, Fraction]] = {}
     for base, values in _GENERATORS.items():
@@ -132,7 +132,7 @@ class _Reader:
     """Equations between exponents, each a form that is zero, as expressions are read."""
 
     def __init__(self) -> None:
-        self.equations: list[Form] = []
+        self.equations: list[_LinearForm] = []
 
     def read(self, scene: Scene) -> None:
         self._numbers(scene)
@@ -196,19 +196,19 @@ class _Reader:
             if one_sided.restitution is not None:
                 self._is(one_sided.restitution, {})
 
-    def _is(self, expression: Expression, form: Form) -> None:
+    def _is(self, expression: Expression, form: _LinearForm) -> None:
         found = self._of(expression.node)
         if found is not None:
             self._same(found, form)
 
-    def _same(self, one: Form, other: Form) -> None:
+    def _same(self, one: _LinearForm, other: _LinearForm) -> None:
         difference = _sum(one, other, -1)
         if difference and difference not in self.equations:
             self.equations.append(difference)
 
-    def _alike(self, nodes: Iterable[Node]) -> Form | None:
+    def _alike(self, nodes: Iterable[Node]) -> _LinearForm | None:
         """The form of all of these, which is one."""
-        found: Form | None = None
+        found: _LinearForm | None = None
         for node in nodes:
             form = self._of(node)
             if found is None:
@@ -217,7 +217,7 @@ class _Reader:
                 self._same(found, form)
         return found
 
-    def _of(self, node: Node) -> Form | None:
+    def _of(self, node: Node) -> _LinearForm | None:
         """The form of an expression, None for 0, which scales in any way."""
         if isinstance(node, Number):
             return {} if node.value else None
@@ -233,8 +233,8 @@ class _Reader:
             return self._power(node)
         return self._call(node)
 
-    def _product(self, node: Mul) -> Form | None:
-        found: Form = {}
+    def _product(self, node: Mul) -> _LinearForm | None:
+        found: _LinearForm = {}
         for operator, factor in node.factors:
             form = self._of(factor)
             if form is None:
@@ -242,7 +242,7 @@ class _Reader:
             found = _sum(found, form, -1 if operator == "/" else 1)
         return found
 
-    def _power(self, node: Pow) -> Form | None:
+    def _power(self, node: Pow) -> _LinearForm | None:
         exponent = _constant(node.exponent)
         base = self._of(node.base)
         if exponent is not None:
@@ -251,7 +251,7 @@ class _Reader:
             self._same(form or {}, {})
         return {}
 
-    def _call(self, node: Call) -> Form | None:
+    def _call(self, node: Call) -> _LinearForm | None:
         if node.function in _RATES:
             form = self._of(node.arguments[0])
             return None if form is None else _sum(form, _form(_TIME), -_RATES[node.function])
@@ -265,18 +265,18 @@ class _Reader:
         return {}
 
 
-def _form(name: str, **others: int) -> Form:
+def _form(name: str, **others: int) -> _LinearForm:
     return {name: Fraction(1)} | {other: Fraction(value) for other, value in others.items()}
 
 
-def _unit(text: str) -> Form | None:
+def _unit(text: str) -> _LinearForm | None:
     """The form of a unit, those of electricity being names of their own; None where it is none."""
     product = _BETWEEN.sub("*", text)
     try:
         form = _Reader()._of(parse_expression(product, Mark("unit", 1, 1, product)).node)
     except InputError:
         return None
-    found: Form = {}
+    found: _LinearForm = {}
     for name, exponent in (form or {}).items():
         found = _sum(found, _UNITS.get(name, _form(f"unit {name}")), exponent)
     return found
@@ -286,7 +286,7 @@ def _names(expression: Expression) -> Iterator[str]:
     return (name.name for name in names_in(expression.node) if name.name != "pi")
 
 
-def _sum(one: Form, other: Form, factor: Fraction | int) -> Form:
+def _sum(one: _LinearForm, other: _LinearForm, factor: Fraction | int) -> _LinearForm:
     """One form plus a multiple of another, without zeros."""
     found = dict(one)
     for name, value in other.items():
@@ -312,14 +312,16 @@ def _constant(node: Node) -> Fraction | None:
     return None
 
 
-def _solved(equations: Iterable[Form], given: Form, names: list[str]) -> Form | None:
+def _solved(
+    equations: Iterable[_LinearForm], given: _LinearForm, names: list[str]
+) -> _LinearForm | None:
     """Exponents that satisfy equations, those that stay open being 0; None where there are none."""
-    rows: list[tuple[Form, Fraction]] = []  # a form, and what it comes to
+    rows: list[tuple[_LinearForm, Fraction]] = []  # a form, and what it comes to
     for equation in equations:
         form = {name: value for name, value in equation.items() if name not in given}
         fixed = (equation[name] * given[name] for name in given if name in equation)
         rows.append((form, -sum(fixed, Fraction(0))))
-    solved: list[tuple[str, Form, Fraction]] = []
+    solved: list[tuple[str, _LinearForm, Fraction]] = []
     for name in names:
         if name in given:
             continue
@@ -341,8 +343,8 @@ def _solved(equations: Iterable[Form], given: Form, names: list[str]) -> Form | 
 
 
 def _without(
-    name: str, row: tuple[Form, Fraction], form: Form, known: Fraction
-) -> tuple[Form, Fraction]:
+    name: str, row: tuple[_LinearForm, Fraction], form: _LinearForm, known: Fraction
+) -> tuple[_LinearForm, Fraction]:
     """A row from which a name is eliminated."""
     own, right = row
     factor = own.get(name)

@@ -36,7 +36,7 @@ __all__ = ["SECTIONS", "expected_error", "read_file", "read_text"]
 
 
 @dataclass(frozen=True, slots=True)
-class Section:
+class _Section:
     """How a section is read; ``declares``: other sections use the names it declares."""
 
     read: Callable[[SourceNode, Reading], Any]
@@ -59,28 +59,28 @@ def _read_description(node: SourceNode, reading: Reading) -> str | None:
     return reading.text(node, "'description'")
 
 
-SECTIONS: dict[str, Section] = {
-    "name": Section(_read_name),
-    "title": Section(_read_title),
-    "description": Section(_read_description),
-    "sizes": Section(declarations.read_sizes, declares=True),
-    "parameters": Section(declarations.read_parameters, declares=True),
-    "inputs": Section(declarations.read_inputs, declares=True),
-    "particles": Section(declarations.read_particles, declares=True),
-    "points": Section(declarations.read_points, declares=True),
-    "coordinates": Section(declarations.read_coordinates, declares=True),
-    "definitions": Section(declarations.read_definitions, declares=True),
-    "plane": Section(read_plane),
-    "constraints": Section(physics.read_constraints),
-    "potentials": Section(physics.read_potentials),
-    "kinetic": Section(physics.read_kinetic),
-    "forces": Section(physics.read_forces),
-    "dissipation": Section(physics.read_dissipation),
-    "outputs": Section(physics.read_outputs),
-    "initial": Section(conditions.read_initial),
-    "near": Section(conditions.read_near),
-    "simulate": Section(conditions.read_simulate),
-    "expect": Section(conditions.read_expect),
+SECTIONS: dict[str, _Section] = {
+    "name": _Section(_read_name),
+    "title": _Section(_read_title),
+    "description": _Section(_read_description),
+    "sizes": _Section(declarations.read_sizes, declares=True),
+    "parameters": _Section(declarations.read_parameters, declares=True),
+    "inputs": _Section(declarations.read_inputs, declares=True),
+    "particles": _Section(declarations.read_particles, declares=True),
+    "points": _Section(declarations.read_points, declares=True),
+    "coordinates": _Section(declarations.read_coordinates, declares=True),
+    "definitions": _Section(declarations.read_definitions, declares=True),
+    "plane": _Section(read_plane),
+    "constraints": _Section(physics.read_constraints),
+    "potentials": _Section(physics.read_potentials),
+    "kinetic": _Section(physics.read_kinetic),
+    "forces": _Section(physics.read_forces),
+    "dissipation": _Section(physics.read_dissipation),
+    "outputs": _Section(physics.read_outputs),
+    "initial": _Section(conditions.read_initial),
+    "near": _Section(conditions.read_near),
+    "simulate": _Section(conditions.read_simulate),
+    "expect": _Section(conditions.read_expect),
 }
 
 

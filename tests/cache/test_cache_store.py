@@ -236,7 +236,7 @@ def test_a_folder_that_disappears_is_no_failure(cache):
 
 
 def test_least_recently_used_entries_go_beyond_the_largest_number(cache, monkeypatch):
-    monkeypatch.setattr(store, "MOST", 3)
+    monkeypatch.setattr(store, "MAX_CACHE_ENTRIES", 3)
     keys = [digest(str(n)) for n in range(5)]
     for n, key in enumerate(keys[:3]):
         cache.put(key, b"%d" % n)
@@ -248,7 +248,7 @@ def test_least_recently_used_entries_go_beyond_the_largest_number(cache, monkeyp
 
 
 def test_least_recently_used_entries_go_beyond_the_largest_size(cache, monkeypatch):
-    monkeypatch.setattr(store, "LARGEST", 1000)
+    monkeypatch.setattr(store, "MAX_CACHE_BYTES", 1000)
     cache.put(KEY, bytes(600))
     age(only(cache), 2 * DAY)
     cache.put(OTHER, bytes(600))

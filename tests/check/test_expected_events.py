@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from lagrange_cli.check import check_scene
-from lagrange_cli.check.events import Wanted, missing_events
+from lagrange_cli.check.events import ExpectedEvent, missing_events
 from lagrange_cli.errors import Mark
 from lagrange_cli.simulate.results.trajectory import Event
 
@@ -23,7 +23,7 @@ FOUND = [
 
 
 def missing(*wanted: tuple[str, float | None], within: float = 1e-6) -> list[str]:
-    asked = [Wanted(name, time, within, MARK) for name, time in wanted]
+    asked = [ExpectedEvent(name, time, within, MARK) for name, time in wanted]
     return [problem.message for problem in missing_events(asked, FOUND)]
 
 
@@ -74,10 +74,10 @@ def test_one_that_is_missing_does_not_hide_the_next() -> None:
 
 
 def test_the_events_that_there_are_stand_in_the_hint() -> None:
-    (problem,) = missing_events([Wanted("zeno:wall", None, 0, MARK)], FOUND * 2)
+    (problem,) = missing_events([ExpectedEvent("zeno:wall", None, 0, MARK)], FOUND * 2)
     assert problem.hint.splitlines()[1] == "  contact:floor at t = 0.5"
     assert problem.hint.splitlines()[-1] == "  and 2 more"
-    (problem,) = missing_events([Wanted("zeno:wall", None, 0, MARK)], [])
+    (problem,) = missing_events([ExpectedEvent("zeno:wall", None, 0, MARK)], [])
     assert problem.hint == "found no events"
     assert problem.rule == "events"
 

@@ -6,7 +6,7 @@ import json
 import os
 import re
 
-from lagrange_cli.cache import LARGEST, Cache, digest
+from lagrange_cli.cache import MAX_CACHE_BYTES, Cache, digest
 from tests.cli.terminal import lagrange, succeed
 
 BEAD = "systems/lecture/bead_on_parabola.yaml"
@@ -23,7 +23,7 @@ def test_empty(cache_folder):
         "reason": None,
         "entries": {"answers": 0, "compiled": 0},
         "bytes": 0,
-        "largest": LARGEST,
+        "largest": MAX_CACHE_BYTES,
     }
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from lagrange_cli.check import Report, SceneReport
 from lagrange_cli.cli.main import run
-from lagrange_cli.cli.reports.check import FORMATS, github, json_report, junit, text
+from lagrange_cli.cli.reports.check import FORMATS, check_json, check_text, github, junit
 from lagrange_cli.errors import Mark, Problem, escape_controls
 
 MARK = Mark("dir/a.yaml", 3, 7, "  dof: 2", 1)
@@ -38,7 +38,7 @@ def test_exit_code(scenes, code):
 
 
 def test_text_shows_the_place_and_what_was_found():
-    assert text(Report((FAILED, PASSED))) == (
+    assert check_text(Report((FAILED, PASSED))) == (
         "fail     dir/a.yaml  (0.25 s)\n"
         "  dir/a.yaml:3:7: expected dof 2, found 1\n"
         "      3 |   dof: 2\n"
@@ -50,7 +50,7 @@ def test_text_shows_the_place_and_what_was_found():
 
 
 def test_json_is_the_contract():
-    assert json.loads(json_report(Report((FAILED, INVALID)))) == {
+    assert json.loads(check_json(Report((FAILED, INVALID)))) == {
         "scenes": [
             {
                 "path": "dir/a.yaml",
@@ -94,7 +94,7 @@ def test_github_annotations_stay_on_one_line_each(path, message, hint):
 @example("a\x07b", "\x1b[31m\n::error::bar", "\u202e\u2028\x9b2J")
 def test_no_report_steers_a_terminal(path, message, hint):
     scene = SceneReport(path, "fail", 0.0, (Problem(message, None, hint, "x"),))
-    for form in (text, github):
+    for form in (check_text, github):
         shown = form(Report((scene,)))
         assert escape_controls(shown.replace("\n", "")) == shown.replace("\n", "")
 

@@ -13,8 +13,8 @@ import time
 import pytest
 
 from lagrange_cli.cli.terminal import progress
-from lagrange_cli.cli.terminal.interrupts import interrupts
-from lagrange_cli.cli.terminal.progress import Progress
+from lagrange_cli.cli.terminal.interrupts import noted_interrupts
+from lagrange_cli.cli.terminal.progress import ProgressBar
 
 pytestmark = pytest.mark.slow
 
@@ -56,7 +56,7 @@ def clock(monkeypatch):
 
 def test_a_bar_shows_the_time_and_its_rate(clock):
     bar = Bar()
-    told = Progress(bar)
+    told = ProgressBar(bar)
     told(0.25)
     told.reached(10.0)
     clock.now += 2.0
@@ -66,7 +66,7 @@ def test_a_bar_shows_the_time_and_its_rate(clock):
 
 def test_a_pass_that_begins_anew_has_a_rate_of_its_own(clock):
     bar = Bar()
-    told = Progress(bar)
+    told = ProgressBar(bar)
     told.reached(0.0)
     clock.now += 1.0
     told.reached(1000.0)
@@ -79,7 +79,7 @@ def test_a_pass_that_begins_anew_has_a_rate_of_its_own(clock):
 
 def test_lines_come_now_and_then(clock):
     lines = []
-    told = Progress(Bar(), lines.append)
+    told = ProgressBar(Bar(), lines.append)
     for _ in range(30):
         clock.now += 1.0
         told.reached(2.0 * (clock.now - 101.0))
@@ -89,7 +89,7 @@ def test_lines_come_now_and_then(clock):
 
 
 def test_the_first_signal_is_noted_and_the_second_acts():
-    with interrupts() as found:
+    with noted_interrupts() as found:
         signal.raise_signal(signal.SIGTERM)
         assert (found.asked, found.exit_code) == (True, 143)
         with pytest.raises(KeyboardInterrupt):

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import Column, labelled, table
+from lagrange_cli.cli.reports.tables import TableColumn, labelled, table
 
-COLUMNS = (Column("name"), Column("value", 6, ">", " "), Column("why"))
+COLUMNS = (TableColumn("name"), TableColumn("value", 6, ">", " "), TableColumn("why"))
 CELLS = st.text("abc ", max_size=8).map(str.strip)
 
 

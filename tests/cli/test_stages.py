@@ -61,8 +61,8 @@ class Terminal(io.StringIO):
 
 
 def test_a_line_is_drawn_and_taken_away(monkeypatch):
-    monkeypatch.setattr(display, "FIRST", 0.01)
-    monkeypatch.setattr(display, "BETWEEN", 0.01)
+    monkeypatch.setattr(display, "SHOWN_AFTER", 0.01)
+    monkeypatch.setattr(display, "REDRAWN_AFTER", 0.01)
     terminal = Terminal()
     with display.shown_stage(terminal) as show:
         show("deriving \x1b[2J")
@@ -79,7 +79,7 @@ def test_quick_work_draws_nothing():
 
 
 def test_a_terminal_that_is_gone_ends_nothing(monkeypatch):
-    monkeypatch.setattr(display, "FIRST", 0.01)
+    monkeypatch.setattr(display, "SHOWN_AFTER", 0.01)
 
     class Gone(Terminal):
         def write(self, text):

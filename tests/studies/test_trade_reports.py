@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lagrange_cli.cli.reports.character_plot import character_plot
-from lagrange_cli.cli.reports.tradeoff import options_of, summary, text
+from lagrange_cli.cli.reports.tradeoff import options_of, tradeoff_summary, tradeoff_text
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
 from lagrange_cli.studies.tradeoff.measure import trade
@@ -39,7 +39,7 @@ def traded(oscillator):
 
 @pytest.mark.slow
 def test_summary_is_the_contract(traded):
-    found = json.loads(json.dumps(summary(traded), allow_nan=False))
+    found = json.loads(json.dumps(tradeoff_summary(traded), allow_nan=False))
     assert found["name"] == "oscillator"
     assert set(found["reference"]) == {"method", "error", "checked"}
     contract = {"method", "rtol", "error", "seconds", "rhs_evaluations", "energy_drift", "pareto"}
@@ -64,7 +64,7 @@ def test_recommended_options_run_the_same(oscillator, traded):
 
 
 def test_text_has_every_run_and_what_follows(traded):
-    shown = text(traded)
+    shown = tradeoff_text(traded)
     rows = [line for line in shown.splitlines() if line.startswith("  DOP853 ")]
     assert len(rows) == sum(p.setting.method == "DOP853" for p in traded.points)
     assert "Recommended\n  1e-03  --method" in shown
@@ -74,14 +74,14 @@ def test_text_has_every_run_and_what_follows(traded):
 
 def test_runs_that_fail_alike_are_one_row(traded):
     points = [made(None, reason="no", setting=Setting("RK4", step=h)) for h in (0.2, 0.1, 0.05)]
-    shown = text(replace(traded, points=tuple(points), automatic=()))
+    shown = tradeoff_text(replace(traded, points=tuple(points), automatic=()))
     assert "step 0.2       failed, with 2 finer ones, after 300 evaluations: no" in shown
     assert "Recommended  nothing" in shown
     assert "no run to draw" in shown
 
 
 def test_auto_alone_has_no_table(traded):
-    shown = text(replace(traded, points=()))
+    shown = tradeoff_text(replace(traded, points=()))
     assert "Recommended" not in shown
     assert "--accuracy 1e-06" in shown
 

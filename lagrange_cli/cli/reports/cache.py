@@ -5,38 +5,38 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from lagrange_cli.cache import LARGEST, Cache, Removed
+from lagrange_cli.cache import MAX_CACHE_BYTES, Cache, Removed
 from lagrange_cli.cli.reports.json_text import json_text
 from lagrange_cli.cli.reports.tables import labelled
 from lagrange_cli.errors import escape_controls
 
-__all__ = ["FORMATS", "files"]
+__all__ = ["FORMATS", "file_count"]
 
 #: The endings of files by what they hold.
-KINDS = {"answers": (".json",), "compiled": (".so", ".db")}
+_KINDS = {"answers": (".json",), "compiled": (".so", ".db")}
 
 
-def summary(cache: Cache, removed: Removed | None) -> dict[str, Any]:
+def _summary(cache: Cache, removed: Removed | None) -> dict[str, Any]:
     """What ``lagrange cache --json`` writes; ``removed`` is None where nothing was to be."""
     entries = cache.entries()
     report = {
         "folder": cache.folder,
         "usable": cache.reason is None,
         "reason": cache.reason,
-        "entries": {kind: sum(e.suffix in s for e in entries) for kind, s in KINDS.items()},
+        "entries": {kind: sum(e.suffix in s for e in entries) for kind, s in _KINDS.items()},
         "bytes": sum(entry.size for entry in entries),
-        "largest": LARGEST,
+        "largest": MAX_CACHE_BYTES,
     }
     if removed is not None:
         report["removed"] = {"files": removed.files, "bytes": removed.size}
     return report
 
 
-def text(cache: Cache, removed: Removed | None) -> str:
+def _text(cache: Cache, removed: Removed | None) -> str:
     """The same for a person."""
     if removed is not None:
-        return f"removed {files(removed.files)}, {_size(removed.size)}"
-    report = summary(cache, removed)
+        return f"removed {file_count(removed.files)}, {_size(removed.size)}"
+    report = _summary(cache, removed)
     lines = []
     if report["reason"] is not None:
         lines.append(f"Nothing is kept: {report['reason']}")
@@ -59,13 +59,13 @@ def _size(count: int) -> str:
     return f"{count} bytes"
 
 
-def files(count: int) -> str:
+def file_count(count: int) -> str:
     """``1 file`` or ``2 files``."""
     return "1 file" if count == 1 else f"{count} files"
 
 
 #: Name of a format → what writes it.
 FORMATS: Mapping[str, Callable[[Cache, Removed | None], str]] = {
-    "text": text,
-    "json": lambda cache, removed: json_text(summary(cache, removed), ascii=True),
+    "text": _text,
+    "json": lambda cache, removed: json_text(_summary(cache, removed), ascii=True),
 }

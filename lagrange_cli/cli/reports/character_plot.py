@@ -12,13 +12,13 @@ if TYPE_CHECKING:
 __all__ = ["character_plot"]
 
 #: Characters of the picture, and errors above which nothing is drawn.
-WIDTH, HEIGHT, LARGEST = 64, 18, 1.0
+_WIDTH, _HEIGHT, _LARGEST_ERROR = 64, 18, 1.0
 
-LETTERS = "abcdefghijklmnopqrstuvwxyz"
+_LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
 
 def character_plot(
-    points: Sequence[WorkPrecisionPoint], width: int = WIDTH, height: int = HEIGHT
+    points: Sequence[WorkPrecisionPoint], width: int = _WIDTH, height: int = _HEIGHT
 ) -> list[str]:
     """The logarithm of the error over that of the seconds, a letter a method.
 
@@ -28,7 +28,7 @@ def character_plot(
     drawn = [
         (math.log10(p.median), math.log10(p.distance), p)
         for p in points
-        if p.seconds and 0 < p.distance <= LARGEST
+        if p.seconds and 0 < p.distance <= _LARGEST_ERROR
     ]
     if not drawn:
         return ["no run to draw"]
@@ -52,7 +52,7 @@ def character_plot(
 
 def _letters(points: Sequence[WorkPrecisionPoint]) -> dict[str, str]:
     names = dict.fromkeys(p.setting.method for p in points)
-    return dict(zip(names, LETTERS, strict=False))
+    return dict(zip(names, _LETTERS, strict=False))
 
 
 def _with_axis(rows: Sequence[Sequence[str]], low: int, high: int) -> list[str]:

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import Column, table
+from lagrange_cli.cli.reports.tables import TableColumn, table
 from lagrange_cli.errors import Problem, escape_controls, render
 
 if TYPE_CHECKING:
     from lagrange_cli.check import Report, SceneReport
 
-__all__ = ["FORMATS", "github", "json_report", "junit", "scene_text", "text"]
+__all__ = ["FORMATS", "check_json", "check_text", "github", "junit"]
 
 #: Outcome, path, seconds.
-_SCENE = (Column("", 7, before=""), Column(), Column())
+_SCENE = (TableColumn("", 7, before=""), TableColumn(), TableColumn())
 
 
-def scene_text(scene: SceneReport) -> str:
+def _scene_text(scene: SceneReport) -> str:
     """The lines for one scene: its outcome, and each problem with its place."""
     row = [scene.outcome, escape_controls(scene.path), f"({scene.seconds:.2f} s)"]
     lines = table(_SCENE, [row], heading=False)
@@ -35,9 +35,9 @@ def _total(report: Report) -> str:
     return f"{number} {'scene' if number == 1 else 'scenes'}: {counts or 'nothing to check'}\n"
 
 
-def text(report: Report) -> str:
+def check_text(report: Report) -> str:
     """The report for a person."""
-    return "\n".join([*map(scene_text, report.scenes), _total(report)])
+    return "\n".join([*map(_scene_text, report.scenes), _total(report)])
 
 
 def _escape(value: str, *more: tuple[str, str]) -> str:
@@ -69,7 +69,7 @@ def github(report: Report) -> str:
     return "\n".join([*annotations, _total(report)])
 
 
-def json_report(report: Report) -> str:
+def check_json(report: Report) -> str:
     """The JSON contract of ``check --format json``."""
     scenes = [
         {
@@ -120,7 +120,7 @@ def junit(report: Report) -> str:
 
 #: Name of a format → what writes it.
 FORMATS: Mapping[str, Callable[[Report], str]] = {
-    "text": text,
+    "text": check_text,
     "github": github,
-    "json": json_report,
+    "json": check_json,
 }

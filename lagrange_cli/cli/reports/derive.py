@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["FORMATS"]
 
 
-def text(derivation: Derivation, form: str, ascii_only: bool, encoding: str) -> str:
+def _text(derivation: Derivation, form: str, ascii_only: bool, encoding: str) -> str:
     """The derivation as text, in ASCII where the encoding has no more."""
     written = derivation.text(form=form, ascii=ascii_only)
     if ascii_only or can_encode(written, encoding):
@@ -22,12 +22,12 @@ def text(derivation: Derivation, form: str, ascii_only: bool, encoding: str) -> 
     return derivation.text(form=form, ascii=True)
 
 
-def json_report(derivation: Derivation, form: str, _ascii_only: bool, _encoding: str) -> str:
+def _json(derivation: Derivation, form: str, _ascii_only: bool, _encoding: str) -> str:
     """The derivation as JSON."""
     return json_text(derivation.report(form=form))
 
 
-def latex(derivation: Derivation, form: str, _ascii_only: bool, _encoding: str) -> str:
+def _latex(derivation: Derivation, form: str, _ascii_only: bool, _encoding: str) -> str:
     """The derivation as a LaTeX document."""
     (written,) = derivation.emit("latex", form=form).values()
     return written
@@ -36,7 +36,7 @@ def latex(derivation: Derivation, form: str, _ascii_only: bool, _encoding: str) 
 #: Name of a format → what writes it, in a form of the equations, in plain ASCII or in what an
 #: encoding has.
 FORMATS: Mapping[str, Callable[[Derivation, str, bool, str], str]] = {
-    "text": text,
-    "latex": latex,
-    "json": json_report,
+    "text": _text,
+    "latex": _latex,
+    "json": _json,
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.cli.reports.tables import Column, table
+from lagrange_cli.cli.reports.tables import TableColumn, table
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import Emitter
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["listed_formats"]
 
 #: Name, files, title.
-_FORMATS = (Column(before=""), Column("", 0), Column())
+_FORMATS = (TableColumn(before=""), TableColumn("", 0), TableColumn())
 
 
 def listed_formats(emitters: Mapping[str, Emitter]) -> str:

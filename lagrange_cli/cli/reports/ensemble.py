@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["FORMATS", "SimulatedMembers"]
 
 #: Failures that a person is shown.
-MOST_SHOWN = 12
+_MOST_SHOWN = 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ class SimulatedMembers:
         return max(known, default=None)
 
 
-def summary(simulated: SimulatedMembers) -> dict[str, Any]:
+def _summary(simulated: SimulatedMembers) -> dict[str, Any]:
     """What ``--json`` writes."""
     counts = simulated.counts()
     return {
@@ -92,7 +92,7 @@ def summary(simulated: SimulatedMembers) -> dict[str, Any]:
     }
 
 
-def text(simulated: SimulatedMembers) -> str:
+def _text(simulated: SimulatedMembers) -> str:
     """The result for a person."""
     counts, estimated = simulated.counts(), simulated.estimated()
     finished = sum(counts.values())
@@ -116,17 +116,17 @@ def _failures(failed: Sequence[Mapping[str, Any]]) -> list[str]:
     if not failed:
         return []
     lines = ["", "Failed"]
-    for member in failed[:MOST_SHOWN]:
+    for member in failed[:_MOST_SHOWN]:
         values = ", ".join(f"{name} = {given}" for name, given in member["values"].items())
         what = f"{member['status']}, {member['reason']}"
         lines.append(f"  {member['member']}  {values}: {what}")
-    if len(failed) > MOST_SHOWN:
-        lines.append(f"  and {len(failed) - MOST_SHOWN} more; --json lists them all")
+    if len(failed) > _MOST_SHOWN:
+        lines.append(f"  and {len(failed) - _MOST_SHOWN} more; --json lists them all")
     return lines
 
 
 #: Name of a format → what writes it.
 FORMATS: Mapping[str, Callable[[SimulatedMembers], str]] = {
-    "text": text,
-    "json": lambda simulated: json_text(summary(simulated)),
+    "text": _text,
+    "json": lambda simulated: json_text(_summary(simulated)),
 }

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import Column, labelled, table
+from lagrange_cli.cli.reports.tables import TableColumn, labelled, table
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 __all__ = ["FORMATS", "Simulated"]
 
 #: Events that are listed for a person, and values with each.
-MOST_EVENTS, MOST_VALUES = 12, 6
+_MOST_EVENTS, _MOST_VALUES = 12, 6
 
-_STATE = (Column(), Column("value", 16, ">"), Column("rate", 16, ">"))
+_STATE = (TableColumn(), TableColumn("value", 16, ">"), TableColumn("rate", 16, ">"))
 
 #: Name and value.
-_FURTHER = (Column(), Column("", 16, ">"))
+_FURTHER = (TableColumn(), TableColumn("", 16, ">"))
 
 #: Time, name, values.
-_EVENTS = (Column("", 16), Column(before=" "), Column())
+_EVENTS = (TableColumn("", 16), TableColumn(before=" "), TableColumn())
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,13 +90,13 @@ def _events(trajectory: Trajectory, shown: Sequence[str]) -> list[str]:
         [
             f"t = {event.t:.9g}",
             event.name,
-            ", ".join(f"{name} = {event.state[name]:.9g}" for name in shown[:MOST_VALUES]),
+            ", ".join(f"{name} = {event.state[name]:.9g}" for name in shown[:_MOST_VALUES]),
         ]
-        for event in events[:MOST_EVENTS]
+        for event in events[:_MOST_EVENTS]
     ]
     lines = ["Events", *table(_EVENTS, rows, heading=False)]
-    if len(events) > MOST_EVENTS:
-        lines.append(f"  and {len(events) - MOST_EVENTS} more until t = {events[-1].t:.9g}")
+    if len(events) > _MOST_EVENTS:
+        lines.append(f"  and {len(events) - _MOST_EVENTS} more until t = {events[-1].t:.9g}")
     return [*lines, ""]
 
 
@@ -108,7 +108,7 @@ def _promise(trajectory: Trajectory) -> str:
     return f"{trajectory.requested:g} requested, {estimated} estimated, holds until t = {until}"
 
 
-def text(simulated: Simulated) -> str:
+def _text(simulated: Simulated) -> str:
     """The result for a person."""
     model, trajectory = simulated.model, simulated.trajectory
     # Where no energy is conserved the Jacobi integral may be: its drift is another thing.
@@ -139,11 +139,11 @@ def text(simulated: Simulated) -> str:
     return "\n".join(lines)
 
 
-def json_report(simulated: Simulated) -> str:
+def _json(simulated: Simulated) -> str:
     """The result as JSON."""
     summary = simulated.trajectory.summary(derive_seconds=simulated.derive_seconds)
     return json_text(summary | ({"with": simulated.further()} if simulated.extra else {}))
 
 
 #: Name of a format → what writes it.
-FORMATS: Mapping[str, Callable[[Simulated], str]] = {"text": text, "json": json_report}
+FORMATS: Mapping[str, Callable[[Simulated], str]] = {"text": _text, "json": _json}

@@ -7,26 +7,31 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import Column, labelled, table
+from lagrange_cli.cli.reports.tables import TableColumn, labelled, table
 
 if TYPE_CHECKING:
     from lagrange_cli.studies.stress.measure import Stress
     from lagrange_cli.studies.stress.points import StressPoint
     from lagrange_cli.studies.stress.runs import StressRun
 
-__all__ = ["FORMATS", "sentence", "setting", "summary", "text"]
+__all__ = [
+    "FORMATS",
+    "sentence",
+    "setting",
+    "stress_summary",
+]
 
 #: Characters of a setting and of a reason in the table.
-SETTING, REASON = 26, 72
+_SETTING_WIDTH, _REASON_WIDTH = 26, 72
 
 _RUNS = (
-    Column("axis", 12),
-    Column("value", 8, ">", " "),
-    Column("set"),
-    Column("outcome", 8),
-    Column("error", 8, ">", " "),
-    Column("estimate", 8, ">", " "),
-    Column("reason"),
+    TableColumn("axis", 12),
+    TableColumn("value", 8, ">", " "),
+    TableColumn("set"),
+    TableColumn("outcome", 8),
+    TableColumn("error", 8, ">", " "),
+    TableColumn("estimate", 8, ">", " "),
+    TableColumn("reason"),
 )
 
 #: Units of the bases, as scenes have them.
@@ -47,7 +52,7 @@ def setting(point: StressPoint) -> str:
 # JSON.
 
 
-def summary(found: Stress) -> dict[str, Any]:
+def stress_summary(found: Stress) -> dict[str, Any]:
     """What ``lagrange stress --json`` writes."""
     return {
         "name": found.name,
@@ -82,7 +87,7 @@ def _finite(value: float | None) -> float | None:
 # Text.
 
 
-def text(found: Stress) -> str:
+def _text(found: Stress) -> str:
     """The table and what it comes to, for a person."""
     lines = [f"{found.name}: {sentence(found.counts)}", ""]
     if found.runs:
@@ -110,11 +115,11 @@ def _row(run: StressRun) -> list[str]:
     return [
         run.point.axis,
         f"{run.point.value:.3g}",
-        _cut(setting(run.point), SETTING),
+        _cut(setting(run.point), _SETTING_WIDTH),
         run.outcome,
         _number(run.error),
         _number(run.estimated),
-        _cut(run.reason, REASON),
+        _cut(run.reason, _REASON_WIDTH),
     ]
 
 
@@ -143,6 +148,6 @@ def _cut(said: str, most: int) -> str:
 
 #: Name of a format → what writes it.
 FORMATS: Mapping[str, Callable[[Stress], str]] = {
-    "text": text,
-    "json": lambda found: json_text(summary(found)),
+    "text": _text,
+    "json": lambda found: json_text(stress_summary(found)),
 }

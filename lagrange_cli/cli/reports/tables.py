@@ -6,11 +6,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["Column", "labelled", "table"]
+__all__ = ["TableColumn", "labelled", "table"]
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
+class TableColumn:
     """One column of a table.
 
     Attributes
@@ -36,7 +36,7 @@ class Column:
 
 
 def table(
-    columns: Sequence[Column], rows: Sequence[Sequence[str]], *, heading: bool = True
+    columns: Sequence[TableColumn], rows: Sequence[Sequence[str]], *, heading: bool = True
 ) -> list[str]:
     """Write rows under each other, without blanks at their ends.
 
@@ -54,7 +54,7 @@ def table(
     return [_line(columns, widths, row) for row in lines]
 
 
-def _line(columns: Sequence[Column], widths: Sequence[int], row: Sequence[str]) -> str:
+def _line(columns: Sequence[TableColumn], widths: Sequence[int], row: Sequence[str]) -> str:
     cells = zip(columns, widths, row, strict=False)
     return "".join(f"{c.before}{cell:{c.align}{width}}" for c, width, cell in cells).rstrip()
 

@@ -8,42 +8,42 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.reports.character_plot import character_plot
 from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import Column, labelled, table
+from lagrange_cli.cli.reports.tables import TableColumn, labelled, table
 
 if TYPE_CHECKING:
     from lagrange_cli.studies.reference import Reference
     from lagrange_cli.studies.tradeoff.measure import CostRatios, Recommendation, Trade
     from lagrange_cli.studies.tradeoff.runs import Setting, WorkPrecisionPoint
 
-__all__ = ["FORMATS", "options_of", "summary", "text"]
+__all__ = ["FORMATS", "options_of", "tradeoff_summary", "tradeoff_text"]
 
 _ENDS = {"ok": "", "given_up": "given up", "failed": "failed"}
 
 _RUNS = (
-    Column("method", 8),
-    Column("setting", 14, before=" "),
-    Column("error", 8, ">", " "),
-    Column("seconds", 9, ">", " "),
-    Column("quartiles", 19, ">", " "),
-    Column("evaluations", 11, ">", " "),
-    Column("drift", 8, ">", " "),
-    Column("front"),
+    TableColumn("method", 8),
+    TableColumn("setting", 14, before=" "),
+    TableColumn("error", 8, ">", " "),
+    TableColumn("seconds", 9, ">", " "),
+    TableColumn("quartiles", 19, ">", " "),
+    TableColumn("evaluations", 11, ">", " "),
+    TableColumn("drift", 8, ">", " "),
+    TableColumn("front"),
 )
 
 #: Options, the method that was chosen, and what it costs in units of the front.
 _AUTOMATIC = (
-    Column("", 16),
-    Column("", 24, before=" "),
-    Column("error", 6, ">", " "),
-    Column("evaluations", 11, ">", " "),
-    Column("as good", 8, ">", " "),
-    Column("enough", 6, ">", " "),
-    Column("seconds", 8, ">", " "),
-    Column("as good", 8, ">", " "),
-    Column("enough", 6, ">", " "),
+    TableColumn("", 16),
+    TableColumn("", 24, before=" "),
+    TableColumn("error", 6, ">", " "),
+    TableColumn("evaluations", 11, ">", " "),
+    TableColumn("as good", 8, ">", " "),
+    TableColumn("enough", 6, ">", " "),
+    TableColumn("seconds", 8, ">", " "),
+    TableColumn("as good", 8, ">", " "),
+    TableColumn("enough", 6, ">", " "),
 )
 
-_RECOMMENDED = (Column("", 5), Column("", 32), Column(before=" "))
+_RECOMMENDED = (TableColumn("", 5), TableColumn("", 32), TableColumn(before=" "))
 
 
 def options_of(setting: Setting) -> str:
@@ -58,7 +58,7 @@ def options_of(setting: Setting) -> str:
 # JSON.
 
 
-def summary(trade: Trade) -> dict[str, Any]:
+def tradeoff_summary(trade: Trade) -> dict[str, Any]:
     """What ``lagrange tradeoff --json`` writes."""
     return {
         "name": trade.name,
@@ -141,7 +141,7 @@ def _recommended(found: Recommendation, samples: int) -> dict[str, Any]:
 # Text.
 
 
-def text(trade: Trade) -> str:
+def tradeoff_text(trade: Trade) -> str:
     """The table, the picture and what follows from them, for a person."""
     known = trade.reference
     checked = (
@@ -262,6 +262,6 @@ def _times(factor: float | None) -> str:
 
 #: Name of a format → what writes it.
 FORMATS: Mapping[str, Callable[[Trade], str]] = {
-    "text": text,
-    "json": lambda trade: json_text(summary(trade)),
+    "text": tradeoff_text,
+    "json": lambda trade: json_text(tradeoff_summary(trade)),
 }

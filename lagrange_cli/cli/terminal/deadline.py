@@ -13,7 +13,7 @@ __all__ = ["OverdueError", "within"]
 
 
 #: Seconds that alarms can be set to, at least and at most: a microsecond, and three years.
-LEAST, MOST = 1e-6, 1e8
+_LEAST, _MOST = 1e-6, 1e8
 
 
 class OverdueError(Exception):
@@ -40,7 +40,7 @@ def within(seconds: float | None) -> Iterator[None]:
     if seconds is None or not hasattr(signal, "setitimer") or not main:
         yield
         return
-    seconds = min(max(seconds, LEAST), MOST)
+    seconds = min(max(seconds, _LEAST), _MOST)
     started = time.monotonic()
     handler = signal.signal(signal.SIGALRM, _overdue)
     left, interval = signal.setitimer(signal.ITIMER_REAL, seconds)
@@ -53,7 +53,7 @@ def within(seconds: float | None) -> Iterator[None]:
         signal.signal(signal.SIGALRM, handler)
         if left:
             remaining = left - (time.monotonic() - started)
-            signal.setitimer(signal.ITIMER_REAL, max(remaining, LEAST), interval)
+            signal.setitimer(signal.ITIMER_REAL, max(remaining, _LEAST), interval)
 
 
 def _overdue(number: int, frame: FrameType | None) -> None:

@@ -13,7 +13,7 @@ from lagrange_cli.errors import escape_controls
 __all__ = ["shown_stage"]
 
 #: Seconds after which a line is shown, and between two of them.
-FIRST, BETWEEN = 1.0, 0.5
+SHOWN_AFTER, REDRAWN_AFTER = 1.0, 0.5
 
 #: Erases the line that the cursor is in.
 ERASE = "\r\x1b[K"
@@ -49,9 +49,9 @@ class _Line:
         self._drawn = False
 
     def _draw(self) -> None:
-        wait = FIRST
+        wait = SHOWN_AFTER
         while not self._ended.wait(wait):
-            wait = BETWEEN
+            wait = REDRAWN_AFTER
             with self._lock:
                 if self._stage:
                     self._drawn = True

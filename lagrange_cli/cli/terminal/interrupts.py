@@ -8,10 +8,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
 
-__all__ = ["Interrupts", "endings", "interrupts"]
+__all__ = ["Interrupts", "ending_signals", "noted_interrupts"]
 
 
-def endings() -> list[signal.Signals]:
+def ending_signals() -> list[signal.Signals]:
     """The signals that ask a command to end: SIGTERM, and where it is not ignored (``nohup``)
     SIGHUP, of a terminal that is gone."""
     numbers = [signal.SIGTERM]
@@ -37,10 +37,10 @@ class Interrupts:
 
 
 @contextmanager
-def interrupts() -> Iterator[Interrupts]:
+def noted_interrupts() -> Iterator[Interrupts]:
     """Note the first signal, which the work then looks for; a second one acts at once."""
     found = Interrupts()
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, *endings())}
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, *ending_signals())}
 
     def note(number: int, frame: FrameType | None) -> None:
         found.number = number

@@ -15,7 +15,7 @@ from lagrange_cli.files import cannot_write
 __all__ = ["Command", "can_encode", "give_up_stdout", "print_text", "stdout_encoding"]
 
 #: What a shell reports for a process that SIGPIPE ended.
-CLOSED_PIPE = 141
+_CLOSED_PIPE = 141
 
 
 class Command(click.Command):
@@ -61,7 +61,7 @@ def print_text(text: str, format_: str = "text") -> None:
         stream.flush()
     except BrokenPipeError:
         _abandon(stream)
-        raise SystemExit(CLOSED_PIPE) from None
+        raise SystemExit(_CLOSED_PIPE) from None
     except OSError as error:
         _abandon(stream)
         raise cannot_write("standard output", error) from error

@@ -6,13 +6,13 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["Progress"]
+__all__ = ["ProgressBar"]
 
 #: Seconds between two looks at the simulated time on a terminal, and between two lines elsewhere.
-GLANCE, LINE = 0.2, 10.0
+_GLANCE, _LINE = 0.2, 10.0
 
 
-class Progress:
+class ProgressBar:
     """Called with the fraction done, moves a bar; told the simulated time, shows it and its rate.
 
     Parameters
@@ -46,7 +46,7 @@ class Progress:
         if self._first is None or t < self._last:
             self._first, self._begun = t, now
         self._last = t
-        if now - self._shown < (GLANCE if self._line is None else LINE):
+        if now - self._shown < (_GLANCE if self._line is None else _LINE):
             return
         self._shown = now
         rate = (t - self._first) / max(now - self._begun, 1e-9)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ForgivingFile", "prepare_streams", "results", "results_apart"]
 
-STDOUT, STDERR = 1, 2
+_STDOUT, _STDERR = 1, 2
 
 _RESULTS: ContextVar[TextIO | None] = ContextVar("results")
 
@@ -49,19 +49,19 @@ def prepare_streams() -> None:
     if sys.stdout is not None:
         sys.stdout.flush()
         sys.stdout = _moved(sys.stdout)
-    os.dup2(STDERR, STDOUT)
+    os.dup2(_STDERR, _STDOUT)
 
 
 def _occupy() -> None:
     """Put nothing in the place of closed descriptors, lest a file that is opened takes it."""
-    while (handle := os.open(os.devnull, os.O_RDWR)) <= STDERR:
+    while (handle := os.open(os.devnull, os.O_RDWR)) <= _STDERR:
         os.set_inheritable(handle, True)
     os.close(handle)
 
 
 def _stderr(before: TextIO | None) -> TextIO:
     """Standard error with the encoding of before, one that never fails."""
-    raw = ForgivingFile(STDERR, "wb", closefd=False)
+    raw = ForgivingFile(_STDERR, "wb", closefd=False)
     encoding = getattr(before, "encoding", None) or "utf-8"
     return io.TextIOWrapper(
         io.BufferedWriter(raw), encoding, "backslashreplace", line_buffering=True

@@ -22,14 +22,14 @@ from lagrange_cli.scene.language.expression import (
     walk,
 )
 
-__all__ = ["NONSMOOTH", "Traits", "dependency_order", "rate_node", "traits_of"]
+__all__ = ["NONSMOOTH", "ExpressionTraits", "dependency_order", "rate_node", "traits_of"]
 
 #: Functions without a derivative everywhere.
 NONSMOOTH = ("abs", "sign", "min", "max")
 
 
 @dataclass(frozen=True, slots=True)
-class Traits:
+class ExpressionTraits:
     """What an expression holds once its names are written out.
 
     ``rate``: 0 for positions, 1 if it holds ``dot``, 2 if it holds ``ddot``.
@@ -82,7 +82,7 @@ def _uses(name: str, meanings: Mapping[str, Expression]) -> Iterator[str]:
     return iter([n for n in names if n in meanings])
 
 
-def traits_of(node: Node, names: Mapping[str, Traits]) -> Traits:
+def traits_of(node: Node, names: Mapping[str, ExpressionTraits]) -> ExpressionTraits:
     """The traits of a tree, given those of its names (unknown ones are positions).
 
     Raises
@@ -102,16 +102,16 @@ def traits_of(node: Node, names: Mapping[str, Traits]) -> Traits:
             rough = rough or (part.function if part.function in NONSMOOTH else None)
     extents = _Extents(names)
     rates = _rates(node, names)
-    return Traits(rates[id(node)], rough, constant, extent_of(node, extents), driven)
+    return ExpressionTraits(rates[id(node)], rough, constant, extent_of(node, extents), driven)
 
 
-_POSITION = Traits()
+_POSITION = ExpressionTraits()
 
 
 class _Extents(Mapping[str, Extent]):
     """The extents of names, seen through their traits."""
 
-    def __init__(self, names: Mapping[str, Traits]) -> None:
+    def __init__(self, names: Mapping[str, ExpressionTraits]) -> None:
         self.names = names
 
     def __getitem__(self, name: str) -> Extent:
@@ -124,7 +124,7 @@ class _Extents(Mapping[str, Extent]):
         return len(self.names)
 
 
-def _rates(node: Node, names: Mapping[str, Traits]) -> dict[int, int]:
+def _rates(node: Node, names: Mapping[str, ExpressionTraits]) -> dict[int, int]:
     """The number of time derivatives in every part, by ``id``."""
     found: dict[int, int] = {}
     for part in reversed(list(walk(node))):
@@ -137,7 +137,7 @@ def _rates(node: Node, names: Mapping[str, Traits]) -> dict[int, int]:
     return found
 
 
-def rate_node(node: Node, names: Mapping[str, Traits], allowed: int) -> Node | None:
+def rate_node(node: Node, names: Mapping[str, ExpressionTraits], allowed: int) -> Node | None:
     """The first smallest part with more than ``allowed`` time derivatives."""
     found = _rates(node, names)
     offending = [part for part in walk(node) if found[id(part)] > allowed]

@@ -8,23 +8,23 @@ from types import MappingProxyType
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.checks.dependencies import (
     NONSMOOTH,
-    Traits,
+    ExpressionTraits,
     dependency_order,
     rate_node,
     traits_of,
 )
 from lagrange_cli.scene.checks.table import NameTable, check_clashes, name_table
-from lagrange_cli.scene.checks.uses import Place, Use, uses
+from lagrange_cli.scene.checks.uses import Restrictions, Use, uses
 from lagrange_cli.scene.language.expression import Call, Expression, Name, names_in, walk
 from lagrange_cli.scene.language.problems import Problems, shown, suggestion
 from lagrange_cli.scene.model import Force, InitialValue, Scene
 
-__all__ = ["EVENTS", "check_names", "without_rate"]
+__all__ = ["check_names", "without_rate"]
 
-_CONSTANT = Traits(constant=True)
+_CONSTANT = ExpressionTraits(constant=True)
 _DOTS = ("dot", "ddot")
 #: What may happen to a one-sided constraint, as ``expect`` calls it.
-EVENTS = ("contact", "release", "zeno")
+_EVENT_KINDS = ("contact", "release", "zeno")
 #: What may stand where not all names may: in words, what is no constant of that, and which
 #: definitions may.
 _ALONE: dict[str, tuple[str, tuple[str, ...], str]] = {
@@ -61,7 +61,7 @@ def check_names(
     before = len(problems.errors)
     reported: set[tuple[str, object]] = set()
     for expression, what in parts:
-        _check_known(Use(expression, what, Place()), table, reported, problems)
+        _check_known(Use(expression, what, Restrictions()), table, reported, problems)
     for use in found:
         _check_known(use, table, reported, problems)
     _check_values(scene, table, problems)
@@ -186,11 +186,11 @@ def _check_target(force: Force, scene: Scene, table: NameTable, problems: Proble
 def _check_expected(scene: Scene, table: NameTable, problems: Problems) -> None:
     """Check the names that ``expect`` calls cyclic or conserved, and those of events."""
     expect = scene.expect
-    known = [f"{kind}:{u.name}" for kind in EVENTS for u in scene.unilateral]
+    known = [f"{kind}:{u.name}" for kind in _EVENT_KINDS for u in scene.unilateral]
     for event in expect.events:
         if event.name not in known:
             hint = f"known are {', '.join(known)}" if known else "no constraint is one-sided here"
-            if event.name.partition(":")[0] in EVENTS:
+            if event.name.partition(":")[0] in _EVENT_KINDS:
                 hint = suggestion(event.name, known, hint)
             problems.add(
                 f"unknown event {shown(event.name)} in 'expect'",
@@ -255,9 +255,9 @@ def _check_places(
     """Check that every expression holds only what may stand in its place."""
     parameters = {p.name: _CONSTANT for p in scene.parameters}
     # In dynamics parameters are symbols; in numbers their values count.
-    inputs = {term.name: Traits(driven=term.name) for term in scene.inputs}
-    symbolic: dict[str, Traits] = {"pi": _CONSTANT, **parameters, **inputs}
-    numeric: dict[str, Traits] = dict(symbolic)
+    inputs = {term.name: ExpressionTraits(driven=term.name) for term in scene.inputs}
+    symbolic: dict[str, ExpressionTraits] = {"pi": _CONSTANT, **parameters, **inputs}
+    numeric: dict[str, ExpressionTraits] = dict(symbolic)
     for name in order:
         names = numeric if name in parameters else symbolic
         with problems.collect_at(meanings[name]):
@@ -268,7 +268,9 @@ def _check_places(
             _check_place(use, names, scene, problems)
 
 
-def _check_place(use: Use, names: dict[str, Traits], scene: Scene, problems: Problems) -> None:
+def _check_place(
+    use: Use, names: dict[str, ExpressionTraits], scene: Scene, problems: Problems
+) -> None:
     traits = traits_of(use.expression.node, names)
     if traits.rate > use.place.rate:
         _report_rate(use, names, problems)
@@ -287,11 +289,11 @@ def _check_place(use: Use, names: dict[str, Traits], scene: Scene, problems: Pro
         _check_driven(use, names, scene, problems)
 
 
-def _check_constant(use: Use, names: dict[str, Traits], problems: Problems) -> None:
+def _check_constant(use: Use, names: dict[str, ExpressionTraits], problems: Problems) -> None:
     """Refuse what changes, in t or otherwise, where it cannot stand."""
     says, allowed, terms = _ALONE[use.place.names]
     for node in _first_uses(use.expression):
-        if names.get(node.name, Traits()).constant or node.name in allowed:
+        if names.get(node.name, ExpressionTraits()).constant or node.name in allowed:
             continue
         known = ", ".join([*allowed, "parameters"])
         problems.add(
@@ -303,12 +305,14 @@ def _check_constant(use: Use, names: dict[str, Traits], problems: Problems) -> N
         return
 
 
-def _check_driven(use: Use, names: dict[str, Traits], scene: Scene, problems: Problems) -> None:
+def _check_driven(
+    use: Use, names: dict[str, ExpressionTraits], scene: Scene, problems: Problems
+) -> None:
     """Refuse inputs where their rates would be needed, which nothing gives."""
     whole = [n for n in walk(use.expression.node) if isinstance(n, Call) and n.function in _DOTS]
     for node in whole if use.place.inputs else [use.expression.node]:
         for name in names_in(node):
-            driven = names.get(name.name, Traits()).driven
+            driven = names.get(name.name, ExpressionTraits()).driven
             if driven:
                 where = f"dot(...) in {use.what}" if use.place.inputs else use.what
                 problems.add(
@@ -331,13 +335,13 @@ def without_rate(scene: Scene, name: str) -> str:
     )
 
 
-def _is_rough(node: object, names: dict[str, Traits]) -> bool:
+def _is_rough(node: object, names: dict[str, ExpressionTraits]) -> bool:
     if isinstance(node, Call):
         return node.function in NONSMOOTH
-    return isinstance(node, Name) and names.get(node.name, Traits()).rough is not None
+    return isinstance(node, Name) and names.get(node.name, ExpressionTraits()).rough is not None
 
 
-def _report_rate(use: Use, names: dict[str, Traits], problems: Problems) -> None:
+def _report_rate(use: Use, names: dict[str, ExpressionTraits], problems: Problems) -> None:
     node = rate_node(use.expression.node, names, use.place.rate)
     assert node is not None
     mark = use.expression.mark(node.span)

@@ -10,11 +10,11 @@ from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.model import InitialValue, Particle, Point, Scene
 from lagrange_cli.scene.reading.declarations import AXES
 
-__all__ = ["Place", "Use", "uses"]
+__all__ = ["Restrictions", "Use", "uses"]
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class Restrictions:
     """What an expression may hold.
 
     ``rate``: how many time derivatives. ``smooth``: only functions with a
@@ -32,16 +32,16 @@ class Place:
     hint: str = ""
 
 
-_POSITION = Place(smooth=True)
-_CONSTRAINT = Place(rate=1, smooth=True)
-_ONE_SIDED = Place(
+_POSITION = Restrictions(smooth=True)
+_CONSTRAINT = Restrictions(rate=1, smooth=True)
+_ONE_SIDED = Restrictions(
     smooth=True,
     hint="a one-sided constraint holds positions and t, in functions with a derivative;"
     "\nx >= abs(y) is two inequalities: [x >= y, x >= -y]",
 )
-_DYNAMICS = Place(rate=1, inputs=True)
-_NUMBER = Place(names="parameters")
-_MOTION = Place(rate=2, inputs=True, multipliers=True)
+_DYNAMICS = Restrictions(rate=1, inputs=True)
+_NUMBER = Restrictions(names="parameters")
+_MOTION = Restrictions(rate=2, inputs=True, multipliers=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class Use:
 
     expression: Expression
     what: str
-    place: Place
+    place: Restrictions
 
 
 def uses(scene: Scene, cartesian: Iterable[str]) -> Iterator[Use]:
@@ -60,10 +60,10 @@ def uses(scene: Scene, cartesian: Iterable[str]) -> Iterator[Use]:
             yield Use(parameter.value, f"parameter '{parameter.name}'", _NUMBER)
     for given in scene.inputs:
         if given.expression:
-            yield Use(given.expression, f"input '{given.name}'", Place(names="time"))
+            yield Use(given.expression, f"input '{given.name}'", Restrictions(names="time"))
     for particle in scene.particles:
         what = f"the mass of particle '{particle.name}'"
-        yield Use(particle.mass, what, Place(names="constants"))
+        yield Use(particle.mass, what, Restrictions(names="constants"))
         yield from _positions(particle, "particle")
     for point in scene.points:
         yield from _positions(point, "point")
@@ -104,7 +104,7 @@ def _mechanics(scene: Scene) -> Iterator[Use]:
         yield Use(term.expression, f"output '{term.name}'", _DYNAMICS)
 
 
-def _sides(equation: Equation, what: str, place: Place) -> Iterator[Use]:
+def _sides(equation: Equation, what: str, place: Restrictions) -> Iterator[Use]:
     yield Use(equation.left, what, place)
     yield Use(equation.right, what, place)
 

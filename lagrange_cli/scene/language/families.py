@@ -63,10 +63,10 @@ MAX_TERMS = 1_000_000
 _MAX_INDICES = 2
 _MAX_INDEX = 10**9
 
-Values = Mapping[str, int]
+IndexValues = Mapping[str, int]
 """Sizes and indices by name."""
 
-_NO_VALUES: Values = MappingProxyType({})
+_NO_VALUES: IndexValues = MappingProxyType({})
 
 
 @dataclass(slots=True)
@@ -100,7 +100,7 @@ def read_expression(
     *,
     exact: bool = True,
     limited: bool = True,
-    values: Values = _NO_VALUES,
+    values: IndexValues = _NO_VALUES,
 ) -> Expression:
     """Parse an expression and write its indices and sums out.
 
@@ -117,14 +117,14 @@ def read_equation(
     *,
     exact: bool = True,
     limited: bool = True,
-    values: Values = _NO_VALUES,
+    values: IndexValues = _NO_VALUES,
 ) -> Equation:
     """Parse an equation and write its indices and sums out; see :func:`read_expression`."""
     parsed = parse_equation(text, origin, exact=exact, limited=limited)
     return written_equation(parsed, values, Budget())
 
 
-def written_expression(expression: Expression, values: Values, budget: Budget) -> Expression:
+def written_expression(expression: Expression, values: IndexValues, budget: Budget) -> Expression:
     """An expression with plain names only.
 
     Raises
@@ -140,7 +140,7 @@ def written_expression(expression: Expression, values: Values, budget: Budget) -
     return replace(expression, node=node, text=text)
 
 
-def written_equation(equation: Equation, values: Values, budget: Budget) -> Equation:
+def written_equation(equation: Equation, values: IndexValues, budget: Budget) -> Equation:
     """An equation with plain names only; see :func:`written_expression`."""
     sides = (equation.left.node, equation.right.node)
     if all(_is_plain(side, values) for side in sides):
@@ -156,7 +156,7 @@ def written_equation(equation: Equation, values: Values, budget: Budget) -> Equa
     )
 
 
-def _written(expression: Expression, values: Values, budget: Budget) -> Node:
+def _written(expression: Expression, values: IndexValues, budget: Budget) -> Node:
     try:
         return _Writer(values, budget).written(expression.node)
     except ExpressionError as error:
@@ -167,7 +167,7 @@ def _located(error: ExpressionError, expression: Expression) -> InputError:
     return error.located(expression.mark(error.span))
 
 
-def _is_plain(node: Node, values: Values) -> bool:
+def _is_plain(node: Node, values: IndexValues) -> bool:
     return not any(
         part.indices or part.name in values
         if isinstance(part, Name)
@@ -181,7 +181,7 @@ def member_name(name: str, indices: Sequence[int]) -> str:
     return f"{name}[{','.join(map(str, indices))}]"
 
 
-def whole_number(node: Node, values: Values, what: str = "an index") -> int:
+def whole_number(node: Node, values: IndexValues, what: str = "an index") -> int:
     """The value of an index or of the end of a range.
 
     Raises
@@ -203,7 +203,7 @@ def whole_number(node: Node, values: Values, what: str = "an index") -> int:
     return value.numerator
 
 
-def _rational(node: Node, values: Values) -> Fraction:
+def _rational(node: Node, values: IndexValues) -> Fraction:
     match node:
         case Number():
             return node.value
@@ -225,7 +225,7 @@ def _rational(node: Node, values: Values) -> Fraction:
     raise _not_an_index(node, values)
 
 
-def _not_an_index(node: Node, values: Values) -> ExpressionError:
+def _not_an_index(node: Node, values: IndexValues) -> ExpressionError:
     hint = "an index is made with + - * / of indices, sizes and whole numbers"
     if isinstance(node, Name) and not node.indices:
         message = f"{shown(node.name)} is neither an index here nor a size"
@@ -237,7 +237,9 @@ def _not_an_index(node: Node, values: Values) -> ExpressionError:
     return ExpressionError("this is no index", node.span, hint, rule="index")
 
 
-def assignments(ranges: Sequence[Node], values: Values, budget: Budget) -> Iterator[dict[str, int]]:
+def assignments(
+    ranges: Sequence[Node], values: IndexValues, budget: Budget
+) -> Iterator[dict[str, int]]:
     """``values`` together with those of the indices of ranges, the last index running fastest.
 
     Raises
@@ -257,7 +259,7 @@ def assignments(ranges: Sequence[Node], values: Values, budget: Budget) -> Itera
         yield from assignments(ranges[1:], {**values, index: value}, budget)
 
 
-def _ends(node: Node, values: Values) -> tuple[str, range]:
+def _ends(node: Node, values: IndexValues) -> tuple[str, range]:
     """The index of a range and the values that it takes."""
     assert isinstance(node, Call)
     index, first, last = node.arguments
@@ -278,7 +280,7 @@ def _ends(node: Node, values: Values) -> tuple[str, range]:
     return index.name, range(start, stop + 1)
 
 
-def check_family(name: Name, ranges: Sequence[Node], values: Values) -> None:
+def check_family(name: Name, ranges: Sequence[Node], values: IndexValues) -> None:
     """Check what declares a family before its members are made.
 
     Raises
@@ -298,7 +300,7 @@ def check_family(name: Name, ranges: Sequence[Node], values: Values) -> None:
         )
 
 
-def _family_size(ranges: Sequence[Node], values: Values) -> int:
+def _family_size(ranges: Sequence[Node], values: IndexValues) -> int:
     """How many members the ranges make; counting ends where they are too many."""
     if not ranges:
         return 1
@@ -320,7 +322,7 @@ def _too_many_indices(node: Node) -> ExpressionError:
 class _Writer:
     """Writes trees out with the values of sizes and indices."""
 
-    def __init__(self, values: Values, budget: Budget) -> None:
+    def __init__(self, values: IndexValues, budget: Budget) -> None:
         self.values = values
         self.budget = budget
 
@@ -377,7 +379,7 @@ def leaves(node: Node) -> int:
     return sum(isinstance(part, Name | Number) for part in walk(node))
 
 
-def _substituted(text: str, nodes: Sequence[Node], values: Values) -> str:
+def _substituted(text: str, nodes: Sequence[Node], values: IndexValues) -> str:
     """A text in which indices and sizes have their values; sums stay sums."""
     pieces = []
     position = 0
@@ -387,7 +389,7 @@ def _substituted(text: str, nodes: Sequence[Node], values: Values) -> str:
     return "".join([*pieces, text[position:]])
 
 
-def _replacements(node: Node, values: Values) -> Iterator[tuple[Span, str]]:
+def _replacements(node: Node, values: IndexValues) -> Iterator[tuple[Span, str]]:
     if isinstance(node, Name) and node.indices:
         inside = [part for index in node.indices for part in walk(index)]
         if all(part.name in values for part in inside if isinstance(part, Name)):

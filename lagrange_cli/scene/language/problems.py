@@ -11,12 +11,12 @@ from lagrange_cli.errors import InputError, LimitError, Mark, Problem, nearest
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.language.tokens import ExpressionError
 
-__all__ = ["MAX_COLLECTED", "MAX_REPORTED", "Problems", "shown", "suggestion"]
+__all__ = ["Problems", "shown", "suggestion"]
 
 #: More problems than this are not shown: the first ones usually cause the rest.
-MAX_REPORTED = 20
+_MAX_REPORTED = 20
 #: Reading stops at this many problems.
-MAX_COLLECTED = 100
+_MAX_COLLECTED = 100
 
 _INDICES = re.compile(r"\[[-\d,]*\]")
 _MAX_SHOWN = 40
@@ -56,7 +56,7 @@ class Problems:
 
     def _append(self, problem: Problem) -> None:
         self._keep(problem)
-        if len(self._found) >= MAX_COLLECTED:
+        if len(self._found) >= _MAX_COLLECTED:
             self.raise_if_any()
 
     def warn(self, message: str, mark: Mark, *, hint: str = "", rule: str = "warning") -> None:
@@ -115,12 +115,12 @@ class Problems:
         found = sorted(self.errors, key=_place)
         if not found:
             return
-        shown = found[:MAX_REPORTED]
+        shown = found[:_MAX_REPORTED]
         more = len(found) - len(shown)
         if more:
             last = shown[-1]
             hint = f"{last.hint}\n" if last.hint else ""
-            count = f"{more}" if len(self._found) < MAX_COLLECTED else f"at least {more}"
+            count = f"{more}" if len(self._found) < _MAX_COLLECTED else f"at least {more}"
             note = f"{hint}and {count} more problem{'s' if more > 1 else ''}"
             shown[-1] = Problem(last.message, last.mark, note, last.rule)
         raise InputError(*shown)

@@ -19,7 +19,7 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.files.reading import read_regular
-from lagrange_cli.files.rows import NUMBER, Rows, decoded, shown
+from lagrange_cli.files.rows import DECIMAL_NUMBER, CsvRows, decoded, quoted_cell
 
 __all__ = ["MOST_MEMBERS", "Members", "grid", "read_members"]
 
@@ -76,7 +76,7 @@ def _checked(names: Sequence[str], heads: Sequence[Mark], cells: Sequence[list[_
         if not name:
             raise _refused("a column has no name", heads[k])
         if name in names[:k]:
-            raise _refused(f"{shown(name)} is given twice", heads[k])
+            raise _refused(f"{quoted_cell(name)} is given twice", heads[k])
     rows = [tuple(_expression(text, mark) for text, mark in row) for row in cells]
     marks = tuple(tuple(mark for _, mark in row) for row in cells)
     return Members(tuple(names), tuple(heads), tuple(rows), marks)
@@ -91,12 +91,12 @@ def _expression(text: str, mark: Mark) -> str:
     text = text.strip()
     if not text:
         raise _refused("expected a number, found nothing", mark)
-    if not NUMBER.fullmatch(text):
+    if not DECIMAL_NUMBER.fullmatch(text):
         from lagrange_cli.scene import parse_expression
 
         parse_expression(text, mark)
     elif not math.isfinite(float(text)):
-        raise _refused(f"{shown(text)} is beyond the range of doubles", mark)
+        raise _refused(f"{quoted_cell(text)} is beyond the range of doubles", mark)
     return text
 
 
@@ -129,7 +129,7 @@ def read_members(path: str) -> Members:
 
 
 def _csv(lines: list[str], path: str) -> Members:
-    rows = Rows(lines, path, _RULE)
+    rows = CsvRows(lines, path, _RULE)
     found = iter(rows)
     header = next(found, None)
     if header is None:
@@ -141,7 +141,7 @@ def _csv(lines: list[str], path: str) -> Members:
     return _checked([_without_blanks(name) for name in header], heads, cells)
 
 
-def _rows_of(found: Iterator[list[str]], rows: Rows, width: int) -> Iterator[list[_Cell]]:
+def _rows_of(found: Iterator[list[str]], rows: CsvRows, width: int) -> Iterator[list[_Cell]]:
     for number, row in enumerate(found):
         if number == MOST_MEMBERS:
             raise _too_many(rows.place())
@@ -183,13 +183,15 @@ def _of_mapping(member: object, names: Sequence[str]) -> list[_Cell]:
     for key, value in member.entries:
         name = _without_blanks(key.text)
         if name not in names:
-            raise _refused(f"{shown(name)} is not among the names of the first member", key.mark)
+            raise _refused(
+                f"{quoted_cell(name)} is not among the names of the first member", key.mark
+            )
         if not isinstance(value, Scalar):
             raise _refused("expected a number", value.mark)
         given[name] = value.text, value.mark
     missing = [name for name in names if name not in given]
     if missing:
-        raise _refused(f"this member has no {shown(missing[0])}", member.mark)
+        raise _refused(f"this member has no {quoted_cell(missing[0])}", member.mark)
     return [given[name] for name in names]
 
 
@@ -263,7 +265,7 @@ def _range(kind: str, arguments: Sequence[str], mark: Mark) -> list[float]:
 def _number(text: str, mark: Mark) -> float:
     """The value of a constant expression."""
     written = _expression(text, mark)
-    if NUMBER.fullmatch(written):
+    if DECIMAL_NUMBER.fullmatch(written):
         return float(written)
     from lagrange_cli.mechanics.symbols.convert import to_sympy
     from lagrange_cli.mechanics.symbols.values import nearest_double

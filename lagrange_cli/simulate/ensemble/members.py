@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import InputError, Problem, nearest
-from lagrange_cli.files.rows import NUMBER
+from lagrange_cli.files.rows import DECIMAL_NUMBER
 from lagrange_cli.simulate.model.model import Model
 
 if TYPE_CHECKING:
@@ -152,7 +152,7 @@ def require_known_names(members: Members, scene: Scene) -> None:
     known = {"pi"} | {p.name for p in scene.parameters} | sizes
     for member, row in enumerate(members.rows):
         for name, text in zip(members.names, row, strict=True):
-            if not NUMBER.fullmatch(text):
+            if not DECIMAL_NUMBER.fullmatch(text):
                 mark = members.mark(member, name)
                 used = _names(parse_expression(text, mark)) - known
                 if used:
@@ -246,7 +246,7 @@ class NumericMembers:
             Located: a value that is none.
         """
         texts = [*own.parameters.values(), *own.initial.values()]
-        if self._plain and all(NUMBER.fullmatch(text) for text in texts):
+        if self._plain and all(DECIMAL_NUMBER.fullmatch(text) for text in texts):
             parameters = {name: float(text) for name, text in own.parameters.items()}
             initial = {name: float(text) for name, text in own.initial.items()}
         else:

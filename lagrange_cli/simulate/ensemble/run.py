@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.errors import InputError
-from lagrange_cli.files.rows import NUMBER
+from lagrange_cli.files.rows import DECIMAL_NUMBER
 from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.charts.simulation import multiplier_form, simulate_past_singularities
@@ -219,7 +219,7 @@ class _Runner:
         given = {}
         for name, text in zip(self.plan.names, texts, strict=True):
             value = values.get(name)
-            if value is None and NUMBER.fullmatch(text):
+            if value is None and DECIMAL_NUMBER.fullmatch(text):
                 value = float(text)
             given[name] = _one(value)
         return given
