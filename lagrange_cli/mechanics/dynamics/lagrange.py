@@ -46,7 +46,7 @@ __all__ = ["Uncertified", "derive_uncertified", "raw_terms"]
 _Entry = TypeVar("_Entry")
 
 #: Products that are multiplied out and collected; beyond it sums are left factored.
-_PRODUCT_BUDGET = 50_000
+MOST_COLLECTED_PRODUCTS = 50_000
 
 #: Terms that one factor of a force may be multiplied out to.
 _TERM_BUDGET = 200
@@ -199,7 +199,7 @@ class _Builder:
 
     def _add_inertia(self) -> bool:
         gathered = recurring_products(self._moving_components(factored=False))
-        fits = gathered.number <= _PRODUCT_BUDGET
+        fits = gathered.number <= MOST_COLLECTED_PRODUCTS
         if not fits:
             gathered = recurring_products(self._moving_components(factored=True))
         for row, column, a, b, carried in gathered:

@@ -19,7 +19,7 @@ __all__ = ["guard_signs", "guarded_rhs", "singular_factors"]
 
 #: The numbers of places whose factor keeps its sign while rates of lost coordinates are not
 #: zero, and at all times, beside that sign.
-_WHILE_MOVING, _ALWAYS = 1.0, 2.0
+WHILE_MOVING, ALWAYS = 1.0, 2.0
 
 
 def singular_factors(model: Model) -> Callable[[float, Array], Array]:
@@ -51,9 +51,7 @@ def guard_signs(model: Model, t: float, y: Array) -> Array | None:
     if not numbers:
         return None
     factors = singular_factors(model)(t, y)
-    keeps = [
-        _ALWAYS if y[_rates(model, model.singular[k])].any() else _WHILE_MOVING for k in numbers
-    ]
+    keeps = [ALWAYS if y[_rates(model, model.singular[k])].any() else WHILE_MOVING for k in numbers]
     return np.array([np.sign(factors[k]) * keep for k, keep in zip(numbers, keeps, strict=True)])
 
 
@@ -83,7 +81,7 @@ def guarded_rhs(model: Model, kept: Array, rhs: Rhs) -> Rhs:
     def barred(t: float, y: Array) -> bool:
         beyond = kept * factors(t, y)[numbers] < 0
         return any(
-            abs(side) > _WHILE_MOVING or bool(y[own].any())
+            abs(side) > WHILE_MOVING or bool(y[own].any())
             for side, own, there in zip(kept, rates, beyond, strict=True)
             if there
         )

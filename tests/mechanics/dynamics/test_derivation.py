@@ -209,7 +209,7 @@ def test_generated_systems(model: Model, seed: int) -> None:
 @pytest.mark.slow
 def test_products_beyond_the_budget_are_left_but_right(monkeypatch: pytest.MonkeyPatch) -> None:
     """A position of many terms: the sums stay factored, the equations stay true."""
-    monkeypatch.setattr("lagrange_cli.mechanics.dynamics.lagrange._PRODUCT_BUDGET", 8_000)
+    monkeypatch.setattr("lagrange_cli.mechanics.dynamics.lagrange.MOST_COLLECTED_PRODUCTS", 8_000)
     q = ["u", "v"]
     model = Model(coordinates=q)
     u, w = model.q("u"), model.q("v")

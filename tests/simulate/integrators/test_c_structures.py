@@ -38,7 +38,7 @@ if platform.machine() == "x86_64":
 CONSTANTS: Mapping[str, Mapping[str, float]] = {
     "events.c": {"MOST": MOST_EVENTS, "LAGRANGE_PARTS": EVENT_PARTS, "LAGRANGE_RISES": RISES},
     "landmarks.c": {"TIMES + 1": LANDMARK_ROWS, "RESOLVED": unseen.RESOLVED_EXPONENT},
-    "advance.c": {"EARLY": surface_motion._EARLY, "BEHIND": surface_motion._BEHIND},
+    "advance.c": {"EARLY": surface_motion.EARLY, "BEHIND": surface_motion.BEHIND},
     "kernel.h": {f"LAGRANGE_{status.name}": status.value for status in KernelStatus},
 }
 

@@ -14,7 +14,7 @@ from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.system.functions import compiled, interpreted
-from lagrange_cli.simulate.system.singular_guard import _ALWAYS, _WHILE_MOVING, guard_signs
+from lagrange_cli.simulate.system.singular_guard import ALWAYS, WHILE_MOVING, guard_signs
 
 NEEDLE = """
 name: needle
@@ -99,8 +99,8 @@ def test_a_torque_that_nothing_proves_ends_the_run():
 def test_both_kinds_of_code_end_beyond_the_place():
     model = model_of(derive(read_text(NEEDLE)))
     y = np.array(model.initial)
-    assert guard_signs(model, 0.0, y).tolist() == [_ALWAYS]
-    assert guard_signs(model, 0.0, np.array([-1.0, 0, 1, 0])).tolist() == [-_WHILE_MOVING]
+    assert guard_signs(model, 0.0, y).tolist() == [ALWAYS]
+    assert guard_signs(model, 0.0, np.array([-1.0, 0, 1, 0])).tolist() == [-WHILE_MOVING]
     for functions in (compiled(model, open_cache()), interpreted(model, "for a test")):
         always, moving = (functions.guarded(np.array([side])) for side in (2.0, 1.0))
         for rhs in (always.rhs, *always.perturbed):

@@ -43,7 +43,7 @@ __all__ = [
 
 #: A step whose event lies in less than this part of it is made again, to this many times the time
 #: until the event (advance.c does the same).
-_EARLY, _BEHIND = 0.5, 1.25
+EARLY, BEHIND = 0.5, 1.25
 
 _ONE_STEP: Any = {"most_steps": 1, "most_evaluations": math.inf}
 
@@ -117,8 +117,8 @@ class SurfaceMotion(HybridMotion):
             if done.failure is not None:
                 return Advance(filled, done.failure)
             part = self._part_of_step(run, start[0])
-            if part < _EARLY:
-                run = self._again(start, signs, _BEHIND * (run.t - start[0]))
+            if part < EARLY:
+                run = self._again(start, signs, BEHIND * (run.t - start[0]))
                 steps, evaluations = 0, 0
                 continue
             end = len(times) if run.fallen is None else np.searchsorted(times, run.t, "right")
