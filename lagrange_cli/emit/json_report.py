@@ -15,7 +15,7 @@ from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import Vocabulary, display, display_row, vocabulary
 from lagrange_cli.notation.ordering import sum_of
 from lagrange_cli.notation.scene_language import ScenePrinter
-from lagrange_cli.notation.tree import Node, Term, as_terms
+from lagrange_cli.notation.tree import DisplayNode, SignedNode, as_terms
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -106,7 +106,7 @@ class _Speaker:
     def __call__(self, expression: Expr) -> str:
         return self.tree(display(expression, self.words))
 
-    def tree(self, node: Node) -> str:
+    def tree(self, node: DisplayNode) -> str:
         return self._printer.inline(node)
 
 
@@ -138,7 +138,7 @@ def _residuals(equations: Equations, form: str, say: _Speaker) -> list[dict[str,
     ]
 
 
-def _explicit_rows(equations: Equations, say: _Speaker) -> list[Node]:
+def _explicit_rows(equations: Equations, say: _Speaker) -> list[DisplayNode]:
     rows, right = [], right_hand_sides(equations)
     for i, value in enumerate(explicit_accelerations(equations)):
         if value is not None:
@@ -151,11 +151,11 @@ def _explicit_rows(equations: Equations, say: _Speaker) -> list[Node]:
 
 def _difference(
     entries: Sequence[tuple[Expr | int, int]], value: Expr, equations: Equations, say: _Speaker
-) -> Node:
+) -> DisplayNode:
     """``Σ entry·a − value``, the accelerations first."""
     left = [display(entry * equations.coordinates[j].a, say.words) for entry, j in entries]
     terms = [term for node in left for term in as_terms(node)]
-    terms += [Term(not t.negative, t.node) for t in as_terms(display(value, say.words))]
+    terms += [SignedNode(not t.negative, t.node) for t in as_terms(display(value, say.words))]
     return sum_of(terms, ordered=True)
 
 

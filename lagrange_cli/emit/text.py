@@ -26,10 +26,10 @@ from lagrange_cli.emit.force_wording import FORCES_LINE, force_notes, force_rows
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations, right_hand_sides
 from lagrange_cli.notation.build import Vocabulary, display, display_row, vocabulary
-from lagrange_cli.notation.layout import Piece, fill, joined, suffixed
-from lagrange_cli.notation.one_line import LinearPrinter, columns, solid
+from lagrange_cli.notation.layout import Piece, break_lines, joined, suffixed
+from lagrange_cli.notation.one_line import OneLinePrinter, columns, solid
 from lagrange_cli.notation.scene_language import ScenePrinter
-from lagrange_cli.notation.unicode import FormulaPrinter
+from lagrange_cli.notation.unicode import UnicodePrinter
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -67,7 +67,7 @@ def derivation_text(equations: Equations, *, ascii: bool = False, form: str = "l
     InternalError
         An expression has no exact form in print.
     """
-    page = _Page(equations, vocabulary(equations), ScenePrinter() if ascii else FormulaPrinter())
+    page = _Page(equations, vocabulary(equations), ScenePrinter() if ascii else UnicodePrinter())
     blocks = [
         page.heading(),
         page.account(),
@@ -92,7 +92,7 @@ class _Page:
 
     equations: Equations
     words: Vocabulary
-    printer: LinearPrinter
+    printer: OneLinePrinter
 
     def heading(self) -> list[str]:
         title = self.equations.title
@@ -365,7 +365,7 @@ class _Page:
     def hung(self, opening: str, pieces: Sequence[Piece]) -> list[str]:
         """Pieces after an opening; further lines stand two columns deeper."""
         indent = columns(opening)
-        first, *others = fill(pieces, WIDTH - indent, WIDTH - indent - 2, step=2)
+        first, *others = break_lines(pieces, WIDTH - indent, WIDTH - indent - 2, step=2)
         return [
             opening + first.text,
             *(" " * (indent + 2 + 2 * line.level) + line.text for line in others),
@@ -378,7 +378,7 @@ class _Page:
             for index, item in enumerate(items)
         ]
         indent = columns(opening)
-        first, *others = fill(pieces or solid(""), WIDTH - indent, WIDTH - indent)
+        first, *others = break_lines(pieces or solid(""), WIDTH - indent, WIDTH - indent)
         lines = [opening + first.text, *(" " * indent + line.text for line in others)]
         return [line.rstrip() for line in lines]
 

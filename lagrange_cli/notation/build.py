@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from fractions import Fraction as Rational
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import sympy
@@ -18,13 +18,13 @@ from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.notation import ordering
 from lagrange_cli.notation.symbols import multiplier_name
 from lagrange_cli.notation.tree import (
-    Atom,
-    Fraction,
-    Level,
-    Node,
-    Number,
-    Sum,
-    Term,
+    Dependence,
+    DisplayFraction,
+    DisplayNode,
+    DisplayNumber,
+    DisplaySum,
+    DisplaySymbol,
+    SignedNode,
     as_terms,
     factors_of,
 )
@@ -85,31 +85,31 @@ class Vocabulary:
     ``literals`` maps exact values to decimals as the scene wrote them.
     """
 
-    atoms: Mapping[sympy.Symbol, Atom]
-    literals: Mapping[Rational, str]
+    atoms: Mapping[sympy.Symbol, DisplaySymbol]
+    literals: Mapping[Fraction, str]
 
 
 def vocabulary(equations: Equations) -> Vocabulary:
     """Parameters, multipliers, time, inputs and coordinates, in order of declaration."""
     atoms = {
-        p.symbol: ordering.atom(p.name, Level.PARAMETER, rank, latex=p.latex)
+        p.symbol: ordering.symbol_of(p.name, Dependence.PARAMETER, rank, latex=p.latex)
         for rank, p in enumerate(equations.parameters)
     }
     for rank, closure in enumerate(equations.pushing, len(equations.parameters)):
         # With the underscores that tell the symbol from other names of the scene.
         name = multiplier_name(closure.multiplier.name.removeprefix("lambda_"))
-        atoms[closure.multiplier] = ordering.atom(name, Level.PARAMETER, rank)
-    atoms[equations.t] = ordering.atom("t", Level.TIME, 0)
+        atoms[closure.multiplier] = ordering.symbol_of(name, Dependence.PARAMETER, rank)
+    atoms[equations.t] = ordering.symbol_of("t", Dependence.TIME, 0)
     for rank, given in enumerate(equations.inputs, 1):
-        atoms[given.symbol] = ordering.atom(given.name, Level.TIME, rank)
+        atoms[given.symbol] = ordering.symbol_of(given.name, Dependence.TIME, rank)
     for rank, c in enumerate(equations.coordinates):
         for order, symbol in enumerate((c.q, c.v, c.a)):
-            level = Level(Level.COORDINATE + order)
-            atoms[symbol] = ordering.atom(c.name, level, rank, order=order, latex=c.latex)
+            level = Dependence(Dependence.COORDINATE + order)
+            atoms[symbol] = ordering.symbol_of(c.name, level, rank, order=order, latex=c.latex)
     return Vocabulary(atoms, dict(equations.literals))
 
 
-def display(expression: sympy.Expr, words: Vocabulary) -> Node:
+def display(expression: sympy.Expr, words: Vocabulary) -> DisplayNode:
     """Return the display tree of an expression.
 
     Raises
@@ -121,12 +121,12 @@ def display(expression: sympy.Expr, words: Vocabulary) -> Node:
     return ordering.signed(_term(expression, words))
 
 
-def display_sum(expressions: Iterable[sympy.Expr], words: Vocabulary) -> Node:
+def display_sum(expressions: Iterable[sympy.Expr], words: Vocabulary) -> DisplayNode:
     """The sum of expressions, kept in the order given."""
     return ordering.sum_of([_term(e, words) for e in expressions], ordered=True)
 
 
-def display_row(shown: ShownEquation, words: Vocabulary) -> Node:
+def display_row(shown: ShownEquation, words: Vocabulary) -> DisplayNode:
     """The left side of an equation of motion: its terms in their order.
 
     Each coefficient and its factor print as one product. Terms without a
@@ -142,7 +142,7 @@ def display_row(shown: ShownEquation, words: Vocabulary) -> Node:
     return ordering.sum_of([*before, *rest, *after], ordered=True)
 
 
-def _term(expression: sympy.Expr, words: Vocabulary) -> Term:
+def _term(expression: sympy.Expr, words: Vocabulary) -> SignedNode:
     """Sign and unsigned tree of an expression."""
     if isinstance(expression, sympy.Add):
         node = ordering.sum_of([_term(a, words) for a in expression.args])
@@ -150,15 +150,15 @@ def _term(expression: sympy.Expr, words: Vocabulary) -> Term:
     return _product((expression,), words)
 
 
-def _outward(node: Node) -> Term:
+def _outward(node: DisplayNode) -> SignedNode:
     """Take the sign out of a sum whose terms are all negative."""
-    if isinstance(node, Sum) and all(t.negative for t in node.terms):
-        return Term(True, _negated(node))
-    return Term(False, node)
+    if isinstance(node, DisplaySum) and all(t.negative for t in node.terms):
+        return SignedNode(True, _negated(node))
+    return SignedNode(False, node)
 
 
-def _negated(node: Node) -> Node:
-    return ordering.sum_of([Term(not t.negative, t.node) for t in as_terms(node)])
+def _negated(node: DisplayNode) -> DisplayNode:
+    return ordering.sum_of([SignedNode(not t.negative, t.node) for t in as_terms(node)])
 
 
 # -- products -----------------------------------------------------------------
@@ -172,13 +172,13 @@ class _Factors:
     """
 
     negative: bool = False
-    coefficient: Rational = Rational(1)
-    above: list[Node] = field(default_factory=list)
-    below: list[Node] = field(default_factory=list)
-    roots_above: list[Node] = field(default_factory=list)
-    roots_below: list[Node] = field(default_factory=list)
+    coefficient: Fraction = Fraction(1)
+    above: list[DisplayNode] = field(default_factory=list)
+    below: list[DisplayNode] = field(default_factory=list)
+    roots_above: list[DisplayNode] = field(default_factory=list)
+    roots_below: list[DisplayNode] = field(default_factory=list)
 
-    def multiply(self, term: Term, exponent: Rational = Rational(1)) -> None:
+    def multiply(self, term: SignedNode, exponent: Fraction = Fraction(1)) -> None:
         """Multiply by a signed node to a rational power."""
         odd = exponent.denominator == 1 and exponent.numerator % 2 == 1
         if exponent.denominator == 1:
@@ -186,73 +186,75 @@ class _Factors:
             base = term.node
         else:
             base = ordering.signed(term)
-        if isinstance(base, Fraction) and exponent == 1:
+        if isinstance(base, DisplayFraction) and exponent == 1:
             self.above.extend(factors_of(base.numerator))
             self.below.extend(factors_of(base.denominator))
-        elif abs(exponent) == Rational(1, 2):
+        elif abs(exponent) == Fraction(1, 2):
             self._multiply_root(base, inverse=exponent < 0)
         else:
             size = abs(exponent)
-            node = ordering.power(base, ordering.number(size.numerator, size.denominator))
+            node = ordering.power_of(base, ordering.number_of(size.numerator, size.denominator))
             (self.above if exponent > 0 else self.below).append(node)
 
-    def _multiply_root(self, radicand: Node, *, inverse: bool) -> None:
+    def _multiply_root(self, radicand: DisplayNode, *, inverse: bool) -> None:
         above, below = (
             (radicand.numerator, radicand.denominator)
-            if isinstance(radicand, Fraction)
-            else (radicand, ordering.one())
+            if isinstance(radicand, DisplayFraction)
+            else (radicand, ordering.number_of(1))
         )
         if inverse:
             above, below = below, above
-        if radicand.traits.level <= Level.PARAMETER:
+        if radicand.traits.level <= Dependence.PARAMETER:
             self.roots_above.extend(factors_of(above))
             self.roots_below.extend(factors_of(below))
         elif not ordering.is_one(above):
-            self.above.append(ordering.root(ordering.fraction(above, below)))
+            self.above.append(ordering.root_of(ordering.fraction_of(above, below)))
         else:
-            self.below.append(ordering.root(below))
+            self.below.append(ordering.root_of(below))
 
-    def term(self, literals: Mapping[Rational, str]) -> Term:
+    def term(self, literals: Mapping[Fraction, str]) -> SignedNode:
         """The gathered product as a signed node."""
         self._close_roots()
         self._place_coefficient(literals)
-        node = ordering.fraction(ordering.product(self.above), ordering.product(self.below))
-        return Term(self.negative, node)
+        node = ordering.fraction_of(
+            ordering.product_of(self.above), ordering.product_of(self.below)
+        )
+        return SignedNode(self.negative, node)
 
     def _close_roots(self) -> None:
-        above, below = ordering.product(self.roots_above), ordering.product(self.roots_below)
+        above, below = ordering.product_of(self.roots_above), ordering.product_of(self.roots_below)
         if not ordering.is_one(above):
-            self.above.append(ordering.root(ordering.fraction(above, below)))
+            self.above.append(ordering.root_of(ordering.fraction_of(above, below)))
         elif not ordering.is_one(below):
-            self.below.append(ordering.root(below))
+            self.below.append(ordering.root_of(below))
 
-    def _place_coefficient(self, literals: Mapping[Rational, str]) -> None:
+    def _place_coefficient(self, literals: Mapping[Fraction, str]) -> None:
         """Show the number before the fraction, or in it where there is one."""
         value = self.coefficient
         if value == 0:
-            self.above, self.below = [ordering.number(0)], []
+            self.above, self.below = [ordering.number_of(0)], []
             return
         if _literal(value, literals) is None and _literal(1 / value, literals) is not None:
             self.below.append(_number(1 / value, literals))
         elif self.below and _literal(value, literals) is None:
-            self.above.append(_number(Rational(value.numerator), literals))
-            self.below.append(_number(Rational(value.denominator), literals))
+            self.above.append(_number(Fraction(value.numerator), literals))
+            self.below.append(_number(Fraction(value.denominator), literals))
         else:
             self.above.append(_number(value, literals))
 
 
-def _literal(value: Rational, literals: Mapping[Rational, str]) -> str | None:
+def _literal(value: Fraction, literals: Mapping[Fraction, str]) -> str | None:
     """The decimal that the scene wrote for a value, where that reads better."""
     if value.denominator > 4 or (value.denominator == 1 and value.numerator >= _LONG_INTEGER):
         return literals.get(value)
     return None
 
 
-def _number(value: Rational, literals: Mapping[Rational, str]) -> Number:
-    return ordering.number(value.numerator, value.denominator, _literal(value, literals))
+def _number(value: Fraction, literals: Mapping[Fraction, str]) -> DisplayNumber:
+    return ordering.number_of(value.numerator, value.denominator, _literal(value, literals))
 
 
-def _product(factors: Iterable[sympy.Expr], words: Vocabulary) -> Term:
+def _product(factors: Iterable[sympy.Expr], words: Vocabulary) -> SignedNode:
     """Sign and unsigned tree of a product of expressions."""
     gathered = _Factors()
     pending = list(factors)
@@ -261,7 +263,7 @@ def _product(factors: Iterable[sympy.Expr], words: Vocabulary) -> Term:
         if isinstance(factor, (sympy.Mul, sympy.UnevaluatedExpr)):
             pending.extend(factor.args)
         elif isinstance(factor, sympy.Rational):
-            value = Rational(int(factor.p), int(factor.q))
+            value = Fraction(int(factor.p), int(factor.q))
             gathered.negative ^= value < 0
             gathered.coefficient *= abs(value)
         elif isinstance(factor, sympy.Pow) and not isinstance(factor, sympy.exp):
@@ -276,25 +278,25 @@ def _product(factors: Iterable[sympy.Expr], words: Vocabulary) -> Term:
 def _multiply_power(gathered: _Factors, expression: sympy.Expr, words: Vocabulary) -> None:
     base, exponent = expression.args
     if isinstance(exponent, sympy.Rational):
-        gathered.multiply(_term(base, words), Rational(int(exponent.p), int(exponent.q)))
+        gathered.multiply(_term(base, words), Fraction(int(exponent.p), int(exponent.q)))
     else:
-        node = ordering.power(display(base, words), display(exponent, words))
-        gathered.multiply(Term(False, node))
+        node = ordering.power_of(display(base, words), display(exponent, words))
+        gathered.multiply(SignedNode(False, node))
 
 
 # -- symbols, constants and functions -----------------------------------------
 
 
-def _single(expression: sympy.Expr, words: Vocabulary) -> Term:
+def _single(expression: sympy.Expr, words: Vocabulary) -> SignedNode:
     """Sign and tree of what is neither a sum, a product, a power nor a rational."""
     if isinstance(expression, sympy.Symbol):
         if expression not in words.atoms:
             raise _unprintable(f"symbol '{expression}'")
-        return Term(False, words.atoms[expression])
+        return SignedNode(False, words.atoms[expression])
     if expression is sympy.pi:
-        return Term(False, ordering.pi())
+        return SignedNode(False, ordering.pi())
     if expression is sympy.E:
-        return Term(False, ordering.call("exp", (ordering.one(),)))
+        return SignedNode(False, ordering.call_of("exp", (ordering.number_of(1),)))
     if isinstance(expression, sympy.Heaviside) and expression.args[1:] == (sympy.S.Half,):
         # The step that comes from a derivative of min or max: (1 + sign x)/2.
         argument = expression.args[0]
@@ -323,7 +325,7 @@ def _parts(argument: sympy.Expr) -> int:
     return found.pop() if len(found) == 1 and max(found) <= _MOST_PARTS else 1
 
 
-def _called(name: str, arguments: list[Node], parts: int = 1) -> Term:
+def _called(name: str, arguments: list[DisplayNode], parts: int = 1) -> SignedNode:
     """A function, with the sign of its argument taken out where it is odd or even.
 
     ``parts``: the argument is to be divided by this number.
@@ -335,8 +337,8 @@ def _called(name: str, arguments: list[Node], parts: int = 1) -> Term:
         arguments = [_negated(arguments[0])]
         negative = name in _ODD
     if parts > 1:
-        arguments = [ordering.product([ordering.number(1, parts), arguments[0]])]
-    return Term(negative, ordering.call(name, tuple(arguments)))
+        arguments = [ordering.product_of([ordering.number_of(1, parts), arguments[0]])]
+    return SignedNode(negative, ordering.call_of(name, tuple(arguments)))
 
 
 def _unprintable(what: str) -> InternalError:

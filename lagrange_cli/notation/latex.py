@@ -9,20 +9,20 @@ import re
 from dataclasses import replace
 
 from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, joined, prefixed, suffixed, width
-from lagrange_cli.notation.one_line import LinearPrinter, group, listed
+from lagrange_cli.notation.one_line import OneLinePrinter, comma_separated, group
 from lagrange_cli.notation.symbols import latex_name, split_name
 from lagrange_cli.notation.tree import (
-    Atom,
-    Call,
-    Fraction,
-    Level,
-    Node,
-    Number,
-    Pi,
-    Power,
-    Product,
-    Root,
-    Sum,
+    Dependence,
+    DisplayCall,
+    DisplayFraction,
+    DisplayNode,
+    DisplayNumber,
+    DisplayPi,
+    DisplayPower,
+    DisplayProduct,
+    DisplayRoot,
+    DisplaySum,
+    DisplaySymbol,
     factors_of,
 )
 
@@ -30,7 +30,7 @@ __all__ = ["LatexPrinter", "latex_number"]
 
 #: How each function of the scene language is written; ``exp`` and ``abs`` have
 #: forms of their own.
-CALLS = {
+LATEX_FUNCTIONS = {
     "sin": r"\sin",
     "cos": r"\cos",
     "tan": r"\tan",
@@ -64,7 +64,7 @@ _WIDEST_PART = 44
 _WIDEST_EXPONENT = 14
 
 
-class LatexPrinter(LinearPrinter):
+class LatexPrinter(OneLinePrinter):
     """Fractions, roots and upright functions; parentheses as tall as they need be."""
 
     times = " "
@@ -72,14 +72,14 @@ class LatexPrinter(LinearPrinter):
     sign_width = 2.5
     lead = r"{}\cdot "
 
-    def number(self, node: Number) -> str:
+    def number(self, node: DisplayNumber) -> str:
         if node.literal is not None:
             return latex_number(node.literal)
         if node.denominator == 1:
             return str(node.numerator)
         return rf"\frac{{{node.numerator}}}{{{node.denominator}}}"
 
-    def digits(self, node: Number) -> list[Piece]:
+    def digits(self, node: DisplayNumber) -> list[Piece]:
         text = self.number(node)
         over = max(len(str(node.numerator)), len(str(node.denominator))) + 0.6
         return [Piece(text, over if text.startswith(r"\frac") else len(text))]
@@ -87,19 +87,19 @@ class LatexPrinter(LinearPrinter):
     def symbol(self, name: str, order: int = 0) -> str:
         return latex_name(name, order)
 
-    def atom(self, node: Atom) -> list[Piece]:
+    def atom(self, node: DisplaySymbol) -> list[Piece]:
         text = latex_name(node.name, node.order, node.latex)
         return [Piece(text, _symbol_width(node))]
 
     def pi(self) -> str:
         return r"\pi"
 
-    def separator(self, before: Node, after: str) -> str:
+    def separator(self, before: DisplayNode, after: str) -> str:
         if after[0].isdigit() or after.startswith(r"\frac{"):
             return r" \cdot "
         if after.startswith(_WORDS) or _is_word(before):
             return r" \, "
-        bare = isinstance(before, Call) and before.function in _NAMED_POWERS
+        bare = isinstance(before, DisplayCall) and before.function in _NAMED_POWERS
         return r" \, " if bare and not after.startswith(("(", "\\b", "\\l", "\\B")) else self.times
 
     def group(self, pieces: list[Piece]) -> list[Piece]:
@@ -117,9 +117,9 @@ class LatexPrinter(LinearPrinter):
             return group(pieces, r"\Bigl( ", r" \Bigr)")
         return group(pieces, r"\bigl( ", r" \bigr)") if "(" in text else group(pieces)
 
-    def fraction(self, node: Node) -> list[Piece]:
+    def fraction(self, node: DisplayNode) -> list[Piece]:
         """A fraction, with what moves and what is long standing beside it."""
-        assert isinstance(node, Fraction)
+        assert isinstance(node, DisplayFraction)
         below = self.pieces(node.denominator)
         if width(below) > _WIDEST_PART:
             inverse = suffixed(self.group(below), "^{-1}", 2)
@@ -137,19 +137,21 @@ class LatexPrinter(LinearPrinter):
         head = replace(pieces[0], separator=" ", lead=self.lead, depth=FACTOR_DEPTH)
         return [head, *pieces[1:]]
 
-    def _split(self, numerator: Node) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
+    def _split(
+        self, numerator: DisplayNode
+    ) -> tuple[tuple[DisplayNode, ...], tuple[DisplayNode, ...]]:
         """Factors over the line and factors beside the fraction."""
         factors = factors_of(numerator)
-        moving = tuple(f for f in factors if f.traits.level >= Level.VELOCITY)
-        still = tuple(f for f in factors if f.traits.level < Level.VELOCITY)
-        if not moving or all(isinstance(f, Number) for f in still):
+        moving = tuple(f for f in factors if f.traits.level >= Dependence.VELOCITY)
+        still = tuple(f for f in factors if f.traits.level < Dependence.VELOCITY)
+        if not moving or all(isinstance(f, DisplayNumber) for f in still):
             moving, still = (), factors
         if width(self.factors(still)) <= _WIDEST_PART:
             return still, moving
-        sums = tuple(f for f in still if isinstance(f, Sum))
-        return tuple(f for f in still if not isinstance(f, Sum)), sums + moving
+        sums = tuple(f for f in still if isinstance(f, DisplaySum))
+        return tuple(f for f in still if not isinstance(f, DisplaySum)), sums + moving
 
-    def call(self, node: Call, power: str, *, closed: bool) -> list[Piece]:
+    def call(self, node: DisplayCall, power: str, *, closed: bool) -> list[Piece]:
         arguments = [self.pieces(a) for a in node.arguments]
         if node.function == "exp" and not power:
             inner = joined(arguments[0])
@@ -157,31 +159,31 @@ class LatexPrinter(LinearPrinter):
                 return [Piece(rf"\mathrm{{e}}^{{{inner}}}", 1 + 0.7 * width(arguments[0]))]
         if node.function == "abs" and width(arguments[0]) <= _WIDEST_PART:
             return [Piece(rf"\left| {joined(arguments[0])} \right|", width(arguments[0]) + 1)]
-        name = CALLS[node.function] + power
+        name = LATEX_FUNCTIONS[node.function] + power
         size = len(node.function) + 0.5 + (1 if power else 0)
         if node.function in _NAMED_POWERS and not closed and _is_bare(node.arguments[0]):
             return prefixed(arguments[0], name + " ", size)
-        return prefixed(self.group(listed(arguments)), name, size)
+        return prefixed(self.group(comma_separated(arguments)), name, size)
 
-    def takes_power(self, node: Call, exponent: Node) -> bool:
+    def takes_power(self, node: DisplayCall, exponent: DisplayNode) -> bool:
         return (
             node.function in _NAMED_POWERS
-            and isinstance(exponent, Number)
+            and isinstance(exponent, DisplayNumber)
             and exponent.denominator == 1
         )
 
-    def enclosed_call(self, node: Call) -> list[Piece]:
+    def enclosed_call(self, node: DisplayCall) -> list[Piece]:
         body = self.call(node, "", closed=False)
         return body if body[0].text.startswith(r"\left|") else self.group(body)
 
-    def root(self, node: Root) -> list[Piece]:
+    def root(self, node: DisplayRoot) -> list[Piece]:
         body = self.pieces(node.radicand)
         if width(body) > _WIDEST_PART:
             return suffixed(self.group(body), "^{1/2}", 2)
         return [Piece(rf"\sqrt{{{joined(body)}}}", width(body) + 2)]
 
-    def exponent(self, node: Node) -> str:
-        if isinstance(node, Number) and node.literal is None and node.denominator != 1:
+    def exponent(self, node: DisplayNode) -> str:
+        if isinstance(node, DisplayNumber) and node.literal is None and node.denominator != 1:
             return f"^{{{node.numerator}/{node.denominator}}}"
         return f"^{{{joined(self.pieces(node))}}}"
 
@@ -198,7 +200,7 @@ def latex_number(literal: str) -> str:
     return power if mantissa in ("1", "1.0", "1.") else rf"{mantissa} \times {power}"
 
 
-def _symbol_width(node: Atom) -> float:
+def _symbol_width(node: DisplaySymbol) -> float:
     if node.latex is not None:
         return 1.2 * len(re.sub(r"\\[A-Za-z]+|[{}_^\s]", "x", node.latex))
     parts = split_name(node.name)
@@ -207,16 +209,22 @@ def _symbol_width(node: Atom) -> float:
     return base + 0.8 * sum(map(len, parts.subscripts))
 
 
-def _is_word(node: Node) -> bool:
-    base = node.base if isinstance(node, Power) else node
-    return isinstance(base, Atom) and base.latex is None and not split_name(base.name).is_letter
+def _is_word(node: DisplayNode) -> bool:
+    base = node.base if isinstance(node, DisplayPower) else node
+    return (
+        isinstance(base, DisplaySymbol)
+        and base.latex is None
+        and not split_name(base.name).is_letter
+    )
 
 
-def _is_bare(node: Node) -> bool:
+def _is_bare(node: DisplayNode) -> bool:
     """An argument that needs no parentheses: a letter, or a number times one."""
-    if isinstance(node, Product) and len(node.factors) == 2:
+    if isinstance(node, DisplayProduct) and len(node.factors) == 2:
         number, letter = node.factors
-        return isinstance(number, Number) and number.denominator == 1 and _is_bare(letter)
-    if isinstance(node, Pi):
+        return isinstance(number, DisplayNumber) and number.denominator == 1 and _is_bare(letter)
+    if isinstance(node, DisplayPi):
         return True
-    return isinstance(node, Atom) and (node.latex is not None or split_name(node.name).is_letter)
+    return isinstance(node, DisplaySymbol) and (
+        node.latex is not None or split_name(node.name).is_letter
+    )

@@ -13,8 +13,8 @@ __all__ = [
     "FACTOR_DEPTH",
     "Line",
     "Piece",
+    "break_lines",
     "deeper",
-    "fill",
     "joined",
     "prefixed",
     "suffixed",
@@ -81,7 +81,9 @@ def suffixed(pieces: Sequence[Piece], text: str, width: float) -> list[Piece]:
     return [*pieces[:-1], replace(last, text=last.text + text, width=last.width + width)]
 
 
-def fill(pieces: Sequence[Piece], first: float, rest: float, *, step: float = 0) -> list[Line]:
+def break_lines(
+    pieces: Sequence[Piece], first: float, rest: float, *, step: float = 0
+) -> list[Line]:
     """Break a formula into lines.
 
     Parameters

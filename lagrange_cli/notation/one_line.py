@@ -9,20 +9,20 @@ from dataclasses import replace
 
 from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, deeper, joined, prefixed, suffixed
 from lagrange_cli.notation.tree import (
-    Atom,
-    Call,
-    Fraction,
-    Node,
-    Number,
-    Pi,
-    Power,
-    Product,
-    Root,
-    Sum,
+    DisplayCall,
+    DisplayFraction,
+    DisplayNode,
+    DisplayNumber,
+    DisplayPi,
+    DisplayPower,
+    DisplayProduct,
+    DisplayRoot,
+    DisplaySum,
+    DisplaySymbol,
     factors_of,
 )
 
-__all__ = ["LinearPrinter", "columns", "group", "listed", "solid"]
+__all__ = ["OneLinePrinter", "columns", "comma_separated", "group", "solid"]
 
 
 def columns(text: str) -> int:
@@ -39,7 +39,7 @@ def group(pieces: list[Piece], opening: str = "(", closing: str = ")") -> list[P
     return suffixed(prefixed(deeper(pieces), opening, 1), closing, 1)
 
 
-def listed(arguments: list[list[Piece]]) -> list[Piece]:
+def comma_separated(arguments: list[list[Piece]]) -> list[Piece]:
     """Arguments with commas between them, to be broken only after all else."""
     pieces = [
         piece
@@ -49,7 +49,7 @@ def listed(arguments: list[list[Piece]]) -> list[Piece]:
     return deeper(pieces, 3)
 
 
-class LinearPrinter(ABC):
+class OneLinePrinter(ABC):
     """Walks a tree; formats say how their parts look.
 
     ``times`` and ``over`` stand between factors and at a division; ``lead``
@@ -65,24 +65,24 @@ class LinearPrinter(ABC):
     at_least = "\N{GREATER-THAN OR EQUAL TO}"
 
     def __init__(self) -> None:
-        self._rows: dict[type, Callable[[Node], list[Piece]]] = {
-            Sum: self.sum,
-            Product: self.product,
-            Fraction: self.fraction,
-            Power: self.power,
+        self._rows: dict[type, Callable[[DisplayNode], list[Piece]]] = {
+            DisplaySum: self.sum,
+            DisplayProduct: self.product,
+            DisplayFraction: self.fraction,
+            DisplayPower: self.power,
         }
 
-    def inline(self, node: Node) -> str:
+    def inline(self, node: DisplayNode) -> str:
         return joined(self.pieces(node))
 
-    def pieces(self, node: Node) -> list[Piece]:
+    def pieces(self, node: DisplayNode) -> list[Piece]:
         row = self._rows.get(type(node))
         return row(node) if row else self.factor(node, closed=False)
 
     # -- what formats define --------------------------------------------------
 
     @abstractmethod
-    def number(self, node: Number) -> str:
+    def number(self, node: DisplayNumber) -> str:
         """A number, as a factor."""
 
     @abstractmethod
@@ -94,22 +94,22 @@ class LinearPrinter(ABC):
         """The number π."""
 
     @abstractmethod
-    def call(self, node: Call, power: str, *, closed: bool) -> list[Piece]:
+    def call(self, node: DisplayCall, power: str, *, closed: bool) -> list[Piece]:
         """A function, to a power (``""``: none) where :meth:`takes_power`.
 
         ``closed`` asks for parentheses around the argument.
         """
 
     @abstractmethod
-    def takes_power(self, node: Call, exponent: Node) -> bool:
+    def takes_power(self, node: DisplayCall, exponent: DisplayNode) -> bool:
         """Whether the exponent stands at the function's name (``sin²θ``)."""
 
     @abstractmethod
-    def root(self, node: Root) -> list[Piece]:
+    def root(self, node: DisplayRoot) -> list[Piece]:
         """A square root."""
 
     @abstractmethod
-    def exponent(self, node: Node) -> str:
+    def exponent(self, node: DisplayNode) -> str:
         """An exponent, with its sign of exponentiation."""
 
     def group(self, pieces: list[Piece]) -> list[Piece]:
@@ -118,8 +118,8 @@ class LinearPrinter(ABC):
 
     # -- structure --------------------------------------------------------------
 
-    def sum(self, node: Node) -> list[Piece]:
-        assert isinstance(node, Sum)
+    def sum(self, node: DisplayNode) -> list[Piece]:
+        assert isinstance(node, DisplaySum)
         result: list[Piece] = []
         for term in node.terms:
             body = self.pieces(term.node)
@@ -137,10 +137,10 @@ class LinearPrinter(ABC):
             result.extend((head, *body[1:]))
         return result
 
-    def product(self, node: Node) -> list[Piece]:
+    def product(self, node: DisplayNode) -> list[Piece]:
         return self.factors(factors_of(node))
 
-    def factors(self, factors: tuple[Node, ...]) -> list[Piece]:
+    def factors(self, factors: tuple[DisplayNode, ...]) -> list[Piece]:
         result: list[Piece] = []
         for index, factor in enumerate(factors):
             following = factors[index + 1] if index + 1 < len(factors) else None
@@ -157,36 +157,38 @@ class LinearPrinter(ABC):
             result.extend(body)
         return result
 
-    def separator(self, before: Node, after: str) -> str:
+    def separator(self, before: DisplayNode, after: str) -> str:
         """What stands between a factor and the text of the next."""
         return self.times
 
-    def factor(self, node: Node, *, closed: bool) -> list[Piece]:
+    def factor(self, node: DisplayNode, *, closed: bool) -> list[Piece]:
         """A part of a product, in parentheses where it needs them."""
-        if isinstance(node, (Sum, Fraction, Product)):
+        if isinstance(node, (DisplaySum, DisplayFraction, DisplayProduct)):
             return self.group(self.pieces(node))
-        if isinstance(node, Power):
+        if isinstance(node, DisplayPower):
             return self.power(node, closed=closed)
-        if isinstance(node, Call):
+        if isinstance(node, DisplayCall):
             return self.call(node, "", closed=closed)
-        if isinstance(node, Root):
+        if isinstance(node, DisplayRoot):
             return self.root(node)
-        if isinstance(node, Number):
+        if isinstance(node, DisplayNumber):
             return self.digits(node)
-        return solid(self.pi()) if isinstance(node, Pi) else self.atom(node)
+        return solid(self.pi()) if isinstance(node, DisplayPi) else self.atom(node)
 
-    def digits(self, node: Number) -> list[Piece]:
+    def digits(self, node: DisplayNumber) -> list[Piece]:
         return solid(self.number(node))
 
-    def atom(self, node: Atom) -> list[Piece]:
+    def atom(self, node: DisplaySymbol) -> list[Piece]:
         return solid(self.symbol(node.name, node.order))
 
-    def fraction(self, node: Node) -> list[Piece]:
-        assert isinstance(node, Fraction)
+    def fraction(self, node: DisplayNode) -> list[Piece]:
+        assert isinstance(node, DisplayFraction)
         above = node.numerator
-        numerator = self.group(self.pieces(above)) if isinstance(above, Sum) else self.pieces(above)
+        numerator = (
+            self.group(self.pieces(above)) if isinstance(above, DisplaySum) else self.pieces(above)
+        )
         below = node.denominator
-        compound = isinstance(below, (Sum, Product))
+        compound = isinstance(below, (DisplaySum, DisplayProduct))
         denominator = (
             self.group(self.pieces(below)) if compound else self.factor(below, closed=False)
         )
@@ -202,16 +204,16 @@ class LinearPrinter(ABC):
         )
         return [head, *denominator[1:]]
 
-    def power(self, node: Node, *, closed: bool = False) -> list[Piece]:
-        assert isinstance(node, Power)
+    def power(self, node: DisplayNode, *, closed: bool = False) -> list[Piece]:
+        assert isinstance(node, DisplayPower)
         base, exponent = node.base, self.exponent(node.exponent)
-        if isinstance(base, Call) and self.takes_power(base, node.exponent):
+        if isinstance(base, DisplayCall) and self.takes_power(base, node.exponent):
             return self.call(base, exponent, closed=closed)
-        if isinstance(base, (Atom, Pi)) or (
-            isinstance(base, Number) and base.denominator == 1 and base.literal is None
+        if isinstance(base, (DisplaySymbol, DisplayPi)) or (
+            isinstance(base, DisplayNumber) and base.denominator == 1 and base.literal is None
         ):
             body = self.factor(base, closed=True)
-        elif isinstance(base, Call):
+        elif isinstance(base, DisplayCall):
             body = self.enclosed_call(base)
         else:
             body = self.group(self.pieces(base))
@@ -220,12 +222,12 @@ class LinearPrinter(ABC):
     def exponent_width(self, exponent: str) -> float:
         return columns(exponent)
 
-    def enclosed_call(self, node: Call) -> list[Piece]:
+    def enclosed_call(self, node: DisplayCall) -> list[Piece]:
         """A function that a power follows."""
         return self.group(self.call(node, "", closed=False))
 
 
-def _opens(node: Node | None) -> bool:
+def _opens(node: DisplayNode | None) -> bool:
     """Whether a factor begins with a parenthesis, as an argument would."""
-    base = node.base if isinstance(node, Power) else node
-    return isinstance(base, (Sum, Fraction, Product))
+    base = node.base if isinstance(node, DisplayPower) else node
+    return isinstance(base, (DisplaySum, DisplayFraction, DisplayProduct))

@@ -13,103 +13,102 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from lagrange_cli.notation.tree import (
-    Atom,
-    Call,
-    Fraction,
-    Level,
-    Node,
-    Number,
-    Pi,
-    Power,
-    Product,
-    Root,
-    Sum,
-    Term,
-    Traits,
+    Dependence,
+    DisplayCall,
+    DisplayFraction,
+    DisplayNode,
+    DisplayNumber,
+    DisplayPi,
+    DisplayPower,
+    DisplayProduct,
+    DisplayRoot,
+    DisplaySum,
+    DisplaySymbol,
+    OrderTraits,
+    SignedNode,
     as_terms,
     factors_of,
 )
 
 __all__ = [
-    "atom",
-    "call",
-    "fraction",
+    "call_of",
+    "fraction_of",
     "is_one",
-    "number",
-    "one",
+    "number_of",
     "pi",
     "pivot_is_negative",
-    "power",
-    "product",
-    "root",
+    "power_of",
+    "product_of",
+    "root_of",
     "signed",
     "sum_of",
+    "symbol_of",
 ]
 
 _FactorKey: TypeAlias = tuple[int, str, float]
 _TermKey: TypeAlias = tuple[int, int, bool, float, bool, tuple[_FactorKey, ...], str]
 
 
-def number(numerator: int, denominator: int = 1, literal: str | None = None) -> Number:
+def number_of(numerator: int, denominator: int = 1, literal: str | None = None) -> DisplayNumber:
     text = f"{numerator:020d}/{denominator:020d}"
-    return Number(numerator, denominator, Traits(Level.NUMBER, 0, False, text), literal)
+    return DisplayNumber(
+        numerator, denominator, OrderTraits(Dependence.NUMBER, 0, False, text), literal
+    )
 
 
-def one() -> Number:
-    return number(1)
+def pi() -> DisplayPi:
+    return DisplayPi(OrderTraits(Dependence.NUMBER, 0, False, "pi"))
 
 
-def pi() -> Pi:
-    return Pi(Traits(Level.NUMBER, 0, False, "pi"))
-
-
-def atom(name: str, level: Level, rank: int, *, order: int = 0, latex: str | None = None) -> Atom:
+def symbol_of(
+    name: str, level: Dependence, rank: int, *, order: int = 0, latex: str | None = None
+) -> DisplaySymbol:
     """A symbol with its place in the order of declaration."""
-    degree = 1 if level in (Level.TIME, Level.COORDINATE) else 0
-    return Atom(name, order, latex, Traits(level, degree, False, f"{rank:06d}"))
+    degree = 1 if level in (Dependence.TIME, Dependence.COORDINATE) else 0
+    return DisplaySymbol(name, order, latex, OrderTraits(level, degree, False, f"{rank:06d}"))
 
 
-def power(base: Node, exponent: Node) -> Node:
+def power_of(base: DisplayNode, exponent: DisplayNode) -> DisplayNode:
     """``base ^ exponent``; an exponent 1 leaves the base."""
     if is_one(exponent):
         return base
     inner = base.traits
-    degree = inner.degree * _value(exponent) if isinstance(exponent, Number) else 0
-    return Power(
+    degree = inner.degree * _value(exponent) if isinstance(exponent, DisplayNumber) else 0
+    return DisplayPower(
         base,
         exponent,
-        Traits(
+        OrderTraits(
             max(inner.level, exponent.traits.level),
             degree,
-            inner.functional or exponent.traits.level >= Level.TIME,
+            inner.functional or exponent.traits.level >= Dependence.TIME,
             f"{inner.text}^({exponent.traits.text})",
         ),
     )
 
 
-def root(radicand: Node) -> Root:
+def root_of(radicand: DisplayNode) -> DisplayRoot:
     inner = radicand.traits
-    functional = inner.level >= Level.TIME
-    return Root(radicand, Traits(inner.level, 0, functional, f"sqrt({inner.text})"))
+    functional = inner.level >= Dependence.TIME
+    return DisplayRoot(radicand, OrderTraits(inner.level, 0, functional, f"sqrt({inner.text})"))
 
 
-def call(function: str, arguments: tuple[Node, ...]) -> Call:
+def call_of(function: str, arguments: tuple[DisplayNode, ...]) -> DisplayCall:
     level = max(a.traits.level for a in arguments)
     # sin before cos before tan is the textbook's order, not the alphabet's.
     rank = {"sin": "1", "cos": "2", "tan": "3"}.get(function, "4")
     text = f"{rank}{function}({','.join(a.traits.text for a in arguments)})"
-    return Call(function, arguments, Traits(level, 0, level >= Level.TIME, text))
+    return DisplayCall(function, arguments, OrderTraits(level, 0, level >= Dependence.TIME, text))
 
 
-def is_one(node: Node) -> bool:
-    return isinstance(node, Number) and node.numerator == node.denominator
+def is_one(node: DisplayNode) -> bool:
+    return isinstance(node, DisplayNumber) and node.numerator == node.denominator
 
 
-def _is_zero(node: Node) -> bool:
-    return isinstance(node, Number) and node.numerator == 0
+def _is_zero(node: DisplayNode) -> bool:
+    return isinstance(node, DisplayNumber) and node.numerator == 0
 
 
-def _value(exponent: Number) -> float:
+def _value(exponent: DisplayNumber) -> float:
     return exponent.numerator / exponent.denominator
 
 
@@ -119,40 +118,40 @@ _COORDINATE_SUM = 7
 # -- products -----------------------------------------------------------------
 
 
-def _category(node: Node) -> int:
+def _category(node: DisplayNode) -> int:
     """The place of a factor's kind in a product."""
-    base = node.base if isinstance(node, Power) else node
+    base = node.base if isinstance(node, DisplayPower) else node
     level = node.traits.level
-    if level == Level.NUMBER:
-        return 0 if isinstance(node, Number) else 1
-    if level >= Level.VELOCITY:
-        compound = 1 if isinstance(base, (Sum, Call, Root)) else 0
-        return 9 + 2 * (level - Level.VELOCITY) + compound
-    if isinstance(base, Sum):
-        return 2 if level == Level.PARAMETER else _COORDINATE_SUM
-    if isinstance(base, (Call, Root)):
-        return 4 if level == Level.PARAMETER else 8
-    return {Level.PARAMETER: 3, Level.TIME: 5}.get(level, 6)
+    if level == Dependence.NUMBER:
+        return 0 if isinstance(node, DisplayNumber) else 1
+    if level >= Dependence.VELOCITY:
+        compound = 1 if isinstance(base, (DisplaySum, DisplayCall, DisplayRoot)) else 0
+        return 9 + 2 * (level - Dependence.VELOCITY) + compound
+    if isinstance(base, DisplaySum):
+        return 2 if level == Dependence.PARAMETER else _COORDINATE_SUM
+    if isinstance(base, (DisplayCall, DisplayRoot)):
+        return 4 if level == Dependence.PARAMETER else 8
+    return {Dependence.PARAMETER: 3, Dependence.TIME: 5}.get(level, 6)
 
 
-def _factor_key(node: Node) -> _FactorKey:
+def _factor_key(node: DisplayNode) -> _FactorKey:
     """Category, then order of declaration, then the higher power first."""
-    if isinstance(node, Power) and isinstance(node.exponent, Number):
+    if isinstance(node, DisplayPower) and isinstance(node.exponent, DisplayNumber):
         return _category(node), node.base.traits.text, -_value(node.exponent)
     return _category(node), node.traits.text, -1
 
 
-def product(factors: list[Node]) -> Node:
+def product_of(factors: list[DisplayNode]) -> DisplayNode:
     """The product of unsigned factors in textbook order; ones are dropped."""
     flat = [f for factor in factors for f in factors_of(factor) if not is_one(f)]
     if not flat:
-        return one()
+        return number_of(1)
     ordered = sorted(flat, key=_factor_key)
     if len(ordered) == 1:
         return ordered[0]
-    return Product(
+    return DisplayProduct(
         tuple(ordered),
-        Traits(
+        OrderTraits(
             max(f.traits.level for f in ordered),
             sum(f.traits.degree for f in ordered),
             any(f.traits.functional for f in ordered),
@@ -161,15 +160,15 @@ def product(factors: list[Node]) -> Node:
     )
 
 
-def fraction(numerator: Node, denominator: Node) -> Node:
+def fraction_of(numerator: DisplayNode, denominator: DisplayNode) -> DisplayNode:
     """``numerator / denominator``; a denominator 1 leaves the numerator."""
     if is_one(denominator):
         return numerator
     above, below = numerator.traits, denominator.traits
-    return Fraction(
+    return DisplayFraction(
         numerator,
         denominator,
-        Traits(
+        OrderTraits(
             max(above.level, below.level),
             above.degree - below.degree,
             above.functional or below.functional,
@@ -181,26 +180,28 @@ def fraction(numerator: Node, denominator: Node) -> Node:
 # -- sums ---------------------------------------------------------------------
 
 
-def _term_key(term: Term) -> _TermKey:
+def _term_key(term: SignedNode) -> _TermKey:
     node = term.node
     traits = node.traits
-    numerator = node.numerator if isinstance(node, Fraction) else node
+    numerator = node.numerator if isinstance(node, DisplayFraction) else node
     factors = tuple(
-        _factor_key(f) for f in factors_of(numerator) if not isinstance(f, (Number, Pi))
+        _factor_key(f)
+        for f in factors_of(numerator)
+        if not isinstance(f, (DisplayNumber, DisplayPi))
     )
-    moving = -int(traits.level) if traits.level >= Level.VELOCITY else 0
-    is_number = 0 if traits.level == Level.NUMBER else 1
+    moving = -int(traits.level) if traits.level >= Dependence.VELOCITY else 0
+    is_number = 0 if traits.level == Dependence.NUMBER else 1
     compound = any(category == _COORDINATE_SUM for category, _, _ in factors)
     return is_number, moving, traits.functional, traits.degree, compound, factors, traits.text
 
 
-def _falling_key(term: Term) -> _TermKey:
+def _falling_key(term: SignedNode) -> _TermKey:
     """The same order with numbers, the unmoving and low powers last."""
     is_number, moving, functional, degree, compound, factors, text = _term_key(term)
     return -is_number, -moving, not functional, -degree, not compound, factors, text
 
 
-def _ordered(terms: list[Term]) -> list[Term]:
+def _ordered(terms: list[SignedNode]) -> list[SignedNode]:
     rising = sorted(terms, key=_term_key)
     if not rising[0].negative or all(t.negative for t in rising):
         return rising
@@ -211,26 +212,26 @@ def _ordered(terms: list[Term]) -> list[Term]:
     return [rising[leader], *rising[:leader], *rising[leader + 1 :]]
 
 
-def sum_of(terms: list[Term], *, ordered: bool = False) -> Node:
+def sum_of(terms: list[SignedNode], *, ordered: bool = False) -> DisplayNode:
     """The sum of signed terms, in textbook order unless they are ``ordered``.
 
     Sums among the terms are spliced in; no terms give 0.
     """
     flat = [
-        Term(inner.negative != term.negative, inner.node)
+        SignedNode(inner.negative != term.negative, inner.node)
         for term in terms
         for inner in as_terms(term.node)
         if not _is_zero(inner.node)
     ]
     if not flat:
-        return number(0)
+        return number_of(0)
     if len(flat) == 1 and not flat[0].negative:
         return flat[0].node
     arranged = flat if ordered else _ordered(flat)
     text = "+".join(("-" if t.negative else "") + t.node.traits.text for t in arranged)
-    return Sum(
+    return DisplaySum(
         tuple(arranged),
-        Traits(
+        OrderTraits(
             max(t.node.traits.level for t in arranged),
             min(t.node.traits.degree for t in arranged),
             any(t.node.traits.functional for t in arranged),
@@ -239,18 +240,18 @@ def sum_of(terms: list[Term], *, ordered: bool = False) -> Node:
     )
 
 
-def signed(term: Term) -> Node:
+def signed(term: SignedNode) -> DisplayNode:
     """A signed term as a node of its own."""
     return sum_of([term]) if term.negative else term.node
 
 
-def pivot_is_negative(node: Node) -> bool:
+def pivot_is_negative(node: DisplayNode) -> bool:
     """Whether the term that a reader looks at first has a minus sign.
 
     That is the one of the highest level, of those the first in order: in
     ``ω t - φ`` with a coordinate φ, it is φ.
     """
-    if not isinstance(node, Sum):
+    if not isinstance(node, DisplaySum):
         return False
     level = node.traits.level
     pivots = [t for t in node.terms if t.node.traits.level == level]

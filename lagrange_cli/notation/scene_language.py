@@ -9,9 +9,15 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.build import display, vocabulary
 from lagrange_cli.notation.layout import Piece, joined, prefixed
-from lagrange_cli.notation.one_line import LinearPrinter, columns, group, listed
+from lagrange_cli.notation.one_line import OneLinePrinter, columns, comma_separated, group
 from lagrange_cli.notation.symbols import DOT_WORDS, multiplier_symbol
-from lagrange_cli.notation.tree import Atom, Call, Node, Number, Root
+from lagrange_cli.notation.tree import (
+    DisplayCall,
+    DisplayNode,
+    DisplayNumber,
+    DisplayRoot,
+    DisplaySymbol,
+)
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -21,12 +27,12 @@ if TYPE_CHECKING:
 __all__ = ["ScenePrinter", "to_scene_language"]
 
 
-class ScenePrinter(LinearPrinter):
+class ScenePrinter(OneLinePrinter):
     """``(M + m)*ddot(r) - M*r*dot(theta)^2 + m*g``."""
 
     at_least = ">="
 
-    def number(self, node: Number) -> str:
+    def number(self, node: DisplayNumber) -> str:
         if node.literal is not None:
             return node.literal
         if node.denominator == 1:
@@ -39,26 +45,28 @@ class ScenePrinter(LinearPrinter):
     def pi(self) -> str:
         return "pi"
 
-    def call(self, node: Call, power: str, *, closed: bool) -> list[Piece]:
+    def call(self, node: DisplayCall, power: str, *, closed: bool) -> list[Piece]:
         return _applied(node.function, [self.pieces(a) for a in node.arguments])
 
-    def takes_power(self, node: Call, exponent: Node) -> bool:
+    def takes_power(self, node: DisplayCall, exponent: DisplayNode) -> bool:
         return False
 
-    def enclosed_call(self, node: Call) -> list[Piece]:
+    def enclosed_call(self, node: DisplayCall) -> list[Piece]:
         return self.call(node, "", closed=True)
 
-    def root(self, node: Root) -> list[Piece]:
+    def root(self, node: DisplayRoot) -> list[Piece]:
         return _applied("sqrt", [self.pieces(node.radicand)])
 
-    def exponent(self, node: Node) -> str:
-        simple = isinstance(node, Atom) or (isinstance(node, Number) and node.denominator == 1)
+    def exponent(self, node: DisplayNode) -> str:
+        simple = isinstance(node, DisplaySymbol) or (
+            isinstance(node, DisplayNumber) and node.denominator == 1
+        )
         inner = joined(self.pieces(node))
         return f"^{inner}" if simple else f"^({inner})"
 
 
 def _applied(function: str, arguments: list[list[Piece]]) -> list[Piece]:
-    return prefixed(group(listed(arguments)), function, columns(function))
+    return prefixed(group(comma_separated(arguments)), function, columns(function))
 
 
 def to_scene_language(expression: Expr, equations: Equations) -> str:

@@ -2,7 +2,7 @@
 
 A tree is ordered and unsigned: signs stand in the terms of sums, numbers are
 not negative, and divisions are fractions. Printers walk it and decide nothing
-about order. Each node carries what ordering needs (:class:`Traits`).
+about order. Each node carries what ordering needs (:class:`OrderTraits`).
 """
 
 from __future__ import annotations
@@ -12,25 +12,25 @@ from enum import IntEnum
 from typing import TypeAlias
 
 __all__ = [
-    "Atom",
-    "Call",
-    "Fraction",
-    "Level",
-    "Node",
-    "Number",
-    "Pi",
-    "Power",
-    "Product",
-    "Root",
-    "Sum",
-    "Term",
-    "Traits",
+    "Dependence",
+    "DisplayCall",
+    "DisplayFraction",
+    "DisplayNode",
+    "DisplayNumber",
+    "DisplayPi",
+    "DisplayPower",
+    "DisplayProduct",
+    "DisplayRoot",
+    "DisplaySum",
+    "DisplaySymbol",
+    "OrderTraits",
+    "SignedNode",
     "as_terms",
     "factors_of",
 ]
 
 
-class Level(IntEnum):
+class Dependence(IntEnum):
     """What an expression depends on: the highest of its symbols."""
 
     NUMBER = 0
@@ -42,7 +42,7 @@ class Level(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Traits:
+class OrderTraits:
     """What ordering looks at.
 
     ``degree`` is the lowest total degree in coordinates and time among its
@@ -51,104 +51,114 @@ class Traits:
     compares by order of declaration and ties never depend on chance.
     """
 
-    level: Level
+    level: Dependence
     degree: float
     functional: bool
     text: str
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
+class DisplayNumber:
     """A rational ≥ 0; ``literal`` is the decimal to show for it, if any."""
 
     numerator: int
     denominator: int
-    traits: Traits = field(compare=False)
+    traits: OrderTraits = field(compare=False)
     literal: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Pi:
-    traits: Traits = field(compare=False)
+class DisplayPi:
+    traits: OrderTraits = field(compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Atom:
+class DisplaySymbol:
     """A symbol by its name; ``order`` counts the dots of a coordinate."""
 
     name: str
     order: int
     latex: str | None
-    traits: Traits = field(compare=False)
+    traits: OrderTraits = field(compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Term:
+class SignedNode:
     """A signed node."""
 
     negative: bool
-    node: Node
+    node: DisplayNode
 
 
 @dataclass(frozen=True, slots=True)
-class Sum:
+class DisplaySum:
     """Terms in order; a single one if it stands for a negative expression."""
 
-    terms: tuple[Term, ...]
-    traits: Traits = field(compare=False)
+    terms: tuple[SignedNode, ...]
+    traits: OrderTraits = field(compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Product:
+class DisplayProduct:
     """Two or more factors in order; none is a product, a fraction or negative."""
 
-    factors: tuple[Node, ...]
-    traits: Traits = field(compare=False)
+    factors: tuple[DisplayNode, ...]
+    traits: OrderTraits = field(compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Fraction:
+class DisplayFraction:
     """``numerator / denominator``; neither is itself a fraction."""
 
-    numerator: Node
-    denominator: Node
-    traits: Traits = field(compare=False)
+    numerator: DisplayNode
+    denominator: DisplayNode
+    traits: OrderTraits = field(compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Power:
+class DisplayPower:
     """``base ^ exponent``; the exponent is a positive rational or any other expression."""
 
-    base: Node
-    exponent: Node
-    traits: Traits = field(compare=False)
+    base: DisplayNode
+    exponent: DisplayNode
+    traits: OrderTraits = field(compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Root:
+class DisplayRoot:
     """A square root."""
 
-    radicand: Node
-    traits: Traits = field(compare=False)
+    radicand: DisplayNode
+    traits: OrderTraits = field(compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class DisplayCall:
     """A function of the scene language."""
 
     function: str
-    arguments: tuple[Node, ...]
-    traits: Traits = field(compare=False)
+    arguments: tuple[DisplayNode, ...]
+    traits: OrderTraits = field(compare=False)
 
 
-Node: TypeAlias = Number | Pi | Atom | Sum | Product | Fraction | Power | Root | Call
+DisplayNode: TypeAlias = (
+    DisplayNumber
+    | DisplayPi
+    | DisplaySymbol
+    | DisplaySum
+    | DisplayProduct
+    | DisplayFraction
+    | DisplayPower
+    | DisplayRoot
+    | DisplayCall
+)
 
 
-def as_terms(node: Node) -> tuple[Term, ...]:
+def as_terms(node: DisplayNode) -> tuple[SignedNode, ...]:
     """The terms of a sum, or the node as the only term."""
-    return node.terms if isinstance(node, Sum) else (Term(False, node),)
+    return node.terms if isinstance(node, DisplaySum) else (SignedNode(False, node),)
 
 
-def factors_of(node: Node) -> tuple[Node, ...]:
+def factors_of(node: DisplayNode) -> tuple[DisplayNode, ...]:
     """The factors of a product, or the node as the only factor."""
-    return node.factors if isinstance(node, Product) else (node,)
+    return node.factors if isinstance(node, DisplayProduct) else (node,)

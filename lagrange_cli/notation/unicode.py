@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from lagrange_cli.notation.layout import Piece, joined, prefixed
-from lagrange_cli.notation.one_line import LinearPrinter, columns, group, listed, solid
+from lagrange_cli.notation.one_line import OneLinePrinter, columns, comma_separated, group, solid
 from lagrange_cli.notation.symbols import split_name, text_name
-from lagrange_cli.notation.tree import Atom, Call, Node, Number, Pi, Root, factors_of
+from lagrange_cli.notation.tree import (
+    DisplayCall,
+    DisplayNode,
+    DisplayNumber,
+    DisplayPi,
+    DisplayRoot,
+    DisplaySymbol,
+    factors_of,
+)
 
-__all__ = ["FormulaPrinter"]
+__all__ = ["UnicodePrinter"]
 
 _VULGAR = {
     (1, 2): "½",
@@ -30,7 +38,7 @@ _VULGAR = {
 _SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 #: How each function of the scene language is written.
-CALLS = {
+UNICODE_FUNCTIONS = {
     "sin": "sin",
     "cos": "cos",
     "tan": "tan",
@@ -57,14 +65,14 @@ CALLS = {
 _NAMED_POWERS = frozenset(("sin", "cos", "tan", "sinh", "cosh", "tanh"))
 
 
-class FormulaPrinter(LinearPrinter):
+class UnicodePrinter(OneLinePrinter):
     """Greek letters, dots, superscripts; factors stand side by side."""
 
     times = " "
     lead = "· "
     over = " / "
 
-    def number(self, node: Number) -> str:
+    def number(self, node: DisplayNumber) -> str:
         if node.literal is not None:
             return node.literal
         if node.denominator == 1:
@@ -78,50 +86,52 @@ class FormulaPrinter(LinearPrinter):
     def pi(self) -> str:
         return "π"
 
-    def separator(self, before: Node, after: str) -> str:
+    def separator(self, before: DisplayNode, after: str) -> str:
         return " · " if after[0].isdigit() else self.times
 
-    def product(self, node: Node) -> list[Piece]:
+    def product(self, node: DisplayNode) -> list[Piece]:
         """A number that has no sign of its own divides at the end: ``5 m l² / 12``."""
         head, *others = factors_of(node)
-        if not isinstance(head, Number) or "/" not in self.number(head):
+        if not isinstance(head, DisplayNumber) or "/" not in self.number(head):
             return super().product(node)
         above = others if head.numerator == 1 else [_integer(head), *others]
         return [*self.factors(tuple(above)), *self.divided(solid(str(head.denominator)))]
 
-    def call(self, node: Call, power: str, *, closed: bool) -> list[Piece]:
-        name = CALLS[node.function] + power
+    def call(self, node: DisplayCall, power: str, *, closed: bool) -> list[Piece]:
+        name = UNICODE_FUNCTIONS[node.function] + power
         arguments = [self.pieces(a) for a in node.arguments]
         if node.function in _NAMED_POWERS and not closed and _is_letter(node.arguments[0]):
             name += "" if power else " "
             return prefixed(arguments[0], name, columns(name))
-        return prefixed(group(listed(arguments)), name, columns(name))
+        return prefixed(group(comma_separated(arguments)), name, columns(name))
 
-    def takes_power(self, node: Call, exponent: Node) -> bool:
+    def takes_power(self, node: DisplayCall, exponent: DisplayNode) -> bool:
         return node.function in _NAMED_POWERS and _is_natural(exponent)
 
-    def root(self, node: Root) -> list[Piece]:
+    def root(self, node: DisplayRoot) -> list[Piece]:
         radicand = node.radicand
-        if isinstance(radicand, Number) and radicand.denominator == 1:
+        if isinstance(radicand, DisplayNumber) and radicand.denominator == 1:
             return solid("√" + self.number(radicand))
         return prefixed(group(self.pieces(radicand)), "√", 1)
 
-    def exponent(self, node: Node) -> str:
+    def exponent(self, node: DisplayNode) -> str:
         if _is_natural(node):
             return joined(self.pieces(node)).translate(_SUPERSCRIPTS)
-        if isinstance(node, Number) and node.literal is None:
+        if isinstance(node, DisplayNumber) and node.literal is None:
             return f"^({node.numerator}/{node.denominator})"
         inner = joined(self.pieces(node))
-        return f"^{inner}" if isinstance(node, Atom) else f"^({inner})"
+        return f"^{inner}" if isinstance(node, DisplaySymbol) else f"^({inner})"
 
 
-def _integer(number: Number) -> Number:
-    return Number(number.numerator, 1, number.traits)
+def _integer(number: DisplayNumber) -> DisplayNumber:
+    return DisplayNumber(number.numerator, 1, number.traits)
 
 
-def _is_natural(node: Node) -> bool:
-    return isinstance(node, Number) and node.denominator == 1 and node.literal is None
+def _is_natural(node: DisplayNode) -> bool:
+    return isinstance(node, DisplayNumber) and node.denominator == 1 and node.literal is None
 
 
-def _is_letter(node: Node) -> bool:
-    return isinstance(node, Pi) or (isinstance(node, Atom) and split_name(node.name).is_letter)
+def _is_letter(node: DisplayNode) -> bool:
+    return isinstance(node, DisplayPi) or (
+        isinstance(node, DisplaySymbol) and split_name(node.name).is_letter
+    )

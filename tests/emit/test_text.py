@@ -9,7 +9,7 @@ import sympy
 from lagrange_cli.emit.text import WIDTH, derivation_text
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Conserved, ConstraintLine
-from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, fill, joined
+from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, break_lines, joined
 from lagrange_cli.notation.one_line import columns
 from lagrange_cli.notation.symbols import latex_name, text_name
 from lagrange_cli.scene import read_text
@@ -249,16 +249,16 @@ def test_breaks_prefer_the_outermost_sum():
         Piece("ee", 3, " ", "· ", FACTOR_DEPTH),
     ]
     assert joined(pieces) == "aaaa + bbbb + (cc + dd) ee"
-    assert [line.text for line in fill(pieces, 100, 100)] == [joined(pieces)]
-    assert [(line.text, line.level) for line in fill(pieces, 18, 18)] == [
+    assert [line.text for line in break_lines(pieces, 100, 100)] == [joined(pieces)]
+    assert [(line.text, line.level) for line in break_lines(pieces, 18, 18)] == [
         ("aaaa + bbbb", 0),
         ("+ (cc + dd) ee", 0),
     ]
-    assert [line.text for line in fill(pieces, 12, 7)] == [
+    assert [line.text for line in break_lines(pieces, 12, 7)] == [
         "aaaa + bbbb",
         "+ (cc",
         "+ dd)",
         "· ee",
     ]
     whole = [Piece("x" * 50, 50), Piece("y", 4, " + ", "+ ", 0)]
-    assert [line.text for line in fill(whole, 10, 10)] == ["x" * 50, "+ y"]
+    assert [line.text for line in break_lines(whole, 10, 10)] == ["x" * 50, "+ y"]

@@ -10,7 +10,7 @@ from sympy import Abs, Heaviside, Integer, Max, Min, Rational, Symbol, cos, exp,
 
 from lagrange_cli.errors import InternalError
 from lagrange_cli.notation.build import display, display_row, vocabulary
-from lagrange_cli.notation.unicode import FormulaPrinter
+from lagrange_cli.notation.unicode import UnicodePrinter
 from tests.emit.emit_scenes import (
     bead_on_parabola,
     build,
@@ -33,12 +33,12 @@ t = SMALL.t
 
 
 def shown(expression, words=WORDS):
-    return FormulaPrinter().inline(display(expression, words))
+    return UnicodePrinter().inline(display(expression, words))
 
 
 def rows(equations):
     words = vocabulary(equations)
-    return [FormulaPrinter().inline(display_row(s, words)) for s in equations.shown]
+    return [UnicodePrinter().inline(display_row(s, words)) for s in equations.shown]
 
 
 def test_bead_on_parabola():

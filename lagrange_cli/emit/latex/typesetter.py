@@ -14,10 +14,10 @@ from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations
 from lagrange_cli.notation.build import Vocabulary, display, display_row, vocabulary
 from lagrange_cli.notation.latex import LatexPrinter
 from lagrange_cli.notation.latex_escape import latex_text
-from lagrange_cli.notation.layout import Piece, fill, joined, prefixed, suffixed
+from lagrange_cli.notation.layout import Piece, break_lines, joined, prefixed, suffixed
 from lagrange_cli.notation.one_line import solid
 from lagrange_cli.notation.symbols import latex_name
-from lagrange_cli.notation.tree import Node
+from lagrange_cli.notation.tree import DisplayNode
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -61,7 +61,7 @@ class Typesetter:
     def pieces(self, expression: Expr) -> list[Piece]:
         return self.tree(display(expression, self.words))
 
-    def tree(self, node: Node) -> list[Piece]:
+    def tree(self, node: DisplayNode) -> list[Piece]:
         return self.printer.pieces(node)
 
     def row(self, index: int) -> list[Piece]:
@@ -174,7 +174,7 @@ def _added(pieces: list[Piece]) -> list[Piece]:
 
 def _lines(row: Row, numbered: bool) -> str:
     """A formula broken into lines of an ``align``, the number at the last one."""
-    first, *others = fill(row.pieces, LINE, LINE - 4, step=2)
+    first, *others = break_lines(row.pieces, LINE, LINE - 4, step=2)
     label = f"{row.label} " if row.label else ""
     lines = [f"  {label}& {first.text}"]
     lines += [rf"  &\hspace{{{1.5 + 0.8 * line.level:g}em}} {{}} {line.text}" for line in others]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from lagrange_cli.notation.latex import CALLS, latex_number
+from lagrange_cli.notation.latex import LATEX_FUNCTIONS, latex_number
 from lagrange_cli.notation.latex_escape import latex_text
 from lagrange_cli.notation.symbols import latex_name
 
@@ -91,7 +91,7 @@ def _operand_end(tokens: list[tuple[str, str]], start: int) -> int:
         token = tokens[end][1]
         end += 1
         depth += (token == "(") - (token == ")")
-        calls = end < len(tokens) and tokens[end][1] == "(" and token in CALLS
+        calls = end < len(tokens) and tokens[end][1] == "(" and token in LATEX_FUNCTIONS
         if depth <= 0 and token not in "+-" and not calls:
             break
     return end
@@ -102,8 +102,8 @@ def _one(kind: str, token: str) -> str:
         return latex_number(token)
     if kind == "sign":
         return _SIGNS[token]
-    if token in CALLS:
-        return CALLS[token]
+    if token in LATEX_FUNCTIONS:
+        return LATEX_FUNCTIONS[token]
     if token in ("sqrt", "norm", "dot", "ddot", "sum"):
         return rf"\operatorname{{{token}}}"
     return r"\pi" if token == "pi" else latex_name(token)
