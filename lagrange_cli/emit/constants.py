@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 __all__ = [
-    "BOUNCES",
-    "EVENTS",
+    "COMPLEMENTARITY_STEPS",
     "IMPACT_TOLERANCES",
     "LARGEST_EXPONENT",
     "LEAST_INERTIA",
+    "MOST_EVENTS_A_STEP",
+    "MOST_REBOUNDS",
     "NEWTON_STEPS",
-    "PUSH_STEPS",
     "RATE_TOLERANCE",
     "RESIDUAL_AT_REST",
     "RESIDUAL_ROUNDING",
-    "UNEVEN",
+    "UNEVEN_PIVOT",
 ]
 
 #: Residuals of closures of as many units in the last place are left alone.
@@ -26,7 +26,7 @@ RESIDUAL_ROUNDING = 1024.0
 NEWTON_STEPS = 50
 
 #: Elimination that leaves less than this part of an inertia calls for refinement.
-UNEVEN = 2.0**-8
+UNEVEN_PIVOT = 2.0**-8
 
 #: An inertia below this part of the largest, with products of inertia, does so too.
 LEAST_INERTIA = 2.0**-100
@@ -36,7 +36,7 @@ LEAST_INERTIA = 2.0**-100
 LARGEST_EXPONENT = 100
 
 #: Steps of the search for pushes, times one more than there are contacts.
-PUSH_STEPS = 64
+COMPLEMENTARITY_STEPS = 64
 
 #: Rates below this part of the magnitudes they are the sum of are zero (more in a short type).
 RATE_TOLERANCE = 1e-12
@@ -45,7 +45,7 @@ RATE_TOLERANCE = 1e-12
 IMPACT_TOLERANCES = 1000.0
 
 #: Events in one step after which bounces are ended.
-BOUNCES = 50
+MOST_REBOUNDS = 50
 
 #: Events in one step after which the run is ended.
-EVENTS = 1000
+MOST_EVENTS_A_STEP = 1000

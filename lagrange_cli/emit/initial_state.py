@@ -9,13 +9,13 @@ from lagrange_cli.emit.naming import comment_text
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Closure, Equations
 
-__all__ = ["TOLERANCE", "rates_note", "residual_labels", "steps_per_row"]
+__all__ = ["START_TOLERANCE", "rates_note", "residual_labels", "steps_per_row"]
 
 #: Steps between two rows of what an emitted program prints, at most: a C int holds them.
-MOST_STEPS = 1_000_000_000
+_MOST_STEPS = 1_000_000_000
 
 #: A start may be changed by this part of its scale, as it takes from rounding alone.
-TOLERANCE = 1e-9
+START_TOLERANCE = 1e-9
 
 
 def steps_per_row(equations: Equations, rows: int, default: int) -> int:
@@ -24,7 +24,7 @@ def steps_per_row(equations: Equations, rows: int, default: int) -> int:
     if not defaults.step:
         return default
     until = defaults.start + 10.0 if defaults.until is None else defaults.until
-    return max(1, round(min((until - defaults.start) / rows / defaults.step, MOST_STEPS)))
+    return max(1, round(min((until - defaults.start) / rows / defaults.step, _MOST_STEPS)))
 
 
 def residual_labels(equations: Equations) -> list[str]:

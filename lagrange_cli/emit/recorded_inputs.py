@@ -10,13 +10,19 @@ from lagrange_cli.files.interpolation import Polynomials, polynomials
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["MOST_WRITTEN", "ROUNDING", "described_input", "polynomial_row", "recorded_inputs"]
+__all__ = [
+    "MOST_WRITTEN",
+    "RECORDED_ROUNDING",
+    "described_input",
+    "polynomial_row",
+    "recorded_inputs",
+]
 
 #: Numbers of a recording that are written into code.
 MOST_WRITTEN = 100_000
 
 #: How far beyond a recording, as a part of it, rounding of times may lead.
-ROUNDING = 1e-9
+RECORDED_ROUNDING = 1e-9
 
 
 def recorded_inputs(equations: Equations) -> list[tuple[int, Polynomials]]:

@@ -22,21 +22,21 @@ __all__ = ["EMITTERS", "emitter"]
 
 
 def _latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    from lagrange_cli.emit.latex.equations import emit
+    from lagrange_cli.emit.latex.equations import emit_latex
 
-    return emit(equations, options)
+    return emit_latex(equations, options)
 
 
 def _c(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    from lagrange_cli.emit.c.module import emit
+    from lagrange_cli.emit.c.module import emit_c
 
-    return emit(equations, options)
+    return emit_c(equations, options)
 
 
 def _python(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    from lagrange_cli.emit.python.module import emit
+    from lagrange_cli.emit.python.module import emit_python
 
-    return emit(equations, options)
+    return emit_python(equations, options)
 
 
 EMITTERS: dict[str, Emitter] = {

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 __all__ = ["derivation_text"]
 
 #: Columns of a line, where a formula can be broken.
-WIDTH = 100
+_WIDTH = 100
 
 _STILL = "  none: nothing can move"
 
@@ -142,7 +142,7 @@ class _Page:
             for c in telling_definitions(self.equations)
         }
         beside = "   ".join(f"{name} = {joined(body)}" for name, body in formulas.items())
-        if beside and columns(head) + 8 + columns(beside) <= WIDTH:
+        if beside and columns(head) + 8 + columns(beside) <= _WIDTH:
             return [f"{head}        {beside}"]
         opening, *items = head.split("   ", 1)
         return [*self.listed(f"{opening}   ", items[0].split(" ")), *self.packed(formulas)]
@@ -158,7 +158,7 @@ class _Page:
                 room -= columns(shown) + 3
             else:
                 lines += self.hung(f"  {name} = ", body)
-                room = WIDTH - columns(lines[-1])
+                room = _WIDTH - columns(lines[-1])
         return lines
 
     # -- energies, forces, equations ------------------------------------------------
@@ -255,7 +255,7 @@ class _Page:
             left = suffixed(self.pieces(gap), open_gap, columns(open_gap))
             lines += self.hung(f"  {_padded(name, width)}   ", left)
             elasticity = f"   restitution {joined(self.pieces(restitution))}"
-            if columns(lines[-1] + elasticity) <= WIDTH:
+            if columns(lines[-1] + elasticity) <= _WIDTH:
                 lines[-1] += elasticity
             else:
                 lines += self.formula(" " * (width + 5) + "restitution", restitution)
@@ -354,7 +354,7 @@ class _Page:
         ]
         if not blocks:
             return []
-        short = [columns(b[0]) for b, _ in blocks if len(b) == 1 and columns(b[0]) <= WIDTH // 2]
+        short = [columns(b[0]) for b, _ in blocks if len(b) == 1 and columns(b[0]) <= _WIDTH // 2]
         column = max(short, default=0)
         lines = [heading]
         for block, reason in blocks:
@@ -365,7 +365,7 @@ class _Page:
     def hung(self, opening: str, pieces: Sequence[Piece]) -> list[str]:
         """Pieces after an opening; further lines stand two columns deeper."""
         indent = columns(opening)
-        first, *others = break_lines(pieces, WIDTH - indent, WIDTH - indent - 2, step=2)
+        first, *others = break_lines(pieces, _WIDTH - indent, _WIDTH - indent - 2, step=2)
         return [
             opening + first.text,
             *(" " * (indent + 2 + 2 * line.level) + line.text for line in others),
@@ -378,7 +378,7 @@ class _Page:
             for index, item in enumerate(items)
         ]
         indent = columns(opening)
-        first, *others = break_lines(pieces or solid(""), WIDTH - indent, WIDTH - indent)
+        first, *others = break_lines(pieces or solid(""), _WIDTH - indent, _WIDTH - indent)
         lines = [opening + first.text, *(" " * indent + line.text for line in others)]
         return [line.rstrip() for line in lines]
 
@@ -387,7 +387,7 @@ def _remark_items(remark: str) -> list[str]:
     """A remark in parentheses, whole where it fits on a line, else word by word."""
     if not remark:
         return []
-    return [f"  ({remark})"] if len(remark) <= WIDTH // 2 else ["", "", *f"({remark})".split()]
+    return [f"  ({remark})"] if len(remark) <= _WIDTH // 2 else ["", "", *f"({remark})".split()]
 
 
 def _padded(text: str, width: int) -> str:

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import sympy as sp
 
-from lagrange_cli.emit.c.projection import workspace
+from lagrange_cli.emit.c.projection import workspace_size
 from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.mechanics.equations import Contact, InitialState
 from lagrange_cli.program.constraint_programs import constraint_programs, contact_programs
@@ -215,7 +215,7 @@ class Machine:
             *["-std=c99", "-O1", *WARNINGS, "-shared", "-fPIC", source, "-o", library, "-lm"],
         )
         self.library = ctypes.CDLL(str(library))
-        self.contacts, self.work = len(equations.contacts), workspace(programs)
+        self.contacts, self.work = len(equations.contacts), workspace_size(programs)
         self.factors = programs["contact_disturbed"].parameters
 
     def _given(self, y, p, flags, targets):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from lagrange_cli.emit.c.projection import workspace
+from lagrange_cli.emit.c.projection import workspace_size
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.program.constraint_programs import constraint_programs
 from lagrange_cli.program.program import build_program
@@ -276,7 +276,7 @@ def test_text_for_the_simulation(tmp_path):
     functions = ctypes.CDLL(str(library))
     p = own.defaults
     y = closures.chain_state(2, np.array([0.3, 1.0]), np.array([1.0, 2.0]), p[2:4]) + 1e-4
-    work = np.empty(workspace(programs))
+    work = np.empty(workspace_size(programs))
     for function, size in {"rhs": 8, "multipliers": 2, "constraints": 4}.items():
         out = np.empty(size)
         pointers = [ctypes.c_void_p(a.ctypes.data) for a in (y, p, work, out)]

@@ -10,7 +10,7 @@ import pytest
 
 from lagrange_cli import loads
 from lagrange_cli.emit.json_report import derivation_report
-from lagrange_cli.emit.latex.document import document
+from lagrange_cli.emit.latex.document import latex_document
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.emit.text import derivation_text
 from tests.emit.emitted_c import Compiled
@@ -115,7 +115,7 @@ def test_without_outputs_nothing_is_said_of_them(tmp_path):
     equations = loads(PENDULUM.split("outputs:")[0]).derive().equations
     code = EMITTERS["c"].emit(equations, {"real": "double", "main": False})
     texts = [*code.values(), *EMITTERS["python"].emit(equations, {}).values()]
-    texts += [derivation_text(equations), document(equations)]
+    texts += [derivation_text(equations), latex_document(equations)]
     assert not any("outputs" in text.lower() for text in texts)
     assert derivation_report(equations)["outputs"] == []
 
@@ -130,7 +130,7 @@ def test_reports(pendulum):
     text = derivation_text(pendulum, ascii=True)
     assert "Outputs\n  T = m*l^2*dot(theta)^2\n" in text
     assert "T_kin = " in text  # the kinetic energy leaves the name to the scene
-    assert r"\section*{Outputs}" in document(pendulum)
+    assert r"\section*{Outputs}" in latex_document(pendulum)
 
 
 @pytest.mark.slow

@@ -276,7 +276,7 @@ def test_every_hostile_character_alone(tmp_path):
     ],
 )
 def test_constraints_as_written(text, latex):
-    assert latex_words.as_written(text) == latex
+    assert latex_words.scene_text_latex(text) == latex
 
 
 @pytest.mark.parametrize(
@@ -294,10 +294,10 @@ def test_constraints_as_written(text, latex):
     ],
 )
 def test_units_are_upright(text, latex):
-    assert latex_words.unit(text) == latex
+    assert latex_words.unit_latex(text) == latex
 
 
 def test_values():
-    assert latex_words.value(2.0) == "$2$"
-    assert latex_words.value(-1e-31) == "$-10^{-31}$"
-    assert latex_words.value(9.81, "9.810") == "$9.810$"
+    assert latex_words.value_latex(2.0) == "$2$"
+    assert latex_words.value_latex(-1e-31) == "$-10^{-31}$"
+    assert latex_words.value_latex(9.81, "9.810") == "$9.810$"

@@ -10,7 +10,7 @@ import pytest
 
 from lagrange_cli.cli.main import run
 from lagrange_cli.emit.json_report import derivation_report
-from lagrange_cli.emit.latex.document import document
+from lagrange_cli.emit.latex.document import latex_document
 from lagrange_cli.emit.recorded_inputs import MOST_WRITTEN
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.emit.text import derivation_text
@@ -138,7 +138,7 @@ def test_documents_say_where_inputs_come_from(tmp_path):
     text = derivation_text(equations, ascii=False, form="lagrange")
     assert "  a: column a [m/s^2] */ of a */b.csv, a cubic spline through the rows" in text
     assert "  w = cos t" in text
-    latex = document(equations, "lagrange")
+    latex = latex_document(equations, "lagrange")
     assert r"$h$: column h of a */b.csv, each row until the next." in latex
     assert derivation_report(equations, "lagrange")["inputs"] == [
         {"name": "w", "expression": "cos(t)"},

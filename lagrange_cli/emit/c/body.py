@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from textwrap import wrap
 
-from lagrange_cli.emit.c.loops import finite_check, kernels_text, room
-from lagrange_cli.emit.c.solvers import EPSILON_NAME, dense_size
+from lagrange_cli.emit.c.loops import finite_check, loops_text, loops_workspace_size
+from lagrange_cli.emit.c.solvers import EPSILON_NAME, solver_workspace_size
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.program.graph.operands import Constant, Operand, Product, Variable, rebuilt
 from lagrange_cli.program.graph.statement_groups import Assignment
@@ -30,26 +30,26 @@ from lagrange_cli.program.systems.loop_rolling import (
     roll_loops,
 )
 
-__all__ = ["body_text", "result_name", "work_size"]
+__all__ = ["body_text", "program_workspace_size", "result_name"]
 
 #: Lines of arithmetic are broken before this column.
-WIDTH = 96
+_WIDTH = 96
 
 #: Counters of nested loops, outermost first.
-COUNTERS = "ijkl"
+_COUNTERS = "ijkl"
 
 #: Arrays by what variables of a program are named after. ``d`` and ``o`` are entries of
 #: the workspace of a solver and of the results, which copies read.
 _ARRAYS = {"q": "y", "v": "y", "u": "u", "p": "p", "w": "w", "d": "work", "o": "out"}
 
 
-def work_size(program: Program) -> int:
+def program_workspace_size(program: Program) -> int:
     """Numbers of workspace: what the solver needs, then values and parameters of loops
     (at least 1, so that an array of that size exists)."""
     if program.parts:
-        return max(room(program), 1)
+        return max(loops_workspace_size(program), 1)
     values = len(program.assignments) + program.parameters if program.is_large else 0
-    return max(dense_size(program.blocks) + values, 1)
+    return max(solver_workspace_size(program.blocks) + values, 1)
 
 
 def body_text(program: Program, target: CTarget) -> list[str]:
@@ -61,7 +61,7 @@ def body_text(program: Program, target: CTarget) -> list[str]:
     parts: Sequence[_Part]
     n = program.coordinates
     if program.parts:
-        return kernels_text(program, target, result_name(program))
+        return loops_text(program, target, result_name(program))
     if program.kind is ProgramKind.MULTIPLIERS:
         results = sum(len(block.closures) for block in program.blocks)
         parts = _solution(program, {}, {k: Cell("out", k) for k in range(results)})
@@ -303,7 +303,7 @@ class _Writer:
         uses_work = self.stored or self.copied or any(isinstance(p, _Solve) for p in parts)
         lines = []
         if self.depth:
-            lines.append(f"    int {', '.join(COUNTERS[: self.depth])};")
+            lines.append(f"    int {', '.join(_COUNTERS[: self.depth])};")
         if not program.is_large:
             lines += [
                 f"    const {real} {self._name(s)} = y[{self._cell(s).index}];" for s in state
@@ -334,7 +334,7 @@ class _Writer:
 
     def _workspace(self) -> list[str]:
         """Where loops find values and parameters."""
-        start = dense_size(self.program.blocks)
+        start = solver_workspace_size(self.program.blocks)
         lines = []
         if self.stored:
             lines.append(f"    {self.real.name} *const w = work + {start};")
@@ -373,7 +373,7 @@ class _Writer:
         indent = " " * (4 * depth)
         self.lines += wrap(
             f"{target} = {expression_text(operand, self.dialect)};",
-            WIDTH,
+            _WIDTH,
             initial_indent=indent,
             subsequent_indent=indent + " " * 4,
             break_long_words=False,
@@ -384,7 +384,7 @@ class _Writer:
         depth = len(loop.counts)
         self.depth = max(self.depth, depth)
         for level, count in enumerate(loop.counts):
-            c = COUNTERS[level]
+            c = _COUNTERS[level]
             head = f"for ({c} = 0; {c} < {_index(count)}; ++{c}) {{"
             self.lines.append("    " * (level + 1) + head)
         for statement in loop.body:
@@ -445,7 +445,7 @@ class _Writer:
 def _index(affine: AffineIndex) -> str:
     """base+step*counter+…, without what is zero, and without a place to break a line."""
     text = str(affine.base) if affine.base else ""
-    for step, counter in zip(affine.steps, COUNTERS, strict=False):
+    for step, counter in zip(affine.steps, _COUNTERS, strict=False):
         if step:
             term = counter if abs(step) == 1 else f"{abs(step)}*{counter}"
             sign = "-" if step < 0 else "+" if text else ""

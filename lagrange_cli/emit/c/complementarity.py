@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 from lagrange_cli.emit.c.names import Real
-from lagrange_cli.emit.constants import PUSH_STEPS
+from lagrange_cli.emit.constants import COMPLEMENTARITY_STEPS
 
-__all__ = ["push_replacements", "push_templates"]
+__all__ = ["complementarity_replacements", "complementarity_templates"]
 
 #: Contacts from which on those that push are guessed first.
-FEWEST_GUESSED = 8
+_FEWEST_GUESSED = 8
 
 #: Rounds of guesses, and pivots (of a matrix with ones on the diagonal) that end them.
 ROUNDS, SMALLEST = 12, 1e-6
 
 
-def push_templates(contacts: int) -> list[str]:
+def complementarity_templates(contacts: int) -> list[str]:
     """The names of the templates, in their order."""
-    return ["among_active", *(["guess"] if contacts >= FEWEST_GUESSED else []), "push"]
+    return ["among_active", *(["guess"] if contacts >= _FEWEST_GUESSED else []), "push"]
 
 
-def push_replacements(contacts: int, real: Real) -> dict[str, str]:
+def complementarity_replacements(contacts: int, real: Real) -> dict[str, str]:
     """What stands for their tokens."""
-    many = contacts >= FEWEST_GUESSED
+    many = contacts >= _FEWEST_GUESSED
     return {
-        "@STEPS@": str(PUSH_STEPS),
+        "@STEPS@": str(COMPLEMENTARITY_STEPS),
         "@ROUNDS@": str(ROUNDS),
         "@SMALLEST@": real.value(max(SMALLEST, 64 * float(real.epsilon))),
         "@GUESSED@": "    @NAME@_guess(n, w, size, c);\n" if many else "",

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from lagrange_cli.emit.c.impact import reset_text
-from lagrange_cli.emit.c.projection import project_text, workspace
+from lagrange_cli.emit.c.impact import impact_text
+from lagrange_cli.emit.c.projection import project_text, workspace_size
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.program import Program
 
-__all__ = ["contact_target", "interface_text", "mode_target", "mode_workspace"]
+__all__ = ["contact_target", "interface_text", "mode_target", "mode_workspace_size"]
 
 
 def contact_target(target: CTarget, contacts: int) -> CTarget:
@@ -37,9 +37,9 @@ def _with_further(target: CTarget, further: str) -> CTarget:
     return replace(target, names=replace(target.names, further=further))
 
 
-def mode_workspace(programs: Mapping[str, Program], contacts: int) -> int:
+def mode_workspace_size(programs: Mapping[str, Program], contacts: int) -> int:
     """Numbers of workspace with flags and targets."""
-    return workspace(programs) + 2 * contacts
+    return workspace_size(programs) + 2 * contacts
 
 
 def interface_text(programs: Mapping[str, Program], target: CTarget, contacts: int) -> str:
@@ -47,11 +47,11 @@ def interface_text(programs: Mapping[str, Program], target: CTarget, contacts: i
     inner, outer = contact_target(target, contacts), mode_target(target)
     given = {
         "@U@": str(contacts),
-        "@START@": str(workspace(programs)),
+        "@START@": str(workspace_size(programs)),
         "@DYDT@": outer.arguments("dydt"),
         "@OUT@": outer.arguments("out"),
         "@STATE@": outer.state_arguments(),
-        "@RESET@": reset_arguments(target),
+        "@RESET@": _reset_arguments(target),
     }
     functions = (
         c_template("mode_function").replace("@FUNCTION@", name)
@@ -64,13 +64,13 @@ def interface_text(programs: Mapping[str, Program], target: CTarget, contacts: i
     return "\n".join(
         [
             project_text(programs, inner, "contact_"),
-            reset_text(programs, inner),
+            impact_text(programs, inner),
             *(target.fill(text, given) for text in texts),
         ]
     )
 
 
-def reset_arguments(target: CTarget) -> str:
+def _reset_arguments(target: CTarget) -> str:
     """The parameter list of the function that changes state and mode."""
     further = f"int *mode, int event, {target.real.name} bounce, "
     return _with_further(target, further).state_arguments()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.c.contacts import mode_target, reset_arguments
+from lagrange_cli.emit.c.contacts import _reset_arguments, mode_target
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.initial_state import rates_note
 from lagrange_cli.emit.naming import comment_text
@@ -93,7 +93,7 @@ def _declarations(equations: Equations, target: CTarget) -> str:
         .replace("@MODE@", outer.arguments("out"))
         .replace("@CONSTRAINTS@", _ZEROS_CLOSED if equations.closures else _ZEROS)
         .replace("@PROJECT@", outer.state_arguments())
-        .replace("@RESET@", reset_arguments(target))
+        .replace("@RESET@", _reset_arguments(target))
         .replace("@NAME@", target.prefix)
     )
 

@@ -14,18 +14,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lagrange_cli.emit.c.body import work_size
-from lagrange_cli.emit.c.complementarity import push_replacements, push_templates
+from lagrange_cli.emit.c.body import program_workspace_size
+from lagrange_cli.emit.c.complementarity import (
+    complementarity_replacements,
+    complementarity_templates,
+)
 from lagrange_cli.emit.c.names import CNames
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.constants import IMPACT_TOLERANCES, RATE_TOLERANCE
 from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.program import Program, result_count
 
-__all__ = ["reset_text", "reset_workspace"]
+__all__ = ["impact_text", "impact_workspace_size"]
 
 
-def reset_text(programs: Mapping[str, Program], target: CTarget) -> str:
+def impact_text(programs: Mapping[str, Program], target: CTarget) -> str:
     """``events`` and ``reset`` with what they need, empty where there are no contacts."""
     if "gaps" not in programs:
         return ""
@@ -39,14 +42,20 @@ def reset_text(programs: Mapping[str, Program], target: CTarget) -> str:
         "@N@": str(programs["gaps"].coordinates),
         "@START@": str(_inner(programs)),
         "@RESULTS@": str(_results(programs)),
-        **push_replacements(_contacts(programs), real),
+        **complementarity_replacements(_contacts(programs), real),
         "@MIN@": f"fmin{real.suffix}",
         "@MAX@": f"fmax{real.suffix}",
         "@TOLERANCE@": real.value(max(RATE_TOLERANCE, 64 * float(real.epsilon))),
         "@LOOSER@": real.value(IMPACT_TOLERANCES),
         "@ULPS@": real.value(128 * float(real.epsilon)),
     }
-    templates = ("events", "closing", *push_templates(_contacts(programs)), "impact", "reset")
+    templates = (
+        "events",
+        "closing",
+        *complementarity_templates(_contacts(programs)),
+        "impact",
+        "reset",
+    )
     return "\n".join(target.fill(target.fill(c_template(name), given)) for name in templates)
 
 
@@ -71,7 +80,7 @@ def _arguments(names: CNames, own: int) -> dict[str, str]:
     }
 
 
-def reset_workspace(programs: Mapping[str, Program]) -> int:
+def impact_workspace_size(programs: Mapping[str, Program]) -> int:
     """Numbers of workspace for ``events`` and ``reset``, 0 where there are no contacts."""
     if "gaps" not in programs:
         return 0
@@ -84,7 +93,7 @@ def reset_workspace(programs: Mapping[str, Program]) -> int:
 def _inner(programs: Mapping[str, Program]) -> int:
     """What the functions that are called need of it."""
     called = ("gaps", "gap_terms", "impulse", "contact_multipliers", "rhs", "flight_rhs")
-    return max(work_size(programs[name]) for name in called if name in programs)
+    return max(program_workspace_size(programs[name]) for name in called if name in programs)
 
 
 def _contacts(programs: Mapping[str, Program]) -> int:

@@ -32,17 +32,17 @@ from lagrange_cli.program.systems.loops import (
 
 __all__ = [
     "finite_check",
-    "kernel_helpers",
-    "kernels_text",
+    "loop_helpers",
+    "loops_text",
+    "loops_workspace_size",
     "relative_indices",
-    "room",
     "supernode_tables",
     "table_name",
     "tables_of",
 ]
 
 #: Lines are broken before this column.
-WIDTH = 96
+_WIDTH = 96
 
 
 def _table_text(prefix: str, table: tuple[int, ...]) -> str:
@@ -51,7 +51,7 @@ def _table_text(prefix: str, table: tuple[int, ...]) -> str:
     return "\n".join([f"static const int {name}[] = {{", *rows, "};", ""])
 
 
-def kernel_helpers(programs: Mapping[str, Program], target: CTarget) -> str:
+def loop_helpers(programs: Mapping[str, Program], target: CTarget) -> str:
     """What the kernels of all programs of a source file need: solvers, sums, tables."""
     parts = [part for program in programs.values() for part in program.parts]
     solved = [part.factors for part in parts if isinstance(part, SparseSolve)]
@@ -67,7 +67,7 @@ def kernel_helpers(programs: Mapping[str, Program], target: CTarget) -> str:
     return "\n".join(filter(None, texts))
 
 
-def room(program: Program) -> int:
+def loops_workspace_size(program: Program) -> int:
     """Numbers of workspace: values, then parameters that loops index."""
     return program.work + (program.parameters if _indexes_parameters(program) else 0)
 
@@ -83,7 +83,7 @@ def _indexes_parameters(program: Program) -> bool:
     return any(c.array == "p" and not c.is_fixed for c in _columns(program))
 
 
-def kernels_text(program: Program, target: CTarget, result: str) -> list[str]:
+def loops_text(program: Program, target: CTarget, result: str) -> list[str]:
     """The lines of a function that runs the parts of a program.
 
     ``result``: the name of the array of results.
@@ -248,7 +248,7 @@ def _wrapped(text: str, depth: int, deeper: int) -> list[str]:
     """Lines of a statement at a depth; further ones stand deeper."""
     return wrap(
         text,
-        WIDTH,
+        _WIDTH,
         initial_indent="    " * depth,
         subsequent_indent="    " * (depth + deeper),
         break_long_words=False,

@@ -9,7 +9,7 @@ from lagrange_cli.emit.c.main_contacts import REASON, contact_replacements
 from lagrange_cli.emit.c.names import Real, c_string
 from lagrange_cli.emit.c.recorded import c_recorded
 from lagrange_cli.emit.c.target import CTarget
-from lagrange_cli.emit.initial_state import TOLERANCE, residual_labels, steps_per_row
+from lagrange_cli.emit.initial_state import START_TOLERANCE, residual_labels, steps_per_row
 from lagrange_cli.emit.template_files import c_template, filled
 
 if TYPE_CHECKING:
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 __all__ = ["main_text"]
 
 #: Rows of output, and steps from one row to the next.
-ROWS = 500
-STEPS_PER_ROW = 20
+_ROWS = 500
+_STEPS_PER_ROW = 20
 
 
 _PARAMETER = """\
@@ -83,7 +83,7 @@ def main_text(equations: Equations, target: CTarget) -> str:
         **_projection(equations),
         **contact_replacements(equations, real, recorded.setting.replace(*_NOW)),
         "@INPUTS@": "    static @REAL@ u[@NAME@_INPUTS];\n" if equations.inputs else "",
-        "@TOLERANCE@": real.value(max(TOLERANCE, 1024.0 * float(real.epsilon))),
+        "@TOLERANCE@": real.value(max(START_TOLERANCE, 1024.0 * float(real.epsilon))),
         "@ROUNDING@": real.value(64.0 * float(real.epsilon)),
         "@SHORT@": re.sub(r"\d+", "3", real.print_format),
         "@FABS@": f"fabs{real.suffix}",
@@ -94,7 +94,7 @@ def main_text(equations: Equations, target: CTarget) -> str:
         "@PARSE@": real.parse,
         "@FORMAT@": real.print_format,
         "@CAST@": "(double)" if real.name == "float" else "",
-        "@ROWS@": str(ROWS),
+        "@ROWS@": str(_ROWS),
     }
     constants = {"ZERO": 0.0, "HALF": 0.5, "ONE": 1.0, "TWO": 2.0, "SIX": 6.0}
     replacements |= {f"@{name}@": real.value(number) for name, number in constants.items()}
@@ -140,5 +140,5 @@ def _run_replacements(equations: Equations, real: Real) -> dict[str, str]:
     return {
         "@START@": real.value(defaults.start),
         "@UNTIL@": real.value(until),
-        "@STEPS@": str(steps_per_row(equations, ROWS, STEPS_PER_ROW)),
+        "@STEPS@": str(steps_per_row(equations, _ROWS, _STEPS_PER_ROW)),
     }

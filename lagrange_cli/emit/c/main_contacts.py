@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c.names import Real, c_string
-from lagrange_cli.emit.constants import BOUNCES, EVENTS
+from lagrange_cli.emit.constants import MOST_EVENTS_A_STEP, MOST_REBOUNDS
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.template_files import c_template
 
@@ -46,7 +46,7 @@ def contact_replacements(equations: Equations, real: Real, recorded: str) -> dic
         return {**dict.fromkeys(none, ""), "@STEP@": _STEP}
     names = (c_string(comment_text(contact.name)) for contact in equations.contacts)
     u = "u" if equations.inputs else "0"
-    bounce = f"events < {BOUNCES} ? @ONE@ : @ZERO@"
+    bounce = f"events < {MOST_REBOUNDS} ? @ONE@ : @ZERO@"
     calls = {
         "@EVENTS@": ("    ", f"events(t, y, {u}, p, mode, work, out)"),
         "@RESET@": ("        ", f"reset(t, y, {u}, p, mode, event, {bounce}, work)"),
@@ -64,8 +64,8 @@ def contact_replacements(equations: Equations, real: Real, recorded: str) -> dic
         "@CONTACTS@": ", ".join(names),
         "@NOISE@": real.value(1024.0 * float(real.epsilon)),
         "@ULP@": real.value(2.0 * float(real.epsilon)),
-        "@MOST@": str(EVENTS),
-        "@BOUNCES@": str(BOUNCES),
+        "@MOST@": str(MOST_EVENTS_A_STEP),
+        "@BOUNCES@": str(MOST_REBOUNDS),
     }
 
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.cache import digest
 from lagrange_cli.emit.c.body import body_text, result_name
-from lagrange_cli.emit.c.contacts import contact_target, interface_text, mode_workspace
+from lagrange_cli.emit.c.contacts import contact_target, interface_text, mode_workspace_size
 from lagrange_cli.emit.c.header import header_text
-from lagrange_cli.emit.c.loops import kernel_helpers
+from lagrange_cli.emit.c.loops import loop_helpers
 from lagrange_cli.emit.c.main import main_text
 from lagrange_cli.emit.c.names import real_type
 from lagrange_cli.emit.c.projection import project_text, residual_text
@@ -34,7 +34,7 @@ from lagrange_cli.program.systems.contact_systems import with_contact_flags
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["blocks_of", "emit", "function_text", "functions_used"]
+__all__ = ["blocks_of", "emit_c", "function_text", "functions_used"]
 
 _MATH = "#include <math.h>\n"
 
@@ -48,7 +48,7 @@ _OUTPUTS: dict[str, tuple[str, ...]] = {
 }
 
 
-def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
+def emit_c(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
     """``NAME.h`` and ``NAME.c``.
 
     Parameters
@@ -73,7 +73,7 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
     source = _source(equations, target, programs, stem)
     if options["main"]:
         source += main_text(equations, target)
-    work = mode_workspace(programs, len(equations.contacts))
+    work = mode_workspace_size(programs, len(equations.contacts))
     header = header_text(equations, target, work)
     stamp = f"0x{digest(header, source)[:8]}UL"
     size, macro = f"#define {target.prefix}_WORK ", f"#define {target.prefix}_EMISSION {stamp}\n"
@@ -123,7 +123,7 @@ def _source(
         f'#include "{stem}.h"\n\n{_MATH}',
         helper_text(used, target),
         solver_text(blocks_of(programs), target),
-        kernel_helpers(programs, target),
+        loop_helpers(programs, target),
         _defaults(equations, target),
     ]
     contacts = len(equations.contacts)

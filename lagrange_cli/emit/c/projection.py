@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lagrange_cli.emit.c.body import work_size
-from lagrange_cli.emit.c.impact import reset_workspace
+from lagrange_cli.emit.c.body import program_workspace_size
+from lagrange_cli.emit.c.impact import impact_workspace_size
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.constants import NEWTON_STEPS, RESIDUAL_AT_REST, RESIDUAL_ROUNDING
 from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.constraint_programs import INTERNAL_FUNCTIONS
 from lagrange_cli.program.program import Program
 
-__all__ = ["project_text", "residual_text", "workspace"]
+__all__ = ["project_text", "residual_text", "workspace_size"]
 
 
 def residual_text(programs: Mapping[str, Program], target: CTarget) -> str:
@@ -56,11 +56,11 @@ def project_text(programs: Mapping[str, Program], target: CTarget, of: str = "")
     )
 
 
-def workspace(programs: Mapping[str, Program]) -> int:
+def workspace_size(programs: Mapping[str, Program]) -> int:
     """Numbers of workspace with which every function has enough."""
-    each = max(map(work_size, programs.values()))
+    each = max(map(program_workspace_size, programs.values()))
     projections = (_workspace(programs, of) for of in ("", "contact_"))
-    return max(each, *projections, reset_workspace(programs))
+    return max(each, *projections, impact_workspace_size(programs))
 
 
 def _workspace(programs: Mapping[str, Program], of: str) -> int:
@@ -74,7 +74,7 @@ def _workspace(programs: Mapping[str, Program], of: str) -> int:
 def _inner(programs: Mapping[str, Program], of: str) -> int:
     """What the functions that ``project`` calls need of it."""
     called = INTERNAL_FUNCTIONS.intersection(name for name in programs if name.startswith(of))
-    return max(work_size(programs[name]) for name in called)
+    return max(program_workspace_size(programs[name]) for name in called)
 
 
 def _closures(programs: Mapping[str, Program], function: str) -> int:

@@ -7,7 +7,7 @@ scales are taken from both, and the solution is refined.
 from __future__ import annotations
 
 from lagrange_cli.emit.c.names import Real
-from lagrange_cli.emit.constants import LARGEST_EXPONENT, LEAST_INERTIA, UNEVEN
+from lagrange_cli.emit.constants import LARGEST_EXPONENT, LEAST_INERTIA, UNEVEN_PIVOT
 from lagrange_cli.emit.template_files import c_template, filled
 
 __all__ = ["saddle_template"]
@@ -36,7 +36,7 @@ def saddle_template(real: Real, *, compliant: bool) -> str:
         "@COMPLIANT@": _COMPLIANT if compliant else "",
         "@LEAST@": real.value(_LEAST),
         "@SMALL@": real.value(LEAST_INERTIA),
-        "@UNEVEN@": real.value(UNEVEN),
+        "@UNEVEN@": real.value(UNEVEN_PIVOT),
         "@WIDEST@": str(LARGEST_EXPONENT),
     }
     return filled(c_template("solve_saddle"), replacements)

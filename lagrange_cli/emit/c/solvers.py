@@ -11,9 +11,9 @@ from lagrange_cli.program.solvers.blocks import MatrixBlock
 
 __all__ = [
     "EPSILON_NAME",
-    "dense_size",
     "helper_text",
     "solver_text",
+    "solver_workspace_size",
 ]
 
 #: Functions that ``<math.h>`` lacks.
@@ -23,7 +23,7 @@ _HELPERS = ("sign", "min", "max")
 EPSILON_NAME = "EPSILON"
 
 
-def dense_size(blocks: Sequence[MatrixBlock]) -> int:
+def solver_workspace_size(blocks: Sequence[MatrixBlock]) -> int:
     """Numbers of workspace for the largest block that a loop solves: matrix, right-hand side,
     as many numbers again, and what refinement takes. Bands have places of their own."""
     loops = [block for block in blocks if not block.unrolled and block.band is None]

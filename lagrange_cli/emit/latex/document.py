@@ -20,7 +20,7 @@ from lagrange_cli.emit.constraint_wording import (
 )
 from lagrange_cli.emit.latex import words as latex_words
 from lagrange_cli.emit.latex.forces import forces_section
-from lagrange_cli.emit.latex.typesetter import Row, Typesetter
+from lagrange_cli.emit.latex.typesetter import FormulaRow, Typesetter
 from lagrange_cli.notation.latex import latex_number
 from lagrange_cli.notation.latex_escape import latex_text
 from lagrange_cli.notation.symbols import latex_name
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Conserved, Coordinate, Equations, ParticleMotion
 
-__all__ = ["document"]
+__all__ = ["latex_document"]
 
-PREAMBLE = r"""\documentclass[11pt,a4paper]{article}
+_PREAMBLE = r"""\documentclass[11pt,a4paper]{article}
 \usepackage[T1]{fontenc}
 \usepackage[utf8]{inputenc}
 \IfFileExists{lmodern.sty}{\usepackage{lmodern}}{}
@@ -47,7 +47,7 @@ PREAMBLE = r"""\documentclass[11pt,a4paper]{article}
 """
 
 
-def document(equations: Equations, form: str = "lagrange") -> str:
+def latex_document(equations: Equations, form: str = "lagrange") -> str:
     """A document that pdfLaTeX compiles by itself: system, freedom, L, motion, conservation."""
     page = _Document(equations)
     blocks = [
@@ -81,7 +81,7 @@ class _Document:
         title = latex_text(self.equations.title or self.equations.name)
         lines = [
             f"% {latex_text(self.equations.name)}: equations of motion, written by lagrange",
-            PREAMBLE + r"\begin{document}",
+            _PREAMBLE + r"\begin{document}",
             rf"\begin{{center}}\LARGE {title}\end{{center}}",
         ]
         if self.equations.description:
@@ -111,13 +111,13 @@ class _Document:
         for p in parameters:
             number = ""
             if p.value is not None:
-                number = latex_words.value(p.value, literals.get(Fraction(repr(p.value))))
+                number = latex_words.value_latex(p.value, literals.get(Fraction(repr(p.value))))
             rows.append(
                 (
                     f"${latex_name(p.name, 0, p.latex)}$",
                     latex_text(p.description or ""),
                     number,
-                    latex_words.unit(p.unit or ""),
+                    latex_words.unit_latex(p.unit or ""),
                 )
             )
         return _table(("Parameter", "Meaning", "Value", "Unit"), rows)
@@ -139,7 +139,7 @@ class _Document:
     def _constraints(self) -> list[str]:
         items = []
         for line in self.equations.account.lines:
-            written = ", ".join(latex_words.as_written(e) for e in line.equations)
+            written = ", ".join(latex_words.scene_text_latex(e) for e in line.equations)
             remark = remark_on(line)
             items.append(
                 rf"  \item {latex_text(line.name)}: {written}"
@@ -177,7 +177,7 @@ class _Document:
         text = f"${self.setter.coordinate(coordinate)}$"
         told = [latex_text(coordinate.description)] if coordinate.description else []
         if coordinate.unit:
-            told.append(latex_words.unit(coordinate.unit))
+            told.append(latex_words.unit_latex(coordinate.unit))
         return f"{text} ({', '.join(told)})" if told else text
 
     # -- Lagrangian, forces, motion -------------------------------------------------------
@@ -336,7 +336,7 @@ class _Document:
                 return f"p_{{{self.setter.coordinate(coordinate)}}}"
         return latex_name(quantity.name)
 
-    def _conserved(self, quantity: Conserved) -> Row:
+    def _conserved(self, quantity: Conserved) -> FormulaRow:
         label = self._symbol(quantity)
         if energy_is_sum(self.equations, quantity):
             label += f" = {self.labels['T']} + {self.labels['V']}"

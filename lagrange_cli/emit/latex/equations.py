@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.latex.document import document
+from lagrange_cli.emit.latex.document import latex_document
 from lagrange_cli.emit.latex.typesetter import Typesetter
 from lagrange_cli.notation.latex_escape import latex_text
 from lagrange_cli.notation.layout import joined
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["emit", "equation_latex", "equations_latex"]
+__all__ = ["emit_latex", "equation_latex", "equations_latex"]
 
 
-def emit(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+def emit_latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
     """Return ``NAME.tex``.
 
     Parameters
@@ -25,8 +25,8 @@ def emit(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, 
     equations
         What a derivation yields.
     options
-        ``style``: ``document`` for a complete document that pdfLaTeX compiles
-        with amsmath, booktabs and longtable; ``snippet`` for the equations of
+        ``style``: ``latex_document`` for a complete document that pdfLaTeX compiles
+        with amsmath, booktabs and longtable; ``latex_snippet`` for the equations of
         motion alone (amsmath). ``form``: ``lagrange`` or ``explicit``.
 
     Raises
@@ -35,11 +35,11 @@ def emit(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, 
         An expression has no exact form in print.
     """
     form = str(options["form"])
-    write = document if options["style"] == "document" else snippet
+    write = latex_document if options["style"] == "document" else latex_snippet
     return {f"{equations.name}.tex": write(equations, form)}
 
 
-def snippet(equations: Equations, form: str = "lagrange") -> str:
+def latex_snippet(equations: Equations, form: str = "lagrange") -> str:
     """The equations of motion in an ``align`` environment, for pasting (amsmath)."""
     setter = Typesetter.of(equations)
     title = equations.title or equations.name

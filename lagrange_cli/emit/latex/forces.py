@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.constraint_wording import multiplier_label
 from lagrange_cli.emit.force_wording import FORCES_LINE, force_notes, force_rows, reaction_rows
-from lagrange_cli.emit.latex.typesetter import Row, Typesetter
+from lagrange_cli.emit.latex.typesetter import FormulaRow, Typesetter
 from lagrange_cli.notation.latex_escape import latex_text
 from lagrange_cli.notation.symbols import latex_name
 
@@ -29,7 +29,7 @@ def forces_section(setter: Typesetter) -> list[str]:
     return [*lines, *(f"{note[0].upper()}{note[1:]}." for note in notes)]
 
 
-def _rows(setter: Typesetter, forces: ConstraintForces) -> Iterator[Row]:
+def _rows(setter: Typesetter, forces: ConstraintForces) -> Iterator[FormulaRow]:
     for body, components in force_rows(forces):
         for label, expression in components:
             symbol = rf"|{latex_name('f')}|" if label == "|f|" else latex_name(label)

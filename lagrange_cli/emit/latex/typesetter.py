@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Coordinate, Equations
 
-__all__ = ["Row", "Typesetter"]
+__all__ = ["FormulaRow", "Typesetter"]
 
 #: Columns of half an em that a line of the document holds beside its label and number.
-LINE = 70
+_LINE = 70
 
 
 @dataclass(frozen=True)
-class Row:
+class FormulaRow:
     """A numbered formula: what stands before the alignment, and the pieces after it."""
 
     label: str
@@ -69,13 +69,13 @@ class Typesetter:
         left = self.tree(display_row(self.equations.shown[index], self.words))
         return suffixed(left, " = 0", 3)
 
-    def definition(self, label: str, expression: Expr) -> Row:
+    def definition(self, label: str, expression: Expr) -> FormulaRow:
         """``label = expression``, aligned at the equality sign."""
-        return Row(label, prefixed(self.pieces(expression), "= ", 3))
+        return FormulaRow(label, prefixed(self.pieces(expression), "= ", 3))
 
     # -- groups of formulas ---------------------------------------------------------
 
-    def energies(self) -> list[Row]:
+    def energies(self) -> list[FormulaRow]:
         """T, V, the dissipation where there is one, and L."""
         labels = quantity_labels(self.equations)
         kinetic, lagrangian = latex_name(labels["T"]), latex_name(labels["L"])
@@ -89,22 +89,22 @@ class Typesetter:
             rows.append(self.definition(latex_name(labels["D"]), self.equations.dissipation))
         return rows
 
-    def _lagrangian(self, label: str, difference: str) -> Row:
+    def _lagrangian(self, label: str, difference: str) -> FormulaRow:
         """L written out where it is short, else as the difference alone."""
         head = Piece(f"= {difference}", 8)
         whole = self.pieces(self.equations.lagrangian)
-        if sum(p.width for p in whole) > 3 * LINE:
-            return Row(label, [head])
+        if sum(p.width for p in whole) > 3 * _LINE:
+            return FormulaRow(label, [head])
         body = prefixed(whole, "= ", 3)
         first = Piece(body[0].text, body[0].width, " ", "", 0)
-        return Row(label, [head, first, *body[1:]])
+        return FormulaRow(label, [head, first, *body[1:]])
 
-    def motion(self, form: str) -> list[Row]:
+    def motion(self, form: str) -> list[FormulaRow]:
         """Lagrange's equations, or accelerations with M and f where they stay coupled."""
         coordinates = self.equations.coordinates
         if form != "explicit":
             return [
-                Row(rf"{self.coordinate(c)}\colon\quad", self.row(i))
+                FormulaRow(rf"{self.coordinate(c)}\colon\quad", self.row(i))
                 for i, c in enumerate(coordinates)
             ]
         solved = explicit_accelerations(self.equations)
@@ -117,27 +117,27 @@ class Typesetter:
         coupled = [i for i, value in enumerate(solved) if value is None]
         return rows + self._coupled(coupled, right)
 
-    def closures(self) -> list[Row]:
+    def closures(self) -> list[FormulaRow]:
         """The closure equations, each with its name."""
         return [
-            Row(
+            FormulaRow(
                 rf"\text{{{latex_text(c.name)}}}\colon\quad",
                 suffixed(self.pieces(c.expression), " = 0", 3),
             )
             for c in self.equations.closures
         ]
 
-    def contacts(self) -> list[Row]:
+    def contacts(self) -> list[FormulaRow]:
         """Complementarity of each contact: 0 ≤ λ ⊥ φ ≥ 0."""
         rows = []
         for contact in self.equations.contacts:
             push = rf"0 \le {self.inline(contact.closure.multiplier)} \perp "
             gap = suffixed(self.pieces(contact.closure.expression), r" \ge 0", 4)
             label = rf"\text{{{latex_text(contact.name)}}}\colon\quad"
-            rows.append(Row(label, prefixed(gap, push, 12)))
+            rows.append(FormulaRow(label, prefixed(gap, push, 12)))
         return rows
 
-    def _coupled(self, indices: list[int], forcing: Sequence[Expr]) -> list[Row]:
+    def _coupled(self, indices: list[int], forcing: Sequence[Expr]) -> list[FormulaRow]:
         """``Σ M a = f`` for coordinates that are coupled by more than two."""
         rows = []
         for i in indices:
@@ -151,12 +151,12 @@ class Typesetter:
                     terms += product if not terms else _added(product)
             right = self.pieces(forcing[i])
             equal = Piece(right[0].text, right[0].width + 3, " = ", "= ", 0)
-            rows.append(Row("", [*(terms or solid("0")), equal, *right[1:]]))
+            rows.append(FormulaRow("", [*(terms or solid("0")), equal, *right[1:]]))
         return rows
 
     # -- layout ---------------------------------------------------------------------
 
-    def align(self, rows: Iterable[Row], *, numbered: bool = True) -> list[str]:
+    def align(self, rows: Iterable[FormulaRow], *, numbered: bool = True) -> list[str]:
         """Lines of an ``align`` environment; one number for each formula, or none."""
         shown = [_lines(row, numbered) for row in rows]
         if not shown:
@@ -172,9 +172,9 @@ def _added(pieces: list[Piece]) -> list[Piece]:
     return [Piece(text, head.width + 3, f" {sign} ", f"{sign} ", 0), *pieces[1:]]
 
 
-def _lines(row: Row, numbered: bool) -> str:
+def _lines(row: FormulaRow, numbered: bool) -> str:
     """A formula broken into lines of an ``align``, the number at the last one."""
-    first, *others = break_lines(row.pieces, LINE, LINE - 4, step=2)
+    first, *others = break_lines(row.pieces, _LINE, _LINE - 4, step=2)
     label = f"{row.label} " if row.label else ""
     lines = [f"  {label}& {first.text}"]
     lines += [rf"  &\hspace{{{1.5 + 0.8 * line.level:g}em}} {{}} {line.text}" for line in others]

@@ -13,7 +13,7 @@ from lagrange_cli.notation.latex import LATEX_FUNCTIONS, latex_number
 from lagrange_cli.notation.latex_escape import latex_text
 from lagrange_cli.notation.symbols import latex_name
 
-__all__ = ["as_written", "unit", "value"]
+__all__ = ["scene_text_latex", "unit_latex", "value_latex"]
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
@@ -35,7 +35,7 @@ _SIGNS = {
 }
 
 
-def as_written(text: str) -> str:
+def scene_text_latex(text: str) -> str:
     """An equation or expression of the scene language, token by token, in math mode.
 
     What is not in the scene language is set as plain text.
@@ -115,7 +115,7 @@ _UNIT = re.compile(
 )
 
 
-def unit(text: str) -> str:
+def unit_latex(text: str) -> str:
     """A unit in upright letters: ``kg*m^2/s`` as kg m²/s; other text as it is."""
     shown, position = [], 0
     text = text.strip().replace("**", "^")
@@ -139,7 +139,7 @@ def _unit_part(found: re.Match[str]) -> str:
     return found[0]
 
 
-def value(number: float, literal: str | None = None) -> str:
+def value_latex(number: float, literal: str | None = None) -> str:
     """A parameter's value in math mode, as the scene wrote it where that is known."""
     text = literal if literal is not None else repr(number)
     text = text.removesuffix(".0")

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.constants import BOUNCES, EVENTS
-from lagrange_cli.emit.initial_state import TOLERANCE
+from lagrange_cli.emit.constants import MOST_EVENTS_A_STEP, MOST_REBOUNDS
+from lagrange_cli.emit.initial_state import START_TOLERANCE
 from lagrange_cli.emit.naming import comment_text
-from lagrange_cli.emit.python.impact import reset_source
+from lagrange_cli.emit.python.impact import impact_source
 from lagrange_cli.emit.python.projection import project_source
 from lagrange_cli.emit.template_files import filled, python_template
 from lagrange_cli.program.program import Program
@@ -85,7 +85,7 @@ def interface_source(programs: Mapping[str, Program], parameter: str) -> list[st
     texts = [flags, rhs, *functions, project, reset]
     return [
         project_source(programs, "p, contact", "contact_"),
-        *reset_source(programs, f"{given}, contact"),
+        *impact_source(programs, f"{given}, contact"),
         *(text.replace("@P@", parameter).replace("@GIVEN@", given) for text in texts),
     ]
 
@@ -109,10 +109,10 @@ def contact_script(script: str, held: str, rounding: float) -> str:
     replacements = {
         "@HELD@": held,
         "@U@": ", held" if held else "",
-        "@TOLERANCE@": repr(TOLERANCE),
+        "@TOLERANCE@": repr(START_TOLERANCE),
         "@NOISE@": repr(1024 * rounding),
         "@ULP@": repr(2 * rounding),
-        "@EVENTS@": str(EVENTS),
-        "@BOUNCES@": str(BOUNCES),
+        "@EVENTS@": str(MOST_EVENTS_A_STEP),
+        "@BOUNCES@": str(MOST_REBOUNDS),
     }
     return filled(text, replacements)

@@ -14,10 +14,16 @@ from itertools import islice
 from textwrap import fill
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.python.impact import reset_source
-from lagrange_cli.emit.python.loops import parts_source, tables_source
+from lagrange_cli.emit.python.impact import impact_source
+from lagrange_cli.emit.python.loops import index_tables_source, loops_source
 from lagrange_cli.emit.python.projection import HELPERS, helper_source, project_source
-from lagrange_cli.emit.python.statements import WIDTH, assigned, joined, solution, symmetric
+from lagrange_cli.emit.python.statements import (
+    LINE_WIDTH,
+    assigned,
+    operand_list,
+    solution,
+    symmetric,
+)
 from lagrange_cli.program.constraint_programs import INTERNAL_FUNCTIONS
 from lagrange_cli.program.graph.literals import double_literal
 from lagrange_cli.program.printing import Dialect, expression_text
@@ -69,7 +75,7 @@ _MATH = (
 _HELPERS = ("sign", "min", "max", *HELPERS, "solve_sparse")
 
 #: Every function of a program as the module calls it.
-PYTHON_FUNCTIONS = {
+_PYTHON_FUNCTIONS = {
     **{name: name for name in FUNCTIONS},
     "sign": "_sign",
     "min": "_min",
@@ -149,9 +155,9 @@ def module_source(programs: Mapping[str, Program]) -> str:
         for name, program in programs.items()
     ]
     functions += [project_source(programs, "p", of) for of in ("", "contact_")]
-    body = "\n\n".join(filter(None, [*functions, *reset_source(programs, arguments)]))
+    body = "\n\n".join(filter(None, [*functions, *impact_source(programs, arguments)]))
     imports, helpers = prelude(body)
-    tables = tables_source(programs.values())
+    tables = index_tables_source(programs.values())
     head = "\n".join([*imports, "import numpy as np\n"])
     return "\n\n".join(filter(None, [head, tables, *helpers, body]))
 
@@ -171,9 +177,9 @@ def prelude(body: str) -> tuple[list[str], list[str]]:
     if not names:
         return [], helpers
     line = f"from math import {', '.join(names)}"
-    if len(line) > WIDTH:
+    if len(line) > LINE_WIDTH:
         text = f"{', '.join(names)},"
-        listed = fill(text, WIDTH, initial_indent=_TAB, subsequent_indent=_TAB)
+        listed = fill(text, LINE_WIDTH, initial_indent=_TAB, subsequent_indent=_TAB)
         line = f"from math import (\n{listed}\n)"
     return [line], helpers
 
@@ -206,7 +212,7 @@ def function_source(
         for number, block in enumerate(program.blocks)
         for k, name in enumerate(block.multipliers)
     }
-    dialect = Dialect(double_literal, PYTHON_FUNCTIONS, {**names, **found})
+    dialect = Dialect(double_literal, _PYTHON_FUNCTIONS, {**names, **found})
     if program.parts:
         apart = dict(given).get("p") if parameter.endswith("contact") else None
         body = _of_parts(program, apart)
@@ -232,7 +238,7 @@ def _failure(program: Program) -> str:
 
 def _of_parts(program: Program, apart: int | None) -> list[str]:
     """The lines of the function of a large system."""
-    lines = parts_source(program, apart)
+    lines = loops_source(program, apart)
     if program.blocks:
         return [*lines, f"return out if np.isfinite(out).all() else {_failure(program)}"]
     n = program.coordinates
@@ -294,7 +300,7 @@ def _unpack(targets: Sequence[str], source: str, dialect: Dialect) -> str:
 
 def _vector_result(program: Program, dialect: Dialect) -> list[str]:
     operands = [operand for _, of in program.outputs for operand in of]
-    return [f"return np.array([{joined(operands, dialect)}], dtype=float)"]
+    return [f"return np.array([{operand_list(operands, dialect)}], dtype=float)"]
 
 
 def _scalar_result(program: Program, dialect: Dialect) -> list[str]:
@@ -313,7 +319,7 @@ def _accelerations(program: Program, dialect: Dialect) -> list[str]:
     lines, results, _ = solution(program, dialect, f"np.full({2 * program.coordinates}, nan)")
     velocities = [Variable(f"v{i}") for i in range(program.coordinates)]
     found = ", ".join(results[i] for i in range(program.coordinates))
-    return [*lines, f"return np.array([{joined(velocities, dialect)}, {found}], dtype=float)"]
+    return [*lines, f"return np.array([{operand_list(velocities, dialect)}, {found}], dtype=float)"]
 
 
 def _unknowns(program: Program, dialect: Dialect, failure: str) -> list[str]:

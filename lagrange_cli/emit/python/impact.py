@@ -7,14 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lagrange_cli.emit.constants import IMPACT_TOLERANCES, PUSH_STEPS, RATE_TOLERANCE
+from lagrange_cli.emit.constants import COMPLEMENTARITY_STEPS, IMPACT_TOLERANCES, RATE_TOLERANCE
 from lagrange_cli.emit.template_files import filled, python_template
 from lagrange_cli.program.program import Program, result_count
 
-__all__ = ["reset_source"]
+__all__ = ["impact_source"]
 
 
-def reset_source(programs: Mapping[str, Program], parameter: str) -> list[str]:
+def impact_source(programs: Mapping[str, Program], parameter: str) -> list[str]:
     """Definitions of ``events`` and ``reset``, none where there are no contacts.
 
     Parameters
@@ -43,7 +43,7 @@ def reset_source(programs: Mapping[str, Program], parameter: str) -> list[str]:
         "@TOLERANCE@": repr(RATE_TOLERANCE),
         "@LOOSER@": repr(IMPACT_TOLERANCES),
         "@ULPS@": repr(2.0**-46),
-        "@STEPS@": str(PUSH_STEPS),
+        "@STEPS@": str(COMPLEMENTARITY_STEPS),
     }
     names = ("events", "pushes", "gap_terms", "hit", "reset")
     return [filled(python_template(name), replacements) for name in names]

@@ -25,10 +25,10 @@ from lagrange_cli.program.systems.loops import (
     Zeros,
 )
 
-__all__ = ["parts_source", "tables_source"]
+__all__ = ["index_tables_source", "loops_source"]
 
 #: Longer lines are broken.
-WIDTH = 92
+_WIDTH = 92
 
 _TAB = " " * 4
 
@@ -46,7 +46,7 @@ _DIALECT = Dialect(
 )
 
 
-def tables_source(programs: Iterable[Program]) -> str:
+def index_tables_source(programs: Iterable[Program]) -> str:
     """Definitions of the tables of indices that the functions of programs look into."""
     tables = dict.fromkeys(table for program in programs for table in tables_of(program))
     lines = []
@@ -56,7 +56,7 @@ def tables_source(programs: Iterable[Program]) -> str:
     return "\n".join([*lines, ""]) if lines else ""
 
 
-def parts_source(program: Program, apart: int | None = None) -> list[str]:
+def loops_source(program: Program, apart: int | None = None) -> list[str]:
     """The lines of a function that gives an array of the results.
 
     Parameters
@@ -162,15 +162,15 @@ def _text(operand: Operand) -> str:
 def _wrapped(text: str, depth: int) -> list[str]:
     """Lines of a statement: a long one in parentheses."""
     indent = _TAB * depth
-    if len(text) <= WIDTH:
+    if len(text) <= _WIDTH:
         return [indent + text]
     target, equals, value = text.partition(" = ")
     if equals:
-        lines = wrap(value, WIDTH, break_long_words=False, break_on_hyphens=False)
+        lines = wrap(value, _WIDTH, break_long_words=False, break_on_hyphens=False)
         return [f"{target} = (", *(_TAB + line for line in lines), ")"]
     return wrap(
         text,
-        WIDTH,
+        _WIDTH,
         initial_indent=indent,
         subsequent_indent=indent + _TAB,
         break_long_words=False,

@@ -10,7 +10,12 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.initial_state import TOLERANCE, rates_note, residual_labels, steps_per_row
+from lagrange_cli.emit.initial_state import (
+    START_TOLERANCE,
+    rates_note,
+    residual_labels,
+    steps_per_row,
+)
 from lagrange_cli.emit.naming import (
     PYTHON_MODULES,
     PYTHON_RESERVED,
@@ -25,10 +30,10 @@ from lagrange_cli.emit.python.contacts import (
     interface_source,
 )
 from lagrange_cli.emit.python.functions import function_source, prelude, program_of
-from lagrange_cli.emit.python.loops import tables_source
+from lagrange_cli.emit.python.loops import index_tables_source
 from lagrange_cli.emit.python.projection import project_source
 from lagrange_cli.emit.python.recorded import python_recorded
-from lagrange_cli.emit.python.statements import ROUNDING
+from lagrange_cli.emit.python.statements import DOUBLE_ROUNDING
 from lagrange_cli.emit.template_files import python_template
 from lagrange_cli.program.constraint_programs import (
     INTERNAL_FUNCTIONS,
@@ -42,7 +47,7 @@ from lagrange_cli.version import __version__
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Coordinate, Equations, Parameter
 
-__all__ = ["emit"]
+__all__ = ["emit_python"]
 
 _FUNCTIONS = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
 
@@ -79,11 +84,11 @@ _DRIVEN = [
 ]
 
 #: Rows that the script prints, and steps from one to the next.
-ROWS = 500
-STEPS_PER_ROW = 20
+_ROWS = 500
+_STEPS_PER_ROW = 20
 
 
-def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
+def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
     """``NAME.py``.
 
     Raises
@@ -105,7 +110,7 @@ def emit(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, s
         _docstring(equations),
         "\n".join([*standard, "from typing import NamedTuple", "", "import numpy as np\n"]),
         *helpers,
-        *filter(None, [tables_source(programs.values())]),
+        *filter(None, [index_tables_source(programs.values())]),
         _constants(equations),
         parameters,
         *tables,
@@ -173,13 +178,13 @@ def _script(equations: Equations) -> str:
     if equations.closures:
         text = text.replace(_STEP, f"{_STEP}        y = project(s + h, y, p)\n")
         text = text.replace(_START, f"{_START}{_CHECKED}")
-        start = python_template("start").replace("@TOLERANCE@", repr(TOLERANCE))
-        start = start.replace("@ROUNDING@", repr(64 * float(ROUNDING)))
+        start = python_template("start").replace("@TOLERANCE@", repr(START_TOLERANCE))
+        start = start.replace("@ROUNDING@", repr(64 * float(DOUBLE_ROUNDING)))
         text = text.replace(_MAIN, f"{start}\n\n{_MAIN}")
         text = text.replace(_SINGULAR, _SINGULAR_CLOSED)
     if equations.contacts:
         held = _HELD.replace("        ", "    ").replace("=s +", "=t +") if recorded else ""
-        text = contact_script(text, held, float(ROUNDING))
+        text = contact_script(text, held, float(DOUBLE_ROUNDING))
         text = text.replace(_SINGULAR, _SINGULAR_CLOSED)
     return text
 
@@ -231,7 +236,7 @@ def _constants(equations: Equations) -> str:
     initial = equations.initial
     defaults = equations.simulate
     until = defaults.start + 10.0 if defaults.until is None else defaults.until
-    steps = steps_per_row(equations, ROWS, STEPS_PER_ROW)
+    steps = steps_per_row(equations, _ROWS, _STEPS_PER_ROW)
     state = None if initial is None else [*initial.positions, *initial.velocities]
     return "\n".join(
         [
@@ -243,7 +248,7 @@ def _constants(equations: Equations) -> str:
             *_closures(equations),
             "",
             f"INITIAL = {state!r}",
-            f"START, UNTIL, ROWS, STEPS = {defaults.start!r}, {float(until)!r}, {ROWS}, {steps}",
+            f"START, UNTIL, ROWS, STEPS = {defaults.start!r}, {float(until)!r}, {_ROWS}, {steps}",
             "",
         ]
     )

@@ -10,7 +10,7 @@ from lagrange_cli.emit.constants import (
     NEWTON_STEPS,
     RESIDUAL_AT_REST,
     RESIDUAL_ROUNDING,
-    UNEVEN,
+    UNEVEN_PIVOT,
 )
 from lagrange_cli.emit.template_files import filled, python_template
 
@@ -21,7 +21,7 @@ HELPERS = ("solve_saddle", "solve_banded", "residual", "coupled_residual")
 
 #: What they, and the others, are filled with.
 _CONSTANTS = {
-    "@UNEVEN@": repr(UNEVEN),
+    "@UNEVEN@": repr(UNEVEN_PIVOT),
     "@SMALL@": repr(LEAST_INERTIA),
     "@WIDEST@": str(LARGEST_EXPONENT),
 }

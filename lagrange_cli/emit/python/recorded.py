@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.recorded_inputs import (
-    ROUNDING,
+    RECORDED_ROUNDING,
     described_input,
     polynomial_row,
     recorded_inputs,
@@ -37,5 +37,5 @@ def python_recorded(equations: Equations) -> list[str]:
         lines.append("    ]),")
     return [
         "\n".join([*lines, "]", ""]),
-        python_template("recorded").replace("@ROUNDING@", repr(ROUNDING)),
+        python_template("recorded").replace("@ROUNDING@", repr(RECORDED_ROUNDING)),
     ]

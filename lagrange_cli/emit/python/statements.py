@@ -11,13 +11,13 @@ from lagrange_cli.program.printing import Dialect, expression_text
 from lagrange_cli.program.program import Constant, Operand, Product, Program, Variable, dependents
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 
-__all__ = ["ROUNDING", "WIDTH", "assigned", "joined", "solution", "symmetric"]
+__all__ = ["DOUBLE_ROUNDING", "LINE_WIDTH", "assigned", "operand_list", "solution", "symmetric"]
 
 #: Longer expressions are broken into lines.
-WIDTH = 84
+LINE_WIDTH = 84
 
 #: A pivot below this multiple of its diagonal entry is rounding error.
-ROUNDING = Fraction(1, 2**53)
+DOUBLE_ROUNDING = Fraction(1, 2**53)
 
 
 def solution(
@@ -62,9 +62,9 @@ def _band(
     dialect: Dialect,
 ) -> str:
     """Solve for the multipliers of a band."""
-    matrix = f"[{joined(entries, dialect)}]"
+    matrix = f"[{operand_list(entries, dialect)}]"
     band = f"np.array({matrix}, dtype=float).reshape({len(block.closures)}, -1)"
-    return f"a{number} = _solve_banded({band}, [{joined(drive, dialect)}])"
+    return f"a{number} = _solve_banded({band}, [{operand_list(drive, dialect)}])"
 
 
 def _dense_block(
@@ -80,10 +80,10 @@ def _dense_block(
     lines, text = symmetric(f"m{number}_", upper, block.size, dialect)
     lines.append(f"m{number} = {text}")
     if block.definite:
-        bound = f"{expression_text(Constant(ROUNDING), dialect)} * m{number}.diagonal()"
+        bound = f"{expression_text(Constant(DOUBLE_ROUNDING), dialect)} * m{number}.diagonal()"
         lines.append(f"d{number} = np.linalg.cholesky(m{number}).diagonal()")
         lines.append(f"if not (d{number} * d{number} > {bound}).all():\n{failure}")
-    vector = f"np.array([{joined(right, dialect)}], dtype=float)"
+    vector = f"np.array([{operand_list(right, dialect)}], dtype=float)"
     if block.closures:
         lines.append(f"b{number} = {vector}")
         solver = f"_solve_saddle(m{number}, b{number}, {len(block.coordinates)})"
@@ -118,7 +118,7 @@ def _pivot_tests(program: Program, dialect: Dialect) -> list[str]:
             pivot, scale = next(pivots)
             text = expression_text(pivot, dialect)
             if block.definite and k and not block.exact:
-                bound = expression_text(Product((Constant(ROUNDING), scale), ()), dialect)
+                bound = expression_text(Product((Constant(DOUBLE_ROUNDING), scale), ()), dialect)
                 tests.append(f"not {text} > {bound}")
             elif block.definite:
                 tests.append(f"not {text} > 0.0")
@@ -152,11 +152,11 @@ def assigned(assignments: Iterable[Assignment], dialect: Dialect) -> list[str]:
 
 def _statement(target: str, text: str) -> str:
     """An assignment, over several lines where it is long."""
-    if len(text) <= WIDTH:
+    if len(text) <= LINE_WIDTH:
         return f"{target} = {text}"
-    lines = wrap(text, WIDTH, break_long_words=False, break_on_hyphens=False)
+    lines = wrap(text, LINE_WIDTH, break_long_words=False, break_on_hyphens=False)
     return "\n            ".join([f"{target} = (", *lines]) + "\n        )"
 
 
-def joined(operands: Sequence[Operand], dialect: Dialect) -> str:
+def operand_list(operands: Sequence[Operand], dialect: Dialect) -> str:
     return ", ".join(expression_text(operand, dialect) for operand in operands)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from sympy import I, Integer, Symbol, nan, oo, zoo
 
-from lagrange_cli.emit.c.projection import workspace
+from lagrange_cli.emit.c.projection import workspace_size
 from lagrange_cli.emit.force_wording import force_columns
 from lagrange_cli.emit.python.functions import module_source, program_of
 from lagrange_cli.errors import InputError, Mark, NotRealError, Problem, placed
@@ -270,7 +270,7 @@ def _code(equations: Equations) -> Code:
         taylor="" if sided else taylor_source(programs),
         tables=lane_tables_source(programs),
         python=module_source(programs | _watched(equations)),
-        work=workspace(compiled),
+        work=workspace_size(compiled),
         factors=max(d.parameters for d in disturbed.values()) - len(equations.parameters),
         forces="" if forces is None else module_source({"outputs": forces}),
         singular=singular_source(equations),

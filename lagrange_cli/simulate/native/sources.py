@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lagrange_cli.emit.c.impact import reset_text
-from lagrange_cli.emit.c.loops import kernel_helpers
+from lagrange_cli.emit.c.impact import impact_text
+from lagrange_cli.emit.c.loops import loop_helpers
 from lagrange_cli.emit.c.module import blocks_of, function_text, functions_used
 from lagrange_cli.emit.c.names import CNames, Real, real_type
 from lagrange_cli.emit.c.projection import project_text, residual_text
@@ -36,7 +36,7 @@ def library_source(programs: Mapping[str, Program], real: Real = C_DOUBLE) -> st
     With those of :func:`lagrange_cli.program.constraint_programs.constraint_programs` there
     is ``system_project`` too, with those of ``contact_programs`` beside it
     ``system_contact_project``, ``system_events`` and ``system_reset``;
-    :func:`lagrange_cli.emit.c.projection.workspace` is the size of ``work`` that serves all of
+    :func:`lagrange_cli.emit.c.projection.workspace_size` is the size of ``work`` that serves all of
     them. The programs read parameters from an array at ``p``, of numbers of the type ``real``.
     """
     target = _target(programs, real)
@@ -46,11 +46,11 @@ def library_source(programs: Mapping[str, Program], real: Real = C_DOUBLE) -> st
         _parameter_type(programs, real),
         helper_text(used, target),
         solver_text(blocks_of(programs), target),
-        kernel_helpers(programs, target),
+        loop_helpers(programs, target),
         *(function_text(f, p, target) for f, p in programs.items()),
         residual_text(programs, target),
         *(project_text(programs, target, of) for of in ("", "contact_")),
-        reset_text(programs, target),
+        impact_text(programs, target),
         _both(programs),
         target.fill(c_template("table")),
     ]

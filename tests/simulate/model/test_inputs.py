@@ -12,7 +12,7 @@ import pytest
 from lagrange_cli import loads
 from lagrange_cli.cache import open_cache
 from lagrange_cli.emit.json_report import derivation_report
-from lagrange_cli.emit.latex.document import document
+from lagrange_cli.emit.latex.document import latex_document
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.errors import InputError
@@ -151,7 +151,7 @@ def test_reports(cart):
     ]
     assert report["equations"][0]["residual"] == "m*ddot(x) + k*x - k*u - f"
     assert "Inputs\n  u = A*sin(w*t)\n  f = c*t\n" in derivation_text(cart, ascii=True)
-    assert r"\section*{Inputs}" in document(cart)
+    assert r"\section*{Inputs}" in latex_document(cart)
 
 
 def emitted(equations):
