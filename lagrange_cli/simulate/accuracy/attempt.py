@@ -227,9 +227,9 @@ class Attempt:
         self._march_at = _March(**state["march"])
         self._given_up, self.run_seconds = state["given_up"], state["seconds"]
         known = True
-        for run, (of, atol) in zip(self._own_runs, state["runs"], strict=True):
+        for run, (run_state, atol) in zip(self._own_runs, state["runs"], strict=True):
             self._controls[run][0].atol[:] = atol
-            known = run.restore(of) and known
+            known = run.restore(run_state) and known
         return known
 
     @property
@@ -248,8 +248,8 @@ class Attempt:
         start, span = self._problem.start, self._problem.span
         try:
             while run.filled < samples and not self._spent(run):
-                rest = self._allowed(run) - run.evaluations
-                if not run.go(samples, most_evaluations=max(rest, 1.0)):
+                evaluations_left = self._allowed(run) - run.evaluations
+                if not run.go(samples, most_evaluations=max(evaluations_left, 1.0)):
                     break
                 watch((min(r.t for r in self._runs) - start) / span)
         finally:
@@ -320,15 +320,15 @@ class Attempt:
         switches = [run.switches for run in self._runs]
         near = _TUNING.close * self._eps * problem.span
         reached = [run.t for run in self._runs]
-        found = event_agreement(switches, reached, self._weights, problem.until, near)
+        agreed = event_agreement(switches, reached, self._weights, problem.until, near)
         grazes = Grazes(rhs, self._eps, self._coarse.scales[-1], problem.until)
         dips = [run.grazes for run in self._runs]
-        found = found.but(first_graze(dips, self._weights, min(reached), grazes))
+        agreed = agreed.but(first_graze(dips, self._weights, min(reached), grazes))
         if not self.complete:
-            return found
+            return agreed
         last, n = len(problem.times) - 1, len(problem.kinds)
         errors = self._errors(last, last + 1, None)[0, :n]
-        return found.also(
+        return agreed.also(
             *contacts_near_end(rhs, self.run.closed, problem.until, self.run.y, errors)
         )
 

@@ -112,11 +112,11 @@ def _first_step(problem: InitialValueProblem, push: Array) -> float:
     starts at its perihelion).
     """
     n, t, y = len(problem.kinds), problem.start, problem.y0
-    rest, h = y[n:], FIRST_STEP * problem.span
+    speeds, h = y[n:], FIRST_STEP * problem.span
     while h > _SMALLEST_STEP * max(problem.span, abs(t)):
         change = np.abs(problem.rhs(t + h, _fallen(y, push, h))[n:] - push)
         steady = change <= _STEADY * np.abs(push)
-        if (steady | (h * np.abs(push) <= np.abs(rest))).all():
+        if (steady | (h * np.abs(push) <= np.abs(speeds))).all():
             break
         h *= _SHRINK
     return h
@@ -141,11 +141,11 @@ class CoarseRun:
         self._spent = [(problem.start, 0)]
         self._longest, self._closest = 0.0, np.ones(len(problem.kinds))
         n = len(problem.kinds)
-        rest = problem.y0[n:]
+        speeds = problem.y0[n:]
         push = problem.rhs(problem.start, problem.y0)[n:]
         longest = longest_step(problem, reach)
         h = longest if reach else _first_step(problem, push)
-        first = np.concatenate([np.abs(rest) * h + np.abs(push) * (h * h), np.abs(push) * h])
+        first = np.concatenate([np.abs(speeds) * h + np.abs(push) * (h * h), np.abs(push) * h])
         first = np.where(np.isfinite(first), first, 0.0)
         self._moved = np.stack([np.zeros_like(first), first])
         self._atol = np.maximum(self._tolerance * self.seen(), LEAST)

@@ -62,14 +62,14 @@ class RunningEstimate:
         if not self._seen:
             ratios[0] = 0.0  # the start is given
         good = np.flatnonzero(ratios < self._eps)
-        rest = float(ratios[-1] / self._eps), each[-1], scales[-1].copy()
+        newest = float(ratios[-1] / self._eps), each[-1], scales[-1].copy()
         if len(good):
             at = int(good[-1])
-            held = self._seen + at + 1, float(ratios[at]), scales[at]
+            kept = self._seen + at + 1, float(ratios[at]), scales[at]
         else:
             before = self.estimate
-            held = before.samples, before.estimate, before.scales
-        self._found = ErrorEstimate(*held, *rest)
+            kept = before.samples, before.estimate, before.scales
+        self._found = ErrorEstimate(*kept, *newest)
         self._seen += len(states)
 
     @property

@@ -69,8 +69,8 @@ class EventAgreement:
         """The largest error of an event up to each time, as a part of the span."""
         order = np.argsort(self.times)
         largest = np.maximum.accumulate(np.concatenate([[0.0], self.errors[order] / span]))
-        found = largest[np.searchsorted(self.times[order], t, side="right")]
-        return np.where(t < self.broken, found, np.inf)
+        so_far = largest[np.searchsorted(self.times[order], t, side="right")]
+        return np.where(t < self.broken, so_far, np.inf)
 
     def but(self, graze: tuple[float, int] | None) -> EventAgreement:
         """With a time from which on runs cannot tell whether a contact is struck."""
@@ -121,14 +121,14 @@ def event_agreement(
     broken: dict[int, float] = {}
     until = min(reached)
     for contact in sorted({s.contact for run in runs for s in run}):
-        own = [[s for s in run if s.contact == contact] for run in runs]
-        together = zip(*own, strict=False)
+        of_contact = [[s for s in run if s.contact == contact] for run in runs]
+        together = zip(*of_contact, strict=False)
         alike = list(takewhile(lambda same: len({s.kind for s in same}) == 1, together))
         at = np.array([[s.t for s in same] for same in alike]).reshape(-1, len(runs))
         errors = np.abs(at - at[:, :1]) @ np.asarray(weights)
         jumps = (any(s.jumps for s in same) for same in alike)
         matched += zip(at[:, 0].tolist(), errors.tolist(), jumps, strict=True)
-        further = [run[len(alike)] for run in own if len(run) > len(alike)]
+        further = [run[len(alike)] for run in of_contact if len(run) > len(alike)]
         if not further:
             continue
         first = min(s.t for s in further)

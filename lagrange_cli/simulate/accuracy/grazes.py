@@ -79,9 +79,9 @@ def first_graze(
     reached
         How far all runs have come.
     """
-    found = []
-    for number, own in enumerate(runs):
-        for dip in own:
+    unclear = []
+    for number, dips in enumerate(runs):
+        for dip in dips:
             if dip.t > reached:
                 continue
             spread = _spread(dip, runs, weights, grazes) if number == 0 else None
@@ -93,8 +93,8 @@ def first_graze(
             depth = abs(dip.least) + margin
             if abs(dip.least) <= margin and grazes.matters(dip, depth):
                 before = np.sqrt(2 * depth / dip.bend) if dip.bend > 0 else 0.0
-                found.append((float(dip.t - before), dip.contact))
-    return min(found, default=None)
+                unclear.append((float(dip.t - before), dip.contact))
+    return min(unclear, default=None)
 
 
 def _spread(
@@ -105,11 +105,11 @@ def _spread(
 ) -> float:
     """Return the weighted distances of companions from the run in the least value of a gap."""
     spread = 0.0
-    for of, weight in zip(runs[1:], weights[1:], strict=True):
-        other = _nearest(dip, of)
-        if other is None:
+    for dips, weight in zip(runs[1:], weights[1:], strict=True):
+        nearest = _nearest(dip, dips)
+        if nearest is None:
             return grazes.most(dip)
-        spread += weight * abs(other.least - dip.least)
+        spread += weight * abs(nearest.least - dip.least)
     return spread
 
 

@@ -152,29 +152,29 @@ def coarse_result(
     many = isinstance(problem.times, Grid)
     stride = -(-len(problem.times) * len(problem.y0) // _MOST) if many else 1
     problem, spent = replace(watching(problem), times=decimated(problem.times, stride)), 0
-    sight = AnalyticDiscs(problem)
+    discs = AnalyticDiscs(problem)
     # What has a kink is analytic in no disc around it.
     looks = looks and surfaces_of(problem.rhs) is None
-    reach = sight.first(CoarseRun(problem, watch, COARSE).places[0]) if looks else 0.0
+    reach = discs.first(CoarseRun(problem, watch, COARSE).places[0]) if looks else 0.0
     for coarse in COARSE_TOLERANCES:
-        tracker, run, method, more = _tracked(problem, coarse, tolerance, reach, watch)
+        coarse_run, run, method, more = _tracked(problem, coarse, tolerance, reach, watch)
         spent += more
-        while not tracker.shown(seen := tracker.see(sight, tolerance)):
+        while not coarse_run.shown(seen := coarse_run.see(discs, tolerance)):
             reach = seen
-            tracker, run, method, more = _tracked(problem, coarse, tolerance, reach, watch)
+            coarse_run, run, method, more = _tracked(problem, coarse, tolerance, reach, watch)
             spent += more
         reach = seen
-        if not tracker.too_close:
+        if not coarse_run.too_close:
             break
     longest = longest_step(problem, reach)
     if longest > problem.longest_step:
         few = few_steps(problem, reach)
-        method, trial = _method_of_tame(problem, method, tolerance, tracker if few else None)
+        method, trial = _method_of_tame(problem, method, tolerance, coarse_run if few else None)
         spent += trial
-    scales, noise = tracker.scales(run), _noise(problem, run, tracker.step_at)
-    closest, first_step = tracker.closest, tracker.first_step
-    between = tracker.between(run)
-    sharp = tracker.explicit.remade + run.remade > 0
+    scales, noise = coarse_run.scales(run), _noise(problem, run, coarse_run.step_at)
+    closest, first_step = coarse_run.closest, coarse_run.first_step
+    between = coarse_run.between(run)
+    sharp = coarse_run.explicit.remade + run.remade > 0
     return CoarseResult(
         scales, noise, closest, method, first_step, longest, spent, between, stride, sharp
     )
@@ -184,10 +184,10 @@ def _method_of_tame(
     problem: InitialValueProblem,
     method: type[Integrator],
     tolerance: float,
-    tracker: CoarseRun | None,
+    coarse_run: CoarseRun | None,
 ) -> tuple[type[Integrator], int]:
     """Select the method of fewest right-hand sides for long steps; return it and what the trial
-    took. ``tracker``: the coarse run if it was at the tolerance to come, else None.
+    took. ``coarse_run``: the coarse run if it was at the tolerance to come, else None.
 
     Steps as long as the motion is tame take many iterations of Gauss16; but where constraints
     are kept, fewer steps are fewer projections.
@@ -196,24 +196,24 @@ def _method_of_tame(
     suits = isinstance(rhs, NativeRhs) and input_pieces(rhs) is None
     if method.name not in names or not suits or tolerance > _FINE:
         return method, 0
-    if tracker is None:
+    if coarse_run is None:
         return INTEGRATORS[names[not suits_gauss(rhs)]], 0
     by_gauss, cost = False, 0
-    if suits_gauss(rhs) and tracker.explicit.evaluations > _WORTH_TRYING:
-        by_gauss, cost = _cheaper_by_gauss(problem, tracker)
+    if suits_gauss(rhs) and coarse_run.explicit.evaluations > _WORTH_TRYING:
+        by_gauss, cost = _cheaper_by_gauss(problem, coarse_run)
     return INTEGRATORS[names[by_gauss]], cost
 
 
-def _cheaper_by_gauss(problem: InitialValueProblem, tracker: CoarseRun) -> tuple[bool, int]:
+def _cheaper_by_gauss(problem: InitialValueProblem, coarse_run: CoarseRun) -> tuple[bool, int]:
     """Tell if Gauss16 takes fewer right-hand sides for half of the way than the coarse run; return
     that and what the trial took."""
-    trial = Run(INTEGRATORS["Gauss16"], problem, tracker.control_of_trial)
-    half, most = 1 + len(problem.times) // 2, tracker.explicit.evaluations
+    trial = Run(INTEGRATORS["Gauss16"], problem, coarse_run.control_of_trial)
+    half, most = 1 + len(problem.times) // 2, coarse_run.explicit.evaluations
     while trial.filled < half and trial.evaluations < most:
         if not trial.go(half, most_evaluations=most - trial.evaluations):
             break
     reached = trial.failure is None and trial.filled >= half
-    return reached and trial.evaluations < tracker.spent_until(trial.t), trial.evaluations
+    return reached and trial.evaluations < coarse_run.spent_until(trial.t), trial.evaluations
 
 
 def _tracked(
@@ -221,25 +221,25 @@ def _tracked(
 ) -> tuple[CoarseRun, Run, type[Integrator], int]:
     """A coarse run with sight of so much, the method for further ones, and what both cost."""
     finer = min(coarse, tolerance) if few_steps(problem, reach) else coarse
-    tracker = CoarseRun(problem, watch, finer, reach)
-    run, method, trial = _followed(problem, tracker, tolerance, watch)
-    return tracker, run, method, trial + run.evaluations
+    coarse_run = CoarseRun(problem, watch, finer, reach)
+    run, method, trial = _followed(problem, coarse_run, tolerance, watch)
+    return coarse_run, run, method, trial + run.evaluations
 
 
 def _followed(
-    problem: InitialValueProblem, tracker: CoarseRun, tolerance: float, watch: Watch
+    problem: InitialValueProblem, coarse_run: CoarseRun, tolerance: float, watch: Watch
 ) -> tuple[Run, type[Integrator], int]:
     """A coarse run to the end, the method for further ones, and what it cost to find that."""
-    run, method = tracker.explicit, explicit_method(problem, tolerance)
-    if tracker.go(run, _PROBE_AFTER) or tracker.too_close:
+    run, method = coarse_run.explicit, explicit_method(problem, tolerance)
+    if coarse_run.go(run, _PROBE_AFTER) or coarse_run.too_close:
         return run, method, 0
-    least = NOISE_PART * noise_of_step(problem, run.t, run.y, tracker.step_at(run.t))
-    probed = stiffness_trial(problem, run.t, run.y, tolerance, tracker.seen(), least, watch)
+    least = NOISE_PART * noise_of_step(problem, run.t, run.y, coarse_run.step_at(run.t))
+    probed = stiffness_trial(problem, run.t, run.y, tolerance, coarse_run.seen(), least, watch)
     spent = probed.evaluations
     if probed.stiff:
         method, spent = INTEGRATORS["Radau"], spent + run.evaluations
-        run = tracker.implicit()
-    tracker.go(run, None)
+        run = coarse_run.implicit()
+    coarse_run.go(run, None)
     return run, method, spent
 
 

@@ -51,4 +51,4 @@ def _on_one_side(*sides: Rhs, t: float, y: Array) -> list[Rhs]:
         return list(sides)
     around = surfaces.around(t, y)
     every = [surfaces_of(rhs) for rhs in sides]
-    return [of.side(around) for of in every if of is not None]
+    return [surface.side(around) for surface in every if surface is not None]

@@ -49,7 +49,7 @@ def stiffness_trial(
 
     ``least``: the smallest absolute tolerance, below which steps only chase rounding.
     """
-    rest = replace(problem, y0=y, times=np.array([t, problem.until]))
+    remaining = replace(problem, y0=y, times=np.array([t, problem.until]))
     tolerance = max(tolerance, _FINEST)
     n = len(problem.kinds)
     reached, evaluations = [], 0
@@ -60,8 +60,8 @@ def stiffness_trial(
             first_step=problem.span * _FIRST_STEP,
             max_step=problem.longest_step,
         )
-        run = Run(INTEGRATORS[name], rest, control)
-        while run.go(len(rest.times), most_evaluations=_LONGEST_TRIAL - run.evaluations):
+        run = Run(INTEGRATORS[name], remaining, control)
+        while run.go(len(remaining.times), most_evaluations=_LONGEST_TRIAL - run.evaluations):
             watch((t - problem.start) / problem.span)
             if run.evaluations >= _LONGEST_TRIAL:
                 break

@@ -46,7 +46,7 @@ def integrate_with_method(
     started = time.perf_counter()
     with np.errstate(all="ignore"):
         try:
-            coarse = _pilot_if_needed(problem, request, watch, keeper)
+            coarse = _coarse_result_if_needed(problem, request, watch, keeper)
         except (StoppedError, KeyboardInterrupt):
             return start_alone(problem, time.perf_counter() - started)
         method = request.method or (coarse.method if coarse else INTEGRATORS["DOP853"])
@@ -75,8 +75,8 @@ def _begin(run: Run, keeper: CheckpointWriter, coarse: CoarseResult | None) -> N
     keeper.require(run.method)
     if keeper.before is not None and not run.restore(keeper.before["run"]):
         raise keeper.damaged()
-    pilot = None if coarse is None else coarse.state()
-    keeper.keep(lambda: {"pilot": pilot, "run": run.state()})
+    coarse_state = None if coarse is None else coarse.state()
+    keeper.keep(lambda: {"pilot": coarse_state, "run": run.state()})
 
 
 def measured_run(run: Run, problem: InitialValueProblem) -> Measured:
@@ -109,7 +109,7 @@ def _go(run: Run, problem: InitialValueProblem, watch: Callable[[float], None]) 
     return False
 
 
-def _pilot_if_needed(
+def _coarse_result_if_needed(
     problem: InitialValueProblem, request: Request, watch: Watch, keeper: CheckpointWriter | None
 ) -> CoarseResult | None:
     """The coarse run, where scales for ``atol`` or a method are wanted of it."""

@@ -178,26 +178,28 @@ class _Follower:
     def run(self, start: Array | None, n: int) -> ContinuedCoordinates:
         t, r, w, _ = self.samples
         if start is None:
-            found = self._begun(n)
+            points = self._begun(n)
         else:
             here = self._arrive(float(t[0]), start[:n], r[0], w[0])
             self._at_rest(self._jacobian(float(t[0]), start[:n])[0])
             # Coordinates that are given stay, also where they are one choice of several.
-            found = [replace(here, q=start[:n], v=start[n:], amplification=np.zeros(n))]
+            points = [replace(here, q=start[:n], v=start[n:], amplification=np.zeros(n))]
         try:
-            for k in range(len(found), len(t)):
+            for k in range(len(points), len(t)):
                 between = (k - 1, k)
-                found.append(self._advance(found[-1], float(t[k]), r[k], w[k], between, _HALVINGS))
+                points.append(
+                    self._advance(points[-1], float(t[k]), r[k], w[k], between, _HALVINGS)
+                )
         except _GivenUpError:
             pass
         except _UnknownError:
             # What was chosen since the place was reached is not known either.
             self.unknown = self._before.t if self._before is not None else float(t[0])
-            found = [p for p in found if p.t <= self.unknown]
+            points = [p for p in points if p.t <= self.unknown]
         return ContinuedCoordinates(
-            np.array([p.q for p in found]),
-            np.array([p.v for p in found]),
-            np.array([p.amplification for p in found]),
+            np.array([p.q for p in points]),
+            np.array([p.v for p in points]),
+            np.array([p.amplification for p in points]),
             tuple(self.lost),
             self.unknown,
         )
@@ -211,16 +213,16 @@ class _Follower:
     def _begun(self, n: int) -> list[_Point]:
         """Points up to the first that can be told, those before it empty."""
         t, r, w, _ = self.samples
-        found: list[_Point] = []
+        points: list[_Point] = []
         for k in range(len(t)):
             guesses = [np.full(n, x) for x in _GUESSES]
             tried = [self._arrive(float(t[k]), guess, r[k], w[k]) for guess in guesses]
             clear = [p for p in tried if p.clear and np.isfinite(p.amplification).all()]
             if clear:
-                return [*found, min(clear, key=lambda p: float(np.abs(p.q).max()))]
+                return [*points, min(clear, key=lambda p: float(np.abs(p.q).max()))]
             none = np.full(n, np.nan)
-            found.append(replace(tried[0], q=none, v=none, amplification=np.full(n, np.inf)))
-        return found
+            points.append(replace(tried[0], q=none, v=none, amplification=np.full(n, np.inf)))
+        return points
 
     def _advance(
         self, here: _Point, t: float, r: Array, w: Array, between: tuple[int, int], halvings: int
@@ -295,13 +297,13 @@ class _Follower:
         sense = float(np.sign(self.turning.rates[number]))
         guess = before.q.copy()
         guess[number] += sense * np.pi
-        found = self._arrive(there.t, guess, there.r, there.w)
-        turn = sense * float(found.q[number] - before.q[number])
-        alike = _alikeness(before.jacobian, found.jacobian) >= _ALIKE
-        if not (before.clear and found.clear and alike and 0 < turn < np.pi + _BEYOND):
+        turned = self._arrive(there.t, guess, there.r, there.w)
+        turn = sense * float(turned.q[number] - before.q[number])
+        alike = _alikeness(before.jacobian, turned.jacobian) >= _ALIKE
+        if not (before.clear and turned.clear and alike and 0 < turn < np.pi + _BEYOND):
             raise _UnknownError
         self._before = None
-        return found
+        return turned
 
     @staticmethod
     def _is_accounted_for(here: _Point, there: _Point, step: float) -> bool:

@@ -47,8 +47,8 @@ def parameters_of(model: Model) -> list[float]:
 
 def _factors(model: Model, t: Array, states: Array) -> Array:
     """Numbers that vanish where the coordinates are singular, shape (m, places)."""
-    given, function = parameters_of(model), functions_of(model.code.singular)["outputs"]
-    rows = [function(s, y, given) for s, y in zip(t.tolist(), states, strict=True)]
+    parameters, function = parameters_of(model), functions_of(model.code.singular)["outputs"]
+    rows = [function(s, y, parameters) for s, y in zip(t.tolist(), states, strict=True)]
     return np.array(rows, dtype=float).reshape(len(t), -1)
 
 
@@ -76,7 +76,7 @@ def first_passage(
 ) -> SingularPassage | None:
     """The first place that samples, of shapes (m,) and (m, 2n), passed or ended at."""
     passed, near = _barred(model, times, states)
-    found = []
+    passages = []
     for number, place in enumerate(model.singular):
         if near.moves[number]:
             closest = near.closest[number]
@@ -85,10 +85,10 @@ def first_passage(
                 passed.setdefault(number, closest)
                 passed[number] = min(passed[number], closest)
         if number in passed:
-            found.append(SingularPassage(place, passed[number] + 1, passed=True))
+            passages.append(SingularPassage(place, passed[number] + 1, passed=True))
         elif status not in ("ok", "stopped") and near.ends(number):
-            found.append(SingularPassage(place, len(states), passed=False))
-    return min(found, key=lambda met: met.samples, default=None)
+            passages.append(SingularPassage(place, len(states), passed=False))
+    return min(passages, key=lambda met: met.samples, default=None)
 
 
 class _Near:
@@ -147,9 +147,9 @@ def _unresolved(model: Model, t: float, state: Array, number: int) -> float:
     n = len(model.coordinates)
     beside = [state + row for row in np.diag(np.spacing(np.abs(state)))[:n]]
     times = np.full(n + 1, t)
-    own, *others = _factors(model, times, np.array([state, *beside]))[:, number].tolist()
-    change = sum(abs(other - own) for other in others)
-    return change / abs(own) if own else float("inf") if change else 0.0
+    factor, *moved = _factors(model, times, np.array([state, *beside]))[:, number].tolist()
+    change = sum(abs(value - factor) for value in moved)
+    return change / abs(factor) if factor else float("inf") if change else 0.0
 
 
 def _is_barred(

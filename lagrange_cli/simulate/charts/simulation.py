@@ -206,9 +206,9 @@ def _in_other(
     kept = set(place.lost) & set(model.coordinates)
     if model.chart is None or (kept and not place.ends):
         return None
-    found = _with_chart(model, model.chart, options, context)
+    run = _with_chart(model, model.chart, options, context)
     said = f"in {model.formulation} form: the coordinates are singular where {place.where}"
-    return replace(found, remarks=(said, *found.remarks))
+    return replace(run, remarks=(said, *run.remarks))
 
 
 def _with_chart(
@@ -220,12 +220,12 @@ def _with_chart(
     request = context.resolved(model, options)
     if not gone:
         return integrate(model, request, context)
-    run, found, every = _run_and_followed(model, chart, request, context)
-    own = _own_columns(chart, gone, found, run)
-    run = _thinned(replace(run, columns=own | dict(run.columns)), every)
-    if not found.lost:
+    run, continued, every = _run_and_followed(model, chart, request, context)
+    former = _own_columns(chart, gone, continued, run)
+    run = _thinned(replace(run, columns=former | dict(run.columns)), every)
+    if not continued.lost:
         return run
-    return replace(run, remarks=(*run.remarks, _choice(gone, found.lost[0][0])))
+    return replace(run, remarks=(*run.remarks, _choice(gone, continued.lost[0][0])))
 
 
 def _run_and_followed(
@@ -242,9 +242,9 @@ def _run_and_followed(
     while True:
         run = _thinned(whole, fine // every)
         begun = time.perf_counter()
-        found = _follow(model, chart, run, deadline)
+        continued = _follow(model, chart, run, deadline)
         spent += time.perf_counter() - begun
-        finer = grid.every(_wanted(chart, found, run, grid.intervals * every))
+        finer = grid.every(_wanted(chart, continued, run, grid.intervals * every))
         if every < finer <= fine:
             every = fine
             continue
@@ -255,9 +255,11 @@ def _run_and_followed(
         every = fine = finer
         request, context = replace(request, budget=left), replace(context, progress=None)
         whole = integrate(model, request, context, every=every)
-    run = _with_costs(_as_far_as(chart, found, run, deadline), before)
+    run = _with_costs(_as_far_as(chart, continued, run, deadline), before)
     m = len(run.t)
-    known = replace(found, q=found.q[:m], v=found.v[:m], amplification=found.amplification[:m])
+    known = replace(
+        continued, q=continued.q[:m], v=continued.v[:m], amplification=continued.amplification[:m]
+    )
     return replace(run, seconds={**run.seconds, "follow": spent}), known, every
 
 
@@ -311,9 +313,9 @@ def _with_costs(run: Trajectory, before: Sequence[Trajectory]) -> Trajectory:
     """With the costs of runs that it replaces."""
     return replace(
         run,
-        all_evaluations=run.all_evaluations + sum(other.all_evaluations for other in before),
+        all_evaluations=run.all_evaluations + sum(replaced.all_evaluations for replaced in before),
         seconds={
-            name: value + sum(other.seconds.get(name, 0.0) for other in before)
+            name: value + sum(replaced.seconds.get(name, 0.0) for replaced in before)
             for name, value in run.seconds.items()
         },
     )
@@ -361,7 +363,7 @@ def _follow(
     model: Model, chart: FormerChart, run: Trajectory, deadline: float
 ) -> ContinuedCoordinates:
     """Former coordinates along a run."""
-    functions, given = functions_of(chart.python), parameters_of(model)
+    functions, parameters = functions_of(chart.python), parameters_of(model)
     names = model.coordinates
     relative = (run.estimated or 0.0) + float(np.finfo(float).eps)
     samples = KnownMotion(
@@ -374,8 +376,8 @@ def _follow(
         samples,
         None if chart.start is None else np.array(chart.start),
         len(chart.coordinates),
-        lambda t, y: functions["positions"](t, y, given),
-        lambda t, y: functions["velocities"](t, y, given),
+        lambda t, y: functions["positions"](t, y, parameters),
+        lambda t, y: functions["velocities"](t, y, parameters),
         deadline,
         _turning(chart),
     )

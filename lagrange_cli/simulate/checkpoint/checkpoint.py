@@ -56,15 +56,15 @@ def identity(model: Model, request: Request, functions: RightHandSide) -> dict[s
     """All that a result depends on, as values that JSON holds."""
     equations = model.to_json()
     apart = ("parameters", "initial", "defaults", "recordings")
-    given = {name: equations.pop(name) for name in apart}
+    numbers = {name: equations.pop(name) for name in apart}
     pieces = functions.drive.pieces if functions.drive is not None else None
     return {
         "program": (__version__, fingerprint()),
         "code": functions.implementation,
         "scene": digest(json.dumps(equations, sort_keys=True)),
         "inputs": pieces and digest(pieces.starts.tobytes(), pieces.rows.tobytes()),
-        "parameters": {p["name"]: p["value"] for p in given["parameters"]},
-        "initial": dict(zip(_names(model), given["initial"], strict=True)),
+        "parameters": {p["name"]: p["value"] for p in numbers["parameters"]},
+        "initial": dict(zip(_names(model), numbers["initial"], strict=True)),
         "options": _options(request),
     }
 
@@ -181,7 +181,7 @@ class CheckpointWriter:
             Its state is out of reach.
         """
         if not method.resumes:
-            can = ", ".join(name for name, other in INTEGRATORS.items() if other.resumes)
+            can = ", ".join(name for name, integrator in INTEGRATORS.items() if integrator.resumes)
             raise _refused(
                 f"{method.name} cannot be interrupted and go on: its state is out of reach",
                 f"--method BDF\nmethods that can: {can}",
@@ -209,8 +209,8 @@ class CheckpointWriter:
             if file.read(len(MAGIC)) != MAGIC:
                 raise DamagedError
             file.seek(0)
-            found = deserialize(file.read())
-        return found["run"], found["state"]
+            content = deserialize(file.read())
+        return content["run"], content["state"]
 
     def _read(self) -> SavedState:
         try:

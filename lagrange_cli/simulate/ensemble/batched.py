@@ -3,7 +3,7 @@
 The promise is kept as for a single run (:mod:`.accuracy.controller`): the run is compared with a
 looser companion, with given numbers and operations off by their rounding. Where that alone does not
 show the accuracy with a wide margin, there is a second one of one order more and half the
-tolerance, disturbed in another way. All are Taylor series, whose steps follow from their own
+tolerance, perturbed in another way. All are Taylor series, whose steps follow from their own
 coefficients, so that no coarse run is needed before. A member for which this does not show the
 accuracy is left to a single run, which has more means.
 """
@@ -82,7 +82,7 @@ _FORGIVEN = 1e-2
 #: The same at least.
 _FORGIVEN_AT_LEAST = 1e-13
 
-#: The longest step of the disturbed run beside that of the run.
+#: The longest step of the perturbed companion beside that of the run.
 _SHORTER = 0.8
 
 #: The tolerance of the looser run beside that of the run.
@@ -96,7 +96,7 @@ _WEIGHTS = {1: (20.0,), 2: (2.0, 3.0), 8: (0.25,) * 8}
 #: take as long as one: a lane each.
 _MORE_PATTERNS = range(3, 9)
 
-#: The tolerance of the disturbed run beside the run's: its steps fall on other times.
+#: The tolerance of the perturbed companion beside the run's: its steps fall on other times.
 _OTHER_STEPS = 0.5
 
 #: The tolerance below which a run has two companions: rounding may be what moves it.
@@ -287,13 +287,13 @@ class BatchedMembers:
         own = own.only(np.flatnonzero(possible))
 
         def followed(runs: BatchedRuns, patterns: Sequence[int], how: TaylorSteps) -> BatchedRuns:
-            """Those runs, with a further companion disturbed by each pattern."""
+            """Those runs, with a further companion perturbed by each pattern."""
             if len(runs.numbers) == 0:
                 return runs
             given = [
                 (
                     each_off_by_one_ulp(starts[runs.numbers], pattern),
-                    self._disturbed(parameters[runs.numbers], pattern, motions.real),
+                    self._perturbed(parameters[runs.numbers], pattern, motions.real),
                 )
                 for pattern in patterns
             ]
@@ -313,11 +313,11 @@ class BatchedMembers:
         if tolerance >= _LEAST_OF_ONE:
             yield own.decided(eps)
             own = own.undecided(eps)
-        disturbed = self._steps(_OTHER_STEPS * tolerance, 1, _SHORTER)
-        own = followed(own, [2], disturbed)
+        perturbed = self._steps(_OTHER_STEPS * tolerance, 1, _SHORTER)
+        own = followed(own, [2], perturbed)
         if motions is self.motions and tolerance <= _SMALLEST_TOLERANCE:
             yield own.decided(eps)
-            own = followed(own.undecided(eps), _MORE_PATTERNS, disturbed)
+            own = followed(own.undecided(eps), _MORE_PATTERNS, perturbed)
         yield own
 
     def _beside(self, runs: BatchedRuns, found: BatchedMotions, order: int) -> BatchedRuns:
@@ -348,7 +348,7 @@ class BatchedMembers:
         ratios = np.where(np.isnan(errors), np.inf, errors) / scales
         return np.asarray(ratios.max(axis=1, initial=0.0))
 
-    def _disturbed(self, parameters: Array, pattern: int, real: NativeReal) -> Any:
+    def _perturbed(self, parameters: Array, pattern: int, real: NativeReal) -> Any:
         """Parameters off by their rounding error, then the factors of a pattern."""
         factors = rounding_factors(self.model.code.factors, pattern, real)
         off = each_off_by_one_ulp(parameters, pattern)

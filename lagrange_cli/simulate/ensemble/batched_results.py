@@ -51,8 +51,8 @@ class Known:
         if which.all():
             return self
         columns, scales, figures = (
-            {name: values[which] for name, values in of.items()}
-            for of in (self.columns, self.scales, self.figures)
+            {name: values[which] for name, values in arrays.items()}
+            for arrays in (self.columns, self.scales, self.figures)
         )
         return Known(self.numbers[which], columns, scales, figures, self.words)
 
@@ -199,8 +199,8 @@ def _moved_by(states: Array, errors: Array) -> Array:
     """States (m, k, 2n) and behind each those with a number moved by its error, up and then down,
     shape (m, k, 1 + 4n, 2n)."""
     moves = errors[..., None, :] * np.eye(states.shape[2])
-    own = states[..., None, :]
-    return np.concatenate([own, own + moves, own - moves], axis=2)
+    unmoved = states[..., None, :]
+    return np.concatenate([unmoved, unmoved + moves, unmoved - moves], axis=2)
 
 
 def _moved(found: Known | Missed, by: int) -> Known | Missed:
@@ -234,5 +234,5 @@ def batched_results(
         model.kinds,
         autonomous=model.facts["autonomous"],
     )
-    found = batched_members(model, problem, open_cache())
-    return None if found is None else BatchedResults(model, request, found, extra)
+    members = batched_members(model, problem, open_cache())
+    return None if members is None else BatchedResults(model, request, members, extra)

@@ -92,13 +92,13 @@ class BlockBuilder:
             self._left.pop(number, None)
             for name, word in part.words.items():
                 self._words[name][number] = word
-        for found, of in (
+        for gathered, added in (
             (self._given, part.given),
             (self._scales, part.scales),
             (self._figures, part.figures),
         ):
-            for name, values in of.items():
-                found.setdefault(name, np.full(self._shape[0], np.nan))[part.numbers] = values
+            for name, values in added.items():
+                gathered.setdefault(name, np.full(self._shape[0], np.nan))[part.numbers] = values
         if self._wanted:
             self._add(part.columns)
             for name, column in self._columns.items():

@@ -120,11 +120,11 @@ def numeric_values(scene: Scene) -> tuple[dict[str, float | None], dict[str, flo
 
 def varied_parameters(scene: Scene, own: MemberValues) -> set[str]:
     """Parameters whose value differs between members: their own, and what rests on it."""
-    found, before = set(own.parameters), set[str]()
-    while found != before:
-        before = set(found)
-        found |= {p.name for p in scene.parameters if _names(p.value) & found}
-    return found
+    varied, before = set(own.parameters), set[str]()
+    while varied != before:
+        before = set(varied)
+        varied |= {p.name for p in scene.parameters if _names(p.value) & varied}
+    return varied
 
 
 def _names(expression: Any) -> set[str]:

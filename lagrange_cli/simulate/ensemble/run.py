@@ -253,17 +253,17 @@ def _runner(plan: Plan) -> _Runner:
 def run_block(task: Task) -> MemberBlock | None:
     """Run the members of a task; None where an interrupt reached it."""
     runner = _runner(task.plan)
-    found = runner.gathering(task)
+    builder = runner.gathering(task)
     try:
-        runner.decide(task, found, lambda: None)
+        runner.decide(task, builder, lambda: None)
     except KeyboardInterrupt:
         return None
-    for single in _singles(task, found):
+    for single in _singles(task, builder):
         part = _run_single(single)
         if part.words["status"] == "stopped":
             return None
-        found.take(part)
-    return found.block(task.number)
+        builder.take(part)
+    return builder.block(task.number)
 
 
 def _run_in_thread(both: tuple[Task, BlockBuilder], aside: Aside) -> MemberBlock | None:
@@ -356,8 +356,8 @@ def run_blocks(tasks: Sequence[Task], jobs: int | None) -> Iterator[MemberBlock 
 def _kept(tasks: Sequence[Task], store: Store, jobs: int | None) -> Iterator[int]:
     """The number of each block, as soon as it is kept."""
     blocks = run_blocks(tasks, jobs)
-    with closing(_iterated(blocks)) as found:
-        for block in found:
+    with closing(_iterated(blocks)) as finished:
+        for block in finished:
             if block is None:
                 raise KeyboardInterrupt
             store.keep(block)

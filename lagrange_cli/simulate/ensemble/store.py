@@ -90,8 +90,8 @@ class Store:
         """Read the finished blocks of an earlier run; what cannot be read is not finished."""
         assert self.folder is not None
         for path in sorted(self.folder.iterdir()):
-            found = _BLOCK.fullmatch(path.name)
-            number = int(found[1]) if found else len(sizes)
+            match = _BLOCK.fullmatch(path.name)
+            number = int(match[1]) if match else len(sizes)
             if number < len(sizes):
                 block = _unpacked(path, number, sizes[number])
                 if block is not None:

@@ -225,5 +225,5 @@ class Trajectory:
 
 def _reported(event: Event) -> dict[str, Any]:
     """An event as JSON."""
-    found = {"t": event.t, "name": event.name, "state": dict(event.state)}
-    return found if event.before is None else {**found, "before": dict(event.before)}
+    report = {"t": event.t, "name": event.name, "state": dict(event.state)}
+    return report if event.before is None else {**report, "before": dict(event.before)}

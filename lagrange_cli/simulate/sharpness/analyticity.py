@@ -163,15 +163,15 @@ class _Places:
 
     def clear(self, side: Rhs, rhs: Rhs) -> _Flags:
         """Whether motions by the slopes of a ``side`` of all are shown to be tame."""
-        of = expressions(side)
-        if of is None:
+        traced = expressions(side)
+        if traced is None:
             raise UnfitError("its equations are not to be had as expressions")
         slopes = np.array([side(t, y) for t, y in zip(self._t.tolist(), self._y, strict=True)])
         states = self._first(np.abs(slopes))
         most = np.maximum(_LARGEST * self._of_kind(states), self._scales)
         lost = ~np.isfinite(slopes).all(axis=1)
         for _ in range(_ROUNDS):
-            needed = self._needed(of, states)
+            needed = self._needed(traced, states)
             lost |= ~(needed <= most).all(axis=1)
             inside = np.asarray((needed <= states).all(axis=1))
             if (lost | inside).all():
@@ -179,7 +179,7 @@ class _Places:
             states = np.where(inside[:, None], states, np.fmax(states, _MARGIN * needed))
         clear = inside & ~lost
         if isinstance(rhs, HybridRhs) and clear.any():
-            clear &= self._falls_tamely(rhs, self._tightened(of, states))
+            clear &= self._falls_tamely(rhs, self._tightened(traced, states))
         return np.asarray(clear)
 
     def _tightened(self, of: Expressions, states: Array) -> Array:
@@ -192,8 +192,8 @@ class _Places:
 
     def _needed(self, of: Expressions, states: Array) -> Array:
         """How far slopes over discs of states lead within the radii."""
-        found = self._over(of, self._radii, states)
-        largest = np.stack([disc.largest for disc in found], axis=1)
+        discs = self._over(of, self._radii, states)
+        largest = np.stack([disc.largest for disc in discs], axis=1)
         return np.asarray(self._radii[:, None] * largest)
 
     def _first(self, slopes: Array) -> Array:
@@ -213,9 +213,9 @@ class _Places:
     def _of_kind(self, states: Array) -> Array:
         """The largest of each kind, of positions and of velocities."""
         n, largest = len(self._problem.kinds), np.empty_like(states)
-        for own in groups(self._problem.kinds):
+        for alike in groups(self._problem.kinds):
             for first in (0, n):
-                numbers = [first + k for k in own]
+                numbers = [first + k for k in alike]
                 largest[:, numbers] = states[:, numbers].max(axis=1, keepdims=True)
         return largest
 
@@ -225,10 +225,10 @@ class _Places:
         count, tame = len(self._closed), np.ones(len(states), dtype=bool)
         opened = [k for k in range(count) if not self._closed[k]]
         shut = [k - count for k in range(count) if self._closed[k]]
-        for of, few in ((gaps, opened), (multipliers, shut)):
-            if few:
-                whole = self._over(of, self._radii, states, few)
-                half = self._over(of, self._radii / 2, states / 2, few)
+        for function, numbers in ((gaps, opened), (multipliers, shut)):
+            if numbers:
+                whole = self._over(function, self._radii, states, numbers)
+                half = self._over(function, self._radii / 2, states / 2, numbers)
                 for a, b in zip(whole, half, strict=True):
                     tame &= np.isfinite(a.radius) & (a.radius <= _TAME * b.radius)
         return tame

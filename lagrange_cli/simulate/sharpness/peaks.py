@@ -38,9 +38,9 @@ def _wider(problem: InitialValueProblem) -> InitialValueProblem | None:
 def _watching(rhs: Rhs, landmarks: NativeLandmarks) -> Rhs:
     if not isinstance(rhs, NativeRhs):
         return rhs
-    other = copy.copy(rhs)
-    other.landmarks = landmarks
+    copied = copy.copy(rhs)
+    copied.landmarks = landmarks
     surfaces = surfaces_of(rhs)
     if surfaces is not None:
-        other.surfaces = surfaces.through(partial(_watching, landmarks=landmarks))
-    return other
+        copied.surfaces = surfaces.through(partial(_watching, landmarks=landmarks))
+    return copied

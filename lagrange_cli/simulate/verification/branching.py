@@ -90,8 +90,8 @@ def without_branches(
             continue
         time = float(fine.times[before])
         kept = min(count, max(first_from(problem.times, time), 1))
-        found = Disproof(time, "uniqueness", where=places.where[place])
-        return replace(measured, states=first_rows(measured.states, kept), disproved=found)
+        disproof = Disproof(time, "uniqueness", where=places.where[place])
+        return replace(measured, states=first_rows(measured.states, kept), disproved=disproof)
     return measured
 
 
@@ -115,12 +115,12 @@ def _arrivals(
     numbers = np.unique(np.linspace(0, count - 1, min(count, _LOOKED)).astype(int)).tolist()
     values = np.abs([_rates(places, problem, measured, k) for k in numbers])
     ends = count < len(problem.times)
-    found = [
+    arrivals = [
         (numbers[k], place)
         for place, (distance, rate) in enumerate(values.transpose(2, 1, 0)[:, :2])
         for k in _slow_minima(distance, rate, ends)
     ]
-    return iter(sorted(found)[:_TRIED])
+    return iter(sorted(arrivals)[:_TRIED])
 
 
 def _slow_minima(distance: Array, rate: Array, last: bool) -> Iterator[int]:
@@ -161,8 +161,8 @@ def _branches(
         for sign in (1.0, -1.0) if part.stop else (1.0,):
             beside = y.copy()
             beside[part] += sign * sense * moves[part]
-            found = integrate_to_accuracy(replace(problem, y0=beside, times=times), eps, watch)
-            if len(found.states) < _SAMPLES:
-                return not found.stopped
-            ends.append(found.states[-1])
+            beside_run = integrate_to_accuracy(replace(problem, y0=beside, times=times), eps, watch)
+            if len(beside_run.states) < _SAMPLES:
+                return not beside_run.stopped
+            ends.append(beside_run.states[-1])
     return bool((np.abs(np.array(ends) - ends[0]) > 2 * eps * measured.scales).any())

@@ -68,13 +68,13 @@ def functions_along(
     kept = _behind_the_start(measured.switches, start, rhs.free) or history
 
     def drift(times: RowSequence, states: RowSequence, scales: Array) -> float | None:
-        found = []
+        drifts = []
         for closed, ranges in kept.ranges(times, len(states)):
             table = rhs.table("contact_constraints", columns, closed)
             if any(closed) or model.multipliers:
-                of = RowRanges(times, ranges), RowRanges(states, ranges)
-                found.append(constraint_drift(table, *of, scales))
-        return max((x for x in found if x is not None), default=None)
+                rows = RowRanges(times, ranges), RowRanges(states, ranges)
+                drifts.append(constraint_drift(table, *rows, scales))
+        return max((x for x in drifts if x is not None), default=None)
 
     steps = _energy_steps(functions.energy, rhs, measured.switches)
     gains = ((s.t, s.contacts) for s in steps if s.change > TOUCHING * s.size)
@@ -106,11 +106,11 @@ class _History:
     def ranges(self, t: RowSequence, count: int) -> list[tuple[ContactMode, list[tuple[int, int]]]]:
         """Of the first ``count`` times, the ranges in which each set of contacts is closed."""
         ends = [min(first_from(t, time), count) for time in self._times]
-        found: dict[ContactMode, list[tuple[int, int]]] = {}
+        by_mode: dict[ContactMode, list[tuple[int, int]]] = {}
         for closed, first, last in zip(self._closed, [0, *ends], [*ends, count], strict=True):
             if first < last:
-                found.setdefault(closed, []).append((first, last))
-        return list(found.items())
+                by_mode.setdefault(closed, []).append((first, last))
+        return list(by_mode.items())
 
 
 def _behind_the_start(

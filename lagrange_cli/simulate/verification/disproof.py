@@ -42,10 +42,10 @@ def cut_at_disproof(
     t
         Times of all samples that were asked for.
     """
-    found = list(_disproofs(model, seen, t, measured, accuracy))
-    if not found:
+    disproofs = list(_disproofs(model, seen, t, measured, accuracy))
+    if not disproofs:
         return measured
-    first, disproof = min(found, key=lambda of: of[0])
+    first, disproof = min(disproofs, key=lambda of: of[0])
     return replace(measured, states=first_rows(measured.states, first), disproved=disproof)
 
 
@@ -129,7 +129,7 @@ def energy_drift(
     see :class:`.energy_drift.EnergyDrift`."""
     if not energy_is_conserved(model):
         return None
-    found = EnergyDrift()
+    running = EnergyDrift()
     for times, part in windows(t, states):
-        found.add(*energies(seen, times, part), seen.lost(times))
-    return found.drift
+        running.add(*energies(seen, times, part), seen.lost(times))
+    return running.drift

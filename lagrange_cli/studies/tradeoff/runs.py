@@ -175,8 +175,8 @@ class Bench:
             reason = (
                 f"t = {last:.9g} reached" if measured.stopped else f"holds until t = {last:.9g}"
             )
-            found = (None, False, measured.steps, measured.evaluations, None)
-            return WorkPrecisionPoint(setting, outcome, reason, *found)
+            counts = (None, False, measured.steps, measured.evaluations, None)
+            return WorkPrecisionPoint(setting, outcome, reason, *counts)
         motion = Motion(measured.states[:], measured.switches, self.problem.until)
         return replace(self._point(setting, measured, motion), chosen=_taken(measured))
 
@@ -185,8 +185,8 @@ class Bench:
         error = float(ratios[-1])
         if not math.isfinite(error):
             reason = "other contacts than the reference's"
-            found = (None, False, measured.steps, measured.evaluations, None)
-            return WorkPrecisionPoint(setting, "failed", reason, *found)
+            counts = (None, False, measured.steps, measured.evaluations, None)
+            return WorkPrecisionPoint(setting, "failed", reason, *counts)
         return WorkPrecisionPoint(
             setting,
             "ok",
@@ -249,6 +249,6 @@ def has_stagnated(points: Sequence[WorkPrecisionPoint]) -> bool:
     last = points[-1]
     if last.outcome == "given_up" or (last.outcome == "ok" and not last.resolved):
         return True
-    found = [p.distance if p.distance < _LARGE else math.inf for p in points]
-    before, latest = found[:-_STAGNANT], found[-_STAGNANT:]
+    errors_of_runs = [p.distance if p.distance < _LARGE else math.inf for p in points]
+    before, latest = errors_of_runs[:-_STAGNANT], errors_of_runs[-_STAGNANT:]
     return bool(before) and min(latest) > _BETTER * min(before)
