@@ -4,8 +4,7 @@ Every term is split into a number, a mass, a trigonometric monomial and the
 rest. Terms that differ only in number or mass are gathered, so that
 ``m1 l² + m2 l²`` becomes ``(m1 + m2) l²``; then sin² + cos² = 1 and the
 addition theorems are applied wherever they shorten the sum. The work is
-linear in the number of terms times the number of trigonometric factors of
-one; nothing searches, nothing depends on the machine's speed.
+linear in terms times trigonometric factors of one; nothing searches.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ __all__ = [
     "trig_factors",
 ]
 
-_ONE = sp.Integer(1)
+_ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 #: Terms that a sum may be multiplied out to while a shorter form is sought. Set by hand.
 _TERM_BUDGET = 200
 #: Largest denominator that is cleared as content of a sum: 9.81 = 981/100 stays.
@@ -54,7 +53,6 @@ _TRIGONOMETRIC = {
     sp.cos: (("cos", 1),),
     sp.tan: (("sin", 1), ("cos", -1)),
 }
-_ZERO = sp.Integer(0)
 #: The order of the factors of a product.
 _SYMPY_ORDER = cmp_to_key(sp.Basic.compare)
 
@@ -62,12 +60,7 @@ _SYMPY_ORDER = cmp_to_key(sp.Basic.compare)
 class TermParts(NamedTuple):
     """A term taken apart: ``number · mass · Π base^exponent · trigonometric monomial``.
 
-    Attributes
-    ----------
-    rest
-        Base → exponent of the other factors.
-    trig
-        Trigonometric factor → power.
+    ``rest``: base → exponent. ``trig``: trigonometric factor → power.
     """
 
     number: Rational
@@ -230,8 +223,7 @@ class TermSum:
 def monomial(number: sp.Rational, factors: list[sp.Expr]) -> sp.Expr:
     """Multiply ``number`` and factors.
 
-    SymPy has nothing to gather in a product of different plain factors: sorting them in its
-    order is enough, and much faster.
+    Different plain factors are only sorted, which is much faster than SymPy's product.
     """
     present = [f for f in factors if f is not _ONE]
     bases = {f.base if f.is_Pow else f for f in present}
@@ -366,10 +358,8 @@ def _powers(product: sp.Expr) -> dict[sp.Expr, sp.Expr]:
     return powers
 
 
-#: Most terms of a sum that is tried for a shorter form. Set by hand.
-_SHORT_TERMS = 12
-#: Most symbols of it. Set by hand.
-_SHORT_SYMBOLS = 4
+#: Most terms, and most symbols, of a sum that is tried for a shorter form. Set by hand.
+_SHORT_TERMS, _SHORT_SYMBOLS = 12, 4
 #: Most operations of a sum with denominators that is put over one. Set by hand.
 _SHORT_OPERATIONS = 24
 

@@ -1,4 +1,4 @@
-"""Trigonometric polynomials in their normal form, the Fourier sum Σ a cos w + b sin w.
+"""Trigonometric polynomials in normal form Σ a cos w + b sin w (Fourier).
 
 Two of them are equal only if frequencies and coefficients are. Products of sines and
 cosines hide an identity such as

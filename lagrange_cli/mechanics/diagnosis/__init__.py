@@ -1,4 +1,4 @@
-"""What is said of a scene that cannot be reduced, and the proof behind it.
+"""Refusals of scenes that cannot be reduced, and the proofs behind them.
 
 Equations that leave nothing, or too much, go in; a refusal comes out that names the smallest set
 of constraints at fault and says what to do. Read :mod:`.inconsistency` first.

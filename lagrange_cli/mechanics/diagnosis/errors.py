@@ -1,4 +1,4 @@
-"""The errors of a reduction that does not come out even, each with what would mend it."""
+"""Errors of a failed reduction, each with a hint that mends it."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _open_names(elimination: Elimination, number: int) -> list[sp.Symbol]:
 
 
 def too_few_error(scene: Scene, elimination: Elimination, excess: int) -> InputError:
-    """Declared coordinates and constraints leave names undetermined."""
+    """Refuse declared coordinates and constraints that leave names undetermined."""
     open_names = [u.name for u in elimination.unknowns]
     have = [c.name for c in scene.coordinates or ()]
     # Equations between coordinates alone take freedom from them.
@@ -102,7 +102,7 @@ def too_few_error(scene: Scene, elimination: Elimination, excess: int) -> InputE
 
 
 def _undetermined(elimination: Elimination) -> list[str]:
-    """Open names that are left where each equation determines one, the last ones first.
+    """List open names that no equation is left to determine.
 
     A largest matching of equations and names, by augmenting paths.
     """
@@ -129,7 +129,7 @@ def too_many_error(
     kept: Sequence[str],
     dropped: tuple[str, sp.Expr],
 ) -> InputError:
-    """A constraint relates coordinates, or fixes one.
+    """Refuse a constraint that relates coordinates, or fixes one.
 
     Parameters
     ----------
@@ -152,15 +152,14 @@ def too_many_error(
     )
 
 
-#: What to do where every coordinate is named by a force or by ``expect``.
+#: Hint for the case that a force or ``expect`` names every coordinate.
 _WITHOUT_ONE = (
     "leave one of {} out of 'coordinates', and let no force act on it and 'expect' not name it"
 )
 
 
 def remaining_coordinates(scene: Scene, *phis: sp.Expr) -> list[str]:
-    """Lines with the coordinates that equations φ = 0, proposed to the scene, leave of those
-    declared; none where they leave them all."""
+    """Write the coordinates that remain beside proposed equations φ = 0; empty if all do."""
     declared = [c.name for c in scene.coordinates or ()]
     dropped: dict[str, str] = {}
     for phi in phis:
@@ -177,7 +176,7 @@ def remaining_coordinates(scene: Scene, *phis: sp.Expr) -> list[str]:
 def dependence_error(
     scene: Scene, coordinates: Sequence[str], mixed: Sequence[str], ways: int
 ) -> InputError:
-    """Coordinates of which those that are ``mixed`` move particles in fewer ``ways``."""
+    """Refuse ``mixed`` coordinates that move particles in fewer ``ways`` than there are of them."""
     hint = "give one of them inertia in 'kinetic', or leave it out"
     for name in reversed(mixed):
         if not must_stay(scene, name):
@@ -201,7 +200,7 @@ def dependence_error(
 def no_configuration_error(
     scene: Scene, elimination: Elimination, related: Sequence[int] = ()
 ) -> InputError:
-    """No real configuration came up: the constraints that were solved, or kept, are named.
+    """Report that no real configuration was found, naming the constraints solved or kept.
 
     Parameters
     ----------
@@ -232,7 +231,7 @@ def no_configuration_error(
 def isolated_start_error(
     scene: Scene, elimination: Elimination, related: Sequence[int]
 ) -> InputError:
-    """The given configuration satisfies the equations of some numbers, and none beside it does."""
+    """Refuse a configuration that satisfies equations while none beside it does."""
     constraints = list(dict.fromkeys(s.constraint for s in equations_behind(elimination, related)))
     return SingularError(
         Problem(
@@ -246,7 +245,7 @@ def isolated_start_error(
 
 
 def no_solution_error(stated: StatedEquation) -> InputError:
-    """An equation that no value of its unknown satisfies, though an inverse function gives one."""
+    """Refuse an equation whose solution by an inverse function does not satisfy it."""
     return InconsistentError(
         Problem(
             f"constraint '{stated.constraint}' cannot hold where the given configuration is",
@@ -260,7 +259,7 @@ def no_solution_error(stated: StatedEquation) -> InputError:
 def satisfied_elsewhere_error(
     scene: Scene, stated: StatedEquation, values: Mapping[str, str]
 ) -> InputError:
-    """An equation that definitions satisfy identically around some values, not around the start."""
+    """Refuse an equation that definitions satisfy around some values, but not at the start."""
     place = ", ".join(f"{name} = {value}" for name, value in values.items())
     initial = {e.name for e in scene.initial if not e.order}
     known = values.keys() <= initial | {e.name for e in scene.near}
@@ -280,12 +279,12 @@ def satisfied_elsewhere_error(
 
 
 def equations_behind(elimination: Elimination, numbers: Sequence[int]) -> list[StatedEquation]:
-    """The equations of these numbers with those that were put into them."""
+    """List equations by number, with those that were put into them."""
     return [elimination.stated[k] for k in elimination.behind(numbers)]
 
 
 def singular_error(scene: Scene, elimination: Elimination, numbers: Sequence[int]) -> InputError:
-    """Equations whose gradients depend on each other wherever they hold, though all are needed."""
+    """Refuse needed equations whose gradients depend on each other wherever they hold."""
     stated = equations_behind(elimination, numbers)
     named = list(dict.fromkeys(s.constraint for s in stated))
     what, why = "constraint", "is singular: wherever it holds, its gradient vanishes"
@@ -313,7 +312,7 @@ def singular_error(scene: Scene, elimination: Elimination, numbers: Sequence[int
 
 
 def _roots(squares: sp.Expr) -> list[sp.Expr]:
-    """What the terms of a sum of squares are the squares of."""
+    """Take the square root of each term of a sum of squares."""
     return [
         sp.Mul(
             *(
@@ -327,13 +326,13 @@ def _roots(squares: sp.Expr) -> list[sp.Expr]:
 
 
 def _crossing(roots: Sequence[sp.Expr]) -> str:
-    """Equations that say that some expressions vanish."""
+    """Write equations that say that expressions vanish."""
     equations = [f"{written(root)} = 0" for root in roots]
     return equations[0] if len(equations) == 1 else f"[{', '.join(equations)}]"
 
 
 def is_sum_of_squares(phi: sp.Expr) -> bool:
-    """Whether φ is a sum of squares of one sign, which vanishes only where each of them does."""
+    """Say whether φ is a sum of squares of one sign, which vanishes only if each of them does."""
     signs = set[bool]()
     for term in sp.Add.make_args(phi):
         number, product = term.as_coeff_Mul()

@@ -1,6 +1,6 @@
-"""Equations that nothing satisfies: the smallest set that a proof covers, and what it says.
+"""Irreducible inconsistent sets of equations, and their proofs.
 
-What is proven rests on substitutions that choose nothing, and on a false equation between
+A proof rests on substitutions that choose nothing, and on a false equation between
 numbers, the triangle inequality (:mod:`.rod_lengths`) or a sum of squares
 (:mod:`.proofs.sum_of_squares`).
 """
@@ -33,13 +33,13 @@ __all__ = [
     "proven_inconsistency",
 ]
 
-#: Equations among which a smallest set is sought: each costs an elimination.
+#: Most equations that are reduced to an irreducible set, an elimination each. Set by hand.
 _MOST = 40
-#: Equations that are tried each by itself.
+#: Most equations that are tried each by itself. Set by hand.
 _MOST_SINGLE = 200
-#: Equations among which one is sought whose deletion costs a search for a configuration.
+#: Most equations that are reduced by a search for a configuration each. Set by hand.
 _MOST_SEARCHES = 12
-#: Names that a message lists.
+#: Most names that a message lists. Set by hand.
 _NAMED = 4
 
 _Sides = tuple[sp.Expr, sp.Expr]
@@ -47,7 +47,13 @@ _Sides = tuple[sp.Expr, sp.Expr]
 
 @dataclass(frozen=True)
 class _Proof:
-    """Reduced equations that are not all satisfied, whether as numbers or as sums of squares."""
+    """Reduced equations that are not all satisfied.
+
+    Attributes
+    ----------
+    numbers
+        True if they are false as numbers, false if by a sum of squares.
+    """
 
     equations: tuple[_Sides, ...]
     numbers: bool
@@ -56,7 +62,7 @@ class _Proof:
 def irreducible_subset(
     suspects: Sequence[int], wrong: Callable[[Sequence[int]], bool]
 ) -> list[int]:
-    """A part of the suspects that is still wrong, and of which no member can be left out.
+    """Reduce suspects to a set that is still wrong, of which no member can be left out.
 
     The deletion filter of Chinneck and Dravnieks (ORSA J. Computing 3, 1991).
     """
@@ -74,7 +80,7 @@ def proven_inconsistency(
     suspects: Sequence[int],
     reference: Mapping[sp.Symbol, mpf],
 ) -> InputError | None:
-    """The error that names a smallest contradictory set of the suspects; None without proof.
+    """Name an irreducible inconsistent set of the suspects in an error; None without proof.
 
     Parameters
     ----------
@@ -105,7 +111,7 @@ def contradiction_error(
     reduced: sp.Expr,
     reference: Mapping[sp.Symbol, mpf],
 ) -> InputError:
-    """The error of a stated equation that came to a false one."""
+    """Refuse a stated equation that was reduced to a false one."""
     used = sorted(elimination.touched[number] | {number})
     proven = proven_inconsistency(names, elimination.stated, used, reference)
     if proven is not None:
@@ -130,12 +136,12 @@ def diagnose_no_configuration(
     sampler: Sampler,
     reference: Mapping[sp.Symbol, mpf],
 ) -> InputError:
-    """The error where no configuration came up: a proof, or what a search did not satisfy.
+    """Explain why no configuration was found: by a proof, or by the equations of a search.
 
     Parameters
     ----------
     restricting
-        Numbers of the equations that were searched for; empty where names were not real.
+        Numbers of the equations of the search; empty if names were not real.
     sampler
         Draws configurations that satisfy them.
     """
@@ -167,7 +173,7 @@ def diagnose_no_configuration(
 def _are_met(
     elimination: Elimination, restricting: Sequence[int], reference: Mapping[sp.Symbol, mpf]
 ) -> bool:
-    """Whether the given configuration is complete and satisfies the equations of some numbers."""
+    """Say whether the given configuration is complete and satisfies equations by number."""
     residuals = [left - right for left, right in (elimination.pending[k] for k in restricting)]
     if not all(r.free_symbols <= reference.keys() for r in residuals):
         return False
@@ -185,7 +191,7 @@ def _by_itself(
     restricting: Sequence[int],
     reference: Mapping[sp.Symbol, mpf],
 ) -> InputError | None:
-    """The error of a single equation of many that nothing satisfies."""
+    """Find a single equation that nothing satisfies; None without proof."""
     constants = {p: reference[p] for p in names.parameters.values() if p in reference}
     tried = set()
     for number in restricting[:_MOST_SINGLE]:
@@ -202,7 +208,7 @@ def _by_itself(
 
 
 def _shape(equation: sp.Expr, constants: Mapping[sp.Symbol, mpf]) -> sp.Expr:
-    """The equation with its unknowns numbered: members of a family have one shape."""
+    """Number the unknowns of an equation, so that elements of a family have one shape."""
     unknowns = sorted(equation.free_symbols - constants.keys(), key=str)
     return equation.xreplace({s: sp.Symbol(f"{k}", real=True) for k, s in enumerate(unknowns)})
 
@@ -213,7 +219,7 @@ def is_contradictory(
     constants: Mapping[sp.Symbol, mpf],
     products: Sequence[bool] = (False, True),
 ) -> bool:
-    """Whether it is proven that equations, and inequalities, do not hold together.
+    """Say whether equations and inequalities are proven not to hold together.
 
     ``products``: as :func:`.proofs.sum_of_squares.contradicting_equations` tries them.
     """
@@ -235,7 +241,7 @@ def _proof(
     for sides in pending:
         if _is_false(sides, parameters | {names.t}, constants):
             return _Proof((sides,), numbers=True)
-    # What is not negative is a square.
+    # A number that is not negative is a square.
     pending += [(state.reduce(s.phi), sp.Dummy(real=True) ** 2) for s in stated if s.one_sided]
     numbers = contradicting_equations(
         [left - right for left, right in pending], constants, products
@@ -248,7 +254,7 @@ def _proof(
 def _is_false(
     sides: _Sides, settled: frozenset[sp.Symbol], constants: Mapping[sp.Symbol, mpf]
 ) -> bool:
-    """Whether an equation holds nothing that moves, and is not satisfied.
+    """Say whether an equation without moving names is not satisfied.
 
     ``settled`` symbols without a value may have any: only an identity is satisfied by them.
     """
@@ -292,7 +298,7 @@ def _refusal(names: Names, stated: Sequence[StatedEquation], proof: _Proof) -> I
 
 
 def _outcome(names: Names, proof: _Proof) -> str:
-    """What the reduced equations come to."""
+    """Say in words what the reduced equations come to."""
     if len(proof.equations) > 1:
         return f"{_no_real(names, proof)} satisfies them together"
     ((left, right),) = proof.equations

@@ -1,4 +1,4 @@
-"""Rods that cannot all be joined: one is longer than a path of others between its ends.
+"""Rods that violate the triangle inequality: one longer than a path of others.
 
 The triangle inequality proves that such a set of distances contradicts itself,
 where a search for a configuration only fails to find one.
@@ -26,13 +26,21 @@ from lagrange_cli.mechanics.symbols.quoting import quoted
 __all__ = ["overlong_rod_error"]
 
 
-#: Rods of a path that are named again.
+#: Most rods of a path that a message names again. Set by hand.
 _LISTED = 6
 
 
 @dataclass(frozen=True)
 class _Rod:
-    """A distance between two bodies (numbers of them): stated, or that of points that stay."""
+    """A distance between two bodies.
+
+    Attributes
+    ----------
+    stated
+        Its constraint; None between points that stay.
+    ends
+        Numbers of the bodies.
+    """
 
     stated: StatedEquation | None
     ends: tuple[int, int]
@@ -42,7 +50,7 @@ class _Rod:
 def overlong_rod_error(
     names: Names, stated: Sequence[StatedEquation], reference: Mapping[sp.Symbol, mpf]
 ) -> InputError | None:
-    """The error that names a rod and a shorter path of rods between its ends, if there is one.
+    """Refuse a rod with a shorter path of rods between its ends; None if there is none.
 
     Parameters
     ----------
@@ -56,7 +64,7 @@ def overlong_rod_error(
 
 
 def _overlong(rods: Sequence[_Rod]) -> tuple[_Rod, list[_Rod]] | None:
-    """The longest rod that is longer than a path of others, and this path."""
+    """Find the longest rod that is longer than a path of others, and this path."""
     beside: dict[int, list[_Rod]] = {}
     for rod in rods:
         for end in rod.ends:
@@ -71,7 +79,7 @@ def _overlong(rods: Sequence[_Rod]) -> tuple[_Rod, list[_Rod]] | None:
 def _fixed(
     names: Names, ends: Collection[int], reference: Mapping[sp.Symbol, mpf]
 ) -> Iterator[_Rod]:
-    """Distances of massless points whose places are numbers."""
+    """Yield distances between massless points at constant positions."""
     constants = {p: reference[p] for p in names.parameters.values() if p in reference}
     placed = {}
     for k in sorted(ends):
@@ -96,7 +104,7 @@ def _rod(names: Names, stated: StatedEquation, reference: Mapping[sp.Symbol, mpf
 
 
 def _ends(names: Names, expr: sp.Expr) -> tuple[int, int] | None:
-    """The two bodies whose squared distance an expression is."""
+    """Find the two bodies whose squared distance an expression is; None if it is none."""
     present = expr.free_symbols
     bodies = [k for k, body in enumerate(names.body_symbols) if set(body) <= present]
     for a, b in permutations(bodies[:2], 2):
@@ -107,7 +115,7 @@ def _ends(names: Names, expr: sp.Expr) -> tuple[int, int] | None:
 
 
 def _shortest_path(beside: Mapping[int, Sequence[_Rod]], around: _Rod) -> list[_Rod]:
-    """Dijkstra's algorithm between the ends of a rod; empty where no shorter path leads there.
+    """Find the shortest path between the ends of a rod (Dijkstra); empty if none is shorter.
 
     Parameters
     ----------
@@ -160,7 +168,7 @@ def _refusal(names: Names, rod: _Rod, path: Sequence[_Rod], rods: Sequence[_Rod]
 
 
 def _hint(names: Names, rod: _Rod, path: Sequence[_Rod], rods: Sequence[_Rod]) -> str:
-    """The lengths that a rod can have beside the others, one of them in a line to be pasted."""
+    """Give the lengths that a rod can have beside the others, one of them as a snippet."""
     changed, most = rod, sum((r.length for r in path), mpf(0))
     longest = max(path, key=lambda r: r.length)
     least = max(2 * longest.length - most, mpf(0))
@@ -180,12 +188,12 @@ def _hint(names: Names, rod: _Rod, path: Sequence[_Rod], rods: Sequence[_Rod]) -
 
 
 def _in_a_list(name: str) -> str:
-    """A name as it stands within brackets: that of a member of a family has some of its own."""
+    """Quote a name for a YAML list if needed: an element of a family has brackets."""
     return name if name.isidentifier() else f'"{name}"'
 
 
 def _preference(rod: _Rod) -> tuple[bool, bool, mpf]:
-    """Rods that are stated before others, and those with a line of their own."""
+    """Rank rods: stated ones before others, then those with a line of their own, then long ones."""
     stated = rod.stated is not None
     has_line = rod.stated is not None and rod.stated.constraint.isidentifier()
     return stated, has_line, rod.length

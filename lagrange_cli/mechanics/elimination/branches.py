@@ -1,4 +1,7 @@
-"""Refusals of solutions with several branches, with configurations that tell them apart."""
+"""Refusals of solutions with several branches, with configurations that tell them apart.
+
+A branch that nothing chooses would be a guess; the error proposes a configuration on each.
+"""
 
 from __future__ import annotations
 
@@ -14,19 +17,30 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.symbols.quoting import with_carets, written
 from lagrange_cli.scene.language.expression import Equation
 
-__all__ = ["AmbiguousFactorError", "BranchedSolution"]
+__all__ = ["AmbiguousFactorError", "BranchedSolution", "NoRealSolutionError", "meet"]
 
-#: Configurations that are tried, and the part of the largest value by which branches differ.
-_TRIES, _APART = 60, mpf("0.05")
-#: Digits of what is to satisfy the constraints, and of what tells branches apart only.
-_EXACT, _LOOSE = 12, 6
+#: Most configurations that are tried. Set by hand.
+_TRIES = 60
+#: Part of the largest value by which branches are to differ. Set by hand.
+_APART = mpf("0.05")
+#: Largest relative distance of equal branches. Set by hand.
+_SAME = mpf(10) ** -9
+#: Digits of a value for ``initial``, which is to satisfy the constraints.
+_EXACT = 12
+#: Digits of a value for ``near``, which only tells branches apart.
+_LOOSE = 6
 
 
 @dataclass(frozen=True)
 class BranchedSolution:
     """All branches of an equation's solution for an unknown.
 
-    ``reference`` has the values that are given, ``constants`` are parameters.
+    Attributes
+    ----------
+    reference
+        Values that the scene gives.
+    constants
+        Symbols of parameters.
     """
 
     constraint: str
@@ -37,7 +51,7 @@ class BranchedSolution:
     constants: frozenset[sp.Symbol]
 
     def several(self) -> InputError:
-        """Nothing chooses one; or they are one and the same."""
+        """Refuse several branches of which nothing chooses one, or a double one."""
         if len(set(self.branches)) == 1:
             return self._double()
         listed = ", ".join(f"{self.unknown} = {with_carets(b)}" for b in self.branches)
@@ -59,7 +73,7 @@ class BranchedSolution:
         return SingularError(problem)
 
     def meeting(self) -> SingularError:
-        """Branches meet at the given configuration: the chart ends there."""
+        """Refuse branches that meet at the given configuration, where the chart ends."""
         symbols = sorted({str(s) for b in self.branches for s in b.free_symbols - self.constants})
         if not symbols:
             return self._double()
@@ -72,7 +86,7 @@ class BranchedSolution:
         return SingularError(problem)
 
     def unreal(self, message: str) -> InconsistentError:
-        """They are not real at the given configuration."""
+        """Refuse branches that are not real at the given configuration."""
         hints = ["start elsewhere", *self._elsewhere()]
         return InconsistentError(self._problem(message, hints, "inconsistent"))
 
@@ -86,9 +100,9 @@ class BranchedSolution:
         return Problem(message, self.mark, hint=hint, rule=rule)
 
     def _choices(self, known: Mapping[sp.Symbol, mpf]) -> list[dict[sp.Symbol, mpf]]:
-        """For each branch a configuration on it, where all are real and differ.
+        """Find a configuration on each branch at which all are real and differ.
 
-        Nothing is found where a parameter has no value.
+        Empty if there is none, or a parameter has no value.
         """
         symbols = sorted({s for b in self.branches for s in b.free_symbols}, key=str)
         if any(s in self.constants and s not in known for s in symbols):
@@ -107,7 +121,7 @@ class BranchedSolution:
 
 
 def _places(free: Sequence[sp.Symbol], scale: mpf) -> Iterator[dict[sp.Symbol, mpf]]:
-    """Values of two digits within the scale, spread evenly (a golden-section spread)."""
+    """Yield values of two digits within the scale, spread evenly by irrational steps."""
     for k in range(1, (_TRIES if free else 1) + 1):
         parts = [mpmath.frac(k * mpmath.sqrt(2 + i)) * 2 - 1 for i in range(len(free))]
         yield {s: mpf(f"{float(scale * x):.2g}") for s, x in zip(free, parts, strict=True)}
@@ -122,10 +136,25 @@ def _differ(branch_values: Sequence[mpf]) -> bool:
     )
 
 
+def meet(x: mpf | None, y: mpf | None, length: mpf) -> bool:
+    """Say whether two values agree to the tolerance of consistency."""
+    if x is None or y is None:
+        return False
+    return bool(abs(x - y) <= _SAME * max(length, abs(x), abs(y)))
+
+
 def _line(section: str, place: Mapping[sp.Symbol, mpf]) -> str:
     digits = _EXACT if section == "initial" else _LOOSE
     entries = ", ".join(f"{s}: {float(x):.{digits}g}" for s, x in place.items())
     return f"{section}: {{{entries}}}"
+
+
+class NoRealSolutionError(InconsistentError):
+    """Stated equations, by number, that no real configuration satisfies."""
+
+    def __init__(self, problem: Problem, numbers: Sequence[int]) -> None:
+        super().__init__(problem)
+        self.numbers = tuple(numbers)
 
 
 class AmbiguousFactorError(InputError):

@@ -16,10 +16,15 @@ from graphlib import TopologicalSorter
 import mpmath
 import sympy as sp
 
-from lagrange_cli.errors import InconsistentError, InputError, Problem
+from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.alpha_equivalence import shape
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.elimination.branches import AmbiguousFactorError, BranchedSolution
+from lagrange_cli.mechanics.elimination.branches import (
+    AmbiguousFactorError,
+    BranchedSolution,
+    NoRealSolutionError,
+    meet,
+)
 from lagrange_cli.mechanics.elimination.solve_equation import (
     factor_branches,
     linear_parts,
@@ -30,11 +35,11 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.symbols.quoting import with_carets
 from lagrange_cli.scene.language.expression import Equation
 
-__all__ = ["Elimination", "NoRealSolutionError", "StatedEquation", "eliminate", "substitute"]
+__all__ = ["Elimination", "StatedEquation", "eliminate", "substitute"]
 
-#: What counts as zero at the reference configuration.
+#: Largest relative value that counts as zero at the reference configuration. Set by hand.
 _VANISHES = mpmath.mpf(10) ** -9
-#: A solution this far from the given value, beside the scene's length, is another one.
+#: Distance from the given value, relative to the scene's length, of another solution. Set by hand.
 _ELSEWHERE = mpmath.mpf(10) ** -6
 
 
@@ -42,7 +47,7 @@ _ELSEWHERE = mpmath.mpf(10) ** -6
 class StatedEquation:
     """One equation of a constraint over raw symbols; φ = left − right.
 
-    ``integral``: the scene states its rate. ``one_sided``: φ ≥ 0.
+    ``integral``: the scene states its rate. ``one_sided``: it is φ ≥ 0.
     """
 
     constraint: str
@@ -55,14 +60,6 @@ class StatedEquation:
     @property
     def phi(self) -> sp.Expr:
         return self.left - self.right
-
-
-class NoRealSolutionError(InconsistentError):
-    """Stated equations, by number, that no real configuration satisfies."""
-
-    def __init__(self, problem: Problem, numbers: Sequence[int]) -> None:
-        super().__init__(problem)
-        self.numbers = tuple(numbers)
 
 
 @dataclass
@@ -79,6 +76,10 @@ class Elimination:
         Numbers of the stated equations not used, with both sides reduced.
     sources
         Raw symbol → numbers of the stated equations that its expression rests on.
+    touched
+        Pending equation → numbers of the stated equations that were put into it.
+    remarks
+        Sentences on the branches that were chosen.
     """
 
     stated: Sequence[StatedEquation]
@@ -94,28 +95,29 @@ class Elimination:
     remarks: list[str] = field(default_factory=list)
     _holders: dict[sp.Symbol, dict[sp.Symbol, None]] = field(default_factory=dict)
     _in_equations: dict[sp.Symbol, dict[int, None]] = field(default_factory=dict)
-    #: Shapes of equations, and steps that are known to be of no use for a shape.
+    #: Shapes of equations, and steps that are known to fail for a shape.
     _shapes: dict[int, Hashable] = field(default_factory=dict)
     _useless: set[tuple[str, Hashable]] = field(default_factory=set)
-    #: Whether factors over parameters are zero at their values.
+    #: Factor over parameters → true if it is zero at their values.
     _zeros: dict[sp.Expr, bool] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._order = {symbol: k for k, symbol in enumerate(self.unknowns)}
 
     def reduce(self, expr: sp.Expr) -> sp.Expr:
-        """``expr`` with everything that is solved put in."""
+        """Put everything that is solved into ``expr``."""
         present = {s: self.solved[s] for s in expr.free_symbols if s in self.solved}
         return expr.xreplace(present) if present else expr
 
     def sources_of(self, expr: sp.Expr) -> frozenset[int]:
+        """Collect the numbers of stated equations that the symbols of ``expr`` rest on."""
         numbers: frozenset[int] = frozenset()
         for s in expr.free_symbols:
             numbers |= self.sources.get(s, frozenset())
         return numbers
 
     def behind(self, numbers: Iterable[int]) -> list[int]:
-        """Numbers of some stated equations and of those that were put into them, sorted."""
+        """Number some stated equations and those that were put into them, in order."""
         return sorted(set(numbers).union(*(self.touched[k] for k in numbers)))
 
     def give(self, symbol: sp.Symbol, expr: sp.Expr, sources: frozenset[int]) -> None:
@@ -180,16 +182,16 @@ class Elimination:
             rank = 0 if progress and rank else rank + 1
 
     def _open_in(self, number: int) -> list[sp.Symbol]:
-        """Unknowns of an equation, the last declared first."""
+        """List the unknowns of an equation, the last declared first."""
         left, right = self.pending[number]
         return self.in_order(left.free_symbols | right.free_symbols)[::-1]
 
     def in_order(self, symbols: Iterable[sp.Symbol]) -> list[sp.Symbol]:
-        """The unknowns among some symbols, as they were declared."""
+        """Sort the unknowns among some symbols by declaration."""
         return sorted((s for s in symbols if s in self.unknowns), key=self._order.__getitem__)
 
     def _shape(self, number: int) -> Hashable:
-        """The same for equations that differ in the names of their unknowns only."""
+        """Compute a key shared by equations that differ in the names of their unknowns only."""
         if number not in self._shapes:
             places = {u: k for k, u in enumerate(self._open_in(number))}
             left, right = self.pending[number]
@@ -240,9 +242,9 @@ class Elimination:
         return left - right
 
     def _choose_factor(self, number: int) -> bool:
-        """Put the factor that vanishes at the reference in place of a product that must.
+        """Replace a product that must vanish by the factor that does at the reference.
 
-        False where φ is no product; an error where nothing chooses.
+        False if φ is no product; AmbiguousFactorError if nothing chooses.
         """
         factors = factor_branches(self._phi(number), self.constants)
         if len(factors) < 2:
@@ -278,9 +280,9 @@ class Elimination:
         return unknown, self._branch(number, unknown, branches)
 
     def _everywhere(self, pivot: sp.Expr, remainder: sp.Expr) -> bool:
-        """Whether −rest/pivot may be divided out; declared coordinates say that it may.
+        """Say whether −remainder/pivot may be divided out.
 
-        They do not where a factor is zero at the values of the parameters.
+        With declared coordinates it may unless a factor is zero at the parameters' values.
         """
         factors = [f for f in sp.Mul.make_args(pivot) if f.free_symbols <= self.constants]
         if any(self._is_zero(f) for f in factors):
@@ -288,7 +290,7 @@ class Elimination:
         return self.declared or solves_everywhere(pivot, remainder, self.constants)
 
     def _is_zero(self, factor: sp.Expr) -> bool:
-        """Whether a factor over parameters vanishes within small parts of their values."""
+        """Say whether a factor vanishes within relative changes of 1e-9 of the parameters."""
         if factor not in self._zeros:
             symbols = sorted(factor.free_symbols, key=str)
             value, *changes = self._at_reference(
@@ -300,9 +302,9 @@ class Elimination:
         return self._zeros[factor]
 
     def _loses(self, number: int, unknown: sp.Symbol, branches: Sequence[sp.Expr]) -> bool:
-        """Whether the given configuration satisfies an equation, but none of its solutions.
+        """Say whether the given configuration satisfies an equation, but none of its solutions.
 
-        They divide by what vanishes there: z·(eˣ − 1) = 0 holds at x = 0 for every z.
+        They divide by a factor that vanishes there: z·(eˣ − 1) = 0 holds at x = 0 for every z.
         """
         phi = self._phi(number)
         if unknown not in self.reference or not all(s in self.reference for s in phi.free_symbols):
@@ -319,7 +321,7 @@ class Elimination:
         return self._at_reference([expr])[0]
 
     def _best(self, pivots: list[sp.Expr]) -> int:
-        """The pivot largest at the reference configuration; the first where that is unknown."""
+        """Choose the pivot largest at the reference configuration; the first if that is unknown."""
         if len(pivots) == 1 or all(p.free_symbols <= self.constants for p in pivots):
             return 0
         sizes = self._at_reference(pivots)
@@ -328,7 +330,7 @@ class Elimination:
         return max(range(len(pivots)), key=lambda k: (abs(sizes[k] or 0), -k))
 
     def _at_reference(self, expressions: Sequence[sp.Expr]) -> list[mpmath.mpf | None]:
-        """Values at the reference configuration, None where it does not reach or is not real."""
+        """Evaluate at the reference configuration; None for an unknown or complex value."""
         numbers: list[mpmath.mpf | None] = []
         for expr in expressions:
             point = {s: self.reference[s] for s in expr.free_symbols if s in self.reference}
@@ -342,7 +344,7 @@ class Elimination:
         return numbers
 
     def _branch(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> sp.Expr:
-        """The branch that the reference configuration is on."""
+        """Choose the branch that the reference configuration is on."""
         at = self._at_reference(branches)
         real = [k for k, value in enumerate(at) if value is not None]
         never = all(b.is_real is False for b in branches)
@@ -356,7 +358,7 @@ class Elimination:
         distance = {k: abs((at[k] or 0) - (target or 0)) for k in real}
         best = min(real, key=distance.__getitem__)
         length = self._length(branches)
-        if any(k != best and _meet(at[k], at[best], length) for k in real):
+        if any(k != best and meet(at[k], at[best], length) for k in real):
             raise self._solution(number, unknown, branches).meeting()
         named = self.stated[number].constraint
         self.remarks.append(
@@ -366,7 +368,7 @@ class Elimination:
         return branches[best]
 
     def _length(self, expressions: Sequence[sp.Expr]) -> mpmath.mpf:
-        """Largest value of the names that the expressions hold, at the reference."""
+        """Give the largest value of the names in the expressions, at the reference."""
         symbols = {s for e in expressions for s in e.free_symbols - self.constants}
         return max((abs(self.reference[s]) for s in symbols if s in self.reference), default=0)
 
@@ -374,7 +376,7 @@ class Elimination:
         return all(s in self.reference for b in branches for s in b.free_symbols)
 
     def _unreal(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> InputError:
-        """The branches are complex: for good, or at the configuration that the scene gives."""
+        """Refuse branches that are complex: for good, or at the given configuration."""
         used = sorted(self.touched[number] | {number})
         listed = ", ".join(f"'{n}'" for n in dict.fromkeys(self.stated[k].constraint for k in used))
         if all(b.is_real is False or b.free_symbols <= self.constants for b in branches):
@@ -394,13 +396,6 @@ class Elimination:
         return BranchedSolution(name, mark, unknown, branches, self.reference, self.constants)
 
 
-def _meet(x: mpmath.mpf | None, y: mpmath.mpf | None, length: mpmath.mpf) -> bool:
-    """Two values are the same to the tolerance of consistency."""
-    if x is None or y is None:
-        return False
-    return bool(abs(x - y) <= _VANISHES * max(length, abs(x), abs(y)))
-
-
 def eliminate(
     stated: Sequence[StatedEquation],
     definitions: Mapping[sp.Symbol, sp.Expr],
@@ -415,7 +410,7 @@ def eliminate(
     Parameters
     ----------
     definitions
-        Raw symbols with their defining expressions, in any order, free of circles.
+        Raw symbol → defining expression, in any order, free of circles.
     unknowns
         Raw symbols to solve for, in reading order.
     reference
@@ -423,9 +418,9 @@ def eliminate(
     constants
         Parameter symbols: preferred as pivots.
     check
-        Called when only closed forms with several branches remain; may refuse.
+        Called when only closed forms with several branches remain; raises to refuse.
     declared
-        Whether the scene declares its coordinates.
+        True if the scene declares its coordinates.
     """
     state = Elimination(stated, reference, constants, declared, unknowns=dict.fromkeys(unknowns))
     state.define(definitions)
@@ -443,7 +438,7 @@ def substitute(
     constants: frozenset[sp.Symbol],
     reference: Mapping[sp.Symbol, mpmath.mpf] | None = None,
 ) -> Elimination:
-    """Put into each other what can be without a choice, and without dividing by what may vanish.
+    """Substitute without a choice of branch, and without division by a factor that may vanish.
 
     The parameters are those of :func:`eliminate`; of the reference, values of the constants.
     """

@@ -1,11 +1,11 @@
-"""Equations between Cartesian names alone: coordinates eliminated from their definitions.
+"""Implicitization: coordinates eliminated from definitions of Cartesian names.
 
 ``x = l sin θ, z = −l cos θ`` says x² + z² = l². Angles are eliminated one by one
 through sin² + cos² = 1: two equations that are linear in sin θ and cos θ give both;
-one that holds the cosine alone gives it, and what another is then left with is free of
-the sine or linear in it. Lengths are eliminated where they are given without dividing
-by what may vanish, or stand in one equation by their square only. A square root in one
-equation is squared. Where none of this applies a coordinate stays, beside the
+one that holds the cosine alone gives it, and another is then free of the sine or linear
+in it. A length is eliminated if an equation gives it without division by a factor that
+may vanish, or if it stands in one equation by its square only. A square root in one
+equation is squared. A coordinate to which none of this applies stays, beside the
 equations that hold it.
 """
 
@@ -30,20 +30,30 @@ __all__ = [
 
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 
-#: Terms that an equation may be multiplied out to.
+#: Terms that an equation may be multiplied out to. Set by hand.
 _TERM_BUDGET = 200
 
-#: Equations linear in an angle's sine and cosine of which pairs are tried, and operations
-#: of a fraction that is brought into lowest terms.
-_PAIRS_OF, _FRACTION_BUDGET = 6, 400
+#: Most equations linear in an angle's sine and cosine of which pairs are tried. Set by hand.
+_PAIRS_OF = 6
 
-#: Largest multiple of an angle that is written in powers of sine and cosine.
+#: Most operations of a fraction that is brought into lowest terms. Set by hand.
+_FRACTION_BUDGET = 400
+
+#: Largest multiple of an angle that is written in powers of sine and cosine. Set by hand.
 _LARGEST_MULTIPLE = 4
 
 
 @dataclass(frozen=True)
 class ImplicitEquation:
-    """``expression = 0``; ``name`` and ``text`` say where it comes from, ``stated`` what kind."""
+    """``expression = 0``.
+
+    Attributes
+    ----------
+    name, text
+        The constraint or definition that it comes from.
+    stated
+        True for a constraint.
+    """
 
     name: str
     expression: sp.Expr
@@ -53,13 +63,14 @@ class ImplicitEquation:
 
 @dataclass(frozen=True)
 class AngleSymbols:
-    """Sine and cosine of an angle as symbols of their own, and what became of them."""
+    """Sine and cosine of an angle as symbols of their own."""
 
     q: sp.Symbol
     sine: sp.Symbol
     cosine: sp.Symbol
 
     def put_back(self, expr: sp.Expr) -> sp.Expr:
+        """Replace the symbols by the functions of the angle."""
         return expr.xreplace({self.sine: sp.sin(self.q), self.cosine: sp.cos(self.q)})
 
 
@@ -70,7 +81,7 @@ def angle_symbols(q: sp.Symbol) -> AngleSymbols:
 
 
 def in_single_angles(expr: sp.Expr, angles: Sequence[AngleSymbols]) -> sp.Expr | None:
-    """``expr`` over sines and cosines of single angles; None where an angle stands otherwise."""
+    """Write ``expr`` over sines and cosines of single angles; None if an angle stands elsewhere."""
     q = {angle.q for angle in angles}
     if expr.free_symbols.isdisjoint(q):
         return expr
@@ -111,10 +122,9 @@ class ImplicitSystem:
     Attributes
     ----------
     relations
-        By number; what is left.
+        Number → equation that is left.
     given
-        Name → expression over what is left, for names that were eliminated and are
-        known without a choice.
+        Eliminated name → expression over the names that are left, if no choice is needed.
     """
 
     def __init__(
@@ -145,15 +155,15 @@ class ImplicitSystem:
         return relation
 
     def holding(self, *symbols: sp.Symbol) -> list[int]:
-        """Numbers of the relations that hold some of the symbols."""
+        """Number the relations that hold some of the symbols, in order."""
         return sorted({k for s in symbols for k in self._holders.get(s, {})})
 
     # Angles.
 
     def drop_angle(self, angle: AngleSymbols, asked: Collection[sp.Symbol]) -> bool:
-        """Eliminate an angle; False where it has to stay.
+        """Eliminate an angle; False if it has to stay.
 
-        ``asked``: which of its sine and cosine must be known without a choice.
+        ``asked``: those of its sine and cosine that must be known without a choice.
         """
         needed = {*asked, *(s for s in (angle.sine, angle.cosine) if self._is_needed(s))}
         numbers = self.holding(angle.sine, angle.cosine)
@@ -164,7 +174,7 @@ class ImplicitSystem:
         return self._by_two(angle, known, bool(needed)) or self._by_one(angle, known, needed)
 
     def _by_two(self, angle: AngleSymbols, powers: Mapping[int, _Powers], needed: bool) -> bool:
-        """Sine and cosine from two equations that are linear in them."""
+        """Solve two equations that are linear in sine and cosine; False if there are none."""
         linear = [k for k, p in powers.items() if set(p) <= {(0, 0), (1, 0), (0, 1)}]
         for pair in combinations(linear[:_PAIRS_OF], 2):
             solved = _solved(powers[pair[0]], powers[pair[1]])
@@ -187,13 +197,13 @@ class ImplicitSystem:
         return False
 
     def _cancels(self, one: sp.Expr, two: sp.Expr) -> bool:
-        """Whether what two fractions divide by is one scale, which no clock brings to zero."""
+        """Say whether two denominators are one length that time does not bring to zero."""
         return one in (two, -two) and one.free_symbols <= self._constants | self._moving
 
     def _by_one(
         self, angle: AngleSymbols, powers: Mapping[int, _Powers], needed: Collection[sp.Symbol]
     ) -> bool:
-        """The cosine (or sine) from one equation that holds it alone, the rest from another."""
+        """Solve one equation for the cosine (or sine), eliminate the other from a second."""
         for number, coefficients in powers.items():
             for which, symbol in enumerate((angle.sine, angle.cosine)):
                 if not {symbol}.issuperset(needed):
@@ -217,7 +227,7 @@ class ImplicitSystem:
         return _numerator(self.relations[number].expression.xreplace(put))
 
     def _replace(self, numbers: Sequence[int], expression: sp.Expr) -> None:
-        """Put one equation in the place of some, under the name of a stated one."""
+        """Replace equations by one, under the name of a stated one."""
         gone = [self._remove(k) for k in numbers]
         if expression == 0:
             return
@@ -228,7 +238,7 @@ class ImplicitSystem:
     # Lengths.
 
     def drop_length(self, q: sp.Symbol, needed: bool) -> bool:
-        """Eliminate a coordinate that is no angle; False where it has to stay.
+        """Eliminate a coordinate that is no angle; False if it has to stay.
 
         ``needed``: it must be known without a choice.
         """
@@ -259,7 +269,7 @@ class ImplicitSystem:
             self._replace((k,), self.relations[k].expression.xreplace({q: value}))
         self._know({q: value})
 
-    # What is known of names that are gone.
+    # Expressions for eliminated names.
 
     def _is_needed(self, symbol: sp.Symbol) -> bool:
         return any(symbol in e.free_symbols for e in self.given.values())
@@ -270,7 +280,7 @@ class ImplicitSystem:
     # Roots.
 
     def square_roots(self) -> None:
-        """Square what stands beside a single square root that moves, in every relation."""
+        """Isolate and square a single square root that moves, in every relation."""
         for number, relation in list(self.relations.items()):
             squared = _squared(relation.expression, self._moving)
             if squared is not None:
@@ -285,7 +295,7 @@ def _terms(expr: sp.Expr) -> Sequence[sp.Expr] | None:
 
 
 def _powers(expr: sp.Expr, angle: AngleSymbols) -> _Powers | None:
-    """Coefficients of sⁱ cʲ, with s² written 1 − c²; None where that is no polynomial."""
+    """Give the coefficients of sⁱ cʲ, with s² written 1 − c²; None of no polynomial."""
     coefficients: _Powers = {}
     for term in _terms(expr) or (None,):
         if term is None:
@@ -305,7 +315,7 @@ def _settled(expr: sp.Expr) -> sp.Expr:
 
 
 def _without_squared_sine(i: int, j: int) -> Iterator[tuple[tuple[int, int], int]]:
-    """sⁱ cʲ with every s² written 1 − c²."""
+    """Write every s² in sⁱ cʲ as 1 − c²: (powers, coefficient) of each term."""
     half, odd = divmod(i, 2)
     for k in range(half + 1):
         yield (odd, j + 2 * k), int(sp.binomial(half, k)) * (-1) ** k
@@ -314,7 +324,7 @@ def _without_squared_sine(i: int, j: int) -> Iterator[tuple[tuple[int, int], int
 def _exponents(
     term: sp.Expr, symbols: Sequence[sp.Symbol]
 ) -> tuple[sp.Expr, tuple[int, ...]] | None:
-    """What a product holds beside powers of symbols, and these."""
+    """Split a product into a cofactor and exponents of symbols; None if that fails."""
     exponents = dict.fromkeys(symbols, 0)
     cofactors = []
     for factor in sp.Mul.make_args(term):
@@ -340,7 +350,7 @@ def _powers_of(expr: sp.Expr, q: sp.Symbol) -> dict[int, sp.Expr] | None:
 
 
 def _solved(one: _Powers, two: _Powers) -> tuple[sp.Expr, sp.Expr] | None:
-    """Sine and cosine from two linear equations."""
+    """Solve two linear equations for sine and cosine; None if they are dependent."""
     rows = [[p.get(k, _ZERO) for k in ((1, 0), (0, 1), (0, 0))] for p in (one, two)]
     (a, b, e), (c, d, f) = rows
     determinant = _settled(a * d - b * c)
@@ -360,12 +370,12 @@ def _denominator(expr: sp.Expr) -> sp.Expr:
 
 
 def _numerator(expr: sp.Expr) -> sp.Expr:
-    """What must vanish for the expression to."""
+    """Give a numerator that vanishes exactly if the expression does."""
     return sp.fraction(sp.together(expr))[0] if not expr.is_polynomial() else expr
 
 
 def _on_circle(sine: sp.Expr, cosine: sp.Expr) -> sp.Expr:
-    """s² + c² − 1 without fractions."""
+    """Write s² + c² − 1 without fractions."""
     (a, below), (b, under) = sp.fraction(sp.together(sine)), sp.fraction(sp.together(cosine))
     if below == under or below == -under:
         return a**2 + b**2 - below**2
@@ -374,7 +384,7 @@ def _on_circle(sine: sp.Expr, cosine: sp.Expr) -> sp.Expr:
 
 
 def _alone(powers: _Powers, which: int, constants: frozenset[sp.Symbol]) -> sp.Expr | None:
-    """The sine (0) or cosine (1) where an equation is linear in it and free of the other."""
+    """Solve for the sine (0) or cosine (1); None unless linear in it and free of the other."""
     power = (1, 0) if which == 0 else (0, 1)
     if not set(powers) <= {(0, 0), power} or power not in powers:
         return None
@@ -386,9 +396,9 @@ def _alone(powers: _Powers, which: int, constants: frozenset[sp.Symbol]) -> sp.E
 def _even(
     powers: _Powers, which: int, value: sp.Expr, constants: frozenset[sp.Symbol]
 ) -> sp.Expr | None:
-    """An equation with one of sine and cosine put in and the other eliminated; None if it stays.
+    """Substitute one of sine and cosine and eliminate the other; None if it stays.
 
-    What is linear in the other gives it, and squares are to sum to 1.
+    An equation linear in the other gives it, and squares are to sum to 1.
     """
     by_parity: dict[int, sp.Expr] = {}
     for (i, j), coefficient in powers.items():
@@ -405,7 +415,7 @@ def _even(
 
 
 def _squared(expr: sp.Expr, moving: frozenset[sp.Symbol]) -> sp.Expr | None:
-    """a² − b² w for a + b √w, where √w is the one root of what moves."""
+    """Square a + b √w = 0 to a² − b² w, √w the only root that moves; None otherwise."""
     roots = {p for p in expr.atoms(sp.Pow) if p.exp.is_Rational and not p.exp.is_Integer}
     roots = {p for p in roots if p.free_symbols & moving}
     if len(roots) != 1:

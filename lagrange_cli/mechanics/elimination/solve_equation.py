@@ -1,9 +1,9 @@
 """Closed-form solutions of one equation for one unknown, all branches of them.
 
-Only what can be written down with certainty is solved: linear and quadratic
-equations, and equations in which the unknown stands once, under functions
-with a known inverse. Nothing is searched for. An inverse may bring in a branch
-that does not solve the equation (√z = −1): whoever uses one checks it.
+Solved are linear and quadratic equations, and equations in which the unknown
+stands once, under functions with a known inverse; nothing is searched for. An
+inverse may bring in a branch that does not solve the equation (√z = −1): the
+caller checks it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from lagrange_cli.mechanics.algebra.polynomials import factored_form
 
 __all__ = ["factor_branches", "linear_parts", "solutions", "solves_everywhere"]
 
-#: Value of an expression at the reference configuration, where it is known.
+#: Value of an expression at the reference configuration; None if it is unknown.
 _Value = Callable[[sp.Expr], "mpf | None"]
 
 _ZERO = sp.Integer(0)
@@ -40,12 +40,12 @@ _INVERSES: dict[Any, Callable[[sp.Expr], sp.Expr]] = {
     sp.atanh: sp.tanh,
 }
 
-#: Terms that an equation may expand to while its powers of the unknown are read off.
+#: Terms that an equation may expand to while its powers of the unknown are read off. Set by hand.
 _TERM_BUDGET = 500
 
 
 def linear_parts(phi: sp.Expr, unknown: sp.Symbol) -> tuple[sp.Expr, sp.Expr] | None:
-    """``(a, b)`` with φ = a·u + b, neither holding u; None if φ is not of that form."""
+    """Split φ = a·u + b into ``(a, b)``, neither holding u; None if φ is not of that form."""
     powers = _powers_of(phi, unknown)
     if powers is None or not set(powers) <= {0, 1} or 1 not in powers:
         return None
@@ -53,9 +53,9 @@ def linear_parts(phi: sp.Expr, unknown: sp.Symbol) -> tuple[sp.Expr, sp.Expr] | 
 
 
 def solves_everywhere(pivot: sp.Expr, remainder: sp.Expr, constants: frozenset[sp.Symbol]) -> bool:
-    """Whether −rest/pivot is the solution of pivot·u + rest = 0 wherever that holds.
+    """Say whether u = −remainder/pivot solves pivot·u + remainder = 0 in all states.
 
-    The pivot of x·sin(ω t) = y·cos(ω t) vanishes on the way.
+    The pivot of x·sin(ω t) = y·cos(ω t) vanishes at some times.
     """
     if remainder != 0 and remainder.free_symbols <= constants:
         return True  # where the pivot vanishes the equation does not hold
@@ -66,10 +66,10 @@ def solves_everywhere(pivot: sp.Expr, remainder: sp.Expr, constants: frozenset[s
 def solutions(
     phi: sp.Expr, unknown: sp.Symbol, at: _Value = lambda _: None, *, several: bool = True
 ) -> list[sp.Expr] | None:
-    """Every branch u(other symbols) of φ = 0; None where there is no closed form.
+    """Solve φ = 0: every branch u(other symbols); None if there is no closed form.
 
-    Of branches that recur with a period the one nearest to the reference
-    configuration is given.
+    Of branches that recur with a period, the one nearest to the reference
+    configuration is returned.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def solutions(
         Value of an expression at the reference configuration, None where that is
         not known.
     several
-        Whether more than one branch will do; without, there is None in their place.
+        Without, an equation of more than one branch gives None.
     """
     powers = _powers_of(phi, unknown)
     if powers is not None and set(powers) <= {0, 1, 2}:
@@ -97,10 +97,10 @@ def solutions(
 
 
 def _root(expr: sp.Expr) -> sp.Expr:
-    """A square root, its sign open, that stays smooth where a squared factor passes zero.
+    """Take a square root of either sign that stays smooth as a squared factor passes zero.
 
     With x = l sin θ on a circle, z = l cos θ follows the particle around it, whereas
-    the positive root l |cos θ| would throw it back where it crosses the diameter.
+    the positive root l |cos θ| would reflect it at the diameter.
     """
     expanded = sp.Add(*(expand_terms(expr, _TERM_BUDGET) or [expr]))
     candidates = []
@@ -116,7 +116,7 @@ def _root(expr: sp.Expr) -> sp.Expr:
 
 
 def _without_squares(expr: sp.Expr, function: Any) -> sp.Expr:
-    """Even powers of sines written in cosines, or the reverse."""
+    """Write even powers of sines in cosines, or the reverse."""
     partner = sp.cos if function is sp.sin else sp.sin
     powers = [p for p in expr.atoms(sp.Pow) if p.base.func is function and p.exp.is_Integer]
     rules = {p: (1 - partner(p.base.args[0]) ** 2) ** (p.exp / 2) for p in powers if p.exp.is_even}
@@ -124,7 +124,7 @@ def _without_squares(expr: sp.Expr, function: Any) -> sp.Expr:
 
 
 def _squares(product: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """``(a, b)`` with product = a²·b, as much in ``a`` as stands in even powers."""
+    """Split product = a²·b into ``(a, b)``, as much in ``a`` as stands in even powers."""
     outside, inside = sp.Integer(1), sp.Integer(1)
     for factor in sp.Mul.make_args(product):
         base, exponent = factor.as_base_exp()
@@ -136,7 +136,7 @@ def _squares(product: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
 
 @lru_cache(maxsize=4096)
 def _powers_of(phi: sp.Expr, unknown: sp.Symbol) -> Mapping[int, sp.Expr] | None:
-    """Coefficients of φ as a polynomial in the unknown; asked for several times in a row."""
+    """Give the coefficients of φ as a polynomial in the unknown; None if it is none."""
     terms = expand_terms(phi, _TERM_BUDGET)
     if terms is None:
         return None
@@ -158,7 +158,7 @@ def _powers_of(phi: sp.Expr, unknown: sp.Symbol) -> Mapping[int, sp.Expr] | None
 def _inverted(
     left: sp.Expr, right: sp.Expr, unknown: sp.Symbol, at: _Value
 ) -> list[sp.Expr] | None:
-    """Solve ``left = right`` by undoing the operations around a single occurrence."""
+    """Solve ``left = right`` by inverting the operations around a single occurrence."""
     if left == unknown:
         return [right]
     if left.is_Add or left.is_Mul:
@@ -180,7 +180,7 @@ def _inverted(
 
 
 def _nearest_period(inner: sp.Expr, value: sp.Expr, period: sp.Expr, at: _Value) -> sp.Expr:
-    """The value moved by whole periods to where ``inner`` is at the reference configuration."""
+    """Move a value by whole periods towards ``inner`` at the reference configuration."""
     if period == 0:
         return value
     here, there = at(inner), at(value)
@@ -192,7 +192,7 @@ def _nearest_period(inner: sp.Expr, value: sp.Expr, period: sp.Expr, at: _Value)
 def _undo(
     left: sp.Expr, right: sp.Expr, unknown: sp.Symbol
 ) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]] | None:
-    """(inner, value, period): ``inner = value + k·period`` together solve ``f(inner) = right``."""
+    """Invert f: ``inner = value + k·period`` together solve ``f(inner) = right``."""
     if left.is_Pow:
         return _undo_power(left.base, left.exp, right, unknown)
     if len(left.args) != 1:
@@ -224,30 +224,36 @@ def _undo_power(
     return None
 
 
-#: Terms and symbols of an equation that is tried for factors.
-_FACTOR_TERMS, _FACTOR_SYMBOLS = 8, 5
-#: The same multiplied out, and its highest power.
-_FACTOR_PRODUCTS, _FACTOR_POWER = 200, 32
+# Budgets of an equation that is tried for factors, set by hand.
 
+#: Its terms.
+_FACTOR_TERMS = 8
+#: Its symbols.
+_FACTOR_SYMBOLS = 5
+#: Its terms once multiplied out.
+_FACTOR_PRODUCTS = 200
+#: Its highest power.
+_FACTOR_POWER = 32
+
+#: Stand-ins for the symbols, so that equations of one shape are factored once.
 
 _PLACES = sp.symbols(f"s:{_FACTOR_SYMBOLS}", real=True)
 
 
 @lru_cache(maxsize=256)
 def _has_factors(form: sp.Expr) -> bool:
-    """Whether a polynomial in the symbols above is a product or a power: many equations of
-    a scene have one form."""
+    """Say whether a polynomial in the stand-ins is a product or a power."""
     return not factored_form(form).is_Add
 
 
 def _is_small(phi: sp.Expr) -> bool:
-    """Whether it may be multiplied out: counted before anything is."""
+    """Say whether an equation may be multiplied out, by a count beforehand."""
     powers = (p.exp for p in phi.atoms(sp.Pow) if p.exp.is_Integer)
     return all(e <= _FACTOR_POWER for e in powers) and term_count(phi) <= _FACTOR_PRODUCTS
 
 
 def factor_branches(phi: sp.Expr, constants: frozenset[sp.Symbol]) -> list[sp.Expr]:
-    """Factors of φ that can vanish, for short polynomial equations; φ itself where it has none."""
+    """List the factors of a short polynomial φ that can vanish; φ itself if it has none."""
     symbols = sorted(phi.free_symbols, key=str)
     short = len(sp.Add.make_args(phi)) <= _FACTOR_TERMS and len(symbols) <= _FACTOR_SYMBOLS
     if not short or not _is_small(phi) or not phi.is_polynomial(*symbols):

@@ -1,8 +1,8 @@
-"""Whether an expression is proven to have no jump on the way of a motion.
+"""Proofs that an expression is continuous along every motion.
 
 A quantity whose rate vanishes on both sides of a surface is conserved only if it does not jump
 there. Jumps come from ``sign`` and ``atan2``, and from quotients and functions of what becomes
-infinite: x/|x|, atan(1/x). Where a quantity itself becomes infinite no motion passes.
+infinite: x/|x|, atan(1/x). No motion passes through a state at which a quantity is infinite.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import sympy as sp
 
 __all__ = ["is_analytic", "is_continuous"]
 
-#: Operations in a radicand of which it is found out how it vanishes.
+#: Most operations in a radicand whose zeros are examined. Set by hand.
 _RADICAND_BUDGET = 100
 
 #: Functions that are continuous wherever their argument is.
@@ -29,8 +29,15 @@ _BENT = (sp.Abs, sp.Max, sp.Min)
 
 @dataclass(frozen=True)
 class _Nature:
-    """``infinite``: it may become so somewhere; ``bent``: it may be another analytic function
-    on the other side of a surface."""
+    """Properties of an expression without jumps.
+
+    Attributes
+    ----------
+    infinite
+        It may become infinite somewhere.
+    bent
+        It may be another analytic function on the other side of a surface.
+    """
 
     infinite: bool = False
     bent: bool = False
@@ -40,12 +47,12 @@ _SMOOTH = _Nature()
 
 
 def is_continuous(expression: sp.Expr, moving: Collection[sp.Symbol]) -> bool:
-    """Whether an expression is proven to be continuous in ``moving`` wherever it is finite."""
+    """Say whether an expression is proven continuous in ``moving`` wherever it is finite."""
     return _Natures(frozenset(moving)).nature(expression) is not None
 
 
 def is_analytic(expression: sp.Expr, moving: Collection[sp.Symbol]) -> bool:
-    """Whether an expression is proven to be one analytic function on all of its domain."""
+    """Say whether an expression is proven to be one analytic function on all of its domain."""
     nature = _Natures(frozenset(moving)).nature(expression)
     return nature is not None and not nature.bent
 
@@ -56,7 +63,7 @@ class _Natures:
         self.known: dict[sp.Expr, _Nature | None] = {}
 
     def nature(self, e: sp.Expr) -> _Nature | None:
-        """None where it may jump."""
+        """Give the nature of an expression; None if it may jump."""
         if e not in self.known:
             self.known[e] = self._nature(e)
         return self.known[e]
@@ -94,14 +101,14 @@ class _Natures:
         return _Nature(e.func in _INFINITE, bent)
 
     def _cancels(self, e: sp.Expr, whole: _Nature) -> bool:
-        """Whether something bent may vanish where another factor becomes infinite."""
+        """Say whether a bent factor may vanish where another becomes infinite."""
         if not (whole.infinite and whole.bent):
             return False
         open_factors = [f for f in e.args if f.free_symbols & self.moving and not f.is_nonzero]
         return len(open_factors) > 1 or not self._is_plain_pole(open_factors)
 
     def _is_plain_pole(self, factors: list[sp.Expr]) -> bool:
-        """What becomes infinite is the one factor that may vanish or do so."""
+        """Say whether the factors that may vanish or become infinite all may become infinite."""
         natures = [self.nature(f) for f in factors]
         return all(n is not None and n.infinite for n in natures)
 
@@ -123,7 +130,7 @@ class _Natures:
         return _Nature(not e.base.is_positive, base.bent or exponent.bent)
 
     def _has_simple_zeros(self, e: sp.Expr) -> bool:
-        """Whether a radicand is positive or changes sign where it vanishes: no hidden |u|."""
+        """Say whether a radicand is positive or changes sign at its zeros: no hidden |u|."""
         if e.is_positive:
             return True
         symbols = sorted(e.free_symbols, key=str)

@@ -1,7 +1,7 @@
-"""Sums of equations and inequalities that are false whatever the names in them are.
+"""Farkas certificates: sums of constraints that are false for all values of names.
 
-Every equation φ = 0 and inequality φ ≥ 0 is a row over its terms, taken as they stand: x, x²
-and sin x are three of them, of which no more is known than their bounds. Multipliers with
+Every equation φ = 0 and inequality φ ≥ 0 is a row over its terms, as if they were independent:
+x, x² and sin x are three of them, and only their bounds are used. Multipliers with
 which the terms cancel and a negative number is left show that the rows contradict each other
 (Farkas' lemma); at a vertex of all such multipliers no row can be left out (Gleeson and Ryan,
 Identifying minimally infeasible subsystems of inequalities, ORSA J. Computing 2, 1990). The
@@ -26,10 +26,16 @@ from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE
 
 __all__ = ["FalseSum", "false_sum"]
 
-#: Terms that a row may be multiplied out to, and of all rows.
-_TERM_BUDGET, _BUDGET = 80, 20_000
-#: A multiplier below this part of the largest is zero, and what rounding leaves of a sum.
-_NOTHING, _ROUNDING = 1e-9, mpf(10) ** -30
+# All set by hand.
+
+#: Terms that a row may be multiplied out to.
+_TERM_BUDGET = 80
+#: Terms of all rows.
+_BUDGET = 20_000
+#: Part of the largest multiplier below which one is zero.
+_NOTHING = 1e-9
+#: Relative size of a sum of products that is rounding.
+_ROUNDING = mpf(10) ** -30
 #: Sweeps over rows and columns that bring entries near 1.
 _SWEEPS = 6
 
@@ -50,9 +56,9 @@ class FalseSum:
     shares
         Multiplier of each row that takes part, by number.
     rest
-        What is missing; zero where it is a term that is positive.
+        Amount by which the sum misses zero; zero if a positive term proves it.
     bounds
-        What else was used, as ``x^2 >= 0``.
+        Bounds of terms that take part, as ``x^2 >= 0``.
     """
 
     shares: Mapping[int, mpf]
@@ -69,14 +75,14 @@ class _Rows:
     entries: list[dict[int, mpf]] = field(default_factory=list)
     constant: list[mpf] = field(default_factory=list)
     one_sided: list[bool] = field(default_factory=list)
-    #: Number of the stated row, or what a bound says.
+    #: Number of the stated row, or the text of a bound.
     origin: list[int | str] = field(default_factory=list)
     strict: list[int] = field(default_factory=list)
     units: list[mpf] = field(default_factory=list)
     size: mpf = _ONE
 
     def add(self, number: int, phi: sp.Expr, one_sided: bool) -> None:
-        """Add a row; nothing where it is too long, or not real."""
+        """Add a row unless it is too long or not real."""
         parts = expand_terms(phi, _TERM_BUDGET)
         if parts is None:
             return
@@ -112,7 +118,7 @@ class _Rows:
         return evaluate([number], known_values)[0], sp.Mul(*factors)
 
     def bound(self) -> None:
-        """Add what is known of terms by themselves."""
+        """Add the bounds of single terms."""
         for term, j in list(self.terms.items()):
             written = str(term).replace("**", "^")
             if term.is_positive:
@@ -151,7 +157,7 @@ class _Rows:
 
 
 def _middle(numbers: Sequence[mpf]) -> mpf:
-    """Geometric mean of the least and the largest that is not zero."""
+    """Give the geometric mean of the least and the largest magnitude that is not zero."""
     sizes = [abs(x) for x in numbers if x]
     return mpmath.sqrt(min(sizes) * max(sizes)) if sizes else mpf(1)
 
@@ -159,12 +165,12 @@ def _middle(numbers: Sequence[mpf]) -> mpf:
 def false_sum(
     equations: Sequence[tuple[sp.Expr, bool]], constants: Mapping[sp.Symbol, mpf]
 ) -> FalseSum | None:
-    """A sum of expressions that is negative though it is to be zero or more; None if none is.
+    """Find a sum of expressions that is negative though it is to be zero or more; None if none is.
 
     Parameters
     ----------
     equations
-        Each expression is to be zero, or (true) not negative.
+        Each expression, and false if it is to be zero, true if not negative.
     constants
         Values of the symbols that have one.
     """
@@ -185,9 +191,10 @@ def false_sum(
 
 
 def _vertex(rows: _Rows, strict: bool) -> _Array | None:
-    """Multipliers of least sum with which all terms cancel and −1 is left; doubles.
+    """Find multipliers of least sum with which all terms cancel and −1 is left.
 
-    ``strict``: what is left is at most zero, and terms that are positive count for 1.
+    Shape (rows,), in doubles; None if there are none. ``strict``: the constant left is at most
+    zero, and positive terms count for 1.
     """
     from scipy.optimize import linprog
 
@@ -215,7 +222,7 @@ def _vertex(rows: _Rows, strict: bool) -> _Array | None:
 
 
 def _balance(rows: _Rows, columns: Sequence[tuple[int, float]], counted: _Array) -> Any:
-    """What multipliers leave of each term, and ``counted``: a sparse matrix."""
+    """Assemble the sparse matrix from multipliers to each term, and to ``counted``."""
     from scipy.sparse import csr_array
 
     width = len(rows.terms)
@@ -230,7 +237,7 @@ def _balance(rows: _Rows, columns: Sequence[tuple[int, float]], counted: _Array)
 
 
 def _checked(rows: _Rows, shares: _Array, strict: bool) -> FalseSum | None:
-    """The sum in the digits carried; None where it does not hold there."""
+    """Verify the sum in the digits carried; None if it does not hold there."""
     sizes = np.abs(shares)
     part = [k for k in range(len(shares)) if sizes[k] > _NOTHING * sizes.max()]
     first = max(part, key=lambda k: sizes[k])

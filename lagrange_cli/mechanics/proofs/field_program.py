@@ -1,13 +1,13 @@
-"""Expressions as programs over a finite field.
+"""Expressions as straight-line programs over a finite field.
 
-Sums, products and integer powers are what they are. The rest is replaced by the weakest thing
+Sums, products and integer powers stay. Every other function is replaced by the weakest object
 that obeys the identities to be recognized: the sine and cosine of an angle are a point of the
 unit circle, those of rational combinations of angles follow by the addition theorems, and
 exponentials multiply likewise; a root is an element with that power; a switching function is
-what it is on one side; a logarithm or inverse function is a number for each argument. What
-holds of the replacements holds of the functions. The idea is Gonnet's ("Determining equivalence
-of expressions in random polynomial time", STOC 1984; "New results for random determination of
-equivalence of expressions", SYMSAC 1986).
+replaced by its value on one side; a logarithm or inverse function is a number for each
+argument. An identity of the replacements is one of the functions. The idea is Gonnet's
+("Determining equivalence of expressions in random polynomial time", STOC 1984; "New results for
+random determination of equivalence of expressions", SYMSAC 1986).
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ import sympy as sp
 
 __all__ = ["FieldProgram", "Indeterminate", "UndecidableError"]
 
-#: Operations in an argument of sin or exp above which it is not multiplied out.
+#: Operations in an argument of sin or exp above which it is not multiplied out. Set by hand.
 _ARGUMENT_BUDGET = 300
 
-#: Numbers under a root are split into primes below this one.
+#: Largest number under a root that is factored. Set by hand.
 _FACTORED = 10**15
 
 #: Angles c·π with c a multiple of 1/12 have sines and cosines in square roots.
@@ -35,12 +35,12 @@ _OPAQUE = (sp.log, sp.asin, sp.atan, sp.atan2, sp.asinh, sp.acosh, sp.atanh)
 
 
 class UndecidableError(Exception):
-    """An expression holds what the field knows nothing of, or is beyond the budget."""
+    """An expression holds a function without a meaning in the field, or is beyond the budget."""
 
 
 @dataclass(eq=False)
 class Indeterminate:
-    """What an angle, an exponent or a root is a rational multiple of.
+    """An element that angles, exponents or roots are rational multiples of.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Indeterminate:
     fixed
         A root of a number: it is in some fields and not in others.
     rough
-        A root of what holds switching functions.
+        A root of an expression with switching functions.
     """
 
     parts: int = 1
@@ -60,7 +60,7 @@ class Indeterminate:
     rough: bool = False
 
     def divide(self, c: sp.Rational) -> sp.Rational:
-        """Note a multiple."""
+        """Record a multiple."""
         self.parts = math.lcm(self.parts, int(c.q))
         return c
 
@@ -88,7 +88,7 @@ class FieldProgram:
 
     @classmethod
     def of(cls, expressions: Iterable[sp.Expr]) -> FieldProgram:
-        """The program of some expressions.
+        """Build the program of some expressions.
 
         Raises
         ------
@@ -101,7 +101,7 @@ class FieldProgram:
 
     @property
     def switches(self) -> bool:
-        """Whether a switching function occurs."""
+        """Say whether a switching function occurs."""
         return any(name in ("side", "select") for name, _ in self.operations)
 
     def _append(self, name: str, operands: Any) -> int:
@@ -109,7 +109,7 @@ class FieldProgram:
         return len(self.operations) - 1
 
     def number(self, e: sp.Expr) -> int:
-        """Number of the operation that has the value of an expression."""
+        """Give the number of the operation with the value of an expression."""
         if e not in self._index:
             self._index[e] = self._record(e)
         return self._index[e]
@@ -160,14 +160,14 @@ class FieldProgram:
     def _extreme(
         self, function: Any, arguments: Sequence[sp.Expr], part: Callable[[sp.Expr], int]
     ) -> int:
-        """max(a, b) is a on one side of a − b = 0 and b on the other; so is its sign."""
+        """Select by the side of a − b = 0: max(a, b) is a on one side and b on the other."""
         first, remaining = arguments[0], function(*arguments[1:])
         operands = (self._side(first - remaining), part(first), part(remaining))
         larger = 1 if function is sp.Max else -1
         return self._append("select", (*operands, larger))
 
     def _side(self, e: sp.Expr) -> int:
-        """The sign of an expression, by those of its factors that are not positive."""
+        """Multiply the signs of the factors that are not positive."""
         number, factors = _factors(e)
         sides = [self._factor_side(f) for f in factors]
         if number > 0 and len(sides) == 1:
@@ -203,7 +203,7 @@ class FieldProgram:
         return self._append("part", (self._radicals[base], atom, atom.divide(exponent)))
 
     def _circle(self, angle: sp.Expr) -> int:
-        """Cosine and sine of an angle."""
+        """Give the operation with cosine and sine of an angle."""
         if angle not in self._circles:
             multiples = _multiples(angle)
             quarter = multiples.pop(sp.pi, sp.S.Zero)
@@ -226,7 +226,7 @@ class FieldProgram:
 
 @lru_cache(maxsize=4096)
 def _factors(e: sp.Expr) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
-    """A sign, and factors, so that an expression has the sign of their product."""
+    """Give a number and factors whose product has the sign of an expression."""
     number, product = sp.factor_terms(e).as_coeff_Mul(rational=True)
     kept = []
     for factor in sp.Mul.make_args(product):
@@ -245,7 +245,7 @@ def _atoms(
 
 
 def _multiples(e: sp.Expr) -> dict[sp.Expr, sp.Rational]:
-    """A sum as rational multiples of what is not a number, in a fixed order."""
+    """Write a sum as rational multiples of terms that are not numbers, in a fixed order."""
     if sp.count_ops(e) > _ARGUMENT_BUDGET:
         return {e: sp.S.One}
     parts: dict[sp.Expr, sp.Rational] = {}
@@ -256,7 +256,7 @@ def _multiples(e: sp.Expr) -> dict[sp.Expr, sp.Rational]:
 
 
 def _rewritten(e: sp.Expr) -> sp.Expr | None:
-    """A function by those that have a meaning in the field; None where it stays."""
+    """Rewrite a function by ones with a meaning in the field; None if it stays."""
     x = e.args[0] if e.args else e
     if e.func is sp.tan:
         return sp.sin(x) / sp.cos(x)

@@ -3,7 +3,7 @@
 An expression that vanishes identically vanishes at every point of a finite field, and one
 that does not is zero there by accident with a probability of its degree over the size of the
 field (J. Schwartz, J. ACM 27, 1980; R. Zippel, EUROSAM 1979). Numbers there are exact: no
-coefficient is too small to be seen.
+coefficient is too small to matter.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SAFE_PRIMES = (
     2289054182232256327383526295669179199,
 )
 
-#: Numerators and denominators of numbers that are told from elements by chance.
+#: Bound of numerators and denominators by which a fraction is told from a random element.
 _SMALL = 2**40
 
 CirclePoint = tuple[int, int]
@@ -44,21 +44,21 @@ class NoValueError(ArithmeticError):
 
 
 def field_inverse(x: int, p: int) -> int:
-    """1/x."""
+    """Invert x; NoValueError for 0."""
     if x % p == 0:
         raise NoValueError
     return pow(x, -1, p)
 
 
 def field_power(x: int, n: int, p: int) -> int:
-    """x to an integer power."""
+    """Raise x to an integer power; NoValueError for a negative power of 0."""
     if n < 0 and x % p == 0:
         raise NoValueError
     return pow(x, n, p)
 
 
 def field_root(x: int, q: int, p: int) -> int:
-    """A q-th root of x, itself a square where q is even.
+    """Take a q-th root of x, itself a square for even q.
 
     Raises
     ------
@@ -76,10 +76,10 @@ def field_root(x: int, q: int, p: int) -> int:
 
 
 def sign_of_fraction(x: int, p: int) -> int:
-    """The sign of the fraction with small numerator and denominator that x is; 0 for none.
+    """Give the sign of the fraction with small numerator and denominator that x is; 0 if none.
 
-    By chance an element is one with a probability of 1e-12 (P. Wang, SYMSAC 1981, has the
-    method).
+    Rational reconstruction (P. Wang, SYMSAC 1981); a random element is such a fraction with a
+    probability of 1e-12.
     """
     before, after, factor, following = p, x % p, 0, 1
     while after >= _SMALL:
@@ -92,19 +92,21 @@ def sign_of_fraction(x: int, p: int) -> int:
 
 
 def circle_point(u: int, p: int) -> CirclePoint:
-    """The point of the unit circle whose half-angle has the tangent u (1 + u² has an inverse
-    since −1 is no square)."""
+    """Give the point of the unit circle whose half-angle has the tangent u.
+
+    1 + u² has an inverse since −1 is no square.
+    """
     scale = field_inverse(1 + u * u, p)
     return (1 - u * u) * scale % p, 2 * u * scale % p
 
 
 def add_angles(a: CirclePoint, b: CirclePoint, p: int) -> CirclePoint:
-    """Cosine and sine of the sum of two angles."""
+    """Give cosine and sine of the sum of two angles."""
     return (a[0] * b[0] - a[1] * b[1]) % p, (a[0] * b[1] + a[1] * b[0]) % p
 
 
 def multiple_angle(a: CirclePoint, n: int, p: int) -> CirclePoint:
-    """Cosine and sine of n times an angle."""
+    """Give cosine and sine of n times an angle."""
     if n < 0:
         a, n = (a[0], -a[1]), -n
     result: CirclePoint = (1, 0)

@@ -1,8 +1,8 @@
-"""Equations as quadratic forms over generators: what proofs of contradiction are made of.
+"""Equations as quadratic forms over generators, for sum-of-squares proofs.
 
 Every equation becomes Σ fᵢⱼ gᵢ gⱼ = 0 over generators g₀ = 1, g₁, …: symbols, functions of
-them, and products of two generators where a term has more than two factors. What holds of
-generators by themselves is kept beside: sin² + cos² = 1, (√u)² = u, √u ≥ 0, exp u > 0.
+them, and products of two generators for terms of more than two factors. Relations of
+generators are kept beside: sin² + cos² = 1, (√u)² = u, √u ≥ 0, exp u > 0.
 """
 
 from __future__ import annotations
@@ -19,8 +19,14 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
 __all__ = ["FormBudgetError", "QuadraticForm", "QuadraticForms"]
 
-#: Terms that an equation may be multiplied out to; generators of all; factors of a term.
-_TERM_BUDGET, _GENERATOR_BUDGET, _DEGREE_BUDGET = 80, 60, 8
+# Budgets, set by hand.
+
+#: Terms that an equation may be multiplied out to.
+_TERM_BUDGET = 80
+#: Generators of all equations.
+_GENERATOR_BUDGET = 60
+#: Factors of a term.
+_DEGREE_BUDGET = 8
 
 QuadraticForm = dict[tuple[int, int], mpf]
 """Coefficients fᵢⱼ, i ≤ j, of a quadratic form over generators."""
@@ -37,12 +43,12 @@ _RANGES = {
 
 
 class FormBudgetError(Exception):
-    """More than the budget."""
+    """Equations beyond the budget of terms, factors or generators."""
 
 
 @dataclass
 class QuadraticForms:
-    """Generators, and what equations are over them.
+    """Generators, and the forms of equations over them.
 
     Attributes
     ----------
@@ -64,7 +70,7 @@ class QuadraticForms:
     _products: dict[tuple[int, ...], int] = field(default_factory=dict)
 
     def form(self, expr: sp.Expr) -> QuadraticForm:
-        """An expression as a quadratic form.
+        """Write an expression as a quadratic form.
 
         Raises
         ------
@@ -82,7 +88,7 @@ class QuadraticForms:
         return {pair: x for pair, x in coefficients.items() if x}
 
     def multiply(self, form: QuadraticForm, generator: int) -> QuadraticForm:
-        """A form times a generator."""
+        """Multiply a form by a generator."""
         coefficients: QuadraticForm = {}
         for (i, j), x in form.items():
             factors = [*self.monomials[i], *self.monomials[j], *self.monomials[generator]]
@@ -91,7 +97,7 @@ class QuadraticForms:
         return {pair: x for pair, x in coefficients.items() if x}
 
     def coincidences(self) -> list[QuadraticForm]:
-        """Pairs of generators that have the same product, in all ways."""
+        """List the relations between pairs of generators with the same product."""
         ways: dict[tuple[int, ...], tuple[int, int]] = {}
         differences: list[QuadraticForm] = []
         for j, second in enumerate(self.monomials):
@@ -110,7 +116,7 @@ class QuadraticForms:
                 self._product(tuple(sorted((*self.monomials[i], *self.monomials[j]))))
 
     def _factors(self, term: sp.Expr) -> tuple[mpf, list[int]]:
-        """The number in a term, and the atoms in it."""
+        """Split a term into its number and its atoms."""
         number, factors = _ONE, list[int]()
         for factor in sp.Mul.make_args(term):
             if factor.free_symbols <= self.constants.keys():
@@ -137,7 +143,7 @@ class QuadraticForms:
         return len(self.monomials) - 1
 
     def _atom(self, expr: sp.Expr) -> tuple[int, ...]:
-        """The generator of a symbol or function; twice that of its root where it has one."""
+        """Give the generator of a symbol or function; twice that of its root if it has one."""
         if expr not in self._atoms:
             number = self._root()
             rooted = expr.is_nonnegative or expr.func is sp.acosh or _is_root(expr)
@@ -146,13 +152,13 @@ class QuadraticForms:
         return self._atoms[expr]
 
     def _root(self) -> int:
-        """A generator that is nothing but itself."""
+        """Add a generator that is no product."""
         number = self._new(())
         self.monomials[number] = (number,)
         return number
 
     def _relate(self, expr: sp.Expr, atom: tuple[int, ...]) -> None:
-        """What holds of a function by itself."""
+        """Add the relation that defines or bounds a function."""
         if expr.func in (sp.sin, sp.cos):
             partner = self._atom((sp.cos if expr.func is sp.sin else sp.sin)(expr.args[0]))
             if partner > atom:
@@ -178,7 +184,7 @@ class QuadraticForms:
         self.relations.append(_sum(form, {(0, 0): constant}))
 
     def _positive(self) -> tuple[int, int]:
-        """Something that is not negative."""
+        """Add a square, which stands for any number that is not negative."""
         root = self._root()
         return root, root
 
@@ -186,7 +192,7 @@ class QuadraticForms:
         return self._pair(atom * 2)
 
     def _pair(self, factors: Sequence[int]) -> tuple[int, int]:
-        """Two generators with this product of atoms; equal ones are paired first."""
+        """Split a product of atoms into two generators; equal atoms are paired first."""
         if len(factors) <= 1:
             return 0, factors[0] if factors else 0
         if len(factors) == 2:
@@ -202,7 +208,7 @@ class QuadraticForms:
         return min(first, second), max(first, second)
 
     def _product(self, monomial: tuple[int, ...]) -> int:
-        """The generator of a product of atoms, made of generators of smaller ones."""
+        """Give the generator of a product of atoms, related to generators of smaller ones."""
         if len(monomial) <= 1:
             return monomial[0] if monomial else 0
         if monomial not in self._products:
@@ -225,7 +231,7 @@ def _sum(form: QuadraticForm, addend: QuadraticForm) -> QuadraticForm:
 
 
 def _halves(pairs: Sequence[tuple[int, int]], single: Sequence[int]) -> tuple[list[int], list[int]]:
-    """Two products of about the same degree; squares of one thing where that is possible."""
+    """Split into two products of about the same degree, equal ones if possible."""
     first = [a for a, _ in pairs]
     second = list(first)
     for k, atom in enumerate(single):

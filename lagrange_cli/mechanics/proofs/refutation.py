@@ -1,7 +1,7 @@
-"""Real states at which what is not proven is seen to be false.
+"""Refutation by example: real states at which a claim is false.
 
-Points are drawn over many magnitudes, on both sides of zero: what rests near the start acts
-somewhere. A value that differs in so many digits there is no rounding error.
+States are drawn over many magnitudes, on both sides of zero: a stop that rests near the start
+acts at some of them. A difference that more digits repeat is no rounding error.
 """
 
 from __future__ import annotations
@@ -18,16 +18,25 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, evaluate
 __all__ = ["depends", "is_nonzero", "jumps", "states_for", "values_at"]
 
 _ZERO = mpf(0)
-_DIGITS, _AGREED, _MORE = 120, 100, 40
 
-#: States over all magnitudes, and beside each surface.
-_STATES, _BESIDE = 40, 6
+# All set by hand.
 
-#: Surfaces that are looked at.
+#: Decimal digits of values.
+_DIGITS = 120
+#: Digits below its terms at which a value may be rounding.
+_AGREED = 100
+#: Further digits that are to confirm a value.
+_MORE = 40
+#: States over all magnitudes.
+_STATES = 40
+#: States beside each surface.
+_BESIDE = 6
+#: Most surfaces that are examined.
 _SURFACES = 48
-
-#: How far apart the two sides of a surface are looked at, and digits that a jump is not below.
-_APART, _JUMP = mpf(10) ** -95, 70
+#: Distance from a surface on either side.
+_APART = mpf(10) ** -95
+#: Digits below its terms at which a jump may be rounding.
+_JUMP = 70
 
 _key = sp.default_sort_key
 
@@ -35,7 +44,7 @@ _State = dict[sp.Symbol, mpf]
 
 
 def _states(symbols: Sequence[sp.Symbol], number: int = _STATES) -> Iterator[_State]:
-    """Random states: of order one, then of magnitudes between 1e-6 and 1e9."""
+    """Draw random states: of order one, then of magnitudes between 1e-6 and 1e9."""
     source = random.Random(1788)
     for k in range(number):
         state = {}
@@ -48,19 +57,19 @@ def _states(symbols: Sequence[sp.Symbol], number: int = _STATES) -> Iterator[_St
 
 
 def is_nonzero(expression: sp.Expr) -> bool:
-    """Whether an expression is seen not to vanish: it is not small beside its terms somewhere."""
+    """Say whether an expression is not small relative to its terms at some state."""
     return expression != 0 and _differs(sp.Add.make_args(expression))
 
 
 def depends(expression: sp.Expr, symbol: sp.Symbol) -> bool:
-    """Whether an expression is seen to have two values for two of a symbol."""
+    """Say whether an expression has two values for two values of a symbol at some state."""
     dependent = [t for t in sp.Add.make_args(expression) if symbol in t.free_symbols]
     elsewhere = sp.Dummy(symbol.name, **symbol.assumptions0)
     return _differs([*dependent, *(-t.xreplace({symbol: elsewhere}) for t in dependent)])
 
 
 def jumps(expression: sp.Expr) -> bool:
-    """Whether an expression is seen to have two values on two sides of a surface."""
+    """Say whether an expression has two values on two sides of a surface."""
     terms = sp.Add.make_args(expression)
     for surface, symbol in _surfaces(terms):
         there = _on(surface, symbol, sorted(_symbols(terms), key=_key))
@@ -70,7 +79,7 @@ def jumps(expression: sp.Expr) -> bool:
             size, step = sum(map(abs, (*here, *beyond))), sum(here) - sum(beyond)
             if abs(step) <= mpf(10) ** -_JUMP * size:
                 continue
-            # Terms that cancel within a function are rounding, which more digits do not repeat.
+            # Cancellation within a function leaves rounding, which more digits do not repeat.
             closer = [v for _, v in _seen(terms, [near_state, far_state], _DIGITS + _MORE)]
             if len(closer) == 2 and abs(sum(closer[0]) - sum(closer[1]) - step) <= abs(step) / 2:
                 return True
@@ -78,7 +87,7 @@ def jumps(expression: sp.Expr) -> bool:
 
 
 def _differs(terms: Sequence[sp.Expr]) -> bool:
-    """Whether a sum of terms is not zero somewhere, and not by rounding: more digits agree."""
+    """Say whether a sum of terms is not zero at some state, confirmed by more digits."""
     for state, parts in _seen(terms, states_for(terms), _DIGITS):
         total = sum(parts)
         if abs(total) <= mpf(10) ** -_AGREED * sum(map(abs, parts)):
@@ -90,7 +99,7 @@ def _differs(terms: Sequence[sp.Expr]) -> bool:
 
 
 def values_at(expressions: Sequence[sp.Expr], points: Iterable[_State]) -> Iterator[list[mpf]]:
-    """Values of expressions, in many digits, at those states where all are finite and real."""
+    """Evaluate expressions in many digits at the states at which all are finite and real."""
     return (values for _, values in _seen(expressions, points, _DIGITS))
 
 
@@ -118,12 +127,12 @@ def _symbols(expressions: Iterable[sp.Expr]) -> set[sp.Symbol]:
 def states_for(
     expressions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol] | None = None
 ) -> Iterator[_State]:
-    """States over many magnitudes, and at and beside the surfaces of switching functions.
+    """Draw states over many magnitudes, and beside the surfaces of switching functions.
 
     Parameters
     ----------
     symbols
-        Those that states give; by default those of the expressions.
+        Symbols with a value in each state; by default those of the expressions.
     """
     named = symbols if symbols is not None else sorted(_symbols(expressions), key=_key)
     with mpmath.workdps(_DIGITS):
@@ -136,7 +145,7 @@ def states_for(
 
 
 def _on(surface: sp.Expr, symbol: sp.Symbol, symbols: Sequence[sp.Symbol]) -> Iterator[_State]:
-    """States on a surface, which is linear in one of the symbols."""
+    """Draw states on a surface, which is linear in one of the symbols."""
     with mpmath.workdps(_DIGITS):
         slope = surface.diff(symbol)
         for state in _states(symbols, _BESIDE):
@@ -150,8 +159,10 @@ def _on(surface: sp.Expr, symbol: sp.Symbol, symbols: Sequence[sp.Symbol]) -> It
 
 
 def _surfaces(expressions: Sequence[sp.Expr]) -> Iterator[tuple[sp.Expr, sp.Symbol]]:
-    """Sums within functions and powers, and what switching functions are of: where they vanish
-    something may happen. With each a symbol in which it is linear."""
+    """Yield surfaces at which an expression may jump, with a symbol in which each is linear.
+
+    They are zeros of sums, and of the arguments of switching functions.
+    """
     sums = set().union(*(e.atoms(sp.Add) for e in expressions))
     for switch in set().union(*(e.atoms(sp.Abs, sp.sign, sp.Max, sp.Min) for e in expressions)):
         first, *others = switch.args

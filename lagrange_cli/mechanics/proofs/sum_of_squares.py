@@ -1,10 +1,10 @@
-"""Proofs that equations have no common real solution.
+"""Sum-of-squares proofs that equations have no common real solution.
 
 Multipliers cₖ for which Σ cₖ φₖ is a positive number plus a sum of squares show that the
 φₖ are not all zero anywhere (Parrilo, Semidefinite programming relaxations for semialgebraic
 problems, Math. Program. 96 (2003), section 4; for rods they are a stress that no lengths
 balance). They are sought numerically, by an interior-point method, over quadratic forms
-(:mod:`.quadratic_forms`), and what is found is checked in high precision.
+(:mod:`.quadratic_forms`), and checked in high precision.
 """
 
 from __future__ import annotations
@@ -28,17 +28,28 @@ from lagrange_cli.stages import announce
 
 __all__ = ["contradicting_equations"]
 
-#: Forms, those of relations included; equations and symbols whose products are tried too.
-_FORM_BUDGET, _SMALL = 160, 5
+# All set by hand.
 
-#: What is left of the digits carried where a difference is zero; of a multiplier that is.
-_ROUNDING, _NOTHING = mpf(10) ** -30, 1e-9
+#: Most forms, those of relations included.
+_FORM_BUDGET = 160
+#: Most equations, and most symbols, whose products are tried too.
+_SMALL = 5
+#: Relative size of a difference that is rounding.
+_ROUNDING = mpf(10) ** -30
+#: Part of the largest multiplier below which one is zero.
+_NOTHING = 1e-9
 #: Least eigenvalue that counts as positive, of forms with entries up to 1.
 _POSITIVE = 1e-8
-#: Newton steps for one weight of the barrier, growth of the weight, and how many there are.
-_NEWTON, _GROWTH, _WEIGHTS = 12, 8.0, 11
-#: A Newton decrement and a step length that are small enough to stop at.
-_SETTLED, _SHORTEST = 1e-6, 1e-12
+#: Newton steps for one weight of the barrier.
+_NEWTON = 12
+#: Growth of the weight.
+_GROWTH = 8.0
+#: Number of weights.
+_WEIGHTS = 11
+#: Newton decrement to stop at.
+_SETTLED = 1e-6
+#: Length of a damped step to stop at, relative to the full one.
+_SHORTEST = 1e-12
 
 _Array = NDArray[np.float64]
 
@@ -48,7 +59,7 @@ def contradicting_equations(
     constants: Mapping[sp.Symbol, mpf],
     products: Sequence[bool] = (False, True),
 ) -> list[int] | None:
-    """Numbers of expressions that are not all zero for any real symbols, if that is proven.
+    """Number the expressions that are proven not to vanish together; None without proof.
 
     Parameters
     ----------
@@ -70,9 +81,14 @@ def contradicting_equations(
 
 @dataclass(frozen=True)
 class _Combination:
-    """A form that vanishes, and the equations (−1: none) that it is made of.
+    """A combination of equations, as a form that vanishes.
 
-    ``size`` is the sum of what its constant was added up from.
+    Attributes
+    ----------
+    owners
+        Numbers of the equations in it; −1 for a relation of generators.
+    size
+        Sum of the magnitudes that its constant was added up from.
     """
 
     form: QuadraticForm
@@ -112,7 +128,7 @@ def _forms(
 
 
 def _number(combinations: Sequence[_Combination]) -> frozenset[int] | None:
-    """Equations with a combination that is a number other than zero."""
+    """Find equations with a combination that is a nonzero number; None if there are none."""
     left = [c for c in combinations if c.form]
     while lone := {p for c in left for p in c.form} - {(0, 0)}:
         left = _without(left, min(lone))
@@ -123,7 +139,7 @@ def _number(combinations: Sequence[_Combination]) -> frozenset[int] | None:
 
 
 def _squares(combinations: Sequence[_Combination]) -> frozenset[int] | None:
-    """Equations with a combination that is a sum of squares and a positive number."""
+    """Find equations with a combination that is a positive number plus a sum of squares."""
     combinations = _faced(combinations)
     kept = _pivots([c.form for c in combinations])
     if 0 not in kept:
@@ -142,7 +158,7 @@ def _squares(combinations: Sequence[_Combination]) -> frozenset[int] | None:
 
 
 def _faced(combinations: Sequence[_Combination]) -> list[_Combination]:
-    """Combinations without generators whose square no form holds: those cannot be made good."""
+    """Eliminate generators whose square no form holds: they admit no sum of squares."""
     left = [c for c in combinations if c.form]
     while True:
         squared = {i for c in left for i, j in c.form if i == j}
@@ -153,7 +169,7 @@ def _faced(combinations: Sequence[_Combination]) -> list[_Combination]:
 
 
 def _without(combinations: Sequence[_Combination], pair: tuple[int, int]) -> list[_Combination]:
-    """Combinations in which a product of generators cancels."""
+    """Combine so that a product of generators cancels."""
     holding = [c for c in combinations if pair in c.form]
     pivot = max(holding, key=lambda c: abs(c.form[pair]) / max(map(abs, c.form.values())))
     reduced = []
@@ -172,7 +188,7 @@ def _without(combinations: Sequence[_Combination], pair: tuple[int, int]) -> lis
 def _difference(
     form: QuadraticForm, ratio: mpf, pivot: QuadraticForm, gone: tuple[int, int]
 ) -> QuadraticForm | None:
-    """form − ratio·other; None where it is nothing, or cancels to within the tolerance."""
+    """Subtract ratio·pivot from a form; None if nothing is left, or only within the tolerance."""
     difference = dict(form)
     for p, x in pivot.items():
         left = difference.pop(p, mpf(0)) - ratio * x
@@ -185,10 +201,10 @@ def _difference(
 
 
 def _pivots(forms: Sequence[QuadraticForm]) -> list[int]:
-    """Generators that the others do not move with: along the rest no form changes.
+    """Find pivot generators; the others span directions along which no form changes.
 
-    Sparse elimination on the rows of all forms. The form that is left when the others are
-    set to zero says as much as the whole.
+    Sparse elimination on the rows of all forms. With the other generators set to zero the
+    forms say as much as the whole.
     """
     rows: dict[int, dict[int, mpf]] = {}
     for form in forms:
@@ -225,7 +241,7 @@ def _restricted(form: QuadraticForm, kept: Sequence[int]) -> QuadraticForm:
 
 
 def _equilibrated(forms: Sequence[QuadraticForm], size: int) -> tuple[_Array, list[mpf]]:
-    """Matrices of the forms in units in which entries are near 1, and a factor for each.
+    """Scale the forms to entries near 1: matrices, shape (forms, n, n), and a factor for each.
 
     Logarithms of units and factors by least squares (Curtis and Reid, On the automatic scaling
     of matrices for Gaussian elimination, IMA J. Appl. Math. 10 (1972)).
@@ -247,11 +263,11 @@ def _equilibrated(forms: Sequence[QuadraticForm], size: int) -> tuple[_Array, li
 
 
 def _interior(matrices: _Array) -> _Array | None:
-    """c in [−1, 1] with Σ c·matrix positive definite.
+    """Find c in [−1, 1] with Σ c·matrix positive definite; None if there is none.
 
-    The largest least eigenvalue τ by Newton's method on a logarithmic barrier (Boyd and
-    Vandenberghe, Convex Optimization, 2004, section 11.3); it stops where τ is positive, or
-    where the gap of the barrier shows that it is not.
+    The largest least eigenvalue τ is found by Newton's method on a logarithmic barrier (Boyd and
+    Vandenberghe, Convex Optimization, 2004, section 11.3), which stops as soon as τ is positive,
+    or the gap of the barrier shows that it is not.
     """
     count, size, _ = matrices.shape
     c, tau, weight = np.zeros(count), -1.0, 1.0
@@ -278,7 +294,10 @@ def _least(matrices: _Array, c: _Array) -> float:
 
 
 def _newton(matrices: _Array, c: _Array, tau: float, weight: float) -> tuple[_Array, float, float]:
-    """A damped step for weight·τ + log det(Σ c·matrix − τ) + Σ log(1 − c²), and its decrement."""
+    """Take a damped step for weight·τ + log det(Σ c·matrix − τ) + Σ log(1 − c²).
+
+    Returns c, τ and the Newton decrement.
+    """
     count, size, _ = matrices.shape
     inverse = np.linalg.inv(np.tensordot(c, matrices, 1) - tau * np.eye(size))
     # Direction by direction: the forms, then −1 for τ.
@@ -307,9 +326,9 @@ def _inside(matrices: _Array, c: _Array, tau: float) -> bool:
 
 
 def _is_proof(forms: Sequence[QuadraticForm], c: Sequence[mpf], size: int, least: mpf) -> bool:
-    """Whether Σ c·form is a sum of squares plus a number greater than ``least``.
+    """Say whether Σ c·form is a sum of squares plus a number greater than ``least``.
 
-    Elimination in the digits carried; the constant comes last.
+    Gaussian elimination in the digits carried; the constant is the last pivot.
     """
     matrix = [[mpf(0)] * size for _ in range(size)]
     sizes = [mpf(0)] * size

@@ -1,11 +1,11 @@
-"""Zero tests that prove: expressions evaluated at random points of finite fields.
+"""Zero tests by evaluation at random points of finite fields (Schwartz–Zippel).
 
 Facts about motions ("L does not depend on x") are statements about every state, and values at
 states near the start do not show them: a stop, max(0, x − 3), rests there, and a narrow well
-is nothing a little away from it. In a finite field (:mod:`.field_program` says what functions
-are there) there is no near and far, no small and large, and each side of every switching
-function is looked at. An expression that is not identically zero passes with a probability of
-its degree over 1e36, at each of two points. What is not proven is said to be so; it may hold.
+is nothing a little away from it. A finite field (:mod:`.field_program` says what functions
+are there) has no near and far, no small and large, and each side of every switching
+function is visited. An expression that is not identically zero passes with a probability of
+its degree over 1e36, at each of two points. A claim without proof may still hold.
 """
 
 from __future__ import annotations
@@ -44,18 +44,18 @@ __all__ = [
 ]
 
 _Relation = Callable[[Sequence[int], int], bool]
-"""What values of expressions, modulo a prime, must satisfy."""
+"""Tells from values of expressions, modulo a prime, if a relation holds."""
 
-#: Operations in the field that one question may take.
+#: Operations in the field that one question may take. Set by hand.
 _BUDGET = 400_000
 
-#: Points, each of another field, at which each combination of sides is looked at.
+#: Points, each of another field, at which each combination of sides is visited.
 _POINTS = 2
 
-#: The same where a root may be √(u²): at each point it is u or −u by chance.
+#: The same if a root may be √(u²): at each point it is u or −u by chance.
 _MORE_POINTS = 24
 
-#: Arrivals at a root whose radicand was a square each time, after which it counts as one.
+#: Visits to a root with a square radicand each time, after which it counts as √(u²): 2^−48.
 _ARRIVALS = 48
 
 
@@ -67,8 +67,8 @@ class _Point:
     signs
         Sides of switching functions and signs of roots as they are met; + after the last.
     formal
-        Give each switching function a random value in place of ±1: what then vanishes does
-        so on all sides.
+        Give each switching function a random value in place of ±1: an expression that then
+        vanishes does so on all sides.
     free
         Roots whose sign is indifferent, since it is that of a conjugate.
     """
@@ -103,7 +103,7 @@ class _Point:
         return self.table[key]
 
     def run(self, program: FieldProgram) -> list[int]:
-        """Values of the outputs.
+        """Evaluate the outputs.
 
         Raises
         ------
@@ -205,7 +205,7 @@ class _Point:
 
 
 class _Survey:
-    """Looks at a program at points of several fields, within a budget."""
+    """Evaluations of a program at points of several fields, within a budget."""
 
     def __init__(self, program: FieldProgram) -> None:
         self.program = program
@@ -217,12 +217,12 @@ class _Survey:
             raise UndecidableError
 
     def points(self) -> Iterator[tuple[int, str]]:
-        """A prime and a seed for each point that is to be looked at."""
+        """Yield a prime and a seed for each point to visit."""
         for k in range(_MORE_POINTS if self.even - self.free else _POINTS):
             yield self.primes[k % len(self.primes)], str(k)
 
     def _has_constants(self, p: int) -> bool:
-        """Whether the roots of numbers are in the field."""
+        """Say whether the roots of numbers are in the field."""
         fixed = {b: a for b, a in self.program.roots.items() if a.fixed}
         roots = FieldProgram.of(sp.Pow(b, sp.Rational(1, a.parts)) for b, a in fixed.items())
         try:
@@ -234,10 +234,10 @@ class _Survey:
     def at(
         self, p: int, seed: str, signs: Sequence[int], formal: bool
     ) -> tuple[list[int], list[int]]:
-        """Values at a point where there are some, with the signs that were taken.
+        """Evaluate at the first random point that has values; return them and the signs taken.
 
-        The points tried are the same for all signs, so that both signs of a root are looked
-        at in one.
+        The points tried are the same for all signs, so that both signs of a root are visited
+        at one point.
         """
         for attempt in range(_BUDGET):
             point = _Point(p, f"{p} {seed} {attempt}", signs, formal, self.free)
@@ -247,7 +247,7 @@ class _Survey:
         raise UndecidableError
 
     def run(self, point: _Point) -> list[int] | None:
-        """Values at a point; None where a root has none there."""
+        """Evaluate at a point; None if a root has no value there."""
         try:
             return point.run(self.program)
         except NoValueError:
@@ -263,7 +263,7 @@ class _Survey:
             raise UndecidableError
 
     def settle_roots(self) -> None:
-        """Find roots whose sign is indifferent: of what is not a square, beside earlier roots.
+        """Find roots whose sign is indifferent: their radicand is not always a square.
 
         The sign of √e is that of a conjugate unless e is a square of something in the
         expressions, as where it hides |u| = √(u²).
@@ -284,7 +284,7 @@ class _Survey:
 
 
 def values_on_sides(expressions: Sequence[sp.Expr]) -> Iterator[tuple[list[int], int]]:
-    """Values, modulo the prime that stands with them, on every combination of sides.
+    """Evaluate on every combination of sides: values, and the prime they are modulo.
 
     Raises
     ------
@@ -306,18 +306,18 @@ def _sides(program: FieldProgram, formal: bool) -> Iterator[tuple[list[int], int
 
 
 def _next(signs: Sequence[int]) -> list[int] | None:
-    """The next of all sequences of signs after one, + before −."""
+    """Give the next sequence of signs, + before −; None after the last."""
     last = max((k for k, s in enumerate(signs) if s == 1), default=None)
     return None if last is None else [*signs[:last], -1]
 
 
 def relation_holds(expressions: Sequence[sp.Expr], relation: _Relation) -> bool:
-    """Whether a polynomial relation between expressions is proven.
+    """Say whether a polynomial relation between expressions is proven.
 
     Parameters
     ----------
     relation
-        Given their values modulo a prime; it must be that polynomials in them vanish.
+        Takes their values and a prime; true if polynomials in them vanish modulo it.
     """
     try:
         program = FieldProgram.of(expressions)
@@ -335,21 +335,21 @@ def _holds(program: FieldProgram, relation: _Relation, formal: bool) -> bool:
 
 
 def vanish(*expressions: sp.Expr) -> bool:
-    """Whether all expressions are proven to be zero wherever they have a value."""
+    """Say whether all expressions are proven to be zero wherever they have a value."""
     pending = [e for e in expressions if e != 0]
     return not pending or relation_holds(pending, lambda values, p: not any(v % p for v in values))
 
 
 def are_equal(a: sp.Expr, b: sp.Expr) -> bool:
-    """Whether two expressions are proven to be equal wherever both have a value."""
+    """Say whether two expressions are proven to be equal wherever both have a value."""
     return a == b or relation_holds([a, b], lambda values, p: (values[0] - values[1]) % p == 0)
 
 
 def does_not_depend(expression: sp.Expr, symbol: sp.Symbol) -> bool:
-    """Whether an expression is proven to have one value whatever that of a symbol is.
+    """Say whether an expression is proven to have one value for all values of a symbol.
 
-    Two values are compared, each on its own side of every switching function, so that no jump
-    escapes, as a derivative lets it.
+    Two values are compared, each on its own side of every switching function: unlike a
+    derivative, that does not miss a jump.
     """
     dependent = [t for t in sp.Add.make_args(expression) if symbol in t.free_symbols]
     if not dependent:

@@ -23,10 +23,9 @@ from lagrange_cli.mechanics.diagnosis.inconsistency import (
     diagnose_no_configuration,
     proven_inconsistency,
 )
-from lagrange_cli.mechanics.elimination.branches import AmbiguousFactorError
+from lagrange_cli.mechanics.elimination.branches import AmbiguousFactorError, NoRealSolutionError
 from lagrange_cli.mechanics.elimination.eliminate import (
     Elimination,
-    NoRealSolutionError,
     StatedEquation,
     eliminate,
 )
