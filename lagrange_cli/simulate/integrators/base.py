@@ -105,7 +105,7 @@ class ConstrainedRhs:
 
     @property
     def expressions(self) -> object:
-        """Those of the right-hand side (:mod:`.expressions`)."""
+        """The expressions of the right-hand side (:mod:`.expressions`)."""
         return getattr(self.rhs, "expressions", None)
 
     def __call__(self, t: float, y: Array) -> Array:
@@ -113,9 +113,9 @@ class ConstrainedRhs:
 
 
 def projection(rhs: Rhs) -> Projection | None:
-    """What moves a state onto the constraints of a right-hand side, None where it has none."""
-    found: Projection | None = getattr(rhs, "project", None)
-    return found
+    """Return the projection onto the constraints of a right-hand side, None without constraints."""
+    project: Projection | None = getattr(rhs, "project", None)
+    return project
 
 
 class StepError(Exception):
@@ -136,12 +136,18 @@ class UnfitError(Exception):
 
 @dataclass(frozen=True)
 class Control:
-    """What steers the steps.
+    """The tolerances and step sizes of a run.
 
-    ``rtol`` and ``atol`` have one entry a component of y; ``first_step`` and
-    ``max_step`` are times; ``step`` is the step of methods that are not
-    adaptive. ``autonomous``: rhs is known not to depend on t, so that what rests
-    goes on to.
+    Attributes
+    ----------
+    rtol, atol
+        Tolerances of each component of y, relative and absolute, shape (2n,).
+    first_step, max_step
+        Times.
+    step
+        The step of methods that are not adaptive, None for others.
+    autonomous
+        Whether rhs is known not to depend on t, so that what rests goes on to.
     """
 
     rtol: Array
@@ -158,7 +164,7 @@ EventStart: TypeAlias = tuple[tuple[float, ...], tuple[float, ...], tuple[float,
 
 @dataclass(frozen=True)
 class Advance:
-    """How many samples were filled, and why no further step can be made (None: it can)."""
+    """The number of samples filled, and why no further step can be made (None: it can)."""
 
     filled: int
     failure: str | None = None
@@ -208,7 +214,7 @@ class Integrator(ABC):
 
     @property
     def dips(self) -> Sequence[ZeroCrossing]:
-        """Where event functions had least values within their reach of zero, in order."""
+        """Least values of event functions within their reach of zero, in order."""
         return () if self._search is None else self._search.dips
 
     @abstractmethod
@@ -244,8 +250,8 @@ class Integrator(ABC):
     def state(self) -> SavedState:
         """All that later steps depend on."""
         names = ("t", "y", "steps", "evaluations", "fallen", *self.kept)
-        found = {name: getattr(self, name) for name in names if hasattr(self, name)}
-        return found if self._search is None else {**found, "signs": self._search.signs}
+        values = {name: getattr(self, name) for name in names if hasattr(self, name)}
+        return values if self._search is None else {**values, "signs": self._search.signs}
 
     def restore(self, state: SavedState) -> None:
         """Go on where a run of this method with the same start and control stood."""
@@ -306,7 +312,7 @@ class Integrator(ABC):
 
     @property
     def signs(self) -> tuple[float, ...]:
-        """Those of the functions that end the run, as they are now."""
+        """The present signs of the functions that end the run."""
         return () if self._search is None else tuple(self._search.signs)
 
     def take(self, times: Array, states: Array, filled: int) -> int:
@@ -319,23 +325,23 @@ class Integrator(ABC):
             states[reached - 1] = self.y
             inside = inside[:-1]
         if len(inside):
-            found = self.interpolate(inside)
-            if not np.isfinite(found).all():
+            samples = self.interpolate(inside)
+            if not np.isfinite(samples).all():
                 raise StepError("the state is no longer finite")
             if self._projection is not None:
-                between = zip(inside.tolist(), found, strict=True)
-                found = np.array([self._projected(t, y) for t, y in between])
-            states[filled : filled + len(inside)] = found
+                between = zip(inside.tolist(), samples, strict=True)
+                samples = np.array([self._projected(t, y) for t, y in between])
+            states[filled : filled + len(inside)] = samples
         return reached
 
     def _projected(self, t: float, y: Array) -> Array:
         """The state moved onto the constraints; itself where there are none."""
         if self._projection is None:
             return y
-        found = self._projection(t, y)
-        if not np.isfinite(found).all():
+        moved = self._projection(t, y)
+        if not np.isfinite(moved).all():
             raise StepError(UNMET)
-        return found
+        return moved
 
     def _counted(self, rhs: Rhs) -> Rhs:
         """A right-hand side whose calls are counted; its projection is kept."""

@@ -1,7 +1,7 @@
-"""Where one of several event functions falls through zero within a step, on the interpolant.
+"""Locate the first + → − zero crossing of several event functions on a step's dense output.
 
-The search of the compiled integrators in Python (kernels/events.c): signs are looked at where
-a step is divided into parts, and where a function dips between equal signs its least value is.
+The search of the compiled integrators in Python (kernels/events.c): signs are compared at the
+ends of parts of a step, and the least value of a function that dips between equal signs.
 """
 
 from __future__ import annotations
@@ -55,9 +55,10 @@ class EventSearch:
         values = np.array([self._values(t, state(t)) for t in times.tolist()])
         near = _NEAR * (end - start) / EVENT_PARTS
         inside = [self._values(t, state(t)) for t in (start + near, end - near)]
-        # What lies outside is told from whether values fall into the step.
+        # Beyond the step values are not known: whether they fall into it stands for them.
         ends = [
-            _falls_from(*of) for of in zip(values[[0, -1]], inside, values[[1, -2]], strict=True)
+            _falls_from(*three)
+            for three in zip(values[[0, -1]], inside, values[[1, -2]], strict=True)
         ]
         values = np.concatenate([ends[:1], values, ends[1:]])
         times = np.concatenate([times[:1], times, times[-1:]])
@@ -65,15 +66,15 @@ class EventSearch:
         def along(k: int) -> Callable[[float], float]:
             return lambda t: float(self._values(t, state(t))[k])
 
-        found, dips = [], []
+        crossings, dips = [], []
         for k in range(len(self.signs)):
-            seen = _Function(along(k), times, values[:, k])
-            t, dip, self.signs[k] = seen.falls(self.signs[k], self._noise[k], self._reach[k])
+            function = _Function(along(k), times, values[:, k])
+            t, dip, self.signs[k] = function.falls(self.signs[k], self._noise[k], self._reach[k])
             if t is not None:
-                found.append((t, k))
+                crossings.append((t, k))
             if dip is not None:
                 dips.append((dip, k))
-        first = min(found, default=None)
+        first = min(crossings, default=None)
         last = np.inf if first is None else first[0]
         self.dips += [ZeroCrossing(t, k, state(t)) for t, k in sorted(dips) if t < last]
         return first
@@ -99,8 +100,8 @@ class _Function:
     def falls(
         self, sign: float, noise: float, reach: float
     ) -> tuple[float | None, float | None, float]:
-        """Where it falls through zero, where it has a least value below its reach, and its last
-        sign; ``sign`` is the one that it had before."""
+        """Return the times of its zero crossing and of a least value below its reach, and its last
+        sign; None where there is none. ``sign`` is the one that it had before."""
         times, values, first, last = self.times, self.values, 1, len(self.times) - 2
         dip = None
         while sign == RISES and first < last:
@@ -124,7 +125,7 @@ class _Function:
         return None, dip, sign
 
     def _dips(self, k: int) -> bool:
-        """Whether it may have a least value in the part that ends at a time."""
+        """Tell whether it may have a least value in the part that ends at time number ``k``."""
         around = self.values[k - 2 : k], self.values[k - 1 : k + 1], self.values[k : k + 2]
         least = self.values[k - 1 : k + 1].min()
         if least > _SHALLOW * (self.values[k - 2 : k + 2].max() - least):
@@ -134,7 +135,7 @@ class _Function:
 
 
 def _falls_back(g: Callable[[float], float], start: float, end: float) -> float:
-    """Where g, zero at the start and rising, falls through zero again."""
+    """Locate the zero at which g, zero at the start and rising, falls again."""
     while end - start > 2 * np.spacing(end):
         middle = start + (end - start) / 2
         if g(middle) > 0:
@@ -153,7 +154,7 @@ def _zero(g: Callable[[float], float], between: Sequence[float] | Array) -> floa
 
 
 def _least(g: Callable[[float], float], a: float, b: float) -> tuple[float, float]:
-    """Where g is least between a and b, and its value there."""
+    """Return the time between a and b at which g is least, and its value there."""
     from scipy.optimize import minimize_scalar
 
     # From a on: what times are measured from is no scale of the search.

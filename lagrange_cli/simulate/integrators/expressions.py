@@ -34,6 +34,6 @@ class Expressions:
 
 
 def expressions(rhs: Rhs) -> Expressions | None:
-    """What a right-hand side is made of, None where only its values are to be had."""
-    found: Expressions | None = getattr(rhs, "expressions", None)
-    return found
+    """Return the tracer and numbers of a right-hand side, None where only values are to be had."""
+    parts: Expressions | None = getattr(rhs, "expressions", None)
+    return parts

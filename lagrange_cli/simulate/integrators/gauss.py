@@ -29,7 +29,7 @@ _MOST_ITERATIONS = 16
 #: The error that iterations may leave beside the tolerance: it adds up over steps.
 _LEFT = 1e-3
 
-#: Where iterations stop to converge, this many rounding errors are those of the slopes.
+#: Rounding errors of the slopes, in units, where iterations stop to converge.
 _STALLED = 2048.0
 
 #: The error beside the estimate, which is the last coefficient of the slope.
@@ -108,16 +108,16 @@ class Gauss16(Integrator):
         t, control = self.t, self._control
         smallest = 10 * (math.nextafter(t, math.inf) - t)
         h = max(min(self._next, control.max_step), smallest)
-        start, rest = two_sum(self._start, self._low)
+        start, start_low = two_sum(self._start, self._low)
         scale = 1 / (control.atol + control.rtol * np.abs(start))
         while h >= smallest:
             t_new = min(t + h, limit)
             h = t_new - t
-            error, slopes, stages = self._solve(h, start, rest, scale)
+            error, slopes, stages = self._solve(h, start, start_low, scale)
             if error <= 1 and self._first and not self._second_order(slopes, stages):
                 self._first = 0
             elif error <= 1:
-                self._accept(t_new, h, start, rest, slopes)
+                self._accept(t_new, h, start, start_low, slopes)
                 self._next = h * _factor(error)
                 return
             else:
@@ -125,7 +125,7 @@ class Gauss16(Integrator):
         raise StepError("the step size underflowed")
 
     def _solve(
-        self, h: float, start: Array, rest: Array, scale: Array
+        self, h: float, start: Array, start_low: Array, scale: Array
     ) -> tuple[float, Array, Array]:
         """The error of a step beside the tolerance, its slopes, and the stages they belong to.
 
@@ -137,7 +137,7 @@ class Gauss16(Integrator):
         if first:
             weight = np.maximum(weight, h * scale[:first])
         slopes = self._predicted(h) if started else np.tile(self._shape[0], (_STAGES, 1))
-        stages = self._stages(h, start, rest, slopes)
+        stages = self._stages(h, start, start_low, slopes)
         noise = _noise(stages[:, first:] * weight)
         before, rate = math.inf, self._expected_rate(h)
         for k in range(_MOST_ITERATIONS):
@@ -150,7 +150,7 @@ class Gauss16(Integrator):
             error = _estimate(h, slopes[:, first:], weight, noise)
             if k == 0 and started and error > 1:
                 return error, slopes, old
-            stages = self._stages(h, start, rest, slopes)
+            stages = self._stages(h, start, start_low, slopes)
             change = _mean((stages - old)[:, first:] * weight)
             noise = _noise(stages[:, first:] * weight)
             rate = change / before if k else rate
@@ -164,7 +164,7 @@ class Gauss16(Integrator):
         return math.nan, slopes, stages
 
     def _expected_rate(self, h: float) -> float:
-        """How errors shrink in an iteration: as in the last step, and slower if longer."""
+        """Predict how errors shrink in an iteration: as in the last step, and slower if longer."""
         ratio = h / (self.t - self._t_old) if self.t > self._t_old else 1.0
         return min(self._rate * max(ratio, 1.0) ** 2, 0.5)
 
@@ -173,24 +173,26 @@ class Gauss16(Integrator):
         ratio = h / (self.t - self._t_old)
         return _legendre(1 + 2 * ratio * self._tableau.nodes)[:, :-1] @ self._shape
 
-    def _stages(self, h: float, start: Array, rest: Array, slopes: Array) -> Array:
+    def _stages(self, h: float, start: Array, start_low: Array, slopes: Array) -> Array:
         first = self._first
-        following = start[first:] + (rest[first:] + h * (self._tableau.a @ slopes[:, first:]))
+        following = start[first:] + (start_low[first:] + h * (self._tableau.a @ slopes[:, first:]))
         if not first:
             return np.asarray(following)
-        moved = h * (start[first:] + rest[first:]) * self._tableau.nodes[:, None]
+        moved = h * (start[first:] + start_low[first:]) * self._tableau.nodes[:, None]
         moved += h * h * (self._tableau.aa @ slopes[:, first:])
-        return np.hstack([start[:first] + (rest[:first] + moved), following])
+        return np.hstack([start[:first] + (start_low[:first] + moved), following])
 
     def _second_order(self, slopes: Array, stages: Array) -> bool:
         half = self._first
         return bool((slopes[:, :half] == stages[:, half:]).all())
 
-    def _accept(self, t_new: float, h: float, start: Array, rest: Array, slopes: Array) -> None:
+    def _accept(
+        self, t_new: float, h: float, start: Array, start_low: Array, slopes: Array
+    ) -> None:
         if self._first:
-            velocities = self._stages(h, start, rest, slopes)[:, self._first :]
+            velocities = self._stages(h, start, start_low, slopes)[:, self._first :]
             slopes = np.hstack([velocities, slopes[:, self._first :]])
-        low = rest + h * (self._tableau.weights @ slopes)
+        low = start_low + h * (self._tableau.weights @ slopes)
         y = start + low
         if not np.isfinite(y).all():
             raise StepError("the state is no longer finite")
@@ -198,7 +200,7 @@ class Gauss16(Integrator):
         if projected is not y:
             low = low + (projected - y)
         self._shape = self._tableau.expansion @ slopes
-        self._base, self._rest = start, rest
+        self._base, self._rest = start, start_low
         self._start, self._low = start, low
         self._t_old, self.t, self.y = self.t, t_new, projected
 

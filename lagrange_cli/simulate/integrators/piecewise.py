@@ -56,7 +56,7 @@ class InputPieces:
         return self.at(t + _SAME_TIME_ULPS * math.ulp(t))
 
     def end(self, piece: int) -> float:
-        """Where a piece ends."""
+        """The time at which a piece ends, infinite for the last."""
         return float(self.starts[piece + 1]) if piece + 1 < len(self.starts) else math.inf
 
 
@@ -78,8 +78,8 @@ class PiecewiseRhs:
 
 def input_pieces(rhs: Rhs) -> InputPieces | None:
     """The pieces of a right-hand side, None where it has none."""
-    found: InputPieces | None = getattr(rhs, "pieces", None)
-    return found
+    pieces: InputPieces | None = getattr(rhs, "pieces", None)
+    return pieces
 
 
 def with_projection(rhs: Rhs, project: Projection, shift: Shift | None = None) -> Rhs:
@@ -130,8 +130,8 @@ class _Piecewise(Integrator):
         self.evaluations = self._before + self._run.evaluations
 
     def state(self) -> SavedState:
-        own = {"piece": self._piece, "taken": self._taken, "from": self._from}
-        return {**super().state(), **own, "before": self._before, "run": self._run.state()}
+        values = {"piece": self._piece, "taken": self._taken, "from": self._from}
+        return {**super().state(), **values, "before": self._before, "run": self._run.state()}
 
     def restore(self, state: SavedState) -> None:
         t, y = state["from"]

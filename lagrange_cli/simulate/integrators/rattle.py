@@ -23,7 +23,7 @@ MOST_ITERATIONS, CALM = 60, 2
 
 
 def require_shift(rhs: Rhs) -> Shift | None:
-    """How positions are led back to the constraints of a right-hand side, None where it has none.
+    """Return the change that leads positions back to constraints, None without constraints.
 
     Raises
     ------

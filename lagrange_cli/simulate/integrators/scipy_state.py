@@ -11,7 +11,7 @@ from lagrange_cli.simulate.integrators.base import Integrator, SavedState, StepE
 
 __all__ = ["ScipyIntegrator"]
 
-#: What is a value, and not a function or another object.
+#: Types of values, as against functions and other objects.
 _PLAIN = (bool, int, float, str, np.generic, np.ndarray, type(None))
 
 
@@ -21,7 +21,7 @@ class ScipyIntegrator(Integrator):
     _solver: Any
 
     def _reached(self, origin: Array) -> tuple[float, Array]:
-        """Where the solver stands: the time and the state.
+        """Return the time and the state at which the solver stands.
 
         Raises
         ------

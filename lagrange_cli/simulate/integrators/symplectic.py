@@ -27,7 +27,7 @@ MOST_ITERATIONS = 60
 #: Iterations without progress after which they end.
 CALM = 2
 
-#: How far iterations may end from each other, as a part of what the step changes.
+#: Distance of converged iterations, as a part of the change over the step; set by hand.
 _CONVERGED = 2.0**-20
 
 
@@ -60,7 +60,7 @@ class FixedStep(Integrator):
 
     @abstractmethod
     def _change(self, t: float, h: float) -> Array:
-        """What a step adds to the state, without the rounding of the sum."""
+        """Return the change of the state over a step, without the rounding of the sum."""
 
     def _moved(self) -> None:
         """Forget what belongs to a state that was then projected."""
@@ -138,22 +138,24 @@ class _Collocation(FixedStep):
         self._last = 0.0
 
     def _change(self, t: float, h: float) -> Array:
-        of = self.tableau
+        tableau = self.tableau
         slopes = self._guess(t, h)
         before, calm = np.full(slopes.shape, np.inf), 0
         for _ in range(MOST_ITERATIONS):
-            stages = self.y + (self._low + h * (of.matrix @ slopes))
-            times = t + h * of.nodes
-            found = np.array([self._rhs(s, y) for s, y in zip(times.tolist(), stages, strict=True)])
-            change = np.abs(found - slopes)
-            slopes = found
+            stages = self.y + (self._low + h * (tableau.matrix @ slopes))
+            times = t + h * tableau.nodes
+            evaluated = np.array(
+                [self._rhs(s, y) for s, y in zip(times.tolist(), stages, strict=True)]
+            )
+            change = np.abs(evaluated - slopes)
+            slopes = evaluated
             if not np.isfinite(slopes).all():
                 raise StepError("the state is no longer finite")
             calm = calm + 1 if ((change == 0) | (change >= before)).all() else 0
             if calm == CALM:
                 self._require_convergence(change, slopes, h)
                 self._slopes, self._last = slopes, h
-                return np.asarray(h * (of.weights @ slopes))
+                return np.asarray(h * (tableau.weights @ slopes))
             before = np.where(change > 0, np.minimum(before, change), before)
         raise StepError(DIVERGES)
 

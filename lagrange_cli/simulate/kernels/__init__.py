@@ -35,10 +35,10 @@ _KERNELS = {
     "stiff": ("radau.c", "radau_systems.c", "radau.h", "linear.h"),
 }
 
-#: What the text of a system includes.
+#: Headers that the text of a system includes.
 _HEADERS = ("lanes.h",)
 
-#: What is written for doubles alone.
+#: Files that are written for doubles alone.
 _DOUBLES_ALONE = ("gauss.c", "gauss.h")
 
 #: Constants of C that are read as doubles.
@@ -49,11 +49,11 @@ _CONSTANT = re.compile(
 
 def kernel_files(*groups: str) -> dict[str, str]:
     """Name → text of every file that the integrators of some :data:`GROUPS` are made of, or all."""
-    found = sorted(path.name for path in _FOLDER.iterdir() if path.suffix in (".c", ".h"))
-    others = [
+    names = sorted(path.name for path in _FOLDER.iterdir() if path.suffix in (".c", ".h"))
+    excluded = [
         name for group in GROUPS if groups and group not in groups for name in _KERNELS[group]
     ]
-    return {name: _text(name) for name in found if name not in (*_HEADERS, *others)}
+    return {name: _text(name) for name in names if name not in (*_HEADERS, *excluded)}
 
 
 def kernel_headers() -> dict[str, str]:
@@ -64,10 +64,10 @@ def kernel_headers() -> dict[str, str]:
 def batched_files() -> dict[str, str]:
     """Name → text of the files that step many motions at once, with the headers of their
     right-hand sides."""
-    own = sorted(
+    names = sorted(
         path.name for path in (_FOLDER / "members").iterdir() if path.suffix in (".c", ".h")
     )
-    return {**kernel_headers(), **{name: _text(f"members/{name}") for name in own}}
+    return {**kernel_headers(), **{name: _text(f"members/{name}") for name in names}}
 
 
 def extended_precision(sources: Mapping[str, str]) -> dict[str, str]:

@@ -114,10 +114,10 @@ def _model_of(equations: Equations) -> Model:
 def _massless(equations: Equations) -> tuple[str, ...]:
     """Coordinates whose inertia vanishes everywhere where a parameter is 0 that has to be."""
     vanished = {p.symbol: Integer(0) for p in equations.parameters if p.value == 0}
-    own = (row[k] for k, row in enumerate(equations.mass_matrix)) if vanished else ()
+    diagonal = (row[k] for k, row in enumerate(equations.mass_matrix)) if vanished else ()
     return tuple(
         c.name
-        for c, inertia in zip(equations.coordinates, own, strict=False)
+        for c, inertia in zip(equations.coordinates, diagonal, strict=False)
         if not vanished.keys().isdisjoint(inertia.free_symbols) and inertia.xreplace(vanished) == 0
     )
 
@@ -134,15 +134,15 @@ def substitute_inputs(equations: Equations) -> Equations:
     """
     if not equations.inputs:
         return equations
-    given, inputs = {}, list[Input]()
+    replacements, inputs = {}, list[Input]()
     for u in equations.inputs:
         numbers = tuple(_numbers(u))
-        given[u.symbol] = _polynomial(numbers, equations.t) if numbers else u.expression
+        replacements[u.symbol] = _polynomial(numbers, equations.t) if numbers else u.expression
         inputs += numbers
 
     def put(expression: Expr) -> Expr:
-        found = expression.xreplace(given)
-        if found.has(zoo, nan, oo, -oo, I):
+        substituted = expression.xreplace(replacements)
+        if substituted.has(zoo, nan, oo, -oo, I):
             names = ", ".join(f"'{u.name}'" for u in equations.inputs)
             raise NotRealError(
                 Problem(
@@ -151,7 +151,7 @@ def substitute_inputs(equations: Equations) -> Equations:
                     rule="not-real",
                 )
             )
-        return found
+        return substituted
 
     return replace(
         equations,
@@ -165,13 +165,13 @@ def substitute_inputs(equations: Equations) -> Equations:
     )
 
 
-def _numbers(given: Input) -> Iterator[Input]:
-    """What the code takes for an input from a file: the numbers of a piece, none otherwise."""
-    if given.recording is None:
+def _numbers(recorded: Input) -> Iterator[Input]:
+    """Make the inputs that stand for a recorded one: the numbers of a piece; none otherwise."""
+    if recorded.recording is None:
         return
-    coefficients = COEFFICIENTS[given.recording.interpolation]
+    coefficients = COEFFICIENTS[recorded.recording.interpolation]
     for k in range(coefficients + (coefficients > 1)):
-        name = f"{given.name}|{k}"
+        name = f"{recorded.name}|{k}"
         yield Input(name, Symbol(name, real=True), None)
 
 
@@ -207,7 +207,7 @@ def _sided(equations: Equations) -> tuple[Equations, OneSided | None]:
 
 
 def _surfaces(equations: Equations) -> dict[str, Any]:
-    """What a model knows of its switching surfaces."""
+    """Describe the switching surfaces by fields of a model; empty where there are none."""
     _, sided = _sided(equations)
     if sided is None:
         return {}

@@ -29,7 +29,7 @@ def coordinate_kinds(coordinates: Iterable[Coordinate]) -> tuple[str, ...]:
 
 
 def chart_singularities(equations: Equations) -> tuple[ChartSingularity, ...]:
-    """Where the coordinates are singular, in words."""
+    """Describe the singular configurations of the coordinates in words of the scene."""
     return tuple(
         ChartSingularity(
             f"{in_scene_language(equations, place.where)} = 0", place.coordinates, place.infinite

@@ -1,4 +1,4 @@
-"""What a simulation needs to know of the equations: numbers, names and code, no symbols.
+"""Model: the numbers, names and code of equations that a simulation needs, without symbols.
 
 A model is made once from Equations (:mod:`.build`) and kept as JSON, so
 that the same scene is simulated again without deriving it.
@@ -144,21 +144,21 @@ class Model:
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> Model:
         """The model that :meth:`to_json` gave."""
-        found = dict(value)
+        fields = dict(value)
         lists: tuple[str, ...] = ("coordinates", "kinds", "cartesian", "conserved")
         lists += ("multipliers", "symbols", "outputs", "forces", "contacts", "massless", "surfaces")
         lists += ("steep",)
         for name in lists:
-            found[name] = tuple(found[name])
-        found["parameters"] = tuple(ModelParameter(**p) for p in found["parameters"])
-        found["suggested"] = tuple((name, value) for name, value in found["suggested"])
-        found["initial"] = None if found["initial"] is None else tuple(found["initial"])
-        found["recordings"] = tuple(_recording(**r) for r in found["recordings"])
-        found["defaults"] = _defaults(**found["defaults"])
-        found["code"] = Code(**found["code"])
-        found["singular"] = tuple(_place(**place) for place in found["singular"])
-        found["chart"] = None if found["chart"] is None else _chart(**found["chart"])
-        return cls(**found)
+            fields[name] = tuple(fields[name])
+        fields["parameters"] = tuple(ModelParameter(**p) for p in fields["parameters"])
+        fields["suggested"] = tuple((name, value) for name, value in fields["suggested"])
+        fields["initial"] = None if fields["initial"] is None else tuple(fields["initial"])
+        fields["recordings"] = tuple(_recording(**r) for r in fields["recordings"])
+        fields["defaults"] = _defaults(**fields["defaults"])
+        fields["code"] = Code(**fields["code"])
+        fields["singular"] = tuple(_place(**place) for place in fields["singular"])
+        fields["chart"] = None if fields["chart"] is None else _chart(**fields["chart"])
+        return cls(**fields)
 
 
 def _defaults(mark: dict[str, Any] | None, **fields: Any) -> SimulationDefaults:

@@ -32,10 +32,10 @@ _STEPS = (sympy.tanh, sympy.atan)
 
 
 def peak_exponents(equations: Equations) -> tuple[Expr, ...]:
-    """What sharp functions in the equations are the exponentials of, over q, v, t, parameters.
+    """Find the exponents of sharp functions in the equations, over q, v, t, parameters.
 
-    A function has a peak, or its step, where one of these has a peak. None where there are more
-    than can be watched.
+    A function has a peak, or its step, where its exponent has a peak. Empty where there are
+    more than can be watched.
     """
     moving = {equations.t, *(s for c in equations.coordinates for s in (c.q, c.v))}
     every: dict[Expr, None] = {}

@@ -99,8 +99,8 @@ def one_sided(equations: Equations) -> OneSided | None:
 def _momenta(equations: Equations, smooth: Callable[[Expr], Expr]) -> Iterator[Expr]:
     """The momenta of coordinates on whose velocities a kink of L hangs."""
     kinks = equations.lagrangian.atoms(*_KINKED)
-    held = {s for kink in kinks for s in kink.free_symbols}
-    velocities = [c.v for c in equations.coordinates if c.v in held]
+    kinked = {s for kink in kinks for s in kink.free_symbols}
+    velocities = [c.v for c in equations.coordinates if c.v in kinked]
     lagrangian = smooth(equations.lagrangian) if velocities else equations.lagrangian
     return (_slope(lagrangian, v) for v in velocities)
 
@@ -216,17 +216,17 @@ def _kinks(e: Expr) -> Iterator[Expr]:
 
 
 def surface_events(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
-    """What is positive on the present side of each surface."""
+    """Name the event function of each surface, which is positive on the present side."""
     return _named([sign * s for sign, s in zip(sided.signs, sided.surfaces, strict=True)])
 
 
 def surface_values(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
-    """What vanishes on each surface, then the magnitudes that each is the sum of."""
+    """Name the function of each surface, then the magnitudes that each is the sum of."""
     return _named([*sided.surfaces, *map(_magnitude, sided.surfaces)])
 
 
 def continuous_quantities(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
-    """What does not jump at a surface where no impulse acts."""
+    """Name the quantities that do not jump at a surface where no impulse acts."""
     return _named(sided.continuous)
 
 
@@ -270,7 +270,7 @@ def _slope(s: Expr, symbol: Symbol) -> Expr:
 
 
 def _magnitude(e: Expr) -> Expr:
-    """What an expression would be if nothing in its sums cancelled."""
+    """Bound an expression by the sum of magnitudes: nothing in its sums cancels."""
     if e.is_Add:
         return sympy.Add(*map(_magnitude, e.args))
     if e.is_Mul:

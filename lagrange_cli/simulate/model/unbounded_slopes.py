@@ -31,7 +31,7 @@ _MOST_ARGUMENTS, _LARGEST_ARGUMENT = 16, 200
 
 
 def steep_arguments(equations: Equations) -> tuple[Expr, ...]:
-    """What vanishes where a force or an inertia has an unbounded slope, in a fixed order.
+    """Find expressions that vanish where a force or an inertia has an unbounded slope.
 
     Found are the bases of powers with exponents between 0 and 1 (of absolute values what stands
     in them), and 1 − g² for asin(g) and acos(g), g − 1 for acosh(g), of which the slope is not
@@ -39,13 +39,13 @@ def steep_arguments(equations: Equations) -> tuple[Expr, ...]:
     """
     moving = {s for c in equations.coordinates for s in (c.q, c.v)}
     numbers = {p.symbol: sympy.Float(p.value) for p in equations.parameters if p.value is not None}
-    found: dict[Expr, None] = {}
+    arguments: dict[Expr, None] = {}
     for expression in _forces(equations):
         for argument in _steep(expression, numbers):
             short = argument.count_ops() <= _LARGEST_ARGUMENT
             if short and not argument.free_symbols.isdisjoint(moving):
-                found[argument] = None
-    return tuple(found)[:_MOST_ARGUMENTS]
+                arguments[argument] = None
+    return tuple(arguments)[:_MOST_ARGUMENTS]
 
 
 def _forces(equations: Equations) -> Iterator[Expr]:

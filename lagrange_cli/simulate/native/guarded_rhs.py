@@ -35,7 +35,7 @@ def guard_source(
     real: Real,
     lanes: str | None = None,
 ) -> str:
-    """What follows the text of a library: its right-hand sides as ``system_guarded_NAME``.
+    """Write the guarded right-hand sides that follow a library, as ``system_guarded_NAME``.
 
     Parameters
     ----------

@@ -76,6 +76,6 @@ def _off(operand: Operand, factors: Iterator[Variable]) -> Operand:
         denominator = tuple(_off(o, factors) for o in operand.denominator)
         return Product((*numerator, next(factors)), denominator)
     if isinstance(operand, Call):
-        of = tuple(_off(o, factors) for o in operand.arguments)
-        return Product((Call(operand.function, of), next(factors)), ())
+        arguments = tuple(_off(o, factors) for o in operand.arguments)
+        return Product((Call(operand.function, arguments), next(factors)), ())
     return operand

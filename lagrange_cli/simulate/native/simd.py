@@ -32,7 +32,7 @@ def lanes_text(function: str, program: Program, target: CTarget) -> str:
     program finds no accelerations, its outputs in their order.
     """
     operands = [operand for _, operand in program.assignments]
-    operands += [operand for _, of in program.outputs for operand in of]
+    operands += [operand for _, group in program.outputs for operand in group]
     called = set().union(*map(functions_in, operands))
     unrolled = all(block.unrolled for block in program.blocks)
     if program.is_large or not unrolled or not called <= _CALLEES.keys():
@@ -92,9 +92,9 @@ def _assignments(program: Program, dialect: Dialect) -> list[str]:
 def _results(program: Program, dialect: Dialect) -> list[str]:
     """Accelerations, the test of pivots and results, and the stores."""
     n = program.coordinates
-    found = [i for block in program.blocks for i in block.coordinates]
-    accelerations = zip(found, program.output("acceleration"), strict=True)
-    sums = "".join(f" + 0.0*a{i}" for i in sorted(found))
+    solved = [i for block in program.blocks for i in block.coordinates]
+    accelerations = zip(solved, program.output("acceleration"), strict=True)
+    sums = "".join(f" + 0.0*a{i}" for i in sorted(solved))
     return [
         *(
             f"const double a{i} = {expression_text(operand, dialect)};"
@@ -103,16 +103,19 @@ def _results(program: Program, dialect: Dialect) -> list[str]:
         *_pivots(program, dialect),
         f"bad |= !(0.0{sums} == 0.0);",
         *(f"dydt[{8 * i} + l] = v{i};" for i in range(n)),
-        *(f"dydt[{8 * (n + i)} + l] = a{i};" for i in sorted(found)),
+        *(f"dydt[{8 * (n + i)} + l] = a{i};" for i in sorted(solved)),
     ]
 
 
 def _values(program: Program, dialect: Dialect) -> list[str]:
     """Outputs, and the test of them."""
-    operands = [operand for _, of in program.outputs for operand in of]
+    operands = [operand for _, group in program.outputs for operand in group]
     sums = "".join(f" + 0.0*x{i}" for i in range(len(operands)))
     return [
-        *(f"const double x{i} = {expression_text(of, dialect)};" for i, of in enumerate(operands)),
+        *(
+            f"const double x{i} = {expression_text(operand, dialect)};"
+            for i, operand in enumerate(operands)
+        ),
         f"bad |= !(0.0{sums} == 0.0);",
         *(f"dydt[{8 * i} + l] = x{i};" for i in range(len(operands))),
     ]

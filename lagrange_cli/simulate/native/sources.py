@@ -49,7 +49,7 @@ def library_source(programs: Mapping[str, Program], real: Real = C_DOUBLE) -> st
         loop_helpers(programs, target),
         *(function_text(f, p, target) for f, p in programs.items()),
         residual_text(programs, target),
-        *(project_text(programs, target, of) for of in ("", "contact_")),
+        *(project_text(programs, target, kind) for kind in ("", "contact_")),
         impact_text(programs, target),
         _both(programs),
         target.fill(c_template("table")),
@@ -67,8 +67,10 @@ def _both(programs: Mapping[str, Program]) -> str:
 
 
 def lanes_source(programs: Mapping[str, Program]) -> str:
-    """What follows that text: right-hand sides at eight states at once, where they have that
-    form, as functions ``system_NAME_lanes``."""
+    """Write right-hand sides at eight states at once, as functions ``system_NAME_lanes``.
+
+    They follow the text of :func:`library_source`; empty where none has that form.
+    """
     target = _target(programs, C_DOUBLE)
     sides = {f: p for f, p in programs.items() if p.blocks}
     texts = [lanes_text(f, p, target) for f, p in sides.items()]
@@ -84,11 +86,13 @@ def taylor_source(programs: Mapping[str, Program]) -> str:
 
 
 def lane_tables_source(programs: Mapping[str, Program]) -> str:
-    """What follows that text: :data:`TABLES` at eight states at once, where they have that form,
-    as functions ``system_NAME_lanes``."""
+    """Write the functions of samples at eight states at once, as ``system_NAME_lanes``.
+
+    They follow the text of :func:`taylor_source`; those without that form are left out.
+    """
     target = _target(programs, C_DOUBLE)
-    found = [lanes_text(f, programs[f], target) for f in _TABLES if f in programs]
-    return "\n".join([_parameter_type(programs, C_DOUBLE), *found])
+    texts = [lanes_text(f, programs[f], target) for f in _TABLES if f in programs]
+    return "\n".join([_parameter_type(programs, C_DOUBLE), *texts])
 
 
 def _parameter_type(programs: Mapping[str, Program], real: Real) -> str:

@@ -45,40 +45,43 @@ def taylor_text(function: str, program: Program, target: CTarget) -> str:
     operands = (*program.output("pivots"), *program.output("scales"))
     if any(functions_in(operand) for operand in operands):
         return ""
-    found = Recurrences(target.real.literal, n, 2 * n + 1)
+    recurrences = Recurrences(target.real.literal, n, 2 * n + 1)
     try:
         for name, operand in program.assignments:
-            series = found.of(operand)
-            found.known[name] = _kept(found, series)
-        accelerations = [found.of(operand) for operand in program.output("acceleration")]
-        tests = _tests(program, found)
+            series = recurrences.of(operand)
+            recurrences.known[name] = _kept(recurrences, series)
+        accelerations = [recurrences.of(operand) for operand in program.output("acceleration")]
+        tests = _tests(program, recurrences)
     except NoSeriesError:
         return ""
     rows = [i for block in program.blocks for i in block.coordinates]
     return _function(
         f"{target.prefix}_{function}_taylor",
-        found,
+        recurrences,
         dict(zip(rows, accelerations, strict=True)),
         tests,
     )
 
 
-def _kept(found: Recurrences, series: TaylorSeries) -> TaylorSeries:
+def _kept(recurrences: Recurrences, series: TaylorSeries) -> TaylorSeries:
     """A series that is used more than once: a row of its own, unless it is nearly one."""
     if len(series.terms) == 1 and not series.constant and len(series.terms[0].rows) == 1:
         return series
-    return TaylorSeries("", (SeriesTerm("", (found.row(series),)),)) if series.terms else series
+    return (
+        TaylorSeries("", (SeriesTerm("", (recurrences.row(series),)),)) if series.terms else series
+    )
 
 
-def _tests(program: Program, found: Recurrences) -> list[str]:
-    """What is no number where a pivot is not what it should be."""
+def _tests(program: Program, recurrences: Recurrences) -> list[str]:
+    """Write values that are NaN where a pivot is not above its least size."""
     values = {
-        name: f"({found.text(series, FIRST) or '0.0'})" for name, series in found.known.items()
+        name: f"({recurrences.text(series, FIRST) or '0.0'})"
+        for name, series in recurrences.known.items()
     }
     values |= {f"p{i}": f"p[{i}]" for i in range(program.parameters)}
     for i in range(program.coordinates):
         values |= {f"q{i}": f"c[{i}]", f"v{i}": f"c[{program.coordinates + i}]"}
-    dialect = Dialect(found.literal, {}, {**values, "t": f"c[{2 * program.coordinates}]"})
+    dialect = Dialect(recurrences.literal, {}, {**values, "t": f"c[{2 * program.coordinates}]"})
     definite = [block.definite for block in program.blocks for _ in block.coordinates]
     pairs = zip(definite, program.output("pivots"), program.output("scales"), strict=True)
     lines = []
@@ -90,17 +93,17 @@ def _tests(program: Program, found: Recurrences) -> list[str]:
 
 
 def _function(
-    name: str, found: Recurrences, outputs: Mapping[int, TaylorSeries], tests: Sequence[str]
+    name: str, recurrences: Recurrences, outputs: Mapping[int, TaylorSeries], tests: Sequence[str]
 ) -> str:
     return f"""\
 int {name}_rows(void)
 {{
-    return {found.rows};
+    return {recurrences.rows};
 }}
 
 void {name}(int order, const lagrange_lane *p, lagrange_lane *c)
 {{
-{_indented(_body(found, outputs, tests))}
+{_indented(_body(recurrences, outputs, tests))}
 }}
 """
 
@@ -110,35 +113,38 @@ def _indented(lines: Iterable[str]) -> str:
 
 
 def _body(
-    found: Recurrences, outputs: Mapping[int, TaylorSeries], tests: Sequence[str]
+    recurrences: Recurrences, outputs: Mapping[int, TaylorSeries], tests: Sequence[str]
 ) -> Iterator[str]:
     """The first coefficients, the second ones of the state, and the loop for all others."""
-    n, rows = found.coordinates, found.rows
+    n, rows = recurrences.coordinates, recurrences.rows
     yield "const lagrange_lane zero = {0.0};"
-    yield from (f"const lagrange_lane k{k} = {of};" for k, of in enumerate(found.constants))
-    for step in found.steps:
+    yield from (
+        f"const lagrange_lane k{k} = {constant};"
+        for k, constant in enumerate(recurrences.constants)
+    )
+    for step in recurrences.steps:
         yield from (_declared(line) for line in step.first)
     yield f"const lagrange_lane bad = {' + '.join(['zero', *tests])};"
     yield "int k;"
     for i, series in sorted(outputs.items()):
         yield f"c[{rows + i}] = c[{n + i}];"
-        yield f"c[{rows + n + i}] = bad + ({found.text(series, FIRST) or '0.0'});"
-    yield from _loop(found, outputs)
+        yield f"c[{rows + n + i}] = bad + ({recurrences.text(series, FIRST) or '0.0'});"
+    yield from _loop(recurrences, outputs)
 
 
-def _loop(found: Recurrences, outputs: Mapping[int, TaylorSeries]) -> Iterator[str]:
+def _loop(recurrences: Recurrences, outputs: Mapping[int, TaylorSeries]) -> Iterator[str]:
     """All further coefficients: number 1, then two in a turn, whose sums share what they read.
 
     What number k adds to the sums of number k + 1 follows between the two.
     """
-    statements, rows = _statements(found, outputs), found.rows
+    statements, rows = _statements(recurrences, outputs), recurrences.rows
     read = sorted({int(number) for line in statements for number in _SUM.findall(line)})
     yield "for (k = 1; k < order; ++k) {"
     if read:
         yield f"    lagrange_lane {', '.join(f's{number} = zero' for number in read)};"
         yield f"    lagrange_lane {', '.join(f'f{number} = zero' for number in read)};"
     yield "    int last = k == 1;"
-    yield from (f"    {line}" for line in _sums(found, read))
+    yield from (f"    {line}" for line in _sums(recurrences, read))
     yield "    for (;;) {"
     yield f"        lagrange_lane *const now = c + k*{rows}, *const next = now + {rows};"
     yield "        const double part = 1.0/(double)k, further = 1.0/(double)(k + 1);"
@@ -148,7 +154,7 @@ def _loop(found: Recurrences, outputs: Mapping[int, TaylorSeries]) -> Iterator[s
     yield "            break;"
     yield "        }"
     for number in read:
-        one, other = found.sums[number]
+        one, other = recurrences.sums[number]
         ends = f"c[{rows + one}]*now[{other}] + now[{one}]*c[{rows + other}]"
         yield f"        s{number} = f{number} + {ends};"
     yield "        last = 1;"
@@ -157,22 +163,22 @@ def _loop(found: Recurrences, outputs: Mapping[int, TaylorSeries]) -> Iterator[s
     yield "}"
 
 
-def _statements(found: Recurrences, outputs: Mapping[int, TaylorSeries]) -> list[str]:
+def _statements(recurrences: Recurrences, outputs: Mapping[int, TaylorSeries]) -> list[str]:
     """Coefficients number k, and those of the state that follow."""
-    n, live = found.coordinates, _live(found.steps, outputs.values())
-    lines = [line for step in found.steps if set(step.rows) & live for line in step.further]
+    n, live = recurrences.coordinates, _live(recurrences.steps, outputs.values())
+    lines = [line for step in recurrences.steps if set(step.rows) & live for line in step.further]
     for i, series in sorted(outputs.items()):
         lines.append(f"next[{i}] = now[{n + i}]*further;")
-        lines.append(f"next[{n + i}] = ({found.text(series, NOW) or 'zero'})*further;")
+        lines.append(f"next[{n + i}] = ({recurrences.text(series, NOW) or 'zero'})*further;")
     return lines
 
 
-def _sums(found: Recurrences, read: Sequence[int]) -> Iterator[str]:
+def _sums(recurrences: Recurrences, read: Sequence[int]) -> Iterator[str]:
     """The sums of number k, and those of number k + 1 as far as they are known: several in a
     loop, since they do not wait for each other."""
     if not read:
         return
-    rows = found.rows
+    rows = recurrences.rows
     yield "if (k > 1) {"
     yield f"    const lagrange_lane *const d = c + {rows}, *const e = c + (k - 1)*{rows};"
     yield "    int j;"
@@ -180,20 +186,20 @@ def _sums(found: Recurrences, read: Sequence[int]) -> Iterator[str]:
     for group in range(groups):
         some = read[len(read) * group // groups : len(read) * (group + 1) // groups]
         yield "    {"
-        yield from (f"        {line}" for line in _group(found, some))
+        yield from (f"        {line}" for line in _group(recurrences, some))
         yield "    }"
     yield "}"
 
 
-def _group(found: Recurrences, some: Sequence[int]) -> Iterator[str]:
+def _group(recurrences: Recurrences, some: Sequence[int]) -> Iterator[str]:
     """Some of them: ``d`` and ``e`` are coefficients 1 and k - 1; each ``eI`` serves both sums."""
-    products = [(number, *found.sums[number]) for number in some]
+    products = [(number, *recurrences.sums[number]) for number in some]
     behind = sorted({other for _, _, other in products})
     yield f"lagrange_lane {', '.join(f'e{other} = e[{other}]' for other in behind)};"
     yield from (f"s{number} = d[{one}]*e{other};" for number, one, other in products)
     yield "for (j = 2; j < k; ++j) {"
-    yield f"    const lagrange_lane *const a = c + j*{found.rows};"
-    yield f"    const lagrange_lane *const b = c + (k - j)*{found.rows};"
+    yield f"    const lagrange_lane *const a = c + j*{recurrences.rows};"
+    yield f"    const lagrange_lane *const b = c + (k - j)*{recurrences.rows};"
     yield from (f"    f{number} += a[{one}]*e{other};" for number, one, other in products)
     yield from (f"    e{other} = b[{other}];" for other in behind)
     yield from (f"    s{number} += a[{one}]*e{other};" for number, one, other in products)

@@ -35,7 +35,7 @@ __all__ = [
 #: Functions of constants and of the first coefficient.
 _EACH = {name: f"lagrange_each_{name}" for name in ("sin", "cos", "sqrt", "exp")}
 
-#: What makes a constant one of each motion.
+#: Texts of constants that differ from motion to motion.
 _OF_LANES = re.compile(r"\b(?:p\[|k\d|zero\b)")
 
 #: Arrays of the first coefficients of all rows, and of those that are being found.
@@ -64,8 +64,17 @@ class TaylorSeries:
 
 @dataclass(frozen=True)
 class Recurrence:
-    """How the coefficients of rows are found: statements for the first one and for each further
-    one, and the rows that these need."""
+    """Statements that find coefficients of rows.
+
+    Attributes
+    ----------
+    rows
+        The rows whose coefficients they find.
+    first, further
+        Statements for the first coefficient, and for each further one.
+    needs
+        Rows that ``further`` reads.
+    """
 
     rows: tuple[int, ...]
     first: tuple[str, ...]
@@ -142,9 +151,9 @@ class Recurrences:
         constants: list[str] = []
         terms: dict[tuple[int, ...], str] = {}
         for coefficient, part in operand.terms:
-            found = self.scaled(self.of(part), self.number(coefficient))
-            constants += [found.constant] if found.constant else []
-            for term in found.terms:
+            series = self.scaled(self.of(part), self.number(coefficient))
+            constants += [series.constant] if series.constant else []
+            for term in series.terms:
                 scale = term.scale or "1.0"
                 both = f"{terms[term.rows]} + {scale}" if term.rows in terms else scale
                 terms[term.rows] = both
@@ -209,12 +218,12 @@ class Recurrences:
             raise NoSeriesError(operand.function)
         series = self.of(operand.arguments[0])
         if not series.terms:
-            given = series.constant or "0.0"
-            return TaylorSeries(self.constant(f"{_EACH[operand.function]}(zero + {given})"))
+            argument_text = series.constant or "0.0"
+            return TaylorSeries(self.constant(f"{_EACH[operand.function]}(zero + {argument_text})"))
         argument = self.row(series)
         make = {"sin": self._turn, "cos": self._turn, "sqrt": self._root, "exp": self._growth}
-        found = make[operand.function](argument) + (operand.function == "cos")
-        return TaylorSeries("", (SeriesTerm("", (found,)),))
+        row = make[operand.function](argument) + (operand.function == "cos")
+        return TaylorSeries("", (SeriesTerm("", (row,)),))
 
     def _turn(self, a: int) -> int:
         """The row of the sine; that of the cosine is the next."""

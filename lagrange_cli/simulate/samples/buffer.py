@@ -32,22 +32,22 @@ _DOUBLE_SIZE = 8
 
 
 class SampleBuffer(Protocol):
-    """Where a run puts its samples."""
+    """Memory or a file into which a run writes its samples."""
 
     def room(self, first: int, last: int) -> Array:
-        """Rows that are to be filled, from the number ``first`` to ``last`` at most."""
+        """Return rows to fill, from the number ``first`` to ``last`` at most."""
         ...
 
     def rows(self, count: int) -> RowSequence:
-        """So many that have been filled."""
+        """Return the first ``count`` rows, which have been filled."""
         ...
 
     def state(self, count: int) -> SavedState:
-        """What is to be written of so many that have been filled."""
+        """Return what a checkpoint has to hold of the first ``count`` samples."""
         ...
 
     def restore(self, state: SavedState) -> bool:
-        """Fill those again; False where that is not possible."""
+        """Fill the samples of a checkpoint again; False where that is not possible."""
         ...
 
 
@@ -97,7 +97,7 @@ class FileBuffer:
         return self._buffer[first - self._base : last - self._base]
 
     def rows(self, count: int) -> RowSequence:
-        return _Spooled(self, count)
+        return _FileRows(self, count)
 
     def read(self, first: int, last: int) -> Array:
         """Some of the rows that have been filled."""
@@ -126,8 +126,8 @@ class FileBuffer:
                 return False
             self._buffer[:rows] = np.frombuffer(data).reshape(rows, self._width)
             check, self._check = self._check, zlib.crc32(data, self._check)
-        self._check, found = check, self._check
-        return bool(found == state["check"])
+        self._check, checksum = check, self._check
+        return bool(checksum == state["check"])
 
     def _put(self, rows: int) -> int:
         """Write the first rows of the window into the file; return the CRC-32 of it up to them."""
@@ -142,17 +142,17 @@ class FileBuffer:
 
 
 @dataclass(frozen=True)
-class _Spooled(LazyRows):
-    """The first ``count`` rows of a spool."""
+class _FileRows(LazyRows):
+    """The first ``count`` rows of a file of samples."""
 
-    spool: FileBuffer
+    buffer: FileBuffer
     count: int
 
     def __len__(self) -> int:
         return self.count
 
     def _between(self, start: int, stop: int) -> Array:
-        return self.spool.read(start, stop)
+        return self.buffer.read(start, stop)
 
 
 def unnamed_file(folder: str) -> IO[bytes]:
@@ -184,14 +184,14 @@ def named_file(path: str, *, again: bool) -> IO[bytes]:
 
 
 def buffer_folder(beside: str | os.PathLike[str] | None) -> str:
-    """Where samples are spooled: the folder of a result, or that of temporary files."""
+    """The folder of the file of samples: that of a result, or that of temporary files."""
     if beside is None:
         return tempfile.gettempdir()
     return os.path.dirname(os.path.realpath(beside))
 
 
 def require_disk_space(folder: str, count: int, numbers: int) -> None:
-    """Refuse samples for which a disk has no room.
+    """Refuse samples for which a disk has no space.
 
     Parameters
     ----------

@@ -114,7 +114,7 @@ class RowRanges(LazyRows):
         ends = accumulate(last - first for first, last in self.ranges)
         parts = []
         for (first, last), end in zip(self.ranges, ends, strict=True):
-            # What number of all the row has that would be the first of this range.
+            # The number, of all rows, of the one that would be the first of this range.
             offset = first - (end - (last - first))
             a, b = max(first, start + offset), min(last, stop + offset)
             if a < b:
@@ -128,7 +128,7 @@ def first_rows(rows: RowSequence, count: int) -> RowSequence:
 
 
 def decimated(rows: RowSequence, stride: int) -> RowSequence:
-    """Every so many of some rows, and the last."""
+    """Every ``stride``-th row, plus the last."""
     if stride == 1:
         return rows[:]
     last = len(rows) - 1
@@ -136,14 +136,14 @@ def decimated(rows: RowSequence, stride: int) -> RowSequence:
 
 
 def window_rows(width: int) -> int:
-    """How many states of so many numbers are looked at at a time."""
+    """Return the number of states, of ``width`` numbers, that are looked at at a time."""
     return max(1, WINDOW // max(width, 1))
 
 
 def windows(
     times: RowSequence, states: RowSequence, size: int | None = None
 ) -> Iterator[tuple[Array, Array]]:
-    """Times and states in parts; all at once where they are in memory."""
+    """Yield times and states in parts; all at once where they are in memory."""
     count = len(states)
     if isinstance(states, np.ndarray):
         size = count

@@ -1,6 +1,6 @@
-"""What the code of a system with contacts offers, in machine code or interpreted.
+"""Functions of a system with contacts, in machine code or interpreted.
 
-All of it reads flags of closed contacts behind the scene's parameters (see
+All of them read flags of closed contacts behind the scene's parameters (see
 :mod:`lagrange_cli.program.systems.contact_systems`).
 """
 
@@ -47,7 +47,7 @@ _RESET = ctypes.CFUNCTYPE(
 )
 
 
-#: What ``system_reset`` returns where there is no motion behind an event.
+#: Status of ``system_reset`` where there is no motion behind an event.
 _DEADLOCK = 4
 
 
@@ -83,7 +83,7 @@ class ContactFunctions(Protocol):
 
 
 class NativeContacts:
-    """Those of a library of machine code; ``kernels`` those that hold integrators."""
+    """Contact functions of a library of machine code; ``kernels`` finds those of integrators."""
 
     def __init__(
         self,
@@ -96,7 +96,7 @@ class NativeContacts:
         self._driving = None if pieces is None else NativeInputs(pieces, DOUBLE)
         self._work = np.empty(model.code.work)
         self._reset = _RESET(("system_reset", system))
-        # Where states are handed over, made at the first call.
+        # Memory in which states are handed over, made at the first call.
         self._state = self._given = np.empty(0)
         self._places: tuple[int, ...] = ()
 
@@ -157,8 +157,8 @@ class NativeContacts:
         self._state[:], self._given[:] = y, parameters
         driving = self._driving
         inputs = None if driving is None else driving.address(driving.pieces.at(t))
-        state, given, work = self._places
-        status = self._reset(t, state, inputs, given, event, bounce, work)
+        state, numbers, work = self._places
+        status = self._reset(t, state, inputs, numbers, event, bounce, work)
         flags = self._given[_flags(self._model)].copy()
         if status:
             return None, flags if status == _DEADLOCK else np.zeros_like(flags)
@@ -166,7 +166,7 @@ class NativeContacts:
 
 
 class InterpretedContacts:
-    """Those of a module of Python."""
+    """Contact functions of a module of Python."""
 
     def __init__(
         self, model: Model, functions: Mapping[str, Callable[..., Any]], pieces: InputPieces | None
@@ -177,10 +177,10 @@ class InterpretedContacts:
         return bound(self._functions[name], parameters.tolist(), self._pieces)
 
     def side(self, name: str, parameters: Array) -> Rhs:
-        given = parameters.tolist()
-        project = bound(self._functions["contact_project"], given, None)
+        numbers = parameters.tolist()
+        project = bound(self._functions["contact_project"], numbers, None)
         trace = tracer(self._model.code.python, name)
-        return with_projection(bound(self._functions[name], given, self._pieces, trace), project)
+        return with_projection(bound(self._functions[name], numbers, self._pieces, trace), project)
 
     def table(self, name: str, columns: int, parameters: Array) -> Table:
         return interpreted_table(self._bound(name, parameters), columns)
@@ -207,8 +207,8 @@ class InterpretedContacts:
         if pieces is not None:
             row = pieces.rows[pieces.at(t)].tolist()
             inputs = [lambda *_: row]
-        given = parameters.tolist()
-        state, flags = self._functions["reset"](t, y, given, *inputs, event, bounce)
+        numbers = parameters.tolist()
+        state, flags = self._functions["reset"](t, y, numbers, *inputs, event, bounce)
         return None if state is None else np.array(state), np.array(flags)
 
 
@@ -217,6 +217,6 @@ def _traced(model: Model, name: str, parameters: Array) -> Expressions:
 
 
 def _flags(model: Model) -> slice:
-    """Where the flags of closed contacts are among the parameters."""
+    """Find the flags of closed contacts among the parameters."""
     first = len(model.parameters) + SURFACE_NUMBERS * len(model.surfaces)
     return slice(first, first + len(model.contacts))

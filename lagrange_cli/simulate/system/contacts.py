@@ -101,9 +101,9 @@ class ContactRhs(HybridRhs):
         values, sizes = self._gaps(t, y).reshape(2, count)
         terms = self._terms(t, y)
         gradients, (rates, biases, _) = terms[: count * n], terms[count * n :].reshape(3, count)
-        found = Gaps(values, sizes, gradients.reshape(count, n), rates, biases)
-        self._known = t, place, found
-        return found
+        gaps = Gaps(values, sizes, gradients.reshape(count, n), rates, biases)
+        self._known = t, place, gaps
+        return gaps
 
     def table(self, name: str, columns: int, closed: ContactMode) -> Table:
         """Another function of the system with contacts, at many states."""

@@ -232,7 +232,7 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
 
 
 def right_hand_sides(model: Model, cache: Cache | None = None) -> Callable[[Model], RightHandSide]:
-    """What makes the functions of models that differ from this one in numbers alone.
+    """Make a function from models that differ from this one in numbers alone to their functions.
 
     They are compiled once, now, where the machine has a C compiler.
 
@@ -295,10 +295,10 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
         landmarks=libraries.landmarks,
     )
     surfaces = surfaces_maker(model, partial(NativeCode, libraries))
-    found = _sided(model, plain, surfaces)
+    sided = _sided(model, plain, surfaces)
     return _with_contacts(
         model,
-        found,
+        sided,
         lambda pattern: NativeContacts(
             model, libraries.system, libraries.holding, pieces_of(drive, pattern)
         ),
@@ -337,7 +337,7 @@ def _wider(
 
 
 def _shift(functions: dict[str, Any], parameters: list[float]) -> Shift | None:
-    """What leads positions back to the constraints along gradients elsewhere, if it is there."""
+    """Bind the change that leads positions back to the constraints; None without constraints."""
     change = functions.get("shifted_change")
     if change is None:
         return None
@@ -398,10 +398,10 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         guarded=guarded,
     )
     surfaces = surfaces_beside(lambda rhs: rhs)
-    found = _sided(model, plain, surfaces)
+    sided = _sided(model, plain, surfaces)
     return _with_contacts(
         model,
-        found,
+        sided,
         lambda pattern: InterpretedContacts(model, functions, pieces_of(drive, pattern)),
         surfaces,
     )

@@ -64,7 +64,7 @@ class _BesidePlaces:
 
     @property
     def expressions(self) -> object:
-        """Those of the right-hand side (:mod:`.integrators.expressions`)."""
+        """The expressions of the right-hand side (:mod:`.integrators.expressions`)."""
         return getattr(self.rhs, "expressions", None)
 
     def __call__(self, t: float, y: Array) -> Array:

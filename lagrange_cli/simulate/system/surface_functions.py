@@ -50,7 +50,7 @@ class SurfaceCode(Protocol):
 
 @dataclass(frozen=True)
 class _Layout:
-    """Where weights stand among the parameters."""
+    """The place of the weights of sides among the parameters."""
 
     first: int
     count: int
@@ -63,7 +63,7 @@ class _Layout:
 
 
 class ModelSurfaces(Surfaces):
-    """Those of one right-hand side.
+    """Switching surfaces of one right-hand side.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ MakeSurfaces: TypeAlias = Callable[[int, str, Array], ModelSurfaces]
 
 
 def surfaces_maker(model: Model, code: Callable[[int], SurfaceCode]) -> MakeSurfaces | None:
-    """What makes the surfaces of right-hand sides of a model, None where it has none."""
+    """Make the maker of surfaces of right-hand sides; None where the model has none."""
     if not model.surfaces:
         return None
 

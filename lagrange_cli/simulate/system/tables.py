@@ -154,7 +154,7 @@ class _Bound:
 
     @property
     def expressions(self) -> Expressions | None:
-        """What it is made of (:mod:`.integrators.expressions`)."""
+        """Its tracer and numbers (:mod:`.integrators.expressions`)."""
         if self.trace is None:
             return None
         inputs = np.empty(0) if self.inputs is None else self.inputs

@@ -45,7 +45,7 @@ def _array(values: Sequence[Any], dtype: Any = None) -> Any:
     return found
 
 
-#: What the text uses of NumPy, for objects.
+#: The functions of NumPy that the text calls, for objects.
 _NUMPY = SimpleNamespace(
     asarray=lambda values, dtype=None: _Listed(values),
     array=_array,
@@ -96,7 +96,7 @@ def in_mpmath(code: str, name: str) -> Callable[[Any, Sequence[Any], Sequence[An
 
 @cache
 def tracer(code: str, name: str) -> Tracer:
-    """What runs one of a model's functions over objects.
+    """Make the function that runs one of a model's functions over objects.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The machine's C compiler: found where there is one, and asked for shared objects."""
+"""The machine's C compiler: find it, and have it make shared objects."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["Compilation", "CompileError", "Compiler", "find_compiler", "processo
 #: Commands that are looked for, in this order, where ``CC`` names none.
 COMPILER_COMMANDS = ("cc", "gcc", "clang")
 
-#: What tells a compiler cache, which may stand for the command, the compiler behind it.
+#: Variables that tell a compiler cache, which may stand for the command, its compiler.
 CACHE_VARIABLES = ("CCACHE_COMPILER", "CCACHE_CC", "CCACHE_PATH")
 
 #: Options of every compilation. ``-ffp-contract=off``: a product and a sum are
@@ -83,8 +83,8 @@ def find_compiler(environment: Mapping[str, str] = os.environ) -> Compiler:
         if path is not None:
             # A word after the first can be the compiler that the first one calls.
             called = [_executable(option, folders) for option in options]
-            found = [path, *_behind(path, folders), *called]
-            files = [_file(file) for file in found if file is not None]
+            executables = [path, *_behind(path, folders), *called]
+            files = [_file(file) for file in executables if file is not None]
             chosen = [environment.get(name, "") for name in CACHE_VARIABLES]
             return Compiler((path, *options), " ".join([*files, str(options), *chosen]))
     if named:
@@ -107,14 +107,14 @@ def _words(text: str) -> list[str]:
 def _behind(path: str, folders: str) -> list[str]:
     """Executables of the same name further on: a link to ccache calls the first of them."""
     name = os.path.basename(path)
-    found = (_executable(name, folder) for folder in folders.split(os.pathsep))
-    return [other for other in found if other is not None and other != path]
+    paths = (_executable(name, folder) for folder in folders.split(os.pathsep))
+    return [candidate for candidate in paths if candidate is not None and candidate != path]
 
 
 def _file(path: str) -> str:
-    """What tells a file from others."""
-    found = os.stat(path)
-    return f"{os.path.realpath(path)} {found.st_size} {found.st_mtime_ns}"
+    """Identify a file: its real path, size and time of change."""
+    status = os.stat(path)
+    return f"{os.path.realpath(path)} {status.st_size} {status.st_mtime_ns}"
 
 
 def _executable(command: str, path: str) -> str | None:
@@ -127,7 +127,7 @@ def _executable(command: str, path: str) -> str | None:
 
 
 def processor() -> str:
-    """What code made for this machine depends on: architecture and the processor's abilities."""
+    """Name what compiled code depends on: the architecture and the processor's abilities."""
     machine = " ".join(os.uname()[i] for i in (0, 4)) if hasattr(os, "uname") else os.name
     try:
         with open("/proc/cpuinfo", encoding="ascii", errors="replace") as file:
@@ -230,7 +230,7 @@ class Compilation:
             raise CompileError(f"{self._compiler.name} cannot be run: {error.strerror}") from error
 
     def _wait(self) -> str | None:
-        """The line that says what went wrong, None if all went well."""
+        """Wait for the compiler; return the line that says what went wrong, None if nothing did."""
         import subprocess
 
         announce("compiling")

@@ -57,7 +57,7 @@ def load_libraries(
     # Here also where nothing is to be compiled: the next run removes what a killed one left.
     remove_abandoned_folders()
     keys = [_key(compiler, source) for source in sources]
-    loaded = [_cached(cache, key, of) for key, of in zip(keys, sources, strict=True)]
+    loaded = [_cached(cache, key, source) for key, source in zip(keys, sources, strict=True)]
     with ExitStack() as stack:
         waiting = {
             number: _start(stack, compiler, sources[number], deadline)

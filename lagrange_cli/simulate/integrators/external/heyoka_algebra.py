@@ -18,7 +18,7 @@ MOST_HEYOKA_OPERATIONS = 20_000
 _SAME = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh",
          "atanh", "exp", "log", "sqrt", "atan2")  # fmt: skip
 
-#: Those without a Taylor series somewhere.
+#: Functions without a Taylor series somewhere.
 _ROUGH = ("abs", "fabs", "sign", "copysign", "min", "max")
 
 
@@ -48,7 +48,7 @@ class Algebra:
         return lambda *_: Traced(_Rough(name), self)
 
     def plain(self, value: Any) -> Any:
-        """What the package knows: an expression of its own.
+        """The value as an expression of the package.
 
         Raises
         ------
@@ -115,7 +115,7 @@ class Traced:
 
     @property
     def vanishes(self) -> bool:
-        """Whether this is the number 0."""
+        """The value is the number 0."""
         return self._is(0.0)
 
     def __add__(self, other: Any) -> Traced:

@@ -1,4 +1,4 @@
-"""What heyoka compiles is kept in lagrange's cache, and nowhere else.
+"""Keep what heyoka compiles in lagrange's cache, and nowhere else.
 
 heyoka has a cache on the disk of its own, in the user's folder, which holds machine code that is
 loaded unverified. Here it has a private folder while it compiles: what the cache has for the same
@@ -22,12 +22,12 @@ __all__ = ["SUFFIX", "compiled_once"]
 #: The ending of entries, and the file that heyoka makes.
 SUFFIX, DATABASE = ".db", "cache.db"
 
-#: Where heyoka keeps code is a setting of the process.
+#: The folder in which heyoka keeps code is a setting of the process.
 _SETTING = threading.Lock()
 
 
 def compiled_once(state: Any, key: str, build: Callable[[], Any]) -> Any:
-    """What ``build`` compiles: anew, or from what it compiled when the key was the same.
+    """Compile by ``build``, or load what it compiled when the key was the same.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def _compiled(state: Any, cache: Cache, key: str, build: Callable[[], Any]) -> A
 
 
 def _within(state: Any, folder: str, build: Callable[[], Any]) -> Any:
-    """What is built with heyoka's cache in this folder, whose files are complete afterwards."""
+    """Build with heyoka's cache in this folder, whose files are complete afterwards."""
     path = state.get_diskcache_path()
     state.set_diskcache_path(folder)
     state.set_diskcache_enabled(True)

@@ -69,7 +69,7 @@ class Taylor(Integrator):
 
     @classmethod
     def suits(cls, rhs: Rhs, size: int) -> bool:
-        """Whether it can take a right-hand side of ``size`` numbers here."""
+        """Tell whether it can take a right-hand side of ``size`` numbers here."""
         of = expressions(rhs)
         if of is None or importlib.util.find_spec(cls.package[0]) is None:
             return False
@@ -111,7 +111,7 @@ def _series(of: Expressions, tolerance: float, size: int) -> Any:
 
 @dataclass(frozen=True)
 class _Text:
-    """What a right-hand side of ``size`` numbers is compiled of.
+    """Write the expressions that a right-hand side of ``size`` numbers is compiled from.
 
     ``plain`` are its parameters and ``inputs`` inputs: a number where that makes the expressions
     simpler, which 0 and 1 do, or None for a parameter of the compiled code.
@@ -166,7 +166,7 @@ def _compiled(text: _Text, tolerance: float) -> Any:
 
 
 def _step(terms: Array, tolerance: Array) -> float:
-    """How far the last two terms of each component are below its tolerance.
+    """Compare the last two terms of each component with its tolerance.
 
     Even and odd functions have no term of every other order.
     """

@@ -178,7 +178,7 @@ class IDA(Sundials):
                     for of in (slice(half), slice(half, None)):
                         tangent[of, of] = _onto(found[of, of])
                     return tangent, (one - tangent) @ (one - found)
-            # What stands at 0 may have been moved by next to nothing.
+            # A component at 0 may have been moved by next to nothing.
             moves = np.maximum(moves, np.median(moves / self._scale) * self._scale)
         raise StepError(UNMET)
 
@@ -207,7 +207,7 @@ class IDA(Sundials):
 
 
 def _projects(found: Array) -> bool:
-    """Whether a matrix is a projector, roughly; its trace is its rank whatever the units are."""
+    """Tell whether a matrix is nearly a projector: its trace is its rank, whatever the units."""
     rank, largest = np.trace(found), np.abs(found).max()
     once_more = np.abs(found @ found - found).max()
     return bool(once_more <= _ROUGH * largest and abs(rank - np.round(rank)) <= _ROUGH * len(found))

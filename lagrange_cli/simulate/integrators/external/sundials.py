@@ -54,7 +54,7 @@ class Sundials(Integrator):
         self._solver: Any = self._begun(**self._options)
 
     def _scales(self, small: Array) -> Array:
-        """What a unit of each component of z is in y; ``small`` is what counts as little of it."""
+        """Return the unit of each component of z in y; ``small`` is what counts as little of it."""
         return np.ones_like(small)
 
     @abstractmethod

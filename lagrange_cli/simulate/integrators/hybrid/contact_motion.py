@@ -149,8 +149,8 @@ class ContactMotion(HybridMotion):
         self.stuck = Stuck(reason, tuple(sorted(contacts)))
 
     def _accumulates(self, contact: int) -> bool:
-        """Whether all bounces of a contact that are left take next to no time, or are too low to
-        be told from rounding."""
+        """Tell whether the bounces of a contact that are left take next to no time, or are too low
+        to be told from rounding."""
         times = self._bounces.setdefault(contact, [])
         times.append(self.t)
         del times[: -_SEQUENCE - 1]
@@ -161,7 +161,7 @@ class ContactMotion(HybridMotion):
         return ends
 
     def _is_last(self, contact: int, between: Sequence[float]) -> bool:
-        """Whether nothing is left behind bounces with these intervals."""
+        """Tell whether nothing is left behind bounces with these intervals."""
         n, tolerances = len(self.y) // 2, self._tolerances
         gaps, speeds, _ = self._moving(self.y)
         speed = float(speeds[contact])
@@ -177,16 +177,16 @@ class ContactMotion(HybridMotion):
         if not all(after < before for before, after in pairwise(between)):
             return False
         ratio = between[-1] / between[-2]
-        rest = between[-1] * ratio / (1 - ratio)
-        few = rest <= max(self._shortest, self._together)
-        return bool(few or height <= _LOW * gaps.sizes[contact])
+        remaining = between[-1] * ratio / (1 - ratio)
+        is_short = remaining <= max(self._shortest, self._together)
+        return bool(is_short or height <= _LOW * gaps.sizes[contact])
 
     def _fallen(self, contact: int) -> Array:
         """The state with a contact closed that still rises where its bounces end."""
         gaps = self._rhs.gaps(self.t, self.y)
         if gaps.speeds(self.y[len(self.y) // 2 :])[0][contact] <= 0:
             return self.y
-        closed = tuple(of or k == contact for k, of in enumerate(self._closed))
+        closed = tuple(flag or k == contact for k, flag in enumerate(self._closed))
         project = projection(self._rhs.side(closed))
         moved = self.y if project is None else project(self.t, self.y)
         return moved if np.isfinite(moved).all() else self.y
@@ -200,7 +200,7 @@ class ContactMotion(HybridMotion):
 
     @property
     def _tolerances(self) -> Array:
-        """What steps may be off in each component here."""
+        """The tolerance of steps in each component here, shape (2n,)."""
         return np.asarray(self._control.atol + self._control.rtol * np.abs(self.y))
 
     def _reset(self, event: int, kind: ContactEventKind) -> None:
@@ -227,7 +227,7 @@ class ContactMotion(HybridMotion):
         self._stand()
 
     def _late(self, event: int) -> float:
-        """How long ago the gap of a contact that is struck was zero, less than times can tell.
+        """Return the time since the gap of a struck contact was zero; 0 if times resolve it.
 
         Bounces would add up what rounding of their times does.
         """
@@ -247,7 +247,7 @@ class ContactMotion(HybridMotion):
         self._fastest[event] = max(speed, fastest)
 
     def _has_just_opened(self, contact: int, t: float, depth: float, bend: float) -> bool:
-        """Whether a gap is so small only since the contact opened, at the start of the piece."""
+        """Tell whether a gap is so small only since the contact opened, as the piece began."""
         opened = self._piece["signs"][contact] == RISES
         return bool(opened and (t - self._piece["from"][0]) ** 2 * bend <= 2 * depth)
 
@@ -292,12 +292,12 @@ class ContactMotion(HybridMotion):
         gaps, speeds, sizes = self._moving(self.y)
         newest = takewhile(lambda s: s.t == self.t, reversed(self.switches))
         began = {s.contact for s in newest}
-        # What has just opened is zero but for rounding, of either sign.
+        # A contact that has just opened has a gap of zero but for rounding, of either sign.
         rises = [
             not closed and (touches or k in began)
             for k, (closed, touches) in enumerate(zip(self._closed, gaps.touching, strict=True))
         ]
-        # What errors of steps make of gaps; none that opens by more than rounding is in doubt.
+        # Errors of gaps by those of steps; none that opens by more than rounding is in doubt.
         errors = np.abs(gaps.gradients) @ self._tolerances[: len(self.y) // 2]
         opening = speeds > TOUCHING * sizes
         noise = np.where(opening, 0.0, _ADDED_UP * errors + TOUCHING * gaps.sizes)
@@ -325,7 +325,7 @@ class ContactMotion(HybridMotion):
 
     def state(self) -> SavedState:
         switches = [(s.t, s.contact, s.kind, s.before, s.after, s.flags) for s in self.switches]
-        own = {
+        values = {
             "closed": self._closed,
             "began": self.began,
             "bounces": [(contact, tuple(times)) for contact, times in self._bounces.items()],
@@ -334,7 +334,7 @@ class ContactMotion(HybridMotion):
             "fastest": tuple(self._fastest.items()),
             "stuck": None if self.stuck is None else (self.stuck.reason, self.stuck.contacts),
         }
-        return {**super().state(), **own}
+        return {**super().state(), **values}
 
     def restore(self, state: SavedState) -> None:
         self.switches = [ModeChange(*fields) for fields in state["switches"]]

@@ -1,4 +1,4 @@
-"""What a motion with contacts is made of: gaps, events, a right-hand side for each case.
+"""Gaps, events and modes of a system with contacts, and a right-hand side for each mode.
 
 :mod:`.contact_motion` follows such a motion; what it needs of a system stands here.
 """
@@ -27,10 +27,10 @@ __all__ = [
     "Stuck",
 ]
 
-#: Which contacts are closed.
+#: For each contact whether it is closed.
 ContactMode: TypeAlias = tuple[bool, ...]
 
-#: What happens to a contact: it closes, for an instant or for longer; it opens; it closes since
+#: Events of a contact: it closes, for an instant or for longer; it opens; it closes since
 #: its bounces have become too short.
 ContactEventKind: TypeAlias = Literal["contact", "release", "zeno"]
 
@@ -40,7 +40,7 @@ TOUCHING = 1e-12
 
 @dataclass(frozen=True)
 class ModeChange:
-    """What happened to a contact, with the states before and after, and what is closed then."""
+    """An event of a contact, with the states before and after, and the mode behind it."""
 
     t: float
     contact: int
@@ -51,7 +51,7 @@ class ModeChange:
 
     @property
     def jumps(self) -> bool:
-        """Whether velocities changed."""
+        """Velocities changed."""
         return not np.array_equal(self.before, self.after)
 
 
@@ -84,8 +84,16 @@ class Stuck:
 
 @dataclass(frozen=True)
 class Gaps:
-    """Gaps φ of all contacts, with the sizes of what they are differences of (both (U,)), their
-    gradients (U, n), how they change at rest, ∂φ/∂t (U,), and what φ̈ is beside gradient·q̈ (U,).
+    """Gaps φ of all contacts at a state.
+
+    Attributes
+    ----------
+    values, sizes
+        φ, and the sizes of what it is the difference of, shape (U,).
+    gradients
+        ∂φ/∂q, shape (U, n).
+    rates, biases
+        ∂φ/∂t, and φ̈ − ∂φ/∂q·q̈, shape (U,).
     """
 
     values: Array
@@ -96,17 +104,17 @@ class Gaps:
 
     @property
     def touching(self) -> ContactMode:
-        """Which are zero but for rounding."""
+        """For each contact whether its gap is zero but for rounding."""
         return tuple((np.abs(self.values) <= TOUCHING * self.sizes).tolist())
 
     def speeds(self, velocities: Array) -> tuple[Array, Array]:
-        """How fast they grow, and the sizes of what that is the sum of."""
+        """Return the rates of the gaps, and the sizes of the sums behind them, both (U,)."""
         products = self.gradients * velocities
         sizes = np.abs(products).sum(axis=1) + np.abs(self.rates)
         return products.sum(axis=1) + self.rates, sizes
 
     def noise(self, errors: Array) -> Array:
-        """What errors of the coordinates make of them, shape (U,)."""
+        """Bound the errors of the gaps by those of the coordinates, shapes (n,) → (U,)."""
         return np.abs(self.gradients) @ errors + TOUCHING * self.sizes
 
 
@@ -151,7 +159,7 @@ class HybridRhs(ABC):
 
     @abstractmethod
     def gaps(self, t: float, y: Array) -> Gaps:
-        """How far each contact is from closing."""
+        """Evaluate the gaps at a state."""
 
     @abstractmethod
     def reset(

@@ -1,4 +1,4 @@
-"""What a motion may do on switching surfaces: pass, leave to a side, or slide along them.
+"""Continuations of a motion on switching surfaces: pass, leave to a side, or slide.
 
 A. F. Filippov, *Differential Equations with Discontinuous Righthand Sides*, 1988, §4: the rates on
 both sides decide. Where both lead back to the surface, the motion stays on it with the part of
@@ -27,7 +27,7 @@ __all__ = ["Continuation", "SlidingRhs", "continuations", "unique_continuation"]
 #: Surfaces met at one instant of which every combination of sides is looked at.
 _MOST_AT_ONCE = 3
 
-#: How exactly rates must hang linearly on the part between both sides of a surface.
+#: Nonlinearity of rates in the part between both sides of a surface, relative; set by hand.
 _LINEAR = 1e-6
 
 
@@ -61,7 +61,7 @@ def continuations(
     sides, undecided = _passed(surfaces, t, y, sides, on)
     if len(undecided) > _MOST_AT_ONCE:
         return []
-    found = []
+    ways = []
     for choice in product((1.0, -1.0, 0.0), repeat=len(undecided)):
         tried = with_sides(sides, dict(zip(undecided, choice, strict=True)))
         held = [k for k, side in zip(undecided, choice, strict=True) if side == 0]
@@ -72,8 +72,8 @@ def continuations(
             leading = [rates.leading(k, surfaces.positional[k]) for k in free]
             departs = len(undecided) < len(on) or any(leading)
             if all(tried[k] * rate >= 0 for k, rate in zip(free, leading, strict=True)):
-                found.append(Continuation(*reached, departs))
-    return found
+                ways.append(Continuation(*reached, departs))
+    return ways
 
 
 def _passed(

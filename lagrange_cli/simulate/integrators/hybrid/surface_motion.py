@@ -126,7 +126,7 @@ class SurfaceMotion(HybridMotion):
         return Advance(filled)
 
     def _part_of_step(self, run: Integrator, start: float) -> float:
-        """How far into its step an event is; 1 where there is none, or it cannot be earlier."""
+        """Return the part of its step before an event; 1 without one, or if none can be earlier."""
         if run.fallen is None or run.t - start <= TOGETHER * np.spacing(abs(run.t)):
             return 1.0
         return (run.t - start) / run.last_step
@@ -218,7 +218,7 @@ class SurfaceMotion(HybridMotion):
             reach=(*(whole.reach[k] for k in kept), *(0.0 for _ in held)) if whole.reach else (),
         )
 
-    # What follows on surfaces.
+    # Going on from surfaces.
 
     def _sliding(self, sides: SurfaceSides) -> tuple[int, ...]:
         return tuple(k for k, side in enumerate(sides) if abs(side) < 1)
@@ -241,7 +241,7 @@ class SurfaceMotion(HybridMotion):
             self._stand(chosen.sides, on)
 
     def _jumps(self, before: SurfaceSides, after: SurfaceSides) -> bool:
-        """Whether energy or momenta are others behind the surfaces, for the same state."""
+        """Tell whether energy or momenta jump at the surfaces, for the same state."""
         one, other = (self._surfaces.continuous(self.t, self.y, s) for s in (before, after))
         return bool((np.abs(one - other) > _JUMP * (np.abs(one) + np.abs(other))).any())
 
@@ -261,7 +261,7 @@ class SurfaceMotion(HybridMotion):
         self._begin_piece(signs, tuple(noise.tolist()))
 
     def _noise(self, k: int, sides: SurfaceSides, values: Array) -> float:
-        """What the tolerance makes of a surface that the motion may stay on; 0 where it leaves."""
+        """Bound the error, by the tolerance, of a surface that holds the motion; 0 if it leaves."""
         slope = self._surfaces.side(sides)(self.t, self.y)
         rates = self._surfaces.rates(self.t, self.y, sides, slope)
         if rates.leading(k, self._surfaces.positional[k]) != 0:
@@ -277,13 +277,13 @@ class SurfaceMotion(HybridMotion):
     # Going on.
 
     def state(self) -> SavedState:
-        own = {
+        values = {
             "crossings": tuple(self._crossings),
             "count": self._count,
             "sides": self._sides,
             "stuck": self._failure,
         }
-        return {**super().state(), **own}
+        return {**super().state(), **values}
 
     def restore(self, state: SavedState) -> None:
         self._crossings = list(state["crossings"])

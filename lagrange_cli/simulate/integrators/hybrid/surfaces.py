@@ -28,7 +28,7 @@ ON_SURFACE = 1e-14
 
 @dataclass(frozen=True)
 class SurfaceRates:
-    """How the functions of the surfaces change.
+    """Rates of the functions of the surfaces.
 
     Attributes
     ----------
@@ -70,15 +70,15 @@ class Surfaces(ABC):
 
     @abstractmethod
     def values(self, t: float, y: Array, sides: SurfaceSides) -> tuple[Array, Array]:
-        """What is positive on these sides, and the magnitudes behind it, both (S,)."""
+        """Evaluate the functions of the surfaces, and the magnitudes of their sums, both (S,)."""
 
     @abstractmethod
     def rates(self, t: float, y: Array, sides: SurfaceSides, slope: Array) -> SurfaceRates:
-        """How they change where the state has the slope ``slope`` (of y)."""
+        """Evaluate their rates, with ``slope`` the slope of y, shape (2n,)."""
 
     @abstractmethod
     def continuous(self, t: float, y: Array, sides: SurfaceSides) -> Array:
-        """What would not jump if no impulse acted: the energy function on these sides, momenta."""
+        """Evaluate what jumps only with an impulse: the energy function on these sides, momenta."""
 
     @abstractmethod
     def falling(
@@ -88,7 +88,7 @@ class Surfaces(ABC):
         noise: tuple[float, ...],
         beside: TerminalEvents | None,
     ) -> TerminalEvents:
-        """Where the motion leaves these sides, behind what else is looked for."""
+        """Return the events ``beside``, then those at which the motion leaves these sides."""
 
     def placed(
         self, t: float, y: Array, sides: SurfaceSides, met: Sequence[int] = ()

@@ -46,10 +46,19 @@ _Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class TaylorSteps:
-    """How steps are made: of which order, to which local ``tolerance`` beside the scales so far,
-    no longer than ``longest``, and no more than ``most`` of them. Within a step the slopes of
-    the series are compared with the right-hand side ``glance`` apart, nowhere for 0; they may be
-    off by the part ``forgiven`` of the scales over a step."""
+    """Order, tolerance and limits of the steps.
+
+    Attributes
+    ----------
+    tolerance
+        Of each step, relative to the scales so far.
+    longest, most
+        Largest step, a time, and number of steps.
+    glance
+        Time after which slopes of the series are compared with the right-hand side; 0: never.
+    forgiven
+        Error of these slopes over a step, relative to the scales.
+    """
 
     order: int
     tolerance: float
@@ -61,8 +70,15 @@ class TaylorSteps:
 
 @dataclass(frozen=True)
 class BatchedMotions:
-    """What came of motions: states (members, samples, 2n), NaN behind those that are ``filled``,
-    and the steps of each."""
+    """Results of batched motions.
+
+    Attributes
+    ----------
+    states
+        Shape (members, samples, 2n), NaN behind the first ``filled`` samples.
+    filled, steps
+        Samples and steps of each member, shape (members,).
+    """
 
     states: Array
     filled: _Integers
@@ -148,7 +164,7 @@ class BatchedTaylor:
 
 
 class BatchedSamples:
-    """What is made of the samples of motions, in doubles: the functions of samples.c."""
+    """Functions of the samples of batched motions, in doubles (samples.c)."""
 
     def __init__(self, library: ctypes.CDLL) -> None:
         self._table = _TABLE(("lagrange_members_table", library))

@@ -19,12 +19,12 @@ __all__ = ["EventBuffer"]
 
 _LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
 
-#: Steps full of events for which there is room in one call.
+#: Steps full of events that the buffer of one call holds.
 _STEPS = 64
 
 
 class EventBuffer:
-    """Room for what one call of a kernel finds, and the list of all that was ``found``.
+    """The events that one call of a kernel locates, and the list of all that were ``found``.
 
     ``signs`` are those that the functions had last; ``dips`` where they came close to zero.
     """
@@ -74,7 +74,7 @@ class EventBuffer:
         return ctypes.addressof(self._c)
 
     def read_inputs(self, address: int | None) -> None:
-        """Where the event functions find their inputs."""
+        """Let the event functions read their inputs at an address."""
         self._c.u = address
 
     def take(self) -> None:

@@ -40,7 +40,7 @@ class NativeInputs:
         self.rows = np.ascontiguousarray(pieces.rows, dtype=real.dtype)
 
     def address(self, piece: int) -> int:
-        """Where the numbers of a piece are."""
+        """The address of the numbers of a piece."""
         return int(self.rows.ctypes.data) + piece * self.rows.strides[0]
 
 
@@ -116,7 +116,7 @@ class NativeRhs:
         self.projection_address = None if projection is None else _address(projection)
         self.lanes_address = None if lanes is None else _address(lanes)
         self.parameters_address: int = self.parameters.ctypes.data
-        # Where states are handed over, made at the first call.
+        # Memory in which states are handed over, made at the first call.
         self._state = self._slope = np.empty(0)
         self._pointers: tuple[int, ...] = ()
 
@@ -144,8 +144,8 @@ class NativeRhs:
 
     @property
     def expressions(self) -> Expressions | None:
-        """What it is made of (:mod:`.integrators.expressions`), in its only piece or the one it is
-        that of."""
+        """Its tracer and numbers (:mod:`.integrators.expressions`), with the inputs of its only
+        piece or the one it is that of."""
         if self._trace is None:
             return None
         rows = np.empty((1, 0)) if self.driving is None else self.driving.pieces.rows
@@ -159,7 +159,7 @@ class NativeRhs:
         return self.driving.address(self.driving.pieces.at(t) if fixed is None else fixed)
 
     def _shifted(self, t: float, q: Array, there: Array) -> Array:
-        """What leads positions back, NaN where the C function returns nonzero."""
+        """Return the change that leads positions back, NaN where the C function returns nonzero."""
         both = np.concatenate([q, there]).astype(self.real.dtype)
         found = np.empty(len(q), self.real.dtype)
         parameters, work = self.parameters_address, self.work.ctypes.data

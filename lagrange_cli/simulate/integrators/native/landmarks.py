@@ -34,7 +34,7 @@ class NativeLandmarks:
 
 
 class LandmarkBuffer:
-    """What a kernel reads and writes of landmarks; ``peaks`` is what it keeps between steps."""
+    """Memory of a kernel for exponents; ``peaks``, shape (2, count), is kept between steps."""
 
     def __init__(self, landmarks: NativeLandmarks, dimension: int, real: NativeReal) -> None:
         count, dtype = landmarks.count, real.dtype
@@ -55,7 +55,7 @@ class LandmarkBuffer:
 
     @property
     def remade(self) -> int:
-        """How many steps were made again."""
+        """Number of steps that were made again."""
         return int(self._c.remade)
 
     @property

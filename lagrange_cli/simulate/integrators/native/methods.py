@@ -58,7 +58,7 @@ def _advance_type(real: NativeReal) -> Any:
     return ctypes.CFUNCTYPE(ctypes.c_int, *arguments)
 
 
-#: What kernel.h says of the return value of a call.
+#: Reasons of failure by the return value of a call (kernel.h).
 _FAILURES: dict[int, str] = {
     KernelStatus.UNDERFLOW: "the step size underflowed",
     KernelStatus.NOT_FINITE: "the state is no longer finite",
