@@ -9,7 +9,7 @@ import re
 from dataclasses import replace
 
 from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, joined, prefixed, suffixed, width
-from lagrange_cli.notation.one_line import OneLinePrinter, comma_separated, group
+from lagrange_cli.notation.one_line import OneLinePrinter, argument_list, group
 from lagrange_cli.notation.symbols import latex_name, split_name
 from lagrange_cli.notation.tree import (
     Dependence,
@@ -163,7 +163,7 @@ class LatexPrinter(OneLinePrinter):
         size = len(node.function) + 0.5 + (1 if power else 0)
         if node.function in _NAMED_POWERS and not closed and _is_bare(node.arguments[0]):
             return prefixed(arguments[0], name + " ", size)
-        return prefixed(self.group(comma_separated(arguments)), name, size)
+        return prefixed(self.group(argument_list(arguments)), name, size)
 
     def takes_power(self, node: DisplayCall, exponent: DisplayNode) -> bool:
         return (

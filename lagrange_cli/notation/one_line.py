@@ -22,7 +22,7 @@ from lagrange_cli.notation.tree import (
     factors_of,
 )
 
-__all__ = ["OneLinePrinter", "columns", "comma_separated", "group", "solid"]
+__all__ = ["OneLinePrinter", "argument_list", "columns", "group", "solid"]
 
 
 def columns(text: str) -> int:
@@ -39,7 +39,7 @@ def group(pieces: list[Piece], opening: str = "(", closing: str = ")") -> list[P
     return suffixed(prefixed(deeper(pieces), opening, 1), closing, 1)
 
 
-def comma_separated(arguments: list[list[Piece]]) -> list[Piece]:
+def argument_list(arguments: list[list[Piece]]) -> list[Piece]:
     """Arguments with commas between them, to be broken only after all else."""
     pieces = [
         piece

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.build import display, vocabulary
 from lagrange_cli.notation.layout import Piece, joined, prefixed
-from lagrange_cli.notation.one_line import OneLinePrinter, columns, comma_separated, group
+from lagrange_cli.notation.one_line import OneLinePrinter, argument_list, columns, group
 from lagrange_cli.notation.symbols import DOT_WORDS, multiplier_symbol
 from lagrange_cli.notation.tree import (
     DisplayCall,
@@ -66,7 +66,7 @@ class ScenePrinter(OneLinePrinter):
 
 
 def _applied(function: str, arguments: list[list[Piece]]) -> list[Piece]:
-    return prefixed(group(comma_separated(arguments)), function, columns(function))
+    return prefixed(group(argument_list(arguments)), function, columns(function))
 
 
 def to_scene_language(expression: Expr, equations: Equations) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lagrange_cli.notation.layout import Piece, joined, prefixed
-from lagrange_cli.notation.one_line import OneLinePrinter, columns, comma_separated, group, solid
+from lagrange_cli.notation.one_line import OneLinePrinter, argument_list, columns, group, solid
 from lagrange_cli.notation.symbols import split_name, text_name
 from lagrange_cli.notation.tree import (
     DisplayCall,
@@ -103,7 +103,7 @@ class UnicodePrinter(OneLinePrinter):
         if node.function in _NAMED_POWERS and not closed and _is_letter(node.arguments[0]):
             name += "" if power else " "
             return prefixed(arguments[0], name, columns(name))
-        return prefixed(group(comma_separated(arguments)), name, columns(name))
+        return prefixed(group(argument_list(arguments)), name, columns(name))
 
     def takes_power(self, node: DisplayCall, exponent: DisplayNode) -> bool:
         return node.function in _NAMED_POWERS and _is_natural(exponent)

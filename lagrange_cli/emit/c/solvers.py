@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from lagrange_cli.emit.c.saddle_point import saddle_template
+from lagrange_cli.emit.c.names import Real
 from lagrange_cli.emit.c.target import CTarget
-from lagrange_cli.emit.template_files import c_template
+from lagrange_cli.emit.constants import LARGEST_EXPONENT, LEAST_INERTIA, UNEVEN_PIVOT
+from lagrange_cli.emit.template_files import c_template, filled
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 
 __all__ = [
@@ -57,7 +58,40 @@ def solver_text(blocks: Sequence[MatrixBlock], target: CTarget) -> str:
         parts.append(target.fill(c_template("solve_pivoted")))
     if any(block.closures for block in loops):
         compliant = any(block.compliant for block in loops)
-        parts.append(target.fill(saddle_template(real, compliant=compliant)))
+        parts.append(target.fill(_saddle_template(real, compliant=compliant)))
     if any(block.band is not None for block in blocks):
         parts.append(target.fill(c_template("solve_banded")))
     return "\n".join(parts)
+
+
+#: Below the exponent of every number.
+_LEAST = -65536.0
+
+
+#: More of the comment where the diagonal of the closures is given.
+_COMPLIANT = """\
+ * The diagonal behind M is given too: 0, or 1 where a row of G and g are zero,
+ * which makes that number of l zero.
+"""
+
+
+def _saddle_template(real: Real, *, compliant: bool) -> str:
+    """``PREFIX_solve_saddle`` and what it calls, but for names and type.
+
+    Mass matrices may be singular by themselves where closures make the whole regular; then
+    scales are taken from both, and the solution is refined.
+
+    Parameters
+    ----------
+    compliant
+        Whether the diagonal of the closures is given too.
+    """
+    replacements = {
+        "@CORNER@": "(i == j ? a[i*s + i] : @ZERO@)" if compliant else "@ZERO@",
+        "@COMPLIANT@": _COMPLIANT if compliant else "",
+        "@LEAST@": real.value(_LEAST),
+        "@SMALL@": real.value(LEAST_INERTIA),
+        "@UNEVEN@": real.value(UNEVEN_PIVOT),
+        "@WIDEST@": str(LARGEST_EXPONENT),
+    }
+    return filled(c_template("solve_saddle"), replacements)
