@@ -20,7 +20,7 @@ from calibration import ACCURACIES, SYSTEMS, system
 from references import FOLDER, Array
 
 from lagrange_cli.errors import InputError
-from lagrange_cli.simulate.ensemble.batched_results import Family, family_of
+from lagrange_cli.simulate.ensemble.batched_results import BatchedResults, batched_results
 from lagrange_cli.simulate.integrators.native.batched_taylor import TaylorSteps
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import SimulationOptions
@@ -63,16 +63,16 @@ def starts_of(model: Model, members: int) -> Array:
     return moved + FROM_ZERO * random.standard_normal(moved.shape) * (own == 0)
 
 
-def judge(family: Family, members: int, accuracy: float, tally: Tally) -> None:
+def judge(batched: BatchedResults, members: int, accuracy: float, tally: Tally) -> None:
     """Add what the members of a scene come to."""
-    together, model = family.together, family.model
+    together, model = batched.together, batched.model
     starts, given = starts_of(model, members), [p.value or 0.0 for p in model.parameters]
     parameters = np.tile(np.array(given, dtype=float), (members, 1))
     wider = together.wider
     if wider is None:
         raise SystemExit("no arithmetic wider than doubles on this machine")
     steps = TaylorSteps(EXACT_ORDER, EXACT_TOLERANCE, together.problem.longest_step, MOST_STEPS)
-    exact = wider.run("rhs", family.request.times[:], starts, parameters, steps)
+    exact = wider.run("rhs", batched.request.times[:], starts, parameters, steps)
     for runs in together.promised(accuracy, starts, parameters, lambda: None):
         errors = np.abs(runs.states - exact.states[runs.numbers]) / runs.scales[:, None, :]
         worst = errors.max(axis=(1, 2))
@@ -84,7 +84,7 @@ def judge(family: Family, members: int, accuracy: float, tally: Tally) -> None:
             tally.by_one += bool(runs.all_evaluations[k] < 2.2 * runs.evaluations[k])
 
 
-def families(accuracy: float) -> list[Family]:
+def families(accuracy: float) -> list[BatchedResults]:
     """Of all scenes whose members are stepped side by side."""
     found = []
     for path in sorted(FOLDER.rglob("*.minimal.json")):
@@ -92,11 +92,11 @@ def families(accuracy: float) -> list[Family]:
         try:
             model = system(scene, "minimal").model
             options = SimulationOptions(accuracy=accuracy, samples=SAMPLES)
-            family = family_of(model, options, ())
+            batched = batched_results(model, options, ())
         except InputError as refusal:
             print(f"{scene.stem}: {refusal.problems[0].message}", file=sys.stderr)
             continue
-        found += [] if family is None else [family]
+        found += [] if batched is None else [batched]
     return found
 
 
@@ -106,8 +106,8 @@ def main() -> int:
     options = parser.parse_args()
     tallies = {accuracy: Tally() for accuracy in ACCURACIES}
     for accuracy, tally in tallies.items():
-        for family in families(accuracy):
-            judge(family, options.members, accuracy, tally)
+        for batched in families(accuracy):
+            judge(batched, options.members, accuracy, tally)
     print("| accuracy | members held | wrong | estimate above error | one companion | ratio |")
     print("|---" * 6 + "|")
     for accuracy, tally in tallies.items():

@@ -88,7 +88,7 @@ def test_backends_for_windows_are_no_matter(ending, scene):
 def test_plots_of_programs_that_are_not_there_are_refused_before_the_run(scene, monkeypatch):
     pytest.importorskip("matplotlib")
     monkeypatch.setenv("PATH", str(scene))
-    monkeypatch.setattr("lagrange_cli.simulate.charts.simulation.simulate_past_charts", None)
+    monkeypatch.setattr("lagrange_cli.simulate.charts.simulation.simulate_past_singularities", None)
     assert "xelatex" in told(lagrange("simulate", "scene.yaml", "--plot", "a.pgf", cwd=scene))
 
 

@@ -93,7 +93,7 @@ def spoiled(simulate, column, error):
 )
 def test_a_wrong_result_is_called_wrong(monkeypatch, error, outcome, underestimated):
     simulate = spoiled(stress_runs.simulate_past_singularities, "x", error)
-    monkeypatch.setattr(stress_runs, "simulate_past_charts", simulate)
+    monkeypatch.setattr(stress_runs, "simulate_past_singularities", simulate)
     result = found("pulleys/atwood", "degenerate")
     (run,) = [run for run in result.runs if run.point.parameters == {"g": "0"}]
     assert run.outcome == outcome
