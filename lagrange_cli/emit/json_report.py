@@ -10,7 +10,10 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.emit.force_wording import forces_report
-from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations, right_hand_sides
+from lagrange_cli.mechanics.dynamics.accelerations import (
+    explicit_accelerations,
+    forcing_with_reactions,
+)
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import Vocabulary, display, display_row, vocabulary
 from lagrange_cli.notation.ordering import sum_of
@@ -139,7 +142,7 @@ def _residuals(equations: Equations, form: str, say: _Speaker) -> list[dict[str,
 
 
 def _explicit_rows(equations: Equations, say: _Speaker) -> list[DisplayNode]:
-    rows, right = [], right_hand_sides(equations)
+    rows, right = [], forcing_with_reactions(equations)
     for i, value in enumerate(explicit_accelerations(equations)):
         if value is not None:
             rows.append(_difference([(1, i)], value, equations, say))

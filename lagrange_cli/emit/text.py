@@ -24,7 +24,10 @@ from lagrange_cli.emit.constraint_wording import (
 )
 from lagrange_cli.emit.force_wording import FORCES_LINE, force_notes, force_rows, reaction_rows
 from lagrange_cli.errors import escape_controls
-from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations, right_hand_sides
+from lagrange_cli.mechanics.dynamics.accelerations import (
+    explicit_accelerations,
+    forcing_with_reactions,
+)
 from lagrange_cli.notation.build import Vocabulary, display, display_row, vocabulary
 from lagrange_cli.notation.layout import Piece, break_lines, joined, suffixed
 from lagrange_cli.notation.one_line import OneLinePrinter, columns, solid
@@ -225,7 +228,7 @@ class _Page:
                 entry = self.equations.mass_matrix[i][j]
                 if j >= i and entry != 0:
                     lines += self.formula(f"  M[{names[i]}, {names[j]}]", entry)
-        right = right_hand_sides(self.equations)
+        right = forcing_with_reactions(self.equations)
         for i in open_rows:
             lines += self.formula(f"  f[{names[i]}]", right[i])
         return lines

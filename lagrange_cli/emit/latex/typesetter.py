@@ -10,7 +10,10 @@ from lagrange_cli.emit.constraint_wording import (
     is_generalized_potential,
     quantity_labels,
 )
-from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations, right_hand_sides
+from lagrange_cli.mechanics.dynamics.accelerations import (
+    explicit_accelerations,
+    forcing_with_reactions,
+)
 from lagrange_cli.notation.build import Vocabulary, display, display_row, vocabulary
 from lagrange_cli.notation.latex import LatexPrinter
 from lagrange_cli.notation.latex_escape import latex_text
@@ -108,7 +111,7 @@ class Typesetter:
                 for i, c in enumerate(coordinates)
             ]
         solved = explicit_accelerations(self.equations)
-        right = right_hand_sides(self.equations)
+        right = forcing_with_reactions(self.equations)
         rows = [
             self.definition(self.coordinate(c, 2), value)
             for c, value in zip(coordinates, solved, strict=True)

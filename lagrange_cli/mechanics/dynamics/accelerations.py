@@ -11,7 +11,7 @@ from lagrange_cli.mechanics.sparse import entries
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["explicit_accelerations", "right_hand_sides"]
+__all__ = ["explicit_accelerations", "forcing_with_reactions"]
 
 #: Larger coupled systems are left as M q̈ = f: their closed forms fill pages.
 _LARGEST_SOLVED = 2
@@ -35,7 +35,7 @@ def _coupled_blocks(equations: Equations) -> list[list[int]]:
     return blocks
 
 
-def right_hand_sides(equations: Equations) -> list[sympy.Expr]:
+def forcing_with_reactions(equations: Equations) -> list[sympy.Expr]:
     """Right-hand sides f + Σ λ·gradient of M a = f + Σ λ·gradient, one for each coordinate."""
     terms = [[f] for f in equations.forcing]
     for closure in equations.pushing:
