@@ -334,9 +334,7 @@ class _Builder:
     # Energies in display form.
 
     def _kinetic(
-        self,
-        velocity: dict[sp.Symbol, sp.Expr],
-        mass: Mapping[tuple[int, int], sp.Expr],
+        self, velocity: dict[sp.Symbol, sp.Expr], mass: Mapping[tuple[int, int], sp.Expr]
     ) -> sp.Expr:
         """T = Σ ½ m ṙ², each particle's square collected, or ½ Σ M q̇ q̇ where that is shorter."""
         names = self.reduced.names
