@@ -11,7 +11,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.mechanics.algebra.collect import TermSum, factored
+from lagrange_cli.mechanics.algebra.collect import collected_terms, factored
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
@@ -358,9 +358,7 @@ def _collect(expr: sp.Expr, velocities: Sequence[sp.Symbol]) -> sp.Expr:
     expanded = expand_terms(expr, _TERM_BUDGET)
     if expanded is None:
         return expr
-    total = TermSum()
-    total.add_all(e for e in expanded if e != 0)
-    terms = total.collected()
+    terms = collected_terms(expanded)
     if not all(t.free_symbols.isdisjoint(velocities) for t in terms):
         return grouped_sum(terms, velocities)
     return factored(terms)

@@ -32,6 +32,7 @@ from lagrange_cli.mechanics.algebra.squares import binomial_square, normalize_sq
 __all__ = [
     "Splitter",
     "TermSum",
+    "collected_terms",
     "common_factor",
     "factored",
     "monomial",
@@ -218,6 +219,13 @@ class TermSum:
                 number, mass = _weight_sum(weights)
                 if number != 0:
                     yield monomial(sympy_rational(number), [mass, *powers, *trig_factors(trig)])
+
+
+def collected_terms(terms: Iterable[sp.Expr]) -> list[sp.Expr]:
+    """Collect the terms of a sum; zeros among them are left out."""
+    total = TermSum()
+    total.add_all(e for e in terms if e != 0)
+    return total.collected()
 
 
 def monomial(number: sp.Rational, factors: list[sp.Expr]) -> sp.Expr:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.collect import TermSum, factored, tidy
+from lagrange_cli.mechanics.algebra.collect import collected_terms, factored, tidy
 from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor, factored_form
 
@@ -34,9 +34,7 @@ def shortened(expr: sp.Expr) -> sp.Expr:
 
 
 def _collected(expr: sp.Expr) -> sp.Expr:
-    total = TermSum()
-    total.add_all(e for e in expand_terms(expr, _TERM_BUDGET) or (expr,) if e != 0)
-    return factored(total.collected())
+    return factored(collected_terms(expand_terms(expr, _TERM_BUDGET) or (expr,)))
 
 
 def _cancelled(numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:

@@ -11,7 +11,7 @@ from lagrange_cli.mechanics.sparse import entries
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["explicit_accelerations", "forcing_with_reactions"]
+__all__ = ["explicit_accelerations", "forcing_with_reactions", "multiplier_terms"]
 
 #: Larger coupled systems are left as M q̈ = f: their closed forms fill pages.
 _LARGEST_SOLVED = 2
@@ -37,11 +37,17 @@ def _coupled_blocks(equations: Equations) -> list[list[int]]:
 
 def forcing_with_reactions(equations: Equations) -> list[sympy.Expr]:
     """Right-hand sides f + Σ λ·gradient of M a = f + Σ λ·gradient, one for each coordinate."""
-    terms = [[f] for f in equations.forcing]
+    pairs = zip(equations.forcing, multiplier_terms(equations), strict=True)
+    return [sympy.Add(forcing, *terms) for forcing, terms in pairs]
+
+
+def multiplier_terms(equations: Equations) -> list[list[sympy.Expr]]:
+    """Terms λ·gradient of closures and contacts, by coordinate."""
+    terms: list[list[sympy.Expr]] = [[] for _ in equations.coordinates]
     for closure in equations.pushing:
         for i, entry in entries(closure.gradient).items():
             terms[i].append(closure.multiplier * entry)
-    return [sympy.Add(*summands) for summands in terms]
+    return terms
 
 
 def explicit_accelerations(equations: Equations) -> tuple[sympy.Expr | None, ...]:

@@ -16,7 +16,7 @@ from functools import partial
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.alpha_equivalence import ShapeClasses
-from lagrange_cli.mechanics.algebra.collect import TermSum, factored, tidy
+from lagrange_cli.mechanics.algebra.collect import collected_terms, factored, tidy
 from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
@@ -113,9 +113,9 @@ def _of_position(reduced: Reduced, stated: sp.Expr) -> _Parts:
     place = sp.Dummy()
     kinematics = Kinematics({place: phi}, q, v, t)
     rows = kinematics.jacobian(place)
-    gradient = {j: factored(_collected(rows.get(k, ()))) for k, j in enumerate(numbers)}
-    rate = factored(_collected(_terms(derivative(phi, t))))
-    bias = grouped_sum(_collected(kinematics.convective(place)), v)
+    gradient = {j: factored(collected_terms(rows.get(k, ()))) for k, j in enumerate(numbers)}
+    rate = factored(collected_terms(_terms(derivative(phi, t))))
+    bias = grouped_sum(collected_terms(kinematics.convective(place)), v)
     return _Parts(phi, gradient, rate, bias)
 
 
@@ -125,12 +125,12 @@ def _of_velocity(reduced: Reduced, stated: sp.Expr) -> _Parts:
     coordinates = [reduced.coordinates[j] for j in numbers]
     v = [c.v for c in coordinates]
     slopes = ((j, derivative(psi, w)) for j, w in zip(numbers, v, strict=True))
-    gradient = {j: factored(_collected(_terms(slope))) for j, slope in slopes}
+    gradient = {j: factored(collected_terms(_terms(slope))) for j, slope in slopes}
     rate = psi.xreplace(dict.fromkeys(v, sp.Integer(0)))
     change = list(_terms(derivative(psi, t)))
     for c in coordinates:
         change += _terms(derivative(psi, c.q) * c.v)
-    return _Parts(psi, gradient, rate, grouped_sum(_collected(change), v))
+    return _Parts(psi, gradient, rate, grouped_sum(collected_terms(change), v))
 
 
 def _held(reduced: Reduced, stated: sp.Expr) -> list[int]:
@@ -143,9 +143,3 @@ def _terms(expr: sp.Expr) -> Sequence[sp.Expr]:
     if expr == 0:
         return ()
     return expand_terms(expr, _TERM_BUDGET) or sp.Add.make_args(expr)
-
-
-def _collected(terms: Iterable[sp.Expr]) -> list[sp.Expr]:
-    total = TermSum()
-    total.add_all(e for e in terms if e != 0)
-    return total.collected()

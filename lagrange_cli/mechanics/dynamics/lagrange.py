@@ -13,7 +13,7 @@ particles are gathered with summed masses before anything is multiplied.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import TypeVar
@@ -24,6 +24,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.collect import (
     Splitter,
     TermSum,
+    collected_terms,
     factored,
     monomial,
     python_rational,
@@ -343,7 +344,7 @@ class _Builder:
         particles = None
         squares = [sp.Add(*(velocity[s] ** 2 for s in body)) for body in names.particle_symbols]
         if sum(term_count(e) for e in squares) <= _TERM_BUDGET:
-            collected = [_collected(expand_terms(e, _TERM_BUDGET) or ()) for e in squares]
+            collected = [collected_terms(expand_terms(e, _TERM_BUDGET) or ()) for e in squares]
             particles = [
                 m * grouped_sum(c, self.v) / 2
                 for m, c in zip(self.reduced.masses, collected, strict=True)
@@ -377,12 +378,6 @@ def _full(size: int, upper: Mapping[tuple[int, int], _Entry]) -> list[dict[int, 
     for (j, k), entry in upper.items():
         rows[j][k] = rows[k][j] = entry
     return rows
-
-
-def _collected(terms: Iterable[sp.Expr]) -> list[sp.Expr]:
-    total = TermSum()
-    total.add_all(e for e in terms if e != 0)
-    return total.collected()
 
 
 def _terms(expr: sp.Expr) -> Sequence[sp.Expr]:

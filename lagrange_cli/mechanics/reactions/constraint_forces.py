@@ -28,7 +28,7 @@ from lagrange_cli.mechanics.algebra.shorten import length_factor, shortened
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.certify.constraints import ClosureCheck
 from lagrange_cli.mechanics.certify.routes import Tapes
-from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations
+from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations, multiplier_terms
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Equations, tagged
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
@@ -47,7 +47,6 @@ from lagrange_cli.mechanics.reactions.multipliers import (
     multipliers,
 )
 from lagrange_cli.mechanics.reduction.geometry import gap_over_names
-from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.scene.language.expression import Equation as Written
 from lagrange_cli.scene.model import Scene
 
@@ -131,24 +130,15 @@ def _forces(derivation: Uncertified, equations: Equations, applied: AppliedForce
         masses[s] += mass
     solved = _accelerations(equations)
     direct = dict(_direct(derivation))
-    pushes = _pushes(equations)
+    pushes = multiplier_terms(equations)
     along = {}
     for s, mass in masses.items():
         if s in direct:
-            along[s] = pushes[direct[s]]
+            along[s] = sp.Add(*pushes[direct[s]])
         else:
             force = mass * _acceleration(derivation, s) + applied.of(s)
             along[s] = shortened(shortened(force).xreplace(solved))
     return _Forces(along, direct, solved)
-
-
-def _pushes(equations: Equations) -> list[sp.Expr]:
-    """Σ λ·gradient along each coordinate."""
-    terms: list[list[sp.Expr]] = [[] for _ in equations.coordinates]
-    for closure in equations.pushing:
-        for j, entry in entries(closure.gradient).items():
-            terms[j].append(closure.multiplier * entry)
-    return [sp.Add(*summands) for summands in terms]
 
 
 def _accelerations(equations: Equations) -> dict[sp.Symbol, sp.Expr]:
