@@ -65,7 +65,7 @@ def starts_of(model: Model, members: int) -> Array:
 
 def judge(batched: BatchedResults, members: int, accuracy: float, tally: Tally) -> None:
     """Add what the members of a scene come to."""
-    together, model = batched.together, batched.model
+    together, model = batched.members, batched.model
     starts, given = starts_of(model, members), [p.value or 0.0 for p in model.parameters]
     parameters = np.tile(np.array(given, dtype=float), (members, 1))
     wider = together.wider
