@@ -5,10 +5,14 @@ in which every value has its place in the file, or a refusal with all problems. 
 SymPy or NumPy. Read :mod:`.reader` first.
 """
 
-from lagrange_cli.scene.checks.table import declares
-from lagrange_cli.scene.language.families import read_equation as parse_equation
-from lagrange_cli.scene.language.families import read_expression as parse_expression
-from lagrange_cli.scene.reader import expected_error, read_file, read_text
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from lagrange_cli.scene.checks.table import declares
+    from lagrange_cli.scene.language.families import read_equation as parse_equation
+    from lagrange_cli.scene.language.families import read_expression as parse_expression
+    from lagrange_cli.scene.reader import expected_error, read_file, read_text
 
 __all__ = [
     "declares",
@@ -18,3 +22,20 @@ __all__ = [
     "read_file",
     "read_text",
 ]
+
+_HOMES = {
+    "declares": "checks.table.declares",
+    "expected_error": "reader.expected_error",
+    "parse_equation": "language.families.read_equation",
+    "parse_expression": "language.families.read_expression",
+    "read_file": "reader.read_file",
+    "read_text": "reader.read_text",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import what reads YAML when it is used: a simulation out of the cache does without."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module, _, value = _HOMES[name].rpartition(".")
+    return getattr(import_module(f"{__name__}.{module}"), value)
