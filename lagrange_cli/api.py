@@ -57,6 +57,11 @@ def load(
     ------
     InputError
         The file cannot be read or is not a scene.
+
+    Examples
+    --------
+    >>> load("systems/pendulums/pendulum.yaml", parameters={"l": 2.0})
+    <LoadedScene pendulum>
     """
     from lagrange_cli.scene import read_file
 
@@ -77,6 +82,11 @@ def loads(
 
     ``file`` is the name that messages have for it; ``times`` replaces ``until`` and ``start`` of
     its section ``simulate``.
+
+    Examples
+    --------
+    >>> loads("particles: {ball: {mass: 1, position: [x, y, z]}}", file="ball.yaml")
+    <LoadedScene ball>
     """
     from lagrange_cli.scene import read_text
 
@@ -111,6 +121,14 @@ class LoadedScene:
         InputError
             The scene's geometry or its coordinates are at fault, or there is no such
             formulation.
+
+        Examples
+        --------
+        >>> print(load("systems/pendulums/pendulum.yaml").derive())  # doctest: +ELLIPSIS
+        pendulum: Simple pendulum
+        ...
+        Equations of motion
+          θ   l θ̈ + g sin θ = 0 ...
         """
         from lagrange_cli.mechanics import derive
 
@@ -135,13 +153,20 @@ class Derivation:
     scene: Scene | None = None
 
     def report(self, *, form: str = "lagrange") -> dict[str, Any]:
-        """What ``lagrange derive --format json`` writes."""
+        """Return what ``lagrange derive --format json`` writes.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> derivation.report()["equations"]
+        [{'coordinate': 'theta', 'residual': 'l*ddot(theta) + g*sin(theta)'}]
+        """
         from lagrange_cli.emit.json_report import derivation_report
 
         return derivation_report(self.equations, form)
 
     def text(self, *, form: str = "lagrange", ascii: bool = False) -> str:
-        """What ``lagrange derive`` prints."""
+        """Return what ``lagrange derive`` prints."""
         from lagrange_cli.emit.text import derivation_text
 
         return derivation_text(self.equations, ascii=ascii, form=form)
@@ -153,6 +178,12 @@ class Derivation:
         ------
         InputError
             There is no such format or option.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> list(derivation.emit("c"))
+        ['pendulum.h', 'pendulum.c']
         """
         from lagrange_cli.emit.registry import emitter
 
@@ -170,7 +201,15 @@ class Derivation:
         checkpoint: Checkpoint | None = None,
         **options: Any,
     ) -> Trajectory:
-        """Integrate; see :func:`lagrange_cli.simulate.simulate` for the options."""
+        """Integrate; see :func:`lagrange_cli.simulate.simulate` for the options.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> trajectory = derivation.simulate(until=1.0, accuracy=1e-9)
+        >>> trajectory.status, round(trajectory.state["theta"], 6)
+        ('ok', -1.491035)
+        """
         from lagrange_cli.simulate.charts.simulation import (
             multiplier_form,
             simulate_past_singularities,

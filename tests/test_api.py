@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import doctest
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 import lagrange_cli
-from lagrange_cli import InputError, load, loads
+from lagrange_cli import InputError, api, load, loads
 from lagrange_cli.cli.main import lagrange
 from lagrange_cli.cli.session import Session
 from lagrange_cli.simulate.charts.simulation import multiplier_form
@@ -114,3 +115,9 @@ def test_formulation_of_the_scene():
     assert scene.derive(formulation=None).equations.formulation == "multiplier"
     assert scene.derive().equations.formulation == "minimal"
     assert scene.derive().model().defaults.until == 2.0
+
+
+def test_the_examples_in_docstrings_hold(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    result = doctest.testmod(api)
+    assert (result.failed, result.attempted >= 10) == (0, True)
