@@ -59,10 +59,10 @@ def announce(stage: str) -> None:
 
 
 def is_heard() -> bool:
-    """Whether anybody listens: a phrase that takes time to make need not be made otherwise."""
+    """Say whether anybody listens: a phrase that takes time to make need not be made otherwise."""
     return _listener.get() is not _NOBODY
 
 
 def is_to_end() -> bool:
-    """Whether somebody has asked for an end, as with Ctrl-C."""
+    """Say whether somebody has asked for an end, as with Ctrl-C."""
     return _listener.get().ends()

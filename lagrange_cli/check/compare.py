@@ -101,12 +101,12 @@ def proportional(first: Expr, second: Expr, equations: Equations) -> Agreement:
 
 
 def _parallel(a: Sequence[int], b: Sequence[int], p: int) -> bool:
-    """Whether two rows are parallel modulo p."""
+    """Say whether two rows are parallel modulo p."""
     return not any((a[i] * b[j] - a[j] * b[i]) % p for i in range(len(a)) for j in range(i))
 
 
 def _have_nonzero_factor(one: _Row, other: _Row) -> bool:
-    """Whether rows that are parallel are zero nowhere but at single places.
+    """Say whether rows that are parallel are zero nowhere but at single places.
 
     An analytic entry that is not zero somewhere is so almost everywhere.
     """
@@ -125,7 +125,7 @@ def _have_nonzero_factor(one: _Row, other: _Row) -> bool:
 
 
 def _has_opaque(pair: Sequence[Expr]) -> bool:
-    """Whether functions occur of which the field does not know where they vanish."""
+    """Say whether functions occur of which the field does not know where they vanish."""
     inverse = (sympy.asin, sympy.acos, sympy.atan, sympy.atan2, sympy.asinh, sympy.acosh)
     return any(e.has(sympy.log, sympy.atanh, *inverse) for e in pair)
 
@@ -193,7 +193,7 @@ def _by_states(
 
 
 def _shows_at_states(e: Expr) -> bool:
-    """Whether an expression that is not zero cannot be next to zero at many random states."""
+    """Say whether an expression that is not zero cannot be next to zero at many random states."""
     steep = (sympy.exp, sympy.sinh, sympy.cosh, sympy.tanh)
     return (
         is_analytic(e, e.free_symbols)

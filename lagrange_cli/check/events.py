@@ -27,7 +27,7 @@ class ExpectedEvent:
     mark: Mark
 
     def is_met_by(self, event: Event) -> bool:
-        """Whether an event is the one that is wanted."""
+        """Say whether an event is the one that is wanted."""
         if event.name != self.name:
             return False
         return self.time is None or abs(event.t - self.time) <= self.within

@@ -301,7 +301,7 @@ def _located(refusal: InputError, members: Members, member: int, scene: Scene) -
 
 
 def _alone(session: Session, asked: EnsembleRequest, own: MemberValues, model: Model) -> bool:
-    """Whether members differ in numbers alone; what was found before is remembered."""
+    """Say whether members differ in numbers alone; what was found before is remembered."""
 
     def work() -> Answer:
         from lagrange_cli.simulate.ensemble.members import differ_in_numbers

@@ -103,7 +103,7 @@ def _termination() -> Iterator[None]:
 
 
 def _is_of_machine(error: Exception) -> bool:
-    """Whether the machine, or what is installed on it, is the reason, and not this program."""
+    """Say whether the machine, or what is installed on it, is the reason, and not this program."""
     if isinstance(error, ImportError):
         return not (error.name or "").startswith("lagrange_cli")
     return isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno in _SPENT)

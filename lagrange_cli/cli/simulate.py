@@ -46,7 +46,7 @@ _LEAST_BUDGET = 1e-3
 _ENDINGS = (".csv", ".npz")
 
 #: Columns beyond the state that files can have.
-_EXTRA_COLUMNS = ("energy", "positions", "forces")
+FILE_COLUMNS = ("energy", "positions", "forces")
 
 
 def _ending(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
@@ -62,10 +62,10 @@ def _ending(ctx: click.Context, option: click.Parameter, value: str | None) -> s
 def _extra(ctx: click.Context, option: click.Parameter, value: str | None) -> tuple[str, ...]:
     """Names of further columns, as they are given with commas between them."""
     names = tuple(dict.fromkeys(part.strip() for part in (value or "").split(",")))
-    unknown = [name for name in names if name not in _EXTRA_COLUMNS]
+    unknown = [name for name in names if name not in FILE_COLUMNS]
     if value is not None and unknown:
         raise click.BadParameter(
-            f"'{unknown[0]}' is not one of {', '.join(_EXTRA_COLUMNS)}", ctx, option
+            f"'{unknown[0]}' is not one of {', '.join(FILE_COLUMNS)}", ctx, option
         )
     return names if value is not None else ()
 

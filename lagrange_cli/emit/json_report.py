@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["derivation_report", "in_scene_language"]
 
 #: Matrices of more rows are given by their entries.
-_LARGEST_DENSE = 64
+LARGEST_DENSE = 64
 
 
 def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str, Any]:
@@ -164,7 +164,7 @@ def _difference(
 
 def _matrix(rows: Sequence[Sequence[Expr]], say: _Speaker) -> list[list[str]] | dict[str, Any]:
     """All entries, or (row, column, entry) of those that are not 0, counted from 0."""
-    if len(rows) <= _LARGEST_DENSE:
+    if len(rows) <= LARGEST_DENSE:
         return [[say(entry) for entry in row] for row in rows]
     held = [[i, j, say(entry)] for i, row in enumerate(rows) for j, entry in entries(row).items()]
     return {"shape": [len(rows), len(rows)], "entries": held}

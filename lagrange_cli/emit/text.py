@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 __all__ = ["derivation_text"]
 
 #: Columns of a line, where a formula can be broken.
-_WIDTH = 100
+TEXT_WIDTH = 100
 
 _STILL = "  none: nothing can move"
 
@@ -145,7 +145,7 @@ class _Page:
             for c in telling_definitions(self.equations)
         }
         beside = "   ".join(f"{name} = {joined(body)}" for name, body in formulas.items())
-        if beside and columns(head) + 8 + columns(beside) <= _WIDTH:
+        if beside and columns(head) + 8 + columns(beside) <= TEXT_WIDTH:
             return [f"{head}        {beside}"]
         opening, *items = head.split("   ", 1)
         return [*self.listed(f"{opening}   ", items[0].split(" ")), *self.packed(formulas)]
@@ -161,7 +161,7 @@ class _Page:
                 room -= columns(shown) + 3
             else:
                 lines += self.hung(f"  {name} = ", body)
-                room = _WIDTH - columns(lines[-1])
+                room = TEXT_WIDTH - columns(lines[-1])
         return lines
 
     # -- energies, forces, equations ------------------------------------------------
@@ -258,7 +258,7 @@ class _Page:
             left = suffixed(self.pieces(gap), open_gap, columns(open_gap))
             lines += self.hung(f"  {_padded(name, width)}   ", left)
             elasticity = f"   restitution {joined(self.pieces(restitution))}"
-            if columns(lines[-1] + elasticity) <= _WIDTH:
+            if columns(lines[-1] + elasticity) <= TEXT_WIDTH:
                 lines[-1] += elasticity
             else:
                 lines += self.formula(" " * (width + 5) + "restitution", restitution)
@@ -357,7 +357,9 @@ class _Page:
         ]
         if not blocks:
             return []
-        short = [columns(b[0]) for b, _ in blocks if len(b) == 1 and columns(b[0]) <= _WIDTH // 2]
+        short = [
+            columns(b[0]) for b, _ in blocks if len(b) == 1 and columns(b[0]) <= TEXT_WIDTH // 2
+        ]
         column = max(short, default=0)
         lines = [heading]
         for block, reason in blocks:
@@ -368,7 +370,7 @@ class _Page:
     def hung(self, opening: str, pieces: Sequence[Piece]) -> list[str]:
         """Pieces after an opening; further lines stand two columns deeper."""
         indent = columns(opening)
-        first, *others = break_lines(pieces, _WIDTH - indent, _WIDTH - indent - 2, step=2)
+        first, *others = break_lines(pieces, TEXT_WIDTH - indent, TEXT_WIDTH - indent - 2, step=2)
         return [
             opening + first.text,
             *(" " * (indent + 2 + 2 * line.level) + line.text for line in others),
@@ -381,7 +383,7 @@ class _Page:
             for index, item in enumerate(items)
         ]
         indent = columns(opening)
-        first, *others = break_lines(pieces or solid(""), _WIDTH - indent, _WIDTH - indent)
+        first, *others = break_lines(pieces or solid(""), TEXT_WIDTH - indent, TEXT_WIDTH - indent)
         lines = [opening + first.text, *(" " * indent + line.text for line in others)]
         return [line.rstrip() for line in lines]
 
@@ -390,7 +392,7 @@ def _remark_items(remark: str) -> list[str]:
     """A remark in parentheses, whole where it fits on a line, else word by word."""
     if not remark:
         return []
-    return [f"  ({remark})"] if len(remark) <= _WIDTH // 2 else ["", "", *f"({remark})".split()]
+    return [f"  ({remark})"] if len(remark) <= TEXT_WIDTH // 2 else ["", "", *f"({remark})".split()]
 
 
 def _padded(text: str, width: int) -> str:

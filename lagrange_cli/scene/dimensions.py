@@ -101,7 +101,7 @@ class Dimensions:
 
     @property
     def complete(self) -> bool:
-        """Whether masses, lengths and times can all be scaled."""
+        """Say whether masses, lengths and times can all be scaled."""
         return len(self.exponents) == len(_BASES)
 
 

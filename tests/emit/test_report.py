@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import sympy
 
-from lagrange_cli.emit.json_report import _LARGEST_DENSE, derivation_report
+from lagrange_cli.emit.json_report import LARGEST_DENSE, derivation_report
 from lagrange_cli.errors import Mark, Problem
 from tests.emit.emit_scenes import HALF, build, coordinates, masses_through_hole, parameters
 
@@ -58,7 +58,7 @@ def test_explicit_form_solves_for_accelerations():
 
 @pytest.mark.slow
 def test_large_matrices_are_sparse():
-    n = _LARGEST_DENSE + 1
+    n = LARGEST_DENSE + 1
     given = parameters(m=1.0)
     chosen = coordinates(*(f"x{i}" for i in range(n)))
     kinetic = sympy.Add(*(HALF * given[0].symbol * c.v**2 for c in chosen))

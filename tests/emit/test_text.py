@@ -6,7 +6,7 @@ from functools import cache
 import pytest
 import sympy
 
-from lagrange_cli.emit.text import _WIDTH, derivation_text
+from lagrange_cli.emit.text import TEXT_WIDTH, derivation_text
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Conserved, ConstraintLine
 from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, break_lines, joined
@@ -118,7 +118,7 @@ def derived_chain(n):
 def test_long_systems_keep_the_width(n, ascii_only, form):
     text = derivation_text(derived_chain(n), ascii=ascii_only, form=form)
     widths = [columns(line) for line in text.splitlines()]
-    assert max(widths) <= _WIDTH
+    assert max(widths) <= TEXT_WIDTH
     assert len(widths) > 5 * n
     assert all(line == line.rstrip() for line in text.splitlines())
 

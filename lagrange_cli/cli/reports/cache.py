@@ -17,7 +17,7 @@ _KINDS = {"answers": (".json",), "compiled": (".so", ".db")}
 
 
 def _summary(cache: Cache, removed: Removed | None) -> dict[str, Any]:
-    """What ``lagrange cache --json`` writes; ``removed`` is None where nothing was to be."""
+    """Return what ``lagrange cache --json`` writes; ``removed`` is None where nothing was to be."""
     entries = cache.entries()
     report = {
         "folder": cache.folder,

@@ -77,7 +77,7 @@ class SimulatedMembers:
 
 
 def _summary(simulated: SimulatedMembers) -> dict[str, Any]:
-    """What ``--json`` writes."""
+    """Return what ``--json`` writes."""
     counts = simulated.counts()
     return {
         "name": simulated.plan.model.name,

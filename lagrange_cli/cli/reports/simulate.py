@@ -50,7 +50,7 @@ class Simulated:
 
     @property
     def in_other_form(self) -> bool:
-        """Whether the motion was found in another formulation than the model's."""
+        """Say whether the motion was found in another formulation than the model's."""
         return self.trajectory.formulation != self.model.formulation
 
     def further(self) -> dict[str, float]:

@@ -53,7 +53,7 @@ def setting(point: StressPoint) -> str:
 
 
 def stress_summary(found: Stress) -> dict[str, Any]:
-    """What ``lagrange stress --json`` writes."""
+    """Return what ``lagrange stress --json`` writes."""
     return {
         "name": found.name,
         "budget": found.budget,

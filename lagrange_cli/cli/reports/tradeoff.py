@@ -59,7 +59,7 @@ def options_of(setting: Setting) -> str:
 
 
 def tradeoff_summary(trade: Trade) -> dict[str, Any]:
-    """What ``lagrange tradeoff --json`` writes."""
+    """Return what ``lagrange tradeoff --json`` writes."""
     return {
         "name": trade.name,
         "until": trade.until,

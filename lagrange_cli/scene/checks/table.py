@@ -54,7 +54,7 @@ class NameTable:
         return ["t", "pi", *(name for kind in (*kinds, self.components) for name in kind)]
 
     def is_position(self, name: str) -> bool:
-        """Whether a name is a coordinate, a Cartesian name or a component."""
+        """Say whether a name is a coordinate, a Cartesian name or a component."""
         return any(name in kind for kind in (self.coordinates, self.cartesian, self.components))
 
 
@@ -88,7 +88,7 @@ def name_table(scene: Scene) -> NameTable:
 
 
 def declares(scene: Scene, name: str) -> bool:
-    """Whether a scene has the name of a value that is given beside it; it may be ``dot(x)``."""
+    """Say whether a scene has the name of a value that is given beside it; it may be ``dot(x)``."""
     return initial_name(name.replace(" ", ""))[0] in name_table(scene)
 
 

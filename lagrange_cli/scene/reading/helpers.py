@@ -189,7 +189,7 @@ def _direction(node: SourceNode, what: str, reading: Reading) -> tuple[str, ...]
 
 
 def _is_unit(components: list[Node]) -> bool:
-    """Whether a vector has length 1 whatever its names stand for, such as (sin a, 0, cos a).
+    """Say whether a vector has length 1 whatever its names stand for, such as (sin a, 0, cos a).
 
     It is tried at several points. Lengths are analytic in the names, so that
     one that is 1 at all of them is 1.

@@ -54,7 +54,7 @@ def read_constraints(
 def _is_mixed(
     key: Scalar, relations: list[_OneSided], inequalities: list[_OneSided], reading: Reading
 ) -> bool:
-    """Whether a constraint has equations beside inequalities, which is refused."""
+    """Say whether a constraint has equations beside inequalities, which is refused."""
     mixed = bool(inequalities) and len(inequalities) < len(relations)
     if mixed:
         reading.problems.add(

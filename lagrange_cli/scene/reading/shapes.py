@@ -92,7 +92,7 @@ class Reading:
 
     @property
     def knows_bodies(self) -> bool:
-        """Whether particles and points were all understood: what is missing is missing."""
+        """Say whether particles and points were all understood: what is missing is missing."""
         return self.doubtful.isdisjoint(("particles", "points"))
 
     def doubt(self, section: str, node: SourceNode) -> None:
@@ -102,7 +102,7 @@ class Reading:
             self.doubtful_bodies |= {_without_index(key.text) for key, _ in node.entries}
 
     def may_be_a_body(self, name: str) -> bool:
-        """Whether an unknown name may be a particle or point that was not understood."""
+        """Say whether an unknown name may be a particle or point that was not understood."""
         known = {_without_index(body) for body in self.bodies}
         return _without_index(name) in self.doubtful_bodies - known
 
@@ -386,7 +386,7 @@ class Reading:
         return None
 
     def is_name(self, key: Scalar, section: str, *, symbols: bool) -> bool:
-        """Whether a scalar is a name that may be declared; records why not."""
+        """Say whether a scalar is a name that may be declared; records why not."""
         text = key.text
         if not IDENTIFIER.fullmatch(text) or len(text) > _LONGEST_NAME:
             self.problems.add(
@@ -432,5 +432,5 @@ def _index(node: Node, values: AbstractMapping[str, int]) -> int:
 
 
 def is_indexed(text: str) -> bool:
-    """Whether a key has the form of an indexed name, ``x[i]``."""
+    """Say whether a key has the form of an indexed name, ``x[i]``."""
     return _INDEXED.match(text) is not None
