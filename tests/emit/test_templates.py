@@ -203,8 +203,8 @@ def test_python_reads_every_template_of_python(name: str) -> None:
 
 @pytest.mark.parametrize(("folder", "suffix"), [("c", ".c.in"), ("python", ".py.in")])
 def test_every_template_is_used(folder: str, suffix: str) -> None:
-    """Each is named, in quotes, by a module of its language."""
-    modules = Path(lagrange_cli.emit.__file__).parent.rglob("*.py")
+    """Each is named, in quotes, by a module."""
+    modules = Path(lagrange_cli.__file__).parent.rglob("*.py")
     texts = "\n".join(path.read_text(encoding="utf-8") for path in modules)
     for path in (FOLDER / folder).iterdir():
         assert path.name.endswith(suffix)
