@@ -8,6 +8,7 @@ reported at the helper.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from fractions import Fraction
 
 from lagrange_cli.scene.language.bounds import Extent, extent_of
@@ -34,7 +35,6 @@ __all__ = ["read_constraint_helper", "read_plane", "read_potential_helper", "rea
 _TERMS_OF_WEIGHT = 20
 
 _CONSTRAINTS = ("distance", "unilateral")
-_POTENTIALS = ("gravity", "spring", "newton", "coulomb")
 
 
 def read_constraint_helper(
@@ -92,19 +92,13 @@ def _is_negative(node: Node) -> bool:
 
 
 def read_potential_helper(node: Mapping, what: str, reading: Reading) -> Expression | None:
-    """Write out a potential's helper: ``gravity``, ``spring``, ``newton`` or ``coulomb``."""
+    """Write out a potential's helper, one of :data:`_POTENTIALS`."""
     keys = [key.text for key, _ in node.entries]
-    text = None
-    if "gravity" in keys:
-        text = _gravity(node, what, reading)
-    elif "spring" in keys:
-        text = _spring(node, what, reading)
-    elif "newton" in keys:
-        text = newton(node, what, reading)
-    elif "coulomb" in keys:
-        text = coulomb(node, what, reading)
-    else:
-        unknown_helper(node, what, _POTENTIALS, reading)
+    name = next((name for name in _POTENTIALS if name in keys), None)
+    if name is None:
+        unknown_helper(node, what, tuple(_POTENTIALS), reading)
+        return None
+    text = _POTENTIALS[name](node, what, reading)
     return reading.helper_expression(text, place_of(node)) if text else None
 
 
@@ -238,3 +232,13 @@ def _spring(node: Mapping, what: str, reading: Reading) -> str | None:
     else:
         stretch = f"(norm({', '.join(along)}) - {as_factor(length)})^2"
     return f"1/2*{as_factor(stiffness)}*{stretch}"
+
+
+#: Helpers of ``potentials`` by their keys: the potential as text of the scene language, or None
+#: where a problem was recorded. docs/scene-language.md explains each to users.
+_POTENTIALS: dict[str, Callable[[Mapping, str, Reading], str | None]] = {
+    "gravity": _gravity,
+    "spring": _spring,
+    "newton": newton,
+    "coulomb": coulomb,
+}

@@ -16,7 +16,7 @@ from mpmath import mpf
 from scipy.integrate import solve_ivp
 
 from lagrange_cli import loads
-from lagrange_cli.emit.python.projection import HELPERS
+from lagrange_cli.emit.python.projection import helper_source
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.system.functions import interpreted
@@ -155,7 +155,7 @@ def test_every_method_leaves_the_identity(method) -> None:
 
 def solver():
     namespace = {"np": np}
-    exec(HELPERS["_solve_saddle"], namespace)
+    exec(helper_source("solve_saddle"), namespace)
     return namespace["_solve_saddle"]
 
 
