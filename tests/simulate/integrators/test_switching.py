@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lagrange_cli import loads
 from lagrange_cli.simulate.accuracy.event_agreement import event_agreement, first_zeno_time
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
 from lagrange_cli.simulate.integrators.event_functions import RISES, TerminalEvents
@@ -19,6 +20,8 @@ from lagrange_cli.simulate.integrators.hybrid.contact_motion import (
     ContactMotion,
 )
 from lagrange_cli.simulate.integrators.hybrid.contact_system import ModeChange, Stuck
+from lagrange_cli.simulate.model.build import model_of
+from tests.simulate.compiling import compiled_or_skip
 from tests.simulate.switched_systems import G, OneContact, ball, on_sphere
 
 
@@ -140,6 +143,26 @@ def test_two_crossings_between_the_points_of_a_step_are_found():
 def test_what_rises_from_zero_falls_back_where_it_does(at: float):
     """A bounce as short as any part of the step is seen."""
     assert search(lambda t: t * (at - t), RISES) == pytest.approx(at, rel=1e-9)
+
+
+GRAZES_BEFORE_A_KINK = """
+name: thrown
+parameters: {m: 1, g: 10, e: 1}
+plane: xz
+particles: {b: {mass: m, position: [x, y, z]}}
+constraints: {f: {unilateral: z <= 1, restitution: e}}
+potentials: {w: {gravity: g}, k: m*abs(x - 0.8)}
+initial: {x: 0, z: 0, dot(x): 1, dot(z): 4.472135954}
+"""
+
+
+def test_a_graze_is_known_after_a_switching_surface():
+    model = model_of(loads(GRAZES_BEFORE_A_KINK).derive().equations)
+    rhs, start = compiled_or_skip(model).rhs, np.array(model.initial)
+    run = start_integrator(INTEGRATORS["DOP853"], rhs, 0.0, start, 1.0, control(1e-9))
+    assert isinstance(run, ContactMotion)
+    gone(run, np.array([1.0]))
+    assert any(graze.t == pytest.approx(math.sqrt(0.2), abs=1e-6) for graze in run.grazes)
 
 
 def test_noise_is_no_sign():

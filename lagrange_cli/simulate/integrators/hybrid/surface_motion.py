@@ -159,13 +159,14 @@ class SurfaceMotion(HybridMotion):
     def _cross(self, event: int) -> None:
         """Go on behind a surface that was met, or that no longer holds the motion."""
         self._end_piece()
+        self._dips, self._run = self.dips, None
         self._count += 1
         self._crossings.append(self.t)
         most = CHATTER * len(self._sides)
         del self._crossings[:-most]
         crowded = len(self._crossings) == most and self.t - self._crossings[0] <= self._together
         if crowded or self._count >= _MOST_CROSSINGS:
-            self._run, self._failure = None, CROWDED
+            self._failure = CROWDED
             return
         sliding = self._sliding(self._sides)
         if len(sliding) and event >= len(self._sides) - len(sliding):
@@ -233,10 +234,9 @@ class SurfaceMotion(HybridMotion):
         ways = continuations(self._surfaces, self.t, self.y, self._sides, on)
         chosen = unique_continuation(ways)
         if chosen is None:
-            self._run = None
             self._failure = AMBIGUOUS if ways else UNSETTLED
         elif self._jumps(before if met else chosen.sides, chosen.sides):
-            self._run, self._failure = None, IMPULSIVE
+            self._failure = IMPULSIVE
         else:
             self._stand(chosen.sides, on)
 
