@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import Protocol
 
 from lagrange_cli.errors import InternalError, Problem
-from lagrange_cli.program.program import Call, Constant, Operand, Product, Sum, Variable
+from lagrange_cli.program.program import Constant, FunctionCall, Operand, Product, Sum, Variable
 
 __all__ = ["Dialect", "expression_text", "functions_in"]
 
@@ -43,7 +43,7 @@ def expression_text(operand: Operand, dialect: Dialect) -> str:
 
 def functions_in(operand: Operand) -> set[str]:
     """The functions that an operand calls."""
-    if isinstance(operand, Call):
+    if isinstance(operand, FunctionCall):
         return {operand.function}.union(*map(functions_in, operand.arguments))
     if isinstance(operand, Sum):
         return set().union(*(functions_in(o) for _, o in operand.terms))
@@ -58,7 +58,7 @@ def _format(operand: Operand, dialect: Dialect) -> tuple[str, int]:
         return dialect.number(operand.value), _ATOM if operand.value >= 0 else _SUM
     if isinstance(operand, Variable):
         return dialect.names.get(operand.name, operand.name), _ATOM
-    if isinstance(operand, Call):
+    if isinstance(operand, FunctionCall):
         return _format_call(operand, dialect), _ATOM
     if isinstance(operand, Product):
         return _format_product(operand, dialect), _PRODUCT
@@ -71,7 +71,7 @@ def _at_least(precedence: int, operand: Operand, dialect: Dialect) -> str:
     return text if own >= precedence else f"({text})"
 
 
-def _format_call(call: Call, dialect: Dialect) -> str:
+def _format_call(call: FunctionCall, dialect: Dialect) -> str:
     callee = dialect.functions.get(call.function)
     if callee is None:
         problem = f"the function {call.function} has no counterpart in emitted code"

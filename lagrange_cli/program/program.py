@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.program.graph.angle_sums import expand_angle_sums
 from lagrange_cli.program.graph.operands import (
-    FUNCTIONS,
-    Call,
+    PROGRAM_FUNCTIONS,
     Constant,
+    FunctionCall,
     Operand,
     Product,
     Sum,
@@ -46,10 +46,10 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 __all__ = [
-    "FUNCTIONS",
     "OUTPUTS",
-    "Call",
+    "PROGRAM_FUNCTIONS",
     "Constant",
+    "FunctionCall",
     "Operand",
     "Operations",
     "Product",
@@ -316,7 +316,7 @@ def _operations_in(whole: Operand) -> Operations:
         elif isinstance(operand, Product):
             total += _product_operations(operand)
             stack.extend((*operand.numerator, *operand.denominator))
-        elif isinstance(operand, Call):
+        elif isinstance(operand, FunctionCall):
             total = replace(total, calls=total.calls + 1)
             stack.extend(operand.arguments)
     return total

@@ -17,8 +17,11 @@ from lagrange_cli.files import Recording
 from lagrange_cli.scene.language.expression import Equation, Expression
 
 __all__ = [
+    "MOST_SAMPLES",
     "Constraint",
-    "Coordinate",
+    "DeclaredCoordinate",
+    "DeclaredInput",
+    "DeclaredParameter",
     "Definition",
     "ErrorExpectation",
     "EventExpectation",
@@ -26,8 +29,6 @@ __all__ = [
     "Force",
     "Formulation",
     "InitialValue",
-    "Input",
-    "Parameter",
     "Particle",
     "Point",
     "Scene",
@@ -38,6 +39,9 @@ __all__ = [
     "Term",
     "Unilateral",
 ]
+
+#: Samples of any run: rows of a table that a disk may hold.
+MOST_SAMPLES = 10_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +54,7 @@ class Size:
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
+class DeclaredParameter:
     """A named constant; without ``value`` it stays symbolic."""
 
     name: str
@@ -63,7 +67,7 @@ class Parameter:
 
 
 @dataclass(frozen=True, slots=True)
-class Input:
+class DeclaredInput:
     """What the user drives: an ``expression`` in t, or a ``recording``; the other is None."""
 
     name: str
@@ -118,7 +122,7 @@ class Unilateral:
 
 
 @dataclass(frozen=True, slots=True)
-class Coordinate:
+class DeclaredCoordinate:
     """A declared generalized coordinate."""
 
     name: str
@@ -269,15 +273,15 @@ class Scene:
     title: str | None = None
     description: str | None = None
     sizes: tuple[Size, ...] = ()
-    parameters: tuple[Parameter, ...] = ()
+    parameters: tuple[DeclaredParameter, ...] = ()
     particles: tuple[Particle, ...] = ()
     points: tuple[Point, ...] = ()
     constraints: tuple[Constraint, ...] = ()
     unilateral: tuple[Unilateral, ...] = ()
-    coordinates: tuple[Coordinate, ...] | None = None
+    coordinates: tuple[DeclaredCoordinate, ...] | None = None
     coordinates_mark: Mark | None = None
     definitions: tuple[Definition, ...] = ()
-    inputs: tuple[Input, ...] = ()
+    inputs: tuple[DeclaredInput, ...] = ()
     potentials: tuple[Term, ...] = ()
     kinetic: tuple[Term, ...] = ()
     forces: tuple[Force, ...] = ()

@@ -11,7 +11,7 @@ from decimal import Decimal
 import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest, placed
-from lagrange_cli.scene.model import SimulationDefaults
+from lagrange_cli.scene.model import MOST_SAMPLES, SimulationDefaults
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.model.model import Model
@@ -26,10 +26,7 @@ _DEFAULT_ACCURACY = 1e-6
 _DEFAULT_SAMPLES = 501
 
 #: Most samples whose states are all in memory.
-MOST_SAMPLES = 1_000_000
-
-#: Most samples of any run.
-_MOST_STREAMED = 10_000_000_000
+MOST_SAMPLES_IN_MEMORY = 1_000_000
 
 #: What methods need, by the name of the fact.
 _NEEDS = {
@@ -292,10 +289,10 @@ def _grid(
     if samples is None and step is not None:
         intervals = (until - start) / step * (1 - 1e-12)
         # Beyond the largest number of samples it only matters that there are too many.
-        return Grid(start, until, step, math.ceil(min(intervals, 10.0 * _MOST_STREAMED)) + 1)
+        return Grid(start, until, step, math.ceil(min(intervals, 10.0 * MOST_SAMPLES)) + 1)
     samples = _DEFAULT_SAMPLES if samples is None else samples
-    if not 2 <= samples <= _MOST_STREAMED:
-        raise _not_so_many(samples, MOST_SAMPLES)
+    if not 2 <= samples <= MOST_SAMPLES:
+        raise _not_so_many(samples, MOST_SAMPLES_IN_MEMORY)
     return Grid(start, until, (until - start) / (samples - 1), samples)
 
 
@@ -305,7 +302,7 @@ def _times(
     """The sample times, as an array where the states of all are to be in memory."""
     width = 2 * len(model.coordinates)
     many = in_memory is not None and len(grid) * width > in_memory
-    most = _MOST_STREAMED if many else MOST_SAMPLES
+    most = MOST_SAMPLES if many else MOST_SAMPLES_IN_MEMORY
     if len(grid) > most and grid.step != step:
         raise _not_so_many(len(grid), most)
     if len(grid) > most:

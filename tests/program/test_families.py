@@ -9,7 +9,7 @@ import mpmath
 import pytest
 import sympy as sp
 
-from lagrange_cli.program.graph.operands import Call, Product, Sum, Variable, variables
+from lagrange_cli.program.graph.operands import FunctionCall, Product, Sum, Variable, variables
 from lagrange_cli.program.graph.statement_groups import grouped_by_shape, in_canonical_order
 from lagrange_cli.program.program import build_program, count_operations
 from tests.emit import emit_systems as systems
@@ -29,7 +29,7 @@ def test_families_stand_together_and_keep_what_they_need():
     # s_k = sin q_k, then p_k s_k, interleaved; a running sum over the products.
     assignments = []
     for k in range(9):
-        assignments.append((f"w{3 * k}", Call("sin", (Variable(f"q{k}"),))))
+        assignments.append((f"w{3 * k}", FunctionCall("sin", (Variable(f"q{k}"),))))
         assignments.append((f"w{3 * k + 1}", Product((w(3 * k), Variable(f"p{k}")), ())))
         before = w(3 * k - 1) if k else Variable("t")
         assignments.append((f"w{3 * k + 2}", plus(before, w(3 * k + 1))))
@@ -40,7 +40,7 @@ def test_families_stand_together_and_keep_what_they_need():
         assert {v.name for v in variables(operand) if v.name[0] == "w"} <= seen
         seen.add(name)
     kinds = [type(operand) for _, operand in grouped]
-    assert kinds == [Call] * 9 + [Product] * 9 + [Sum] * 9
+    assert kinds == [FunctionCall] * 9 + [Product] * 9 + [Sum] * 9
     assert new["w0"] == w(0)
     assert new["w26"] == w(26)
     assert [operand.arguments[0].name for _, operand in grouped[:9]] == [f"q{k}" for k in range(9)]

@@ -19,8 +19,8 @@ from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 from lagrange_cli.errors import InternalError
 from lagrange_cli.program.program import (
     OUTPUTS,
-    Call,
     Constant,
+    FunctionCall,
     Product,
     Sum,
     Variable,
@@ -51,7 +51,7 @@ def value(operand, known):
     if isinstance(operand, Product):
         over = mpmath.fprod(value(o, known) for o in operand.denominator)
         return mpmath.fprod(value(o, known) for o in operand.numerator) / over
-    assert isinstance(operand, Call)
+    assert isinstance(operand, FunctionCall)
     function = CALLS.get(operand.function) or getattr(mpmath, operand.function)
     return function(*(value(a, known) for a in operand.arguments))
 

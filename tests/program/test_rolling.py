@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.program.graph.operands import Call, Product, Sum, Variable, rebuilt
+from lagrange_cli.program.graph.operands import FunctionCall, Product, Sum, Variable, rebuilt
 from lagrange_cli.program.systems.loop_rolling import Cell, LoopNest, Statement, roll_loops
 
 pytestmark = pytest.mark.slow
@@ -97,7 +97,7 @@ def test_a_chain_is_a_loop():
 
 def test_sines_and_cosines_of_the_same_angles_share_a_loop():
     calls = [
-        Statement(Cell("w", shift + k), Call(function, (Variable(f"y{k}"),)))
+        Statement(Cell("w", shift + k), FunctionCall(function, (Variable(f"y{k}"),)))
         for function, shift in (("cos", 0), ("sin", 8))
         for k in range(8)
     ]

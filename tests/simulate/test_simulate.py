@@ -16,7 +16,7 @@ from lagrange_cli import loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import INTEGRATORS, Trajectory, simulate
 from lagrange_cli.simulate.model.build import model_of
-from lagrange_cli.simulate.request import MOST_SAMPLES
+from lagrange_cli.simulate.request import MOST_SAMPLES_IN_MEMORY
 from tests.simulate.available import INSTALLED
 from tests.simulate.compiling import compiled_or_skip
 
@@ -121,7 +121,7 @@ def test_missing_initial_state_is_named(pendulum):
         ({"accuracy": 1.0}, "between 0 and 1"),
         ({"samples": 1}, "samples must be"),
         ({"samples": 0}, "samples must be"),
-        ({"samples": MOST_SAMPLES + 1}, "samples must be"),
+        ({"samples": MOST_SAMPLES_IN_MEMORY + 1}, "samples must be"),
         ({"step": 0.0}, "step must be"),
         ({"step": math.nan}, "step must be"),
         ({"step": 1e-9}, "samples, more than"),

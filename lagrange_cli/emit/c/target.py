@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c.names import CNames, Real
 from lagrange_cli.program.printing import Dialect
-from lagrange_cli.program.program import FUNCTIONS
+from lagrange_cli.program.program import PROGRAM_FUNCTIONS
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -47,7 +47,7 @@ class CTarget:
     @property
     def functions(self) -> dict[str, str]:
         """Every function of a program by its C name."""
-        table = {name: name + self.real.suffix for name in FUNCTIONS if name not in _OWN}
+        table = {name: name + self.real.suffix for name in PROGRAM_FUNCTIONS if name not in _OWN}
         table["abs"] = "fabs" + self.real.suffix
         return table | {name: f"{self.prefix}_{name}" for name in _OWN}
 

@@ -28,7 +28,7 @@ from lagrange_cli.program.constraint_programs import INTERNAL_FUNCTIONS
 from lagrange_cli.program.graph.literals import double_literal
 from lagrange_cli.program.printing import Dialect, expression_text
 from lagrange_cli.program.program import (
-    FUNCTIONS,
+    PROGRAM_FUNCTIONS,
     Program,
     ProgramKind,
     Variable,
@@ -76,7 +76,7 @@ _HELPERS = ("sign", "min", "max", *HELPERS, "solve_sparse")
 
 #: Every function of a program as the module calls it.
 _PYTHON_FUNCTIONS = {
-    **{name: name for name in FUNCTIONS},
+    **{name: name for name in PROGRAM_FUNCTIONS},
     "sign": "_sign",
     "min": "_min",
     "max": "_max",

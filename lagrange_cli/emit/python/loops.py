@@ -14,7 +14,7 @@ from lagrange_cli.program.index_tables import (
     tables_of,
 )
 from lagrange_cli.program.printing import Dialect, expression_text
-from lagrange_cli.program.program import FUNCTIONS, Program
+from lagrange_cli.program.program import PROGRAM_FUNCTIONS, Program
 from lagrange_cli.program.solvers.sparse_factorization import BandFactors
 from lagrange_cli.program.systems.loops import (
     IndexColumn,
@@ -42,7 +42,7 @@ _OTHERWISE = {
 }
 
 _DIALECT = Dialect(
-    double_literal, {name: f"np.{_OTHERWISE.get(name, name)}" for name in FUNCTIONS}, {}
+    double_literal, {name: f"np.{_OTHERWISE.get(name, name)}" for name in PROGRAM_FUNCTIONS}, {}
 )
 
 

@@ -11,12 +11,9 @@ from collections.abc import Callable
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.symbols.values import ParameterValues
 from lagrange_cli.scene.language.expression import Expression
-from lagrange_cli.scene.model import Scene, SimulationDefaults
+from lagrange_cli.scene.model import MOST_SAMPLES, Scene, SimulationDefaults
 
-__all__ = ["MOST_SAMPLES", "simulation_defaults"]
-
-#: Samples of any run: rows of a table that a disk may hold.
-MOST_SAMPLES = 10_000_000_000
+__all__ = ["simulation_defaults"]
 
 
 def simulation_defaults(scene: Scene, values: ParameterValues) -> SimulationDefaults:

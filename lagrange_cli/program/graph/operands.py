@@ -8,9 +8,9 @@ from fractions import Fraction
 from typing import TypeAlias
 
 __all__ = [
-    "FUNCTIONS",
-    "Call",
+    "PROGRAM_FUNCTIONS",
     "Constant",
+    "FunctionCall",
     "Operand",
     "Product",
     "Sum",
@@ -48,22 +48,22 @@ class Product:
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
-    """One of :data:`FUNCTIONS` of one argument, or of two."""
+class FunctionCall:
+    """One of :data:`PROGRAM_FUNCTIONS` of one argument, or of two."""
 
     function: str
     arguments: tuple[Operand, ...]
 
 
 #: Functions that a program may call, with the number of arguments each takes.
-FUNCTIONS: dict[str, int] = {
+PROGRAM_FUNCTIONS: dict[str, int] = {
     **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan"), 1),
     **dict.fromkeys(("sinh", "cosh", "tanh", "asinh", "acosh", "atanh"), 1),
     **dict.fromkeys(("exp", "log", "sqrt", "abs", "sign"), 1),
     **dict.fromkeys(("atan2", "pow", "min", "max"), 2),
 }
 
-Operand: TypeAlias = Constant | Variable | Sum | Product | Call
+Operand: TypeAlias = Constant | Variable | Sum | Product | FunctionCall
 
 
 def variables(operand: Operand) -> Iterator[Variable]:
@@ -76,7 +76,7 @@ def variables(operand: Operand) -> Iterator[Variable]:
     elif isinstance(operand, Product):
         for part in (*operand.numerator, *operand.denominator):
             yield from variables(part)
-    elif isinstance(operand, Call):
+    elif isinstance(operand, FunctionCall):
         for part in operand.arguments:
             yield from variables(part)
 
@@ -90,6 +90,8 @@ def rebuilt(operand: Operand, change: Callable[[Variable], Operand]) -> Operand:
     if isinstance(operand, Product):
         numerator = tuple(rebuilt(part, change) for part in operand.numerator)
         return Product(numerator, tuple(rebuilt(part, change) for part in operand.denominator))
-    if isinstance(operand, Call):
-        return Call(operand.function, tuple(rebuilt(part, change) for part in operand.arguments))
+    if isinstance(operand, FunctionCall):
+        return FunctionCall(
+            operand.function, tuple(rebuilt(part, change) for part in operand.arguments)
+        )
     return operand

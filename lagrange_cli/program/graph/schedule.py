@@ -13,7 +13,14 @@ from lagrange_cli.program.graph.common_subexpressions import (
     share_sums,
 )
 from lagrange_cli.program.graph.factoring import factor_sums
-from lagrange_cli.program.graph.operands import Call, Constant, Operand, Product, Sum, Variable
+from lagrange_cli.program.graph.operands import (
+    Constant,
+    FunctionCall,
+    Operand,
+    Product,
+    Sum,
+    Variable,
+)
 from lagrange_cli.program.graph.statement_groups import (
     Assignment,
     grouped_by_shape,
@@ -170,7 +177,7 @@ class _Writer:
     def _operand(self, node: graph.SumNode | graph.ProductNode | graph.CallNode) -> Operand:
         operands = self.operands
         if isinstance(node, graph.CallNode):
-            return Call(node.function, tuple(operands[a] for a in node.arguments))
+            return FunctionCall(node.function, tuple(operands[a] for a in node.arguments))
         if isinstance(node, graph.ProductNode):
             return self._product(node)
         if len(node.terms) == 1:

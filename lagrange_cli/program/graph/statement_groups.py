@@ -14,8 +14,8 @@ from heapq import heappop, heappush
 from typing import TypeAlias
 
 from lagrange_cli.program.graph.operands import (
-    Call,
     Constant,
+    FunctionCall,
     Operand,
     Product,
     Sum,
@@ -67,7 +67,7 @@ def _with_key(operand: Operand) -> tuple[Operand, _Key]:
         return Product(numerator, denominator), (f"({above[0]}/{below[0]})", above[1] + below[1])
     arguments = [_with_key(argument) for argument in operand.arguments]
     form, numbers = _joined([key for _, key in arguments])
-    return Call(operand.function, tuple(a for a, _ in arguments)), (
+    return FunctionCall(operand.function, tuple(a for a, _ in arguments)), (
         f"{operand.function}({form})",
         numbers,
     )

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from lagrange_cli.program.graph.operands import Call, Operand, Variable, rebuilt, variables
+from lagrange_cli.program.graph.operands import FunctionCall, Operand, Variable, rebuilt, variables
 
 __all__ = [
     "AffineIndex",
@@ -239,8 +239,8 @@ def _same_calls(first: LoopNest, second: LoopNest) -> bool:
     """Whether two loops call functions of the same values."""
     a, b = first.body[0], second.body[0]
     return (
-        isinstance(a.operand, Call)
-        and isinstance(b.operand, Call)
+        isinstance(a.operand, FunctionCall)
+        and isinstance(b.operand, FunctionCall)
         and (first.counts, a.places[1:], a.operand.arguments)
         == (second.counts, b.places[1:], b.operand.arguments)
     )

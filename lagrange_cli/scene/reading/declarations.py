@@ -8,10 +8,10 @@ from fractions import Fraction
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.language.expression import Expression, Name, Number
 from lagrange_cli.scene.model import (
-    Coordinate,
+    DeclaredCoordinate,
+    DeclaredInput,
+    DeclaredParameter,
     Definition,
-    Input,
-    Parameter,
     Particle,
     Point,
     Size,
@@ -66,22 +66,22 @@ def read_sizes(node: SourceNode, reading: Reading) -> tuple[Size, ...]:
     return tuple(found)
 
 
-def read_parameters(node: SourceNode, reading: Reading) -> tuple[Parameter, ...]:
+def read_parameters(node: SourceNode, reading: Reading) -> tuple[DeclaredParameter, ...]:
     entries = reading.named(node, "parameters", symbols=True)
     return tuple(_parameter(key, value, reading) for key, value in entries)
 
 
-def _parameter(key: Scalar, node: SourceNode, reading: Reading) -> Parameter:
+def _parameter(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredParameter:
     what = f"parameter '{key.text}'"
     if not isinstance(node, Mapping):
-        return Parameter(key.text, key.mark, reading.expression(node, what))
+        return DeclaredParameter(key.text, key.mark, reading.expression(node, what))
     fields = reading.fields(node, what, ("value", "unit", "positive", "description", "latex"))
     value = positive = None
     if "value" in fields:
         value = reading.expression(fields["value"], what)
     if "positive" in fields:
         positive = reading.boolean(fields["positive"], f"'positive' of {what}")
-    return Parameter(
+    return DeclaredParameter(
         key.text,
         key.mark,
         value,
@@ -110,22 +110,22 @@ def _latex(fields: dict[str, SourceNode], what: str, reading: Reading) -> str | 
     return text
 
 
-def read_inputs(node: SourceNode, reading: Reading) -> tuple[Input, ...]:
+def read_inputs(node: SourceNode, reading: Reading) -> tuple[DeclaredInput, ...]:
     """Read ``inputs``: functions of time by name, or a list of names of inputs that are 0."""
     if isinstance(node, Sequence):
         names = reading.listed(node.items, "inputs", "an input")
-        return tuple(Input(name.text, name.mark, _zero(name.mark)) for name in names)
+        return tuple(DeclaredInput(name.text, name.mark, _zero(name.mark)) for name in names)
     found = []
     for key, value in reading.named(node, "inputs", symbols=True):
         what = f"input '{key.text}'"
         if isinstance(value, Mapping) and any(k.text in RECORDED for k, _ in value.entries):
             recording = read_recorded(value, what, reading)
             if recording:
-                found.append(Input(key.text, key.mark, recording=recording))
+                found.append(DeclaredInput(key.text, key.mark, recording=recording))
             continue
         expression = reading.expression(value, what)
         if expression:
-            found.append(Input(key.text, key.mark, expression))
+            found.append(DeclaredInput(key.text, key.mark, expression))
     return tuple(found)
 
 
@@ -189,23 +189,23 @@ def _own_components(name: str, mark: Mark) -> tuple[Expression, Expression, Expr
     return (x, y, z)
 
 
-def read_coordinates(node: SourceNode, reading: Reading) -> tuple[Coordinate, ...]:
+def read_coordinates(node: SourceNode, reading: Reading) -> tuple[DeclaredCoordinate, ...]:
     if isinstance(node, Mapping):
         entries = reading.named(node, "coordinates", symbols=True)
         return tuple(_coordinate(key, value, reading) for key, value in entries)
     sequence = reading.items(node, "'coordinates'", "a list of names or a mapping")
     items = sequence.items if sequence else ()
     names = reading.listed(items, "coordinates", "a coordinate")
-    return tuple(Coordinate(name.text, name.mark) for name in names)
+    return tuple(DeclaredCoordinate(name.text, name.mark) for name in names)
 
 
-def _coordinate(key: Scalar, node: SourceNode, reading: Reading) -> Coordinate:
+def _coordinate(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredCoordinate:
     what = f"coordinate '{key.text}'"
     mapping = reading.mapping(node, what, "a mapping {latex, unit, description}")
     if mapping is None:
-        return Coordinate(key.text, key.mark)
+        return DeclaredCoordinate(key.text, key.mark)
     fields = reading.fields(mapping, what, ("latex", "unit", "description"))
-    return Coordinate(
+    return DeclaredCoordinate(
         key.text,
         key.mark,
         _latex(fields, what, reading),

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import count
 
-from lagrange_cli.program.program import Call, Operand, Product, Program, Sum, Variable
+from lagrange_cli.program.program import FunctionCall, Operand, Product, Program, Sum, Variable
 from lagrange_cli.program.systems.loops import IndexColumn, IndexedLoop, ProgramPart
 
 __all__ = ["perturb"]
@@ -75,7 +75,7 @@ def _off(operand: Operand, factors: Iterator[Variable]) -> Operand:
         numerator = tuple(_off(o, factors) for o in operand.numerator)
         denominator = tuple(_off(o, factors) for o in operand.denominator)
         return Product((*numerator, next(factors)), denominator)
-    if isinstance(operand, Call):
+    if isinstance(operand, FunctionCall):
         arguments = tuple(_off(o, factors) for o in operand.arguments)
-        return Product((Call(operand.function, arguments), next(factors)), ())
+        return Product((FunctionCall(operand.function, arguments), next(factors)), ())
     return operand

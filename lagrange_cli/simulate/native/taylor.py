@@ -14,8 +14,8 @@ from lagrange_cli.simulate.native.taylor_recurrences import (
     NoSeriesError,
     Recurrence,
     Recurrences,
+    SeriesSum,
     SeriesTerm,
-    TaylorSeries,
     series_rows,
 )
 
@@ -63,13 +63,11 @@ def taylor_text(function: str, program: Program, target: CTarget) -> str:
     )
 
 
-def _kept(recurrences: Recurrences, series: TaylorSeries) -> TaylorSeries:
+def _kept(recurrences: Recurrences, series: SeriesSum) -> SeriesSum:
     """A series that is used more than once: a row of its own, unless it is nearly one."""
     if len(series.terms) == 1 and not series.constant and len(series.terms[0].rows) == 1:
         return series
-    return (
-        TaylorSeries("", (SeriesTerm("", (recurrences.row(series),)),)) if series.terms else series
-    )
+    return SeriesSum("", (SeriesTerm("", (recurrences.row(series),)),)) if series.terms else series
 
 
 def _tests(program: Program, recurrences: Recurrences) -> list[str]:
@@ -93,7 +91,10 @@ def _tests(program: Program, recurrences: Recurrences) -> list[str]:
 
 
 def _function(
-    name: str, recurrences: Recurrences, outputs: Mapping[int, TaylorSeries], tests: Sequence[str]
+    name: str,
+    recurrences: Recurrences,
+    outputs: Mapping[int, SeriesSum],
+    tests: Sequence[str],
 ) -> str:
     return f"""\
 int {name}_rows(void)
@@ -113,7 +114,7 @@ def _indented(lines: Iterable[str]) -> str:
 
 
 def _body(
-    recurrences: Recurrences, outputs: Mapping[int, TaylorSeries], tests: Sequence[str]
+    recurrences: Recurrences, outputs: Mapping[int, SeriesSum], tests: Sequence[str]
 ) -> Iterator[str]:
     """The first coefficients, the second ones of the state, and the loop for all others."""
     n, rows = recurrences.coordinates, recurrences.rows
@@ -132,7 +133,7 @@ def _body(
     yield from _loop(recurrences, outputs)
 
 
-def _loop(recurrences: Recurrences, outputs: Mapping[int, TaylorSeries]) -> Iterator[str]:
+def _loop(recurrences: Recurrences, outputs: Mapping[int, SeriesSum]) -> Iterator[str]:
     """All further coefficients: number 1, then two in a turn, whose sums share what they read.
 
     What number k adds to the sums of number k + 1 follows between the two.
@@ -163,7 +164,7 @@ def _loop(recurrences: Recurrences, outputs: Mapping[int, TaylorSeries]) -> Iter
     yield "}"
 
 
-def _statements(recurrences: Recurrences, outputs: Mapping[int, TaylorSeries]) -> list[str]:
+def _statements(recurrences: Recurrences, outputs: Mapping[int, SeriesSum]) -> list[str]:
     """Coefficients number k, and those of the state that follow."""
     n, live = recurrences.coordinates, _live(recurrences.steps, outputs.values())
     lines = [line for step in recurrences.steps if set(step.rows) & live for line in step.further]
@@ -210,7 +211,7 @@ def _declared(line: str) -> str:
     return f"const lagrange_lane {line}" if line.startswith("i") else line
 
 
-def _live(steps: list[Recurrence], outputs: Iterable[TaylorSeries]) -> set[int]:
+def _live(steps: list[Recurrence], outputs: Iterable[SeriesSum]) -> set[int]:
     """Rows whose further coefficients the outputs need."""
     live = {row for series in outputs for row in series_rows(series)}
     for step in reversed(steps):

@@ -19,7 +19,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from lagrange_cli.program.program import Call, Constant, Operand, Product, Sum, Variable
+from lagrange_cli.program.program import Constant, FunctionCall, Operand, Product, Sum, Variable
 
 __all__ = [
     "FIRST",
@@ -27,8 +27,8 @@ __all__ = [
     "NoSeriesError",
     "Recurrence",
     "Recurrences",
+    "SeriesSum",
     "SeriesTerm",
-    "TaylorSeries",
     "series_rows",
 ]
 
@@ -55,7 +55,7 @@ class SeriesTerm:
 
 
 @dataclass(frozen=True)
-class TaylorSeries:
+class SeriesSum:
     """A sum of terms and of a ``constant`` (text; "" is 0)."""
 
     constant: str
@@ -95,7 +95,7 @@ class Recurrences:
     constants: list[str] = field(default_factory=list)
     sums: list[tuple[int, int]] = field(default_factory=list)
     steps: list[Recurrence] = field(default_factory=list)
-    known: dict[str, TaylorSeries] = field(default_factory=dict)
+    known: dict[str, SeriesSum] = field(default_factory=dict)
     made: dict[object, int] = field(default_factory=dict)
 
     # Constants.
@@ -108,13 +108,13 @@ class Recurrences:
             self.constants.append(text)
         return f"k{self.constants.index(text)}"
 
-    def scaled(self, series: TaylorSeries, scale: str) -> TaylorSeries:
+    def scaled(self, series: SeriesSum, scale: str) -> SeriesSum:
         """A series times a constant."""
         if not scale:
             return series
         constant = self._times(series.constant, scale) if series.constant else ""
         terms = (SeriesTerm(self._times(term.scale, scale), term.rows) for term in series.terms)
-        return TaylorSeries(constant, tuple(terms))
+        return SeriesSum(constant, tuple(terms))
 
     def _times(self, one: str, other: str) -> str:
         return self.constant(f"{one}*{other}") if one and other else one or other
@@ -125,9 +125,9 @@ class Recurrences:
 
     # Series of operands.
 
-    def of(self, operand: Operand) -> TaylorSeries:
+    def of(self, operand: Operand) -> SeriesSum:
         if isinstance(operand, Constant):
-            return TaylorSeries(self.number(operand.value) or "1.0")
+            return SeriesSum(self.number(operand.value) or "1.0")
         if isinstance(operand, Variable):
             return self._of_variable(operand.name)
         if isinstance(operand, Sum):
@@ -136,18 +136,18 @@ class Recurrences:
             return self._of_product(operand)
         return self._of_call(operand)
 
-    def _of_variable(self, name: str) -> TaylorSeries:
+    def _of_variable(self, name: str) -> SeriesSum:
         if name in self.known:
             return self.known[name]
         number = int(name[1:] or 0)
         if name[0] == "p":
-            return TaylorSeries(f"p[{number}]")
+            return SeriesSum(f"p[{number}]")
         if name[0] not in "qvt":
             raise NoSeriesError(name)
         places = {"q": number, "v": self.coordinates + number, "t": 2 * self.coordinates}
-        return TaylorSeries("", (SeriesTerm("", (places[name[0]],)),))
+        return SeriesSum("", (SeriesTerm("", (places[name[0]],)),))
 
-    def _of_sum(self, operand: Sum) -> TaylorSeries:
+    def _of_sum(self, operand: Sum) -> SeriesSum:
         constants: list[str] = []
         terms: dict[tuple[int, ...], str] = {}
         for coefficient, part in operand.terms:
@@ -161,12 +161,12 @@ class Recurrences:
             SeriesTerm("" if scale == "1.0" else self._grouped(scale), rows)
             for rows, scale in terms.items()
         )
-        return TaylorSeries(self._grouped(" + ".join(constants)) if constants else "", total)
+        return SeriesSum(self._grouped(" + ".join(constants)) if constants else "", total)
 
     def _grouped(self, text: str) -> str:
         return self.constant(f"({text})") if " + " in text else text
 
-    def _of_product(self, operand: Product) -> TaylorSeries:
+    def _of_product(self, operand: Product) -> SeriesSum:
         scale, rows = self._factors(operand.numerator)
         below, divisors = self._factors(operand.denominator)
         if below:
@@ -174,8 +174,8 @@ class Recurrences:
         if divisors:
             return self.scaled(self._quotient(rows, divisors), scale)
         if not rows:
-            return TaylorSeries(scale or "1.0")
-        return TaylorSeries("", (SeriesTerm(scale, self._two(rows)),))
+            return SeriesSum(scale or "1.0")
+        return SeriesSum("", (SeriesTerm(scale, self._two(rows)),))
 
     def _factors(self, operands: tuple[Operand, ...]) -> tuple[str, list[int]]:
         """The constant factor of a product ("" is 1), and its rows."""
@@ -187,7 +187,7 @@ class Recurrences:
                 continue
             if not series.constant and len(series.terms) == 1 and series.terms[0].scale:
                 scale = self._times(scale, series.terms[0].scale)
-                series = TaylorSeries("", (SeriesTerm("", series.terms[0].rows),))
+                series = SeriesSum("", (SeriesTerm("", series.terms[0].rows),))
             rows.append(self.row(series))
         return scale, rows
 
@@ -195,35 +195,36 @@ class Recurrences:
         """The product of rows as one or two of them."""
         rows = sorted(rows)
         while len(rows) > 2:
-            rows = [self.row(TaylorSeries("", (SeriesTerm("", (rows[0], rows[1])),))), *rows[2:]]
+            rows = [
+                self.row(SeriesSum("", (SeriesTerm("", (rows[0], rows[1])),))),
+                *rows[2:],
+            ]
         return tuple(sorted(rows))
 
-    def _quotient(self, rows: list[int], divisors: list[int]) -> TaylorSeries:
-        above = (
-            TaylorSeries("", (SeriesTerm("", self._two(rows)),)) if rows else TaylorSeries("1.0")
-        )
-        below = self.row(TaylorSeries("", (SeriesTerm("", self._two(divisors)),)))
+    def _quotient(self, rows: list[int], divisors: list[int]) -> SeriesSum:
+        above = SeriesSum("", (SeriesTerm("", self._two(rows)),)) if rows else SeriesSum("1.0")
+        below = self.row(SeriesSum("", (SeriesTerm("", self._two(divisors)),)))
         number = self._new(("quotient", above, below))
         if number is None:
-            return TaylorSeries("", (SeriesTerm("", (self.made["quotient", above, below],)),))
+            return SeriesSum("", (SeriesTerm("", (self.made["quotient", above, below],)),))
         above_at_0, above_now = (self.text(above, at) for at in (FIRST, NOW))
         first = (f"c[{number}] = ({above_at_0})/c[{below}];", f"i{number} = 1.0/c[{below}];")
         taken = f"({self.inner(below, number)} + now[{below}]*c[{number}])"
         further = (f"now[{number}] = ({above_now and above_now + ' '}- {taken})*i{number};",)
         self._add(Recurrence((number,), first, further, (below, *series_rows(above))))
-        return TaylorSeries("", (SeriesTerm("", (number,)),))
+        return SeriesSum("", (SeriesTerm("", (number,)),))
 
-    def _of_call(self, operand: Call) -> TaylorSeries:
+    def _of_call(self, operand: FunctionCall) -> SeriesSum:
         if operand.function not in _EACH:
             raise NoSeriesError(operand.function)
         series = self.of(operand.arguments[0])
         if not series.terms:
             argument_text = series.constant or "0.0"
-            return TaylorSeries(self.constant(f"{_EACH[operand.function]}(zero + {argument_text})"))
+            return SeriesSum(self.constant(f"{_EACH[operand.function]}(zero + {argument_text})"))
         argument = self.row(series)
         make = {"sin": self._turn, "cos": self._turn, "sqrt": self._root, "exp": self._growth}
         row = make[operand.function](argument) + (operand.function == "cos")
-        return TaylorSeries("", (SeriesTerm("", (row,)),))
+        return SeriesSum("", (SeriesTerm("", (row,)),))
 
     def _turn(self, a: int) -> int:
         """The row of the sine; that of the cosine is the next."""
@@ -267,7 +268,7 @@ class Recurrences:
 
     # Rows.
 
-    def row(self, series: TaylorSeries) -> int:
+    def row(self, series: SeriesSum) -> int:
         """The number of the row that holds a series."""
         if not series.constant and len(series.terms) == 1:
             (term,) = series.terms
@@ -291,7 +292,7 @@ class Recurrences:
     def _add(self, step: Recurrence) -> None:
         self.steps.append(step)
 
-    def text(self, series: TaylorSeries, at: str) -> str:
+    def text(self, series: SeriesSum, at: str) -> str:
         """The first coefficient of a series, or the present one; which stand ``at`` an array."""
         parts = [series.constant] if series.constant and at == FIRST else []
         for term in series.terms:
@@ -317,5 +318,5 @@ class Recurrences:
         return f"s{self.sums.index(pair)}"
 
 
-def series_rows(series: TaylorSeries) -> tuple[int, ...]:
+def series_rows(series: SeriesSum) -> tuple[int, ...]:
     return tuple(row for term in series.terms for row in term.rows)

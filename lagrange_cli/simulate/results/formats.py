@@ -20,11 +20,11 @@ from lagrange_cli.simulate.arrays import Array
 __all__ = ["Format", "as_csv", "as_npz", "format_of"]
 
 #: Takes the next rows of a table, column name → values; every part has the same columns.
-Add: TypeAlias = Callable[[Mapping[str, Array]], None]
+AddRows: TypeAlias = Callable[[Mapping[str, Array]], None]
 
 #: Opens a table that a file is to hold, of ``count`` rows in all: (file, count, folder); what
 #: memory should not hold waits in ``folder``. It is complete at the end of the context.
-Format: TypeAlias = Callable[[BinaryIO, int, str | None], AbstractContextManager[Add]]
+Format: TypeAlias = Callable[[BinaryIO, int, str | None], AbstractContextManager[AddRows]]
 
 #: Bytes of a number, of a column that are copied at a time, and of all that wait in memory.
 _NUMBER, _PART, IN_MEMORY = 8, 2**22, 2**26
@@ -34,7 +34,7 @@ LARGE = 2**31
 
 
 @contextmanager
-def as_csv(file: BinaryIO, count: int, folder: str | None = None) -> Iterator[Add]:
+def as_csv(file: BinaryIO, count: int, folder: str | None = None) -> Iterator[AddRows]:
     """A header of names, then numbers with 17 significant digits."""
     headed = False
 
@@ -52,7 +52,7 @@ def as_csv(file: BinaryIO, count: int, folder: str | None = None) -> Iterator[Ad
 
 
 @contextmanager
-def as_npz(file: BinaryIO, count: int, folder: str | None = None) -> Iterator[Add]:
+def as_npz(file: BinaryIO, count: int, folder: str | None = None) -> Iterator[AddRows]:
     """An NPZ archive, one array a name, the same bytes every time.
 
     An archive has one array after the other, so that many columns wait in a file of their own.
