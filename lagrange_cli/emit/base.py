@@ -108,25 +108,25 @@ class Emitter:
         named = " and ".join(self.files(name))
         return [f"named {named}: {wanted} would hide what Python or C has under that name"]
 
-    def _complete(self, given: Mapping[str, OptionValue]) -> dict[str, OptionValue]:
+    def _complete(self, chosen: Mapping[str, OptionValue]) -> dict[str, OptionValue]:
         """Check the given options and add the defaults of the others."""
         known = {option.name: option for option in self.options}
-        for name in sorted(given):
+        for name in sorted(chosen):
             if name not in known:
                 raise unknown_choice(
                     f"format '{self.name}' has no option '{name}'", name, list(known)
                 )
-            if not known[name].accepts(given[name]):
+            if not known[name].accepts(chosen[name]):
                 choices = list(known[name].choices)
                 expected = ", ".join(choices) if choices else "true or false"
                 raise unknown_choice(
-                    f"option '{name}' of format '{self.name}' cannot be '{given[name]}'; "
+                    f"option '{name}' of format '{self.name}' cannot be '{chosen[name]}'; "
                     f"it takes {expected}",
-                    str(given[name]),
+                    str(chosen[name]),
                     choices,
                 )
-        return {name: given.get(name, option.default) for name, option in known.items()}
+        return {name: chosen.get(name, option.default) for name, option in known.items()}
 
 
-def unknown_choice(message: str, found: str, candidates: list[str]) -> InputError:
-    return InputError(Problem(message, hint=nearest(found, candidates), rule="usage"))
+def unknown_choice(message: str, choice: str, candidates: list[str]) -> InputError:
+    return InputError(Problem(message, hint=nearest(choice, candidates), rule="usage"))

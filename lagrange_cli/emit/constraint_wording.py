@@ -61,7 +61,7 @@ def _names(equations: Equations) -> set[str]:
     names |= {c.name for c in equations.coordinates}
     names |= {c.name for c in equations.cartesian_names}
     names |= {name for name, _ in (*equations.abbreviations, *equations.outputs)}
-    return names | {given.name for given in equations.inputs}
+    return names | {source.name for source in equations.inputs}
 
 
 def counting(equations: Equations) -> tuple[tuple[str, int], ...]:
@@ -132,11 +132,11 @@ def choice_line(equations: Equations) -> str:
     choice = equations.choice
     if choice is None or not choice.why:
         return ""
-    other = "multiplier" if choice.formulation == "minimal" else "minimal"
+    alternative = "multiplier" if choice.formulation == "minimal" else "minimal"
     counts = {"minimal": choice.minimal, "multiplier": choice.multiplier}
     return (
         f"{choice.formulation} ({choice.why}): {counts[choice.formulation]:,} operations predicted"
-        f" for a right-hand side beside {counts[other]:,} of {other}"
+        f" for a right-hand side beside {counts[alternative]:,} of {alternative}"
     )
 
 
@@ -166,10 +166,8 @@ def implied_line(account: Account) -> str:
 
 def telling_definitions(equations: Equations) -> list[CartesianName]:
     """Cartesian names that are neither 0 nor a coordinate of that name."""
-    own = {c.name: c.q for c in equations.coordinates}
-    return [
-        c for c in equations.cartesian_names if c.position != 0 and own.get(c.name) != c.position
-    ]
+    q = {c.name: c.q for c in equations.coordinates}
+    return [c for c in equations.cartesian_names if c.position != 0 and q.get(c.name) != c.position]
 
 
 def is_generalized_potential(equations: Equations) -> bool:

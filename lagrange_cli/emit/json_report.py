@@ -85,7 +85,7 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
             for c in equations.closures
         ],
         "contacts": _contacts(equations, say),
-        "inputs": [_input(given, say) for given in equations.inputs],
+        "inputs": [_input(source, say) for source in equations.inputs],
         "outputs": [{"name": name, "expression": say(e)} for name, e in equations.outputs],
         "facts": asdict(equations.facts) | {"unused_parameters": list(unused)},
         **({} if forces is None else forces_report(equations, forces, say)),
@@ -147,8 +147,8 @@ def _explicit_rows(equations: Equations, say: _Speaker) -> list[DisplayNode]:
         if value is not None:
             rows.append(_difference([(1, i)], value, equations, say))
         else:
-            held = [(m, j) for j, m in entries(equations.mass_matrix[i]).items()]
-            rows.append(_difference(held, right[i], equations, say))
+            nonzero = [(m, j) for j, m in entries(equations.mass_matrix[i]).items()]
+            rows.append(_difference(nonzero, right[i], equations, say))
     return rows
 
 
@@ -166,8 +166,8 @@ def _matrix(rows: Sequence[Sequence[Expr]], say: _Speaker) -> list[list[str]] | 
     """All entries, or (row, column, entry) of those that are not 0, counted from 0."""
     if len(rows) <= LARGEST_DENSE:
         return [[say(entry) for entry in row] for row in rows]
-    held = [[i, j, say(entry)] for i, row in enumerate(rows) for j, entry in entries(row).items()]
-    return {"shape": [len(rows), len(rows)], "entries": held}
+    terms = [[i, j, say(entry)] for i, row in enumerate(rows) for j, entry in entries(row).items()]
+    return {"shape": [len(rows), len(rows)], "entries": terms}
 
 
 def _predicted(equations: Equations) -> dict[str, int] | None:
@@ -178,10 +178,10 @@ def _predicted(equations: Equations) -> dict[str, int] | None:
     return {"minimal": choice.minimal, "multiplier": choice.multiplier}
 
 
-def _input(given: Input, say: _Speaker) -> dict[str, Any]:
+def _input(source: Input, say: _Speaker) -> dict[str, Any]:
     """An input: its expression, or the file and column of its values."""
-    of = given.recording
-    if of is None:
-        return {"name": given.name, "expression": say(given.expression)}
-    where = {"file": of.file, "column": of.column, "interpolation": of.interpolation}
-    return {"name": given.name, "expression": None, **where}
+    record = source.recording
+    if record is None:
+        return {"name": source.name, "expression": say(source.expression)}
+    where = {"file": record.file, "column": record.column, "interpolation": record.interpolation}
+    return {"name": source.name, "expression": None, **where}

@@ -118,13 +118,13 @@ def comment_text(text: str) -> str:
     threes.
     """
     printable = "".join(c if c.isprintable() else " " for c in text)
-    for found, written in (
+    for unsafe, written in (
         ("\\", "/"),
         ("*/", "* /"),
         ("/*", "/ *"),
         ("??", "? ?"),
         ('"""', "'''"),
     ):
-        while found in printable:
-            printable = printable.replace(found, written)
+        while unsafe in printable:
+            printable = printable.replace(unsafe, written)
     return " ".join(printable.split())

@@ -14,7 +14,7 @@ __all__ = [
     "MOST_WRITTEN",
     "RECORDED_ROUNDING",
     "described_input",
-    "polynomial_row",
+    "polynomial_rows",
     "recorded_inputs",
 ]
 
@@ -33,30 +33,32 @@ def recorded_inputs(equations: Equations) -> list[tuple[int, Polynomials]]:
     InputError
         Located: one of them is too long to be written into code, or cannot be read.
     """
-    found = [
-        (number, polynomials(given.recording))
-        for number, given in enumerate(equations.inputs)
-        if given.recording is not None
+    recordings = [
+        (number, polynomials(source.recording))
+        for number, source in enumerate(equations.inputs)
+        if source.recording is not None
     ]
-    for _, of in found:
-        if of.coefficients.size > MOST_WRITTEN:
+    for _, pieces in recordings:
+        if pieces.coefficients.size > MOST_WRITTEN:
             raise InputError(
                 Problem(
-                    f"'{of.recording.file}' is too long to be written into code:"
-                    f" {of.coefficients.size:,} numbers, the most are {MOST_WRITTEN:,}",
-                    of.recording.mark,
+                    f"'{pieces.recording.file}' is too long to be written into code:"
+                    f" {pieces.coefficients.size:,} numbers, the most are {MOST_WRITTEN:,}",
+                    pieces.recording.mark,
                     hint="lagrange simulate reads it whole; the functions of emitted C"
                     " take inputs from their caller",
                     rule="limit",
                 )
             )
-    return found
+    return recordings
 
 
-def polynomial_row(of: Polynomials, k: int) -> tuple[float, ...]:
-    return (float(of.starts[k]), *map(float, of.coefficients[k]))
+def polynomial_rows(pieces: Polynomials) -> list[tuple[float, ...]]:
+    """List the start and the coefficients of each piece, lowest first."""
+    rows = zip(pieces.starts, pieces.coefficients, strict=True)
+    return [(float(start), *map(float, coefficients)) for start, coefficients in rows]
 
 
 def described_input(equations: Equations, number: int) -> str:
-    given: Any = equations.inputs[number]
-    return f"{given.name}: {given.recording.described}"
+    source: Any = equations.inputs[number]
+    return f"{source.name}: {source.recording.described}"

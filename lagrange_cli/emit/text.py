@@ -317,15 +317,15 @@ class _Page:
         return quantity.reason.replace(quantity.coordinate, symbol, 1)
 
     def inputs(self) -> list[str]:
-        lines = [line for given in self.equations.inputs for line in self.given(given)]
+        lines = [line for source in self.equations.inputs for line in self.input_lines(source)]
         return ["Inputs", *lines] if lines else []
 
-    def given(self, given: Input) -> list[str]:
+    def input_lines(self, source: Input) -> list[str]:
         """What an input is: an expression, or in words where its values are recorded."""
-        label = f"  {self.printer.symbol(given.name)}"
-        if given.recording is None:
-            return self.formula(label, given.expression)
-        return self.listed(f"{label}: ", escape_controls(given.recording.described).split())
+        label = f"  {self.printer.symbol(source.name)}"
+        if source.recording is None:
+            return self.formula(label, source.expression)
+        return self.listed(f"{label}: ", escape_controls(source.recording.described).split())
 
     def outputs(self) -> list[str]:
         return self.named("Outputs", self.equations.outputs)

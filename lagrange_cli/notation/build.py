@@ -100,8 +100,8 @@ def vocabulary(equations: Equations) -> Vocabulary:
         name = multiplier_name(closure.multiplier.name.removeprefix("lambda_"))
         atoms[closure.multiplier] = ordering.symbol_of(name, Dependence.PARAMETER, rank)
     atoms[equations.t] = ordering.symbol_of("t", Dependence.TIME, 0)
-    for rank, given in enumerate(equations.inputs, 1):
-        atoms[given.symbol] = ordering.symbol_of(given.name, Dependence.TIME, rank)
+    for rank, source in enumerate(equations.inputs, 1):
+        atoms[source.symbol] = ordering.symbol_of(source.name, Dependence.TIME, rank)
     for rank, c in enumerate(equations.coordinates):
         for order, symbol in enumerate((c.q, c.v, c.a)):
             level = Dependence(Dependence.COORDINATE + order)
@@ -137,9 +137,9 @@ def display_row(shown: ShownEquation, words: Vocabulary) -> DisplayNode:
     last = alone[-1] if alone else len(shown.terms)
     products = [(k, term) for k, term in enumerate(shown.terms) if term[1] != 1]
     before = [_product(term, words) for k, term in products if k < last]
-    rest = as_terms(ordering.sum_of([_term(shown.terms[k][0], words) for k in alone]))
+    ungrouped = as_terms(ordering.sum_of([_term(shown.terms[k][0], words) for k in alone]))
     after = [_product(term, words) for k, term in products if k > last]
-    return ordering.sum_of([*before, *rest, *after], ordered=True)
+    return ordering.sum_of([*before, *ungrouped, *after], ordered=True)
 
 
 def _term(expression: sympy.Expr, words: Vocabulary) -> SignedNode:
@@ -321,8 +321,8 @@ def _parts(argument: sympy.Expr) -> int:
     """n of a sum of n-th parts: ``α/2 + β/2`` shows as ``½ (α + β)``."""
     if not isinstance(argument, sympy.Add):
         return 1
-    found = {int(a.as_coeff_Mul(rational=True)[0].q) for a in argument.args}
-    return found.pop() if len(found) == 1 and max(found) <= _MOST_PARTS else 1
+    denominators = {int(a.as_coeff_Mul(rational=True)[0].q) for a in argument.args}
+    return denominators.pop() if len(denominators) == 1 and max(denominators) <= _MOST_PARTS else 1
 
 
 def _called(name: str, arguments: list[DisplayNode], parts: int = 1) -> SignedNode:

@@ -82,7 +82,7 @@ def suffixed(pieces: Sequence[Piece], text: str, width: float) -> list[Piece]:
 
 
 def break_lines(
-    pieces: Sequence[Piece], first: float, rest: float, *, step: float = 0
+    pieces: Sequence[Piece], first: float, later: float, *, step: float = 0
 ) -> list[Line]:
     """Break a formula into lines.
 
@@ -101,7 +101,7 @@ def break_lines(
     while start < len(pieces):
         head = pieces[start]
         level = min(head.depth or 0, _DEEPEST)
-        end = _line_end(pieces, start, rest - step * level if start else first)
+        end = _line_end(pieces, start, later - step * level if start else first)
         opening = head.lead if start else head.separator
         lines.append(Line(opening + head.text + joined(pieces[start + 1 : end]), level))
         start = end

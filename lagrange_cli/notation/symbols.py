@@ -73,16 +73,16 @@ def split_name(name: str) -> NameParts:
         inner = split_name(indexed[1])
         indices = tuple(part.strip() for part in indexed[2].split(","))
         return NameParts(inner.base, inner.subscripts + indices)
-    head, *rest = name.split("_")
-    if not head or not all(rest):
+    head, *subscripts = name.split("_")
+    if not head or not all(subscripts):
         return NameParts(name)
     numbered = re.fullmatch(r"([^\W\d_]+)(\d+)", head)
     if numbered:
-        return NameParts(numbered[1], (numbered[2], *rest))
+        return NameParts(numbered[1], (numbered[2], *subscripts))
     lettered = re.fullmatch(r"([^\W\d_])(\d\w*)", head)
     if lettered:
-        return NameParts(lettered[1], (lettered[2], *rest))
-    return NameParts(head, tuple(rest))
+        return NameParts(lettered[1], (lettered[2], *subscripts))
+    return NameParts(head, tuple(subscripts))
 
 
 def text_name(name: str, order: int = 0) -> str:
@@ -97,12 +97,12 @@ def text_name(name: str, order: int = 0) -> str:
     parts = split_name(name)
     base = GREEK.get(parts.base, parts.base)
     head, *subscripts = name[len(parts.base) :].split("_")
-    rest = "_".join((head, *(text_name(s) if s else s for s in subscripts)))
+    indices = "_".join((head, *(text_name(s) if s else s for s in subscripts)))
     if order == 0:
-        return base + rest
+        return base + indices
     if not parts.is_letter:
-        return f"{DOT_WORDS[order]}({base}{rest})"
-    return unicodedata.normalize("NFC", base + _DOTS[order]) + rest
+        return f"{DOT_WORDS[order]}({base}{indices})"
+    return unicodedata.normalize("NFC", base + _DOTS[order]) + indices
 
 
 def latex_word(word: str, *, upright: bool = False) -> str:

@@ -32,13 +32,13 @@ def relative_indices(column: IndexColumn) -> tuple[int, ...]:
     return tuple(index - column.indices[0] for index in column.indices)
 
 
-def supernode_tables(of: SupernodalFactors) -> tuple[tuple[int, ...], ...]:
+def supernode_tables(factors: SupernodalFactors) -> tuple[tuple[int, ...], ...]:
     """``node``, ``rows``, ``from`` and ``spots`` of the solver."""
     nodes: list[int] = []
     rows: list[int] = []
     sources: list[int] = []
     spots: list[int] = []
-    for node in of.nodes:
+    for node in factors.nodes:
         for update in node.updates:
             sources += [update.source, update.first, update.last, len(spots)]
             spots += update.rows

@@ -67,8 +67,8 @@ def _format(operand: Operand, dialect: Dialect) -> tuple[str, int]:
 
 def _at_least(precedence: int, operand: Operand, dialect: Dialect) -> str:
     """The text of an operand, in parentheses if it binds more loosely."""
-    text, own = _format(operand, dialect)
-    return text if own >= precedence else f"({text})"
+    text, binding = _format(operand, dialect)
+    return text if binding >= precedence else f"({text})"
 
 
 def _format_call(call: FunctionCall, dialect: Dialect) -> str:

@@ -123,9 +123,14 @@ class Program:
 
     @property
     def is_large(self) -> bool:
-        """Whether statements of one form stand together, to be written as loops."""
-        results = sum(len(operands) for _, operands in self.outputs)
-        return bool(self.parts) or len(self.assignments) + results > LARGEST_IN_ORDER
+        """Tell whether statements of one shape stand together, to be written as loops."""
+        statements = len(self.assignments) + len(self.results_in_order)
+        return bool(self.parts) or statements > LARGEST_IN_ORDER
+
+    @property
+    def results_in_order(self) -> list[Operand]:
+        """The operands of all outputs, one after the other."""
+        return [operand for _, operands in self.outputs for operand in operands]
 
     def output(self, name: str) -> tuple[Operand, ...]:
         """The operands of one output."""
@@ -134,7 +139,7 @@ class Program:
 
 def result_count(program: Program) -> int:
     """How many numbers the outputs are."""
-    return program.results or sum(len(operands) for _, operands in program.outputs)
+    return program.results or len(program.results_in_order)
 
 
 def _momenta(e: Equations) -> Iterable[Expr]:
@@ -190,10 +195,10 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
         An expression holds something without counterpart in emitted code.
     """
     if is_large_system(equations):
-        of = weighted_closures(equations, outputs)
-        found = large_system(of, lambda name: tuple(OUTPUTS[name](of.equations)))
-        if found is not None:
-            return replace(_of_parts(equations, found), kind=_kind(outputs, found.solves))
+        weighted = weighted_closures(equations, outputs)
+        large = large_system(weighted, lambda name: tuple(OUTPUTS[name](weighted.equations)))
+        if large is not None:
+            return replace(_of_parts(equations, large), kind=_kind(outputs, large.solves))
     values = ValueGraph(_inputs(equations))
     wanted: list[tuple[str, list[ScaledNode]]] = []
     blocks: tuple[MatrixBlock, ...] = ()
@@ -204,7 +209,7 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
         else:
             wanted.append((name, [values.convert(e) for e in OUTPUTS[name](equations)]))
     if not any(block.exact for block in blocks):
-        needed = [number for _, of in wanted for _, number in of]
+        needed = [number for _, nodes in wanted for _, number in nodes]
         expand_angle_sums(values, order_of(values, needed))
     assignments, results = schedule(values, wanted)
     return Program(
@@ -224,20 +229,20 @@ def _kind(outputs: Sequence[str], solves: bool) -> ProgramKind:
     return ProgramKind.VALUES if kind is ProgramKind.RIGHT_HAND_SIDE and not solves else kind
 
 
-def _of_parts(equations: Equations, found: LargeSystem) -> Program:
+def _of_parts(equations: Equations, system: LargeSystem) -> Program:
     """A program of loops. Its block, if any, stands for the closures that it solves."""
     n = len(equations.coordinates)
-    block = MatrixBlock(tuple(range(n)), True, True, closures=found.closures)
+    block = MatrixBlock(tuple(range(n)), True, True, closures=system.closures)
     return Program(
         n,
         len(equations.parameters),
         (),
         (),
-        (block,) if found.solves else (),
+        (block,) if system.solves else (),
         len(equations.inputs),
-        found.parts,
-        found.work,
-        found.results,
+        system.parts,
+        system.work,
+        system.results,
     )
 
 
@@ -245,7 +250,7 @@ def _inputs(equations: Equations) -> list[tuple[Expr, str, int]]:
     """Symbol, dummy name and rank of every input."""
     inputs = [(p.symbol, f"p{i}", 1) for i, p in enumerate(equations.parameters)]
     inputs.append((equations.t, "t", 2))
-    inputs.extend((given.symbol, f"u{i}", 2) for i, given in enumerate(equations.inputs))
+    inputs.extend((source.symbol, f"u{i}", 2) for i, source in enumerate(equations.inputs))
     inputs.extend((c.q, f"q{i}", 3) for i, c in enumerate(equations.coordinates))
     inputs.extend((c.v, f"v{i}", 4) for i, c in enumerate(equations.coordinates))
     return inputs
@@ -272,19 +277,19 @@ class Operations:
             number * self.calls,
         )
 
-    def __add__(self, other: Operations) -> Operations:
+    def __add__(self, added: Operations) -> Operations:
         return Operations(
-            self.additions + other.additions,
-            self.multiplications + other.multiplications,
-            self.divisions + other.divisions,
-            self.calls + other.calls,
+            self.additions + added.additions,
+            self.multiplications + added.multiplications,
+            self.divisions + added.divisions,
+            self.calls + added.calls,
         )
 
 
 def operands_of(program: Program) -> Iterator[tuple[Operand, int]]:
     """The operands of all statements, and how often each is evaluated."""
     yield from ((operand, 1) for _, operand in program.assignments)
-    yield from ((operand, 1) for _, of in program.outputs for operand in of)
+    yield from ((operand, 1) for operand in program.results_in_order)
     for part in program.parts:
         if isinstance(part, IndexedLoop):
             fixed = part.fixed
@@ -336,17 +341,16 @@ def _product_operations(operand: Product) -> Operations:
 def dependents(program: Program, names: Iterable[str]) -> tuple[Assignment, ...]:
     """The assignments that need one of the names, in their order."""
     late = set(names)
-    found = []
+    needing = []
     for name, operand in program.assignments if late else ():
         if any(variable.name in late for variable in variables(operand)):
             late.add(name)
-            found.append((name, operand))
-    return tuple(found)
+            needing.append((name, operand))
+    return tuple(needing)
 
 
 def input_names(program: Program) -> frozenset[str]:
     """The inputs that the program reads."""
-    operands = [operand for _, operand in program.assignments]
-    operands += [operand for _, of in program.outputs for operand in of]
+    operands = [*(operand for _, operand in program.assignments), *program.results_in_order]
     names = {variable.name for operand in operands for variable in variables(operand)}
     return frozenset(names - {name for name, _ in program.assignments})

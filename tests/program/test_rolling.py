@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.program.graph.operands import FunctionCall, Product, Sum, Variable, rebuilt
-from lagrange_cli.program.systems.loop_rolling import Cell, LoopNest, Statement, roll_loops
+from lagrange_cli.program.graph.operands import Cell, FunctionCall, Product, Sum, Variable, rebuilt
+from lagrange_cli.program.systems.loop_rolling import LoopNest, Statement, roll_loops
 
 pytestmark = pytest.mark.slow
 
@@ -42,7 +42,7 @@ def repeated(loop, counters):
 
         def moved(variable, read=read):
             cell = next(read)
-            return variable if cell is None else Variable(f"{cell.array}{cell.index}")
+            return variable if cell is None else Variable(f"{cell.array}{cell.number}")
 
         yield Statement(target, rebuilt(statement.operand, moved))
 
@@ -125,7 +125,7 @@ def test_independent_statements_may_change_places():
 
 
 cells = st.builds(Cell, st.sampled_from("ab"), st.integers(0, 5))
-names = st.builds(lambda cell: Variable(f"{cell.array}{cell.index}"), cells)
+names = st.builds(lambda cell: Variable(f"{cell.array}{cell.number}"), cells)
 operands = st.one_of(
     names,
     st.tuples(names, names).map(lambda ab: Product(ab, ())),

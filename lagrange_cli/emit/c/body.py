@@ -15,7 +15,7 @@ from textwrap import wrap
 from lagrange_cli.emit.c.loops import finite_check, loops_text, loops_workspace_size
 from lagrange_cli.emit.c.solvers import EPSILON_NAME, solver_workspace_size
 from lagrange_cli.emit.c.target import CTarget
-from lagrange_cli.program.graph.operands import Constant, Operand, Product, Variable, rebuilt
+from lagrange_cli.program.graph.operands import Cell, Constant, Operand, Product, Variable, rebuilt
 from lagrange_cli.program.graph.statement_groups import Assignment
 from lagrange_cli.program.printing import expression_text
 from lagrange_cli.program.program import Program, ProgramKind, dependents, input_names
@@ -23,7 +23,6 @@ from lagrange_cli.program.solvers.blocks import MatrixBlock
 from lagrange_cli.program.systems.loop_rolling import (
     AffineIndex,
     ArrayAccess,
-    Cell,
     LoopNest,
     LoopStatement,
     Statement,
@@ -115,8 +114,7 @@ _RIGHT = "Right-hand sides: of the coordinates, then of the closures."
 
 
 def _in_order(program: Program) -> list[Statement]:
-    operands = [operand for _, of in program.outputs for operand in of]
-    return [Statement(Cell("out", k), operand) for k, operand in enumerate(operands)]
+    return [Statement(Cell("out", k), o) for k, o in enumerate(program.results_in_order)]
 
 
 def _matrix(program: Program) -> list[_Stores]:
@@ -145,16 +143,16 @@ def _right_hand_side(program: Program) -> list[_Part]:
     """Check the pivots, store velocities and accelerations."""
     n = program.coordinates
     velocities = _Stores([Statement(Cell("dydt", i), Variable(f"v{i}")) for i in range(n)])
-    pivots, *rest = _solution(program, {i: Cell("dydt", n + i) for i in range(n)}, {})
-    return [pivots, velocities, *rest]
+    pivots, *solved = _solution(program, {i: Cell("dydt", n + i) for i in range(n)}, {})
+    return [pivots, velocities, *solved]
 
 
 def _change(program: Program) -> list[_Part]:
     """Changes of the coordinates that closures hold; those of the others are zero."""
-    held = {i for block in program.blocks for i in block.coordinates}
-    free = [i for i in range(program.coordinates) if i not in held]
+    coupled = {i for block in program.blocks for i in block.coordinates}
+    free = [i for i in range(program.coordinates) if i not in coupled]
     zeros = [Statement(Cell("out", i), Constant(Fraction(0))) for i in free]
-    return [_Stores(zeros), *_solution(program, {i: Cell("out", i) for i in held}, {})]
+    return [_Stores(zeros), *_solution(program, {i: Cell("out", i) for i in coupled}, {})]
 
 
 def _solution(
@@ -166,10 +164,7 @@ def _solution(
     matrix = iter(program.output("dense_matrix"))
     forcing = iter(program.output("dense_forcing"))
     for block in program.blocks:
-        of, size = block.coordinates, len(block.coordinates)
-        if block.unrolled:
-            parts.append(_Stores([Statement(coordinates[i], next(accelerations)) for i in of]))
-            continue
+        members, size = block.coordinates, len(block.coordinates)
         if block.band is not None:
             entries = [next(matrix) for _ in range(len(block.closures) * (block.band + 1))]
             parts += _band(block, entries, [next(forcing) for _ in block.closures])
@@ -177,21 +172,19 @@ def _solution(
             named = zip(block.closures, block.multipliers, strict=True)
             copies = [Statement(closures[k], Variable(d)) for k, d in named if k in closures]
             parts.append(_Stores(copies))
+        if block.unrolled or block.band is not None:
             if coordinates:
-                parts.append(_Stores([Statement(coordinates[i], next(accelerations)) for i in of]))
+                stores = [Statement(coordinates[i], next(accelerations)) for i in members]
+                parts.append(_Stores(stores))
             continue
         entries = [next(matrix) for _ in range(size * (size + 1) // 2)]
         gradients = [next(matrix) for _ in range((size + block.compliant) * len(block.closures))]
         right = [next(forcing) for _ in range(block.size)]
         parts += _dense_block(block, entries, gradients, right)
-        targets = [coordinates.get(i) for i in of] + [closures.get(k) for k in block.closures]
+        targets = [*map(coordinates.get, members), *map(closures.get, block.closures)]
         start = block.size**2
-        found = [
-            Statement(target, Variable(f"d{start + k}"))
-            for k, target in enumerate(targets)
-            if target is not None
-        ]
-        parts.append(_Stores(found))
+        unknowns = ((cell, Variable(f"d{start + k}")) for k, cell in enumerate(targets))
+        parts.append(_Stores([Statement(cell, d) for cell, d in unknowns if cell is not None]))
     return parts
 
 
@@ -279,12 +272,12 @@ class _Writer:
     def _place_values(self, items: Sequence[Statement | LoopNest]) -> None:
         """Tell how values are written: those that loops touch live in the workspace."""
         cells = {cell for item in items if isinstance(item, LoopNest) for cell in item.cells()}
-        self.stored = {cell.index for cell in cells if cell.array == "w"}
+        self.stored = {cell.number for cell in cells if cell.array == "w"}
         if self.names.parameter_array is None:
-            self.copied = {cell.index for cell in cells if cell.array == "p"}
+            self.copied = {cell.number for cell in cells if cell.array == "p"}
         texts = {f"w{k}": f"w[{k}]" for k in self.stored}
-        found = [d for block in self.program.blocks for d in block.multipliers]
-        texts |= {d: f"work[{d[1:]}]" for d in found}
+        multipliers = (d for block in self.program.blocks for d in block.multipliers)
+        texts |= {d: f"work[{d[1:]}]" for d in multipliers}
         if self.program.is_large:
             n = self.program.coordinates
             texts |= {f"q{k}": f"y[{k}]" for k in range(n)}
@@ -306,7 +299,7 @@ class _Writer:
             lines.append(f"    int {', '.join(_COUNTERS[: self.depth])};")
         if not program.is_large:
             lines += [
-                f"    const {real} {self._name(s)} = y[{self._cell(s).index}];" for s in state
+                f"    const {real} {self._name(s)} = y[{self._cell(s).number}];" for s in state
             ]
         unused = {
             "t": "t" not in reads,
@@ -360,13 +353,14 @@ class _Writer:
         if isinstance(item, LoopNest):
             self._write_loop(item)
             return
-        target = f"{item.target.array}[{item.target.index}]"
-        if item.target.array == "w" and item.target.index not in self.stored:
-            target = f"const {self.real.name} w{item.target.index}"
+        array, number = item.target
+        target = f"{array}[{number}]"
+        if array == "w" and number not in self.stored:
+            target = f"const {self.real.name} w{number}"
         operand = item.operand
         if isinstance(operand, Variable) and operand.name[0] in "do":
             cell = self._cell(operand.name)
-            operand = Variable(f"{cell.array}[{cell.index}]")
+            operand = Variable(f"{cell.array}[{cell.number}]")
         self._assign(target, operand, 1)
 
     def _assign(self, target: str, operand: Operand, depth: int) -> None:

@@ -17,12 +17,12 @@ __all__ = ["contact_target", "interface_text", "mode_target", "mode_workspace_si
 def contact_target(target: CTarget, contacts: int) -> CTarget:
     """The target of the functions that take flags and targets in an array of their own."""
     names = target.names
-    own = len(names.fields)
-    further = {f"p{own + k}": f"contact[{k}]" for k in range(2 * contacts)}
+    fields = len(names.fields)
+    further = {f"p{fields + k}": f"contact[{k}]" for k in range(2 * contacts)}
     flagged = replace(
         names,
         inputs={**names.inputs, **further},
-        contact_from=own,
+        contact_from=fields,
         further=f"const {target.real.name} *contact, ",
     )
     return replace(target, names=flagged)
@@ -45,7 +45,7 @@ def mode_workspace_size(programs: Mapping[str, Program], contacts: int) -> int:
 def interface_text(programs: Mapping[str, Program], target: CTarget, contacts: int) -> str:
     """Projection, events and impacts, and the functions of the interface around them."""
     inner, outer = contact_target(target, contacts), mode_target(target)
-    given = {
+    replacements = {
         "@U@": str(contacts),
         "@START@": str(workspace_size(programs)),
         "@DYDT@": outer.arguments("dydt"),
@@ -65,7 +65,7 @@ def interface_text(programs: Mapping[str, Program], target: CTarget, contacts: i
         [
             project_text(programs, inner, "contact_"),
             impact_text(programs, inner),
-            *(target.fill(text, given) for text in texts),
+            *(target.fill(text, replacements) for text in texts),
         ]
     )
 

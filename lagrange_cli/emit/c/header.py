@@ -117,7 +117,7 @@ def _comment(equations: Equations, target: CTarget) -> list[str]:
         lines.append(f"  y[{k}], y[{n + k}]  {_described(coordinate, coordinate.name)}")
     positions = _listed("Positions", "out", [c.name for c in equations.cartesian_names])
     lines += positions or ["", "Positions: none, the scene names no Cartesian component."]
-    lines += _listed("Inputs", "u", [_given(given) for given in equations.inputs])
+    lines += _listed("Inputs", "u", list(map(_input_text, equations.inputs)))
     lines += _listed("Outputs", "out", [name for name, _ in equations.outputs])
     lines += _closures(equations)
     lines += _contacts(equations, target.prefix)
@@ -125,16 +125,16 @@ def _comment(equations: Equations, target: CTarget) -> list[str]:
     return ["/*", *(f" * {line}".rstrip() for line in lines), " */"]
 
 
-def _given(given: Input) -> str:
+def _input_text(entry: Input) -> str:
     """An input, and where its values are recorded if they are."""
-    return given.name if given.recording is None else f"{given.name}: {given.recording.described}"
+    return entry.name if entry.recording is None else f"{entry.name}: {entry.recording.described}"
 
 
 def _statement(equations: Equations) -> list[str]:
     n, m, dof = len(equations.coordinates), len(equations.closures), equations.account.dof
     if equations.contacts:
-        of = _PUSHED_CLOSED if m else _PUSHED
-        return [*of, *_PUSHING, f"n = {n} coordinates, degrees of freedom: {dof}."]
+        law = _PUSHED_CLOSED if m else _PUSHED
+        return [*law, *_PUSHING, f"n = {n} coordinates, degrees of freedom: {dof}."]
     if not m:
         return ["Equations of motion M(q, t) a = f(q, v, t) with n degrees of freedom."]
     return [
@@ -178,7 +178,7 @@ def _contacts(equations: Equations, prefix: str) -> list[str]:
 def _conventions(equations: Equations, prefix: str) -> str:
     status = _STATUS_CLOSED if equations.multipliers else _STATUS
     driven = _DRIVEN if equations.inputs else _NOT_DRIVEN
-    if any(given.recording is not None for given in equations.inputs):
+    if any(source.recording is not None for source in equations.inputs):
         driven = _RECORDED
     return (status + driven + _CONVENTIONS).replace("@NAME@", prefix)
 
@@ -250,13 +250,13 @@ def _titled(name: str, title: str | None) -> str:
     return f"{name}: {comment_text(title)}" if title else name
 
 
-def _described(of: Coordinate | Parameter, name: str) -> str:
+def _described(quantity: Coordinate | Parameter, name: str) -> str:
     """Name, unit and description, as far as there are any."""
     text = comment_text(name)
-    if of.unit:
-        text += f" [{comment_text(of.unit)}]"
-    if of.description:
-        text += f": {comment_text(of.description)}"
+    if quantity.unit:
+        text += f" [{comment_text(quantity.unit)}]"
+    if quantity.description:
+        text += f": {comment_text(quantity.description)}"
     return text
 
 

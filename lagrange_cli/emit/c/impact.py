@@ -33,8 +33,8 @@ def impact_text(programs: Mapping[str, Program], target: CTarget) -> str:
     if "gaps" not in programs:
         return ""
     names, real = target.names, target.real
-    own = programs["gaps"].parameters - 2 * _contacts(programs)
-    given = _arguments(names, own) | {
+    flags_from = programs["gaps"].parameters - 2 * _contacts(programs)
+    replacements = _arguments(names, flags_from) | {
         "@PASSED@": names.passed,
         "@ARGUMENTS@": target.arguments("out"),
         "@U@": str(_contacts(programs)),
@@ -56,10 +56,10 @@ def impact_text(programs: Mapping[str, Program], target: CTarget) -> str:
         "impact",
         "reset",
     )
-    return "\n".join(target.fill(target.fill(c_template(name), given)) for name in templates)
+    return "\n".join(target.fill(target.fill(c_template(name), replacements)) for name in templates)
 
 
-def _arguments(names: CNames, own: int) -> dict[str, str]:
+def _arguments(names: CNames, flags_from: int) -> dict[str, str]:
     """Where functions find flags and targets: behind the parameters, or in their own array."""
     inside = names.contact_from is None
     constant = "" if inside else ", const @REAL@ *contact"
@@ -75,8 +75,8 @@ def _arguments(names: CNames, own: int) -> dict[str, str]:
         "@STATE@": state.format("const ", "const ") + constant,
         "@MUTABLE@": state.format("const ", changed) + changing,
         "@MUTABLE_STATE@": state.format("", changed) + changing,
-        "@CONTACT@": f"    const @REAL@ *const contact = p->p + {own};\n" if inside else "",
-        "@CHANGING@": f"    @REAL@ *const contact = p->p + {own};\n" if inside else "",
+        "@CONTACT@": f"    const @REAL@ *const contact = p->p + {flags_from};\n" if inside else "",
+        "@CHANGING@": f"    @REAL@ *const contact = p->p + {flags_from};\n" if inside else "",
     }
 
 

@@ -56,9 +56,9 @@ def loop_helpers(programs: Mapping[str, Program], target: CTarget) -> str:
     parts = [part for program in programs.values() for part in program.parts]
     solved = [part.factors for part in parts if isinstance(part, SparseSolve)]
     texts = []
-    if any(isinstance(of, BandFactors) for of in solved):
+    if any(isinstance(factors, BandFactors) for factors in solved):
         texts.append(target.fill(c_template("solve_banded")))
-    if any(isinstance(of, SupernodalFactors) for of in solved):
+    if any(isinstance(factors, SupernodalFactors) for factors in solved):
         texts.append(target.fill(c_template("solve_sparse")))
     if any(isinstance(part, Total) for part in parts):
         texts.append(target.fill(c_template("total")))
@@ -170,13 +170,13 @@ class _Writer:
             self._elimination(part)
 
     def _elimination(self, part: SparseSolve) -> None:
-        of, prefix = part.factors, f"{self.names.prefix}_solve"
+        factors, prefix = part.factors, f"{self.names.prefix}_solve"
         matrix, vector = _pointer(part.matrix), _pointer(part.vector)
-        if isinstance(of, BandFactors):
-            call = f"{prefix}_banded({len(of.order)}, {of.width}, {matrix}, {vector})"
+        if isinstance(factors, BandFactors):
+            call = f"{prefix}_banded({len(factors.order)}, {factors.width}, {matrix}, {vector})"
         else:
-            tables = ", ".join(table_name(self.names.prefix, t) for t in supernode_tables(of))
-            sizes = f"{len(of.order)}, {len(of.nodes)}"
+            tables = ", ".join(table_name(self.names.prefix, t) for t in supernode_tables(factors))
+            sizes = f"{len(factors.order)}, {len(factors.nodes)}"
             call = f"{prefix}_sparse({sizes}, {tables}, {matrix}, {vector})"
         self.lines += [*_wrapped(f"if ({call} != 0) {{", 1, 2), "        return 1;", "    }"]
 

@@ -69,13 +69,13 @@ def main_text(equations: Equations, target: CTarget) -> str:
     """The text of ``main`` and what it needs, to stand at the end of ``NAME.c``."""
     names, real = target.names, target.real
     fields = list(zip(equations.parameters, names.fields, strict=True))
-    given = [_named(_PARAMETER, p.name, field) for p, field in fields]
+    parameters = [_named(_PARAMETER, p.name, field) for p, field in fields]
     needed = [_named(_NEEDED, p.name, field) for p, field in fields if p.value is None]
     recorded = c_recorded(equations, target)
     replacements = {
         "@RECORDED@": f"{recorded.functions}\n".lstrip("\n"),
         "@WITHIN@": recorded.checks,
-        "@PARAMETERS@": "".join(given),
+        "@PARAMETERS@": "".join(parameters),
         "@NEEDED@": "".join(needed),
         "@RHS@": _RHS_DRIVEN if equations.inputs else _RHS,
         "@RECORD@": recorded.setting,

@@ -73,8 +73,8 @@ def _called(equations: Equations, recorded: str, space: str, call: str) -> str:
     """A call that sets ``status``, with the inputs at its time."""
     if not equations.inputs:
         return f"{space}status = @NAME@_{call};\n"
-    given = "u" if recorded else "0"
+    inputs = "u" if recorded else "0"
     lines = [line.strip() for line in recorded.splitlines()]
-    lines += [f"status = @NAME@_inputs(t, y, {given}, p, work, u);", "if (status == 0) {"]
+    lines += [f"status = @NAME@_inputs(t, y, {inputs}, p, work, u);", "if (status == 0) {"]
     lines += [f"    status = @NAME@_{call};", "}"]
     return "".join(f"{space}{line}\n" for line in lines)

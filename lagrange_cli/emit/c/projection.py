@@ -24,7 +24,7 @@ def residual_text(programs: Mapping[str, Program], target: CTarget) -> str:
     return "\n".join([text, target.fill(c_template("coupled_residual"))]) if positions else text
 
 
-def project_text(programs: Mapping[str, Program], target: CTarget, of: str = "") -> str:
+def project_text(programs: Mapping[str, Program], target: CTarget, prefix: str = "") -> str:
     """The definition of ``NAME_project``, empty where there are no closures.
 
     Parameters
@@ -32,22 +32,22 @@ def project_text(programs: Mapping[str, Program], target: CTarget, of: str = "")
     of
         ``contact_`` for that of closures and of what is in contact.
     """
-    if f"{of}velocity_change" not in programs:
+    if f"{prefix}velocity_change" not in programs:
         return ""
-    positions = f"{of}position_change" in programs
+    positions = f"{prefix}position_change" in programs
     names, real = target.names, target.real
     return target.fill(
         c_template("project"),
         {
             "@LED@": c_template("project_positions") if positions else "    int i, status;\n",
-            "@OF@": of,
+            "@OF@": prefix,
             "@STATIC@": "" if names.contact_from is None else "static ",
             "@ARGUMENTS@": target.state_arguments(),
             "@PASSED@": names.passed,
-            "@START@": str(_inner(programs, of)),
-            "@N@": str(programs[f"{of}velocity_change"].coordinates),
-            "@POSITIONS@": str(_closures(programs, f"{of}position_change")),
-            "@CLOSURES@": str(_closures(programs, f"{of}velocity_change")),
+            "@START@": str(_inner(programs, prefix)),
+            "@N@": str(programs[f"{prefix}velocity_change"].coordinates),
+            "@POSITIONS@": str(_closures(programs, f"{prefix}position_change")),
+            "@CLOSURES@": str(_closures(programs, f"{prefix}velocity_change")),
             "@ROUNDS@": str(NEWTON_STEPS),
             "@NEAR@": real.value(RESIDUAL_AT_REST),
             "@FAR@": real.value(RESIDUAL_ROUNDING),
@@ -59,21 +59,21 @@ def project_text(programs: Mapping[str, Program], target: CTarget, of: str = "")
 def workspace_size(programs: Mapping[str, Program]) -> int:
     """Numbers of workspace with which every function has enough."""
     each = max(map(program_workspace_size, programs.values()))
-    projections = (_workspace(programs, of) for of in ("", "contact_"))
+    projections = (_workspace(programs, prefix) for prefix in ("", "contact_"))
     return max(each, *projections, impact_workspace_size(programs))
 
 
-def _workspace(programs: Mapping[str, Program], of: str) -> int:
-    if f"{of}velocity_change" not in programs:
+def _workspace(programs: Mapping[str, Program], prefix: str) -> int:
+    if f"{prefix}velocity_change" not in programs:
         return 0
-    closures = _closures(programs, f"{of}velocity_change")
-    results = max(programs[f"{of}velocity_change"].coordinates, 3 * closures)
-    return _inner(programs, of) + results
+    closures = _closures(programs, f"{prefix}velocity_change")
+    results = max(programs[f"{prefix}velocity_change"].coordinates, 3 * closures)
+    return _inner(programs, prefix) + results
 
 
-def _inner(programs: Mapping[str, Program], of: str) -> int:
+def _inner(programs: Mapping[str, Program], prefix: str) -> int:
     """What the functions that ``project`` calls need of it."""
-    called = INTERNAL_FUNCTIONS.intersection(name for name in programs if name.startswith(of))
+    called = INTERNAL_FUNCTIONS.intersection(name for name in programs if name.startswith(prefix))
     return max(program_workspace_size(programs[name]) for name in called)
 
 

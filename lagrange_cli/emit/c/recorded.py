@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.c.names import c_string
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.naming import comment_text
-from lagrange_cli.emit.recorded_inputs import described_input, polynomial_row, recorded_inputs
+from lagrange_cli.emit.recorded_inputs import described_input, polynomial_rows, recorded_inputs
 from lagrange_cli.emit.template_files import c_template
 
 if TYPE_CHECKING:
@@ -39,9 +39,9 @@ def c_recorded(equations: Equations, target: CTarget) -> CRecorded:
     """What a ``main`` needs of recordings; all empty where there are none."""
     prefix, real = target.prefix, target.real
     functions, setting, checks = "", "", ""
-    for number, of in recorded_inputs(equations):
+    for number, pieces in recorded_inputs(equations):
         name = comment_text(described_input(equations, number))
-        rows = [", ".join(map(real.value, polynomial_row(of, k))) for k in range(len(of.starts))]
+        rows = [", ".join(map(real.value, row)) for row in polynomial_rows(pieces)]
         text = c_template("recorded").replace(
             "@NUMBERS@", ",\n".join(f"        {{{row}}}" for row in rows)
         )
@@ -51,16 +51,16 @@ def c_recorded(equations: Equations, target: CTarget) -> CRecorded:
             ("@NAME@", prefix),
             ("@K@", str(number)),
             ("@ROWS@", str(len(rows))),
-            ("@WIDTH@", str(of.coefficients.shape[1] + 1)),
+            ("@WIDTH@", str(pieces.coefficients.shape[1] + 1)),
             ("@ZERO@", real.value(0.0)),
         ):
             text = text.replace(token, value)
         functions += f"\n{text}"
         call = f"{prefix}_recorded_{number}(t + at[stage]*h, t + at[1]*h)"
         setting += f"        u[{number}] = {call};\n"
-        ends = "" if math.isinf(of.end) else f" && until <= {real.value(of.end)}"
-        says = "goes on" if math.isinf(of.end) else f"ends at t = {of.end!r}"
-        message = c_string(f"{name}: begins at t = {float(of.starts[0])!r}, {says}")
-        bounds = _C_BOUNDS.replace("@FIRST@", real.value(float(of.starts[0])))
+        ends = "" if math.isinf(pieces.end) else f" && until <= {real.value(pieces.end)}"
+        says = "goes on" if math.isinf(pieces.end) else f"ends at t = {pieces.end!r}"
+        message = c_string(f"{name}: begins at t = {float(pieces.starts[0])!r}, {says}")
+        bounds = _C_BOUNDS.replace("@FIRST@", real.value(float(pieces.starts[0])))
         checks += bounds.replace("@UNTIL@", ends).replace("@TEXT@", message)
     return CRecorded(functions, setting, checks)

@@ -323,9 +323,9 @@ class _Document:
 
     def _reason(self, reason: str) -> str:
         """A reason with the quantities it names in math mode."""
-        own = {c.name: self.setter.coordinate(c) for c in self.equations.coordinates}
-        own |= {"L": self.labels["L"], "t": "t"}
-        words = (f"${own[w]}$" if w in own else latex_text(w) for w in reason.split())
+        symbols = {c.name: self.setter.coordinate(c) for c in self.equations.coordinates}
+        symbols |= {"L": self.labels["L"], "t": "t"}
+        words = (f"${symbols[w]}$" if w in symbols else latex_text(w) for w in reason.split())
         return " ".join(words)
 
     def _symbol(self, quantity: Conserved) -> str:
@@ -344,15 +344,15 @@ class _Document:
 
     def inputs(self) -> list[str]:
         inputs = self.equations.inputs
-        given = [(u.name, u.expression) for u in inputs if u.recording is None]
+        formulas = [(u.name, u.expression) for u in inputs if u.recording is None]
         recorded = [
             f"${latex_name(u.name)}$: {latex_text(u.recording.described)}."
             for u in inputs
             if u.recording is not None
         ]
         if not recorded:
-            return self._named("Inputs", given)
-        return [*(self._named("Inputs", given) or [r"\section*{Inputs}"]), *recorded]
+            return self._named("Inputs", formulas)
+        return [*(self._named("Inputs", formulas) or [r"\section*{Inputs}"]), *recorded]
 
     def outputs(self) -> list[str]:
         return self._named("Outputs", self.equations.outputs)

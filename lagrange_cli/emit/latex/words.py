@@ -51,11 +51,11 @@ def _tokens(text: str) -> list[tuple[str, str]] | None:
     """(kind, token) of a text; None where it is not the scene language."""
     tokens, position = [], 0
     while text[position:].strip():
-        found = _TOKEN.match(text, position)
-        if found is None or found.lastgroup is None:
+        token = _TOKEN.match(text, position)
+        if token is None or token.lastgroup is None:
             return None
-        tokens.append((found.lastgroup, found[found.lastgroup]))
-        position = found.end()
+        tokens.append((token.lastgroup, token[token.lastgroup]))
+        position = token.end()
     return tokens
 
 
@@ -120,23 +120,23 @@ def unit_latex(text: str) -> str:
     shown, position = [], 0
     text = text.strip().replace("**", "^")
     while position < len(text):
-        found = _UNIT.match(text, position)
-        if found is None:
+        match = _UNIT.match(text, position)
+        if match is None:
             return latex_text(text)
-        position = found.end()
-        shown.append(_unit_part(found))
+        position = match.end()
+        shown.append(_unit_part(match))
     return f"${''.join(shown)}$" if shown else ""
 
 
-def _unit_part(found: re.Match[str]) -> str:
-    kind = found.lastgroup
-    if found["power"]:
-        return f"^{{{found['grouped'] or found['exponent']}}}"
+def _unit_part(match: re.Match[str]) -> str:
+    kind = match.lastgroup
+    if match["power"]:
+        return f"^{{{match['grouped'] or match['exponent']}}}"
     if kind == "space":
         return r"\,"
     if kind == "word":
-        return rf"\text{{{latex_text(found['word'])}}}"
-    return found[0]
+        return rf"\text{{{latex_text(match['word'])}}}"
+    return match[0]
 
 
 def value_latex(number: float, literal: str | None = None) -> str:

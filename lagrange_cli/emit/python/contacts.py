@@ -74,7 +74,7 @@ def interface_source(programs: Mapping[str, Program], parameter: str) -> list[st
     """
     if "gaps" not in programs:
         return []
-    given = ", ".join(argument.split("=")[0] for argument in parameter.split(", "))
+    passed = ", ".join(argument.split("=")[0] for argument in parameter.split(", "))
     functions = [
         python_template("mode_function").replace("@FUNCTION@", name).replace("@DOC@", doc)
         for name, doc in _DOCS.items()
@@ -85,19 +85,19 @@ def interface_source(programs: Mapping[str, Program], parameter: str) -> list[st
     texts = [flags, rhs, *functions, project, reset]
     return [
         project_source(programs, "p, contact", "contact_"),
-        *impact_source(programs, f"{given}, contact"),
-        *(text.replace("@P@", parameter).replace("@GIVEN@", given) for text in texts),
+        *impact_source(programs, f"{passed}, contact"),
+        *(text.replace("@P@", parameter).replace("@GIVEN@", passed) for text in texts),
     ]
 
 
-def contact_script(script: str, held: str, rounding: float) -> str:
+def contact_script(script: str, held_inputs: str, rounding: float) -> str:
     """The script with steps that follow contacts.
 
     Parameters
     ----------
     script
         The script without contacts.
-    held
+    held_inputs
         Lines that hold recorded inputs to a step from ``t`` on, empty without any.
     rounding
         Half the distance from 1 to the next number.
@@ -107,8 +107,8 @@ def contact_script(script: str, held: str, rounding: float) -> str:
         main = main.replace(line, changed)
     text = f"{python_template('script_contacts')}\n\n{main}"
     replacements = {
-        "@HELD@": held,
-        "@U@": ", held" if held else "",
+        "@HELD@": held_inputs,
+        "@U@": ", held" if held_inputs else "",
         "@TOLERANCE@": repr(START_TOLERANCE),
         "@NOISE@": repr(1024 * rounding),
         "@ULP@": repr(2 * rounding),

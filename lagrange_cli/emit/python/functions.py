@@ -154,7 +154,7 @@ def module_source(programs: Mapping[str, Program]) -> str:
         )
         for name, program in programs.items()
     ]
-    functions += [project_source(programs, "p", of) for of in ("", "contact_")]
+    functions += [project_source(programs, "p", prefix) for prefix in ("", "contact_")]
     body = "\n\n".join(filter(None, [*functions, *impact_source(programs, arguments)]))
     imports, helpers = prelude(body)
     tables = index_tables_source(programs.values())
@@ -189,7 +189,7 @@ def function_source(
     name: str,
     names: Mapping[str, str],
     parameter: str,
-    given: Sequence[tuple[str, int]] = (),
+    sequences: Sequence[tuple[str, int]] = (),
 ) -> str:
     """The definition of one evaluator.
 
@@ -204,24 +204,24 @@ def function_source(
         Dummy name → local name of the inputs.
     parameter
         The text of the last argument (``p``, or ``p=DEFAULTS``).
-    given
+    sequences
         Where the parameters are, if not in ``p``: texts of sequences, and how many in each.
     """
-    found = {
+    multipliers = {
         name: f"a{number}[{k}]"
         for number, block in enumerate(program.blocks)
         for k, name in enumerate(block.multipliers)
     }
-    dialect = Dialect(double_literal, _PYTHON_FUNCTIONS, {**names, **found})
+    dialect = Dialect(double_literal, _PYTHON_FUNCTIONS, {**names, **multipliers})
     if program.parts:
-        apart = dict(given).get("p") if parameter.endswith("contact") else None
+        apart = dict(sequences).get("p") if parameter.endswith("contact") else None
         body = _of_parts(program, apart)
         return _defined(name, parameter, body, _failure(program))
-    given = given or (("p", program.parameters),)
+    sequences = sequences or (("p", program.parameters),)
     body = _load_inputs(
-        program, dialect, given, velocities=program.kind is ProgramKind.RIGHT_HAND_SIDE
+        program, dialect, sequences, velocities=program.kind is ProgramKind.RIGHT_HAND_SIDE
     )
-    late = dict(dependents(program, found))
+    late = dict(dependents(program, multipliers))
     body.extend(assigned([a for a in program.assignments if a[0] not in late], dialect))
     failure = _failure(program)
     if program.kind in (ProgramKind.MULTIPLIERS, ProgramKind.CHANGE):
@@ -269,11 +269,11 @@ def _shape(program: Program) -> str:
         return str(program.results)
     if program.blocks:
         return str(2 * n)
-    return str(sum(len(operands) for _, operands in program.outputs))
+    return str(len(program.results_in_order))
 
 
 def _load_inputs(
-    program: Program, dialect: Dialect, given: Sequence[tuple[str, int]], *, velocities: bool
+    program: Program, dialect: Dialect, sequences: Sequence[tuple[str, int]], *, velocities: bool
 ) -> list[str]:
     """Unpack parameters, inputs and state, whole or not at all."""
     used = input_names(program)
@@ -281,10 +281,10 @@ def _load_inputs(
     lines = []
     parameters = iter([f"p{i}" for i in range(program.parameters)])
     state = [f"{kind}{i}" for kind in "qv" for i in range(program.coordinates)]
-    for text, number in given:
-        held = list(islice(parameters, number))
-        if used.intersection(held):
-            lines.append(_unpack(held, text, dialect))
+    for text, number in sequences:
+        names = list(islice(parameters, number))
+        if used.intersection(names):
+            lines.append(_unpack(names, text, dialect))
     driven = [f"u{i}" for i in range(program.driven)]
     if used.intersection(driven):
         lines.append(_unpack(driven, "map(float, u(t, y, p))", dialect))
@@ -299,8 +299,8 @@ def _unpack(targets: Sequence[str], source: str, dialect: Dialect) -> str:
 
 
 def _vector_result(program: Program, dialect: Dialect) -> list[str]:
-    operands = [operand for _, of in program.outputs for operand in of]
-    return [f"return np.array([{operand_list(operands, dialect)}], dtype=float)"]
+    results = operand_list(program.results_in_order, dialect)
+    return [f"return np.array([{results}], dtype=float)"]
 
 
 def _scalar_result(program: Program, dialect: Dialect) -> list[str]:
@@ -317,19 +317,19 @@ def _matrix_result(program: Program, dialect: Dialect) -> list[str]:
 def _accelerations(program: Program, dialect: Dialect) -> list[str]:
     """Check pivots, solve the blocks that need a loop, and return [v, a]."""
     lines, results, _ = solution(program, dialect, f"np.full({2 * program.coordinates}, nan)")
-    velocities = [Variable(f"v{i}") for i in range(program.coordinates)]
-    found = ", ".join(results[i] for i in range(program.coordinates))
-    return [*lines, f"return np.array([{operand_list(velocities, dialect)}, {found}], dtype=float)"]
+    velocities = operand_list([Variable(f"v{i}") for i in range(program.coordinates)], dialect)
+    accelerations = ", ".join(results[i] for i in range(program.coordinates))
+    return [*lines, f"return np.array([{velocities}, {accelerations}], dtype=float)"]
 
 
 def _unknowns(program: Program, dialect: Dialect, failure: str) -> list[str]:
     """Solve, and return the multipliers, or what was found of all coordinates."""
     closures = program.kind is ProgramKind.MULTIPLIERS
     lines, results, multipliers = solution(program, dialect, failure, coordinates=not closures)
-    found = [results.get(i, "0.0") for i in range(program.coordinates)]
+    unknowns = [results.get(i, "0.0") for i in range(program.coordinates)]
     if closures:
-        found = [multipliers[k] for k in sorted(multipliers)]
-    return [*lines, f"return np.array([{', '.join(found)}], dtype=float)"]
+        unknowns = [multipliers[k] for k in sorted(multipliers)]
+    return [*lines, f"return np.array([{', '.join(unknowns)}], dtype=float)"]
 
 
 _RESULTS = {

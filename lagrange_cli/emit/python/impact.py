@@ -26,13 +26,13 @@ def impact_source(programs: Mapping[str, Program], parameter: str) -> list[str]:
     if "gaps" not in programs:
         return []
     u = result_count(programs["gaps"]) // 2
-    own = programs["gaps"].parameters - 2 * u
+    flags_from = programs["gaps"].parameters - 2 * u
     apart = parameter.endswith("contact")
     replacements = {
         "@SET@": "contact = [*map(float, flags), *map(float, targets)]"
         if apart
-        else f"p = [*p[:{own}], *map(float, flags), *map(float, targets)]",
-        "@FLAGS@": f"contact[:{u}]" if apart else f"p[{own}:{own + u}]",
+        else f"p = [*p[:{flags_from}], *map(float, flags), *map(float, targets)]",
+        "@FLAGS@": f"contact[:{u}]" if apart else f"p[{flags_from}:{flags_from + u}]",
         "@OWN@": "_" if apart else "",
         "@FLIGHT@": "_flight_rhs" if apart else "rhs",
         "@FREE@": parameter.removesuffix(", contact"),

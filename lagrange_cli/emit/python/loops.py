@@ -137,12 +137,12 @@ def _indices(column: IndexColumn, start: int, members: int) -> str:
 
 
 def _elimination(part: SparseSolve) -> list[str]:
-    of, m = part.factors, len(part.factors.order)
-    matrix = f"w[{part.matrix}:{part.matrix + of.numbers}]"
+    factors, m = part.factors, len(part.factors.order)
+    matrix = f"w[{part.matrix}:{part.matrix + factors.numbers}]"
     vector = f"w[{part.vector}:{part.vector + m}]"
-    if isinstance(of, BandFactors):
+    if isinstance(factors, BandFactors):
         return [f"{vector} = _solve_banded({matrix}.reshape({m}, -1), {vector})"]
-    node, rows, sources, spots = map(_name, supernode_tables(of))
+    node, rows, sources, spots = map(_name, supernode_tables(factors))
     tables = f"{node}.reshape(-1, 6), {rows}, {sources}.reshape(-1, 4), {spots}"
     return _wrapped(f"_solve_sparse({m}, {tables}, {matrix}, {vector})", 0)
 

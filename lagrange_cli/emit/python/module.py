@@ -132,35 +132,35 @@ def _functions(
     programs = {
         name: program_of(equations, name) for name in sorted(interface, key="inputs".__ne__)
     }
-    held = contact_programs(with_contact_flags(equations))
-    if held:
+    contact_functions = contact_programs(with_contact_flags(equations))
+    if contact_functions:
         programs["flight_rhs"] = programs.pop("rhs")
     else:
         programs |= constraint_programs(equations)
-    own = {
+    texts = {
         **dict.fromkeys(INTERNAL_FUNCTIONS, "p"),
         "inputs": "p=DEFAULTS" + (", u=recorded" if recorded else ""),
         "flight_rhs": passed,
     }
-    given = (("p", len(fields)), ("contact", 2 * len(equations.contacts)))
+    split = (("p", len(fields)), ("contact", 2 * len(equations.contacts)))
     return programs, [
         *(
-            function_source(program, name, names, own.get(name, arguments))
+            function_source(program, name, names, texts.get(name, arguments))
             for name, program in programs.items()
         ),
         *(
-            function_source(program, name, names, f"{own.get(name, passed)}, contact", given)
-            for name, program in held.items()
+            function_source(program, name, names, f"{texts.get(name, passed)}, contact", split)
+            for name, program in contact_functions.items()
         ),
         *filter(None, [project_source(programs, "p=DEFAULTS")]),
-        *interface_source(held, arguments),
+        *interface_source(contact_functions, arguments),
     ]
 
 
 def _names(equations: Equations, fields: Sequence[str]) -> dict[str, str]:
     """Dummy name → local name of all inputs of the programs."""
     coordinates = unique_identifiers((c.name for c in equations.coordinates), frozenset())
-    driven = unique_identifiers((given.name for given in equations.inputs), frozenset())
+    driven = unique_identifiers((source.name for source in equations.inputs), frozenset())
     names = {f"p{i}": f"p_{field}" for i, field in enumerate(fields)}
     for kind in "qv":
         names |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
@@ -170,7 +170,7 @@ def _names(equations: Equations, fields: Sequence[str]) -> dict[str, str]:
 def _script(equations: Equations) -> str:
     """What runs the module; states are led back to the closures where there are any."""
     text = python_template("script")
-    recorded = any(given.recording is not None for given in equations.inputs)
+    recorded = any(source.recording is not None for source in equations.inputs)
     if recorded:
         text = text.replace(_NOT_FINITE, f"{_NOT_FINITE}, or a recording ends")
         text = text.replace(_SLOPE, f"{_HELD}{_SLOPE}")
@@ -183,8 +183,8 @@ def _script(equations: Equations) -> str:
         text = text.replace(_MAIN, f"{start}\n\n{_MAIN}")
         text = text.replace(_SINGULAR, _SINGULAR_CLOSED)
     if equations.contacts:
-        held = _HELD.replace("        ", "    ").replace("=s +", "=t +") if recorded else ""
-        text = contact_script(text, held, float(DOUBLE_ROUNDING))
+        held_inputs = _HELD.replace("        ", "    ").replace("=s +", "=t +") if recorded else ""
+        text = contact_script(text, held_inputs, float(DOUBLE_ROUNDING))
         text = text.replace(_SINGULAR, _SINGULAR_CLOSED)
     return text
 
@@ -255,7 +255,7 @@ def _constants(equations: Equations) -> str:
 
 
 def _asked_for(equations: Equations) -> list[str]:
-    inputs = [given.name for given in equations.inputs]
+    inputs = [source.name for source in equations.inputs]
     outputs = [name for name, _ in equations.outputs]
     sections = (("INPUTS", inputs), ("OUTPUTS", outputs))
     return [f"{name} = {_strings(names)}" for name, names in sections if names]
@@ -292,13 +292,13 @@ def _parameters(equations: Equations, fields: Sequence[str]) -> str:
     return "\n".join([*lines, "", "", "DEFAULTS = Parameters()", ""])
 
 
-def _described(of: Coordinate | Parameter) -> str:
+def _described(quantity: Coordinate | Parameter) -> str:
     """Name, unit and description, as far as there are any."""
-    text = comment_text(of.name)
-    if of.unit:
-        text += f" [{comment_text(of.unit)}]"
-    if of.description:
-        text += f": {comment_text(of.description)}"
+    text = comment_text(quantity.name)
+    if quantity.unit:
+        text += f" [{comment_text(quantity.unit)}]"
+    if quantity.description:
+        text += f": {comment_text(quantity.description)}"
     return text
 
 

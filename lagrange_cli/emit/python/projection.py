@@ -32,7 +32,7 @@ def helper_source(name: str) -> str:
     return filled(python_template(name), _CONSTANTS)
 
 
-def project_source(functions: Collection[str], parameter: str, of: str = "") -> str:
+def project_source(functions: Collection[str], parameter: str, kind: str = "") -> str:
     """The definition of ``project``, empty where there are no closures.
 
     Parameters
@@ -44,14 +44,15 @@ def project_source(functions: Collection[str], parameter: str, of: str = "") -> 
     of
         ``contact_`` for that of closures and of what is in contact.
     """
-    if f"{of}velocity_change" not in functions:
+    if f"{kind}velocity_change" not in functions:
         return ""
-    positions = python_template("project_positions") if f"{of}position_change" in functions else ""
+    has_positions = f"{kind}position_change" in functions
+    positions = python_template("project_positions") if has_positions else ""
     apart = parameter.endswith("contact")
     replacements = {
         "@LED@": positions,
-        "@NAME@": f"_{of}project" if apart else f"{of}project",
-        "@OF@": of,
+        "@NAME@": f"_{kind}project" if apart else f"{kind}project",
+        "@OF@": kind,
         "@CALL@": "p, contact" if apart else "p",
         "@P@": parameter,
         "@ROUNDS@": str(NEWTON_STEPS),

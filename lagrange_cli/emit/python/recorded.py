@@ -9,7 +9,7 @@ from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.recorded_inputs import (
     RECORDED_ROUNDING,
     described_input,
-    polynomial_row,
+    polynomial_rows,
     recorded_inputs,
 )
 from lagrange_cli.emit.template_files import python_template
@@ -22,18 +22,18 @@ __all__ = ["python_recorded"]
 
 def python_recorded(equations: Equations) -> list[str]:
     """The recordings of the inputs, and the function ``recorded``; nothing where there are none."""
-    found = recorded_inputs(equations)
-    if not found:
+    recordings = recorded_inputs(equations)
+    if not recordings:
         return []
     lines = ["#: Number of the input, end, and rows: a start, coefficients from the lowest."]
     lines.append("RECORDED = [")
-    for number, of in found:
-        end = "inf" if math.isinf(of.end) else repr(of.end)
+    for number, pieces in recordings:
+        end = "inf" if math.isinf(pieces.end) else repr(pieces.end)
         lines += [
             f"    # {comment_text(described_input(equations, number))}",
             f"    ({number}, {end}, [",
         ]
-        lines += [f"        {polynomial_row(of, k)}," for k in range(len(of.starts))]
+        lines += [f"        {row}," for row in polynomial_rows(pieces)]
         lines.append("    ]),")
     return [
         "\n".join([*lines, "]", ""]),

@@ -108,7 +108,9 @@ class _Extraction:
         # A node in one group alone, once, has no pair that occurs twice.
         often = Counter(n for group in groups.values() for n in group)
         self.candidates = {n for n, count in often.items() if count > 1}
-        self.candidates.update(n for of in groups.values() for n in of if kind.within((n, of[n])))
+        self.candidates.update(
+            n for group in groups.values() for n in group if kind.within((n, group[n]))
+        )
         for number, group in groups.items():
             self._enter(number, self._pairs(group, list(group)))
             self._note_definition(number, group)
@@ -134,10 +136,10 @@ class _Extraction:
         rank = self.values.rank
         return -self._count(key), max(rank[key[0]], rank[key[1]])
 
-    def _pairs(self, group: _Group, of: Iterable[int]) -> Iterator[tuple[_Key, int]]:
-        """The pairs of a group in which at least one of the nodes ``of`` takes part."""
+    def _pairs(self, group: _Group, nodes: Iterable[int]) -> Iterator[tuple[_Key, int]]:
+        """The pairs of a group in which at least one of ``nodes`` takes part."""
         candidates, seen = self.candidates, set[int]()
-        for number in of:
+        for number in nodes:
             seen.add(number)
             if number not in candidates:
                 continue
@@ -145,9 +147,9 @@ class _Extraction:
             times = self.kind.within(term)
             if times:
                 yield (number, number, 1), times
-            for other, weight in group.items():
-                if other not in seen and other in candidates:
-                    yield self.kind.between(term, (other, weight))
+            for partner, weight in group.items():
+                if partner not in seen and partner in candidates:
+                    yield self.kind.between(term, (partner, weight))
 
     def _enter(self, number: int, pairs: Iterable[tuple[_Key, int]]) -> None:
         for key, times in pairs:
@@ -245,17 +247,17 @@ def _nest(values: ValueGraph, sums: dict[int, _Group]) -> None:
     inner: dict[int, tuple[int, Fraction]] = {}
     for number in longest_first:
         group = sums[number]
-        for other in sorted(set.intersection(*(holders[part] for part in group))):
-            ratio = _ratio(sums[other], group) if other not in inner else None
-            if ratio is not None and len(group) < len(sums[other]):
-                inner[other] = (number, ratio)
-    for other in longest_first:
-        if other in inner:
-            number, ratio = inner[other]
+        for whole in sorted(set.intersection(*(holders[part] for part in group))):
+            ratio = _ratio(sums[whole], group) if whole not in inner else None
+            if ratio is not None and len(group) < len(sums[whole]):
+                inner[whole] = (number, ratio)
+    for whole in longest_first:
+        if whole in inner:
+            number, ratio = inner[whole]
             for part in sums[number]:
-                del sums[other][part]
+                del sums[whole][part]
             # The sum may hold the other one as a term already.
-            sums[other][number] = sums[other].get(number, 0) + ratio
+            sums[whole][number] = sums[whole].get(number, 0) + ratio
 
 
 def _ratio(whole: _Group, part: _Group) -> Fraction | None:

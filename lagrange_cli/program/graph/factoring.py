@@ -1,6 +1,6 @@
 """Common factors taken out of sums: a·x + a·y becomes a·(x + y).
 
-A greedy form of Horner's rule for many variables: the factor that most terms
+A greedy variant of Horner's rule for many variables: the factor that most terms
 of a sum share is taken out, again and again. Only products that nothing else
 uses take part, since the others must be computed anyway.
 """
@@ -44,12 +44,12 @@ def _factored(
         for number in terms:
             for factor in _factors(values, number, uses):
                 holders.setdefault(factor, []).append(number)
-        shared = [(-len(of), values.rank[f[0]], f) for f, of in holders.items() if len(of) > 1]
+        shared = [(-len(holders[f]), values.rank[f[0]], f) for f in holders if len(holders[f]) > 1]
         if not shared:
             return terms
         _, _, factor = min(shared)
-        rest = [(terms.pop(number), _without(values, number, factor)) for number in holders[factor]]
-        coefficient, number = _times(values, factor, _sum(values, rest, uses))
+        left = [(terms.pop(number), _without(values, number, factor)) for number in holders[factor]]
+        coefficient, number = _times(values, factor, _sum(values, left, uses))
         terms[number] = terms.get(number, Fraction(0)) + coefficient
         if not terms[number]:
             del terms[number]
@@ -88,6 +88,6 @@ def _sum(values: ValueGraph, terms: Iterable[ScaledNode], uses: Counter[int]) ->
     return scale, number
 
 
-def _times(values: ValueGraph, factor: _Factor, rest: ScaledNode) -> ScaledNode:
+def _times(values: ValueGraph, factor: _Factor, remainder: ScaledNode) -> ScaledNode:
     base, sign = factor
-    return values.multiply([((Fraction(1), base), sign), (rest, 1)])
+    return values.multiply([((Fraction(1), base), sign), (remainder, 1)])

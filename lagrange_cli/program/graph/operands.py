@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 __all__ = [
     "PROGRAM_FUNCTIONS",
+    "Cell",
     "Constant",
     "FunctionCall",
     "Operand",
@@ -30,6 +31,17 @@ class Variable:
     """An input or an assigned name."""
 
     name: str
+
+
+class Cell(NamedTuple):
+    """A number in an array.
+
+    ``p``, ``t``, ``u``, ``q``, ``v``, ``w`` (workspace) and ``out`` are the arrays of a program of
+    loops; ``s`` are those parameters that are flags of contacts and targets of impulses.
+    """
+
+    array: str
+    number: int
 
 
 @dataclass(frozen=True, slots=True)

@@ -54,7 +54,7 @@ def schedule(
 
     Returns the assignments, and the operands of each of ``wanted`` by name.
     """
-    scaled = [value for _, of in wanted for value in of]
+    scaled = [value for _, nodes in wanted for value in nodes]
     roots = [number for _, number in scaled]
     share_products(values, order_of(values, roots))
     factor_sums(values, order_of(values, roots))
@@ -69,7 +69,7 @@ def schedule(
     for number in order:
         writer.write(number, uses[number])
     operands = iter([writer.scaled(*value) for value in scaled])
-    results = tuple((name, tuple(next(operands) for _ in of)) for name, of in wanted)
+    results = tuple((name, tuple(next(operands) for _ in nodes)) for name, nodes in wanted)
     if len(writer.assignments) + len(scaled) > LARGEST_IN_ORDER:
         return _in_families(writer.assignments, results)
     return tuple(writer.assignments), results

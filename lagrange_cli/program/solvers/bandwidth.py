@@ -19,23 +19,23 @@ __all__ = ["bandwidth", "couplings", "elimination_order", "is_banded", "operatio
 FEWEST_UNKNOWNS = 30
 
 
-def elimination_order(held: Sequence[Iterable[int]]) -> tuple[int, ...]:
+def elimination_order(coordinates: Sequence[Iterable[int]]) -> tuple[int, ...]:
     """The order of closures with the narrower band: as they are, or Cuthill and McKee's reversed.
 
     Parameters
     ----------
-    held
+    coordinates
         The coordinates of each closure.
     """
-    neighbours = couplings(held)
+    neighbours = couplings(coordinates)
     natural = tuple(range(len(neighbours)))
-    other = tuple(reversed(_cuthill_mckee(neighbours)))
-    return min(natural, other, key=lambda order: _width(neighbours, order))
+    narrowed = tuple(reversed(_cuthill_mckee(neighbours)))
+    return min(natural, narrowed, key=lambda order: _width(neighbours, order))
 
 
-def bandwidth(held: Sequence[Iterable[int]]) -> int:
+def bandwidth(coordinates: Sequence[Iterable[int]]) -> int:
     """How far apart closures of a common coordinate stand."""
-    return _width(couplings(held), range(len(held)))
+    return _width(couplings(coordinates), range(len(coordinates)))
 
 
 def operations_of_band(m: int, width: int) -> int:
@@ -49,22 +49,23 @@ def is_banded(n: int, m: int, width: int) -> bool:
     return size >= FEWEST_UNKNOWNS and operations_of_band(m, width) < 2 * size**3 // 3
 
 
-def couplings(held: Sequence[Iterable[int]]) -> list[list[int]]:
+def couplings(coordinates: Sequence[Iterable[int]]) -> list[list[int]]:
     """For each closure the others that share a coordinate with it."""
     at: dict[int, list[int]] = {}
-    for k, of in enumerate(held):
-        for j in of:
+    for k, row in enumerate(coordinates):
+        for j in row:
             at.setdefault(j, []).append(k)
-    found: list[set[int]] = [set() for _ in held]
+    neighbours: list[set[int]] = [set() for _ in coordinates]
     for sharing in at.values():
         for k in sharing:
-            found[k].update(sharing)
-    return [sorted(others - {k}) for k, others in enumerate(found)]
+            neighbours[k].update(sharing)
+    return [sorted(others - {k}) for k, others in enumerate(neighbours)]
 
 
 def _width(neighbours: Sequence[Sequence[int]], order: Sequence[int]) -> int:
     place = {k: position for position, k in enumerate(order)}
-    return max((abs(place[k] - place[j]) for k, of in enumerate(neighbours) for j in of), default=0)
+    distances = (abs(place[k] - place[j]) for k, row in enumerate(neighbours) for j in row)
+    return max(distances, default=0)
 
 
 def _cuthill_mckee(neighbours: Sequence[Sequence[int]]) -> list[int]:
@@ -74,17 +75,17 @@ def _cuthill_mckee(neighbours: Sequence[Sequence[int]]) -> list[int]:
     while left:
         start = min(left, key=lambda k: (len(neighbours[k]), k))
         start = _levels(neighbours, start)[-1]
-        found = _levels(neighbours, start)
-        order += found
-        left.difference_update(found)
+        component = _levels(neighbours, start)
+        order += component
+        left.difference_update(component)
     return order
 
 
 def _levels(neighbours: Sequence[Sequence[int]], start: int) -> list[int]:
     """All that are connected with one, in the order of the distance from it."""
-    found, seen = [start], {start}
-    for k in found:
+    reached, seen = [start], {start}
+    for k in reached:
         new = [j for j in neighbours[k] if j not in seen]
-        found += sorted(new, key=lambda j: (len(neighbours[j]), j))
+        reached += sorted(new, key=lambda j: (len(neighbours[j]), j))
         seen.update(new)
-    return found
+    return reached

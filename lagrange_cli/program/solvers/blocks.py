@@ -18,7 +18,7 @@ with partial pivoting.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
@@ -134,35 +134,30 @@ def solve_blocks(
     names = ("acceleration", "pivots", "scales", "dense_matrix", "dense_forcing")
     outputs: dict[str, list[ScaledNode]] = {name: [] for name in names}
     blocks: list[MatrixBlock] = []
-    for of, closures in _components(matrix, gradients):
+    for members, closures in _components(matrix, gradients):
         if not (closures or system.whole):
             continue
-        if not closures and _unrolled(len(of), definite):
-            exact, *solution = _unroll(values, equations, system.right, of)
-            blocks.append(MatrixBlock(of, unrolled=True, definite=definite, exact=exact))
-            for name, found in zip(names, solution, strict=False):
-                outputs[name].extend(found)
+        if not closures and _unrolled(len(members), definite):
+            exact, *solution = _unroll(values, equations, system.right, members)
+            blocks.append(MatrixBlock(members, unrolled=True, definite=definite, exact=exact))
+            for name, nodes in zip(names, solution, strict=False):
+                outputs[name].extend(nodes)
             continue
-        block = _banded(of, closures, matrix, gradients, blocks) if definite else None
+        block = _banded(members, closures, matrix, gradients, blocks) if definite else None
         if block is not None:
             blocks.append(block)
             _Band(values, equations, system, block, gradients).write(outputs)
         else:
-            definitely = definite and not closures
             compliant = bool(closures and equations.contacts)
-            blocks.append(
-                MatrixBlock(of, False, definite=definitely, closures=closures, compliant=compliant)
-            )
-            outputs["dense_matrix"].extend(
-                matrix[i].get(j, _ZERO) for k, i in enumerate(of) for j in of[k:]
-            )
-            outputs["dense_matrix"].extend(gradients[k].get(j, _ZERO) for k in closures for j in of)
-            outputs["dense_matrix"].extend(
-                values.convert(system.compliance_of(k)) for k in closures if compliant
-            )
-            outputs["dense_forcing"].extend(values.convert(system.right[i]) for i in of)
+            block = MatrixBlock(members, False, definite and not closures, closures=closures)
+            blocks.append(replace(block, compliant=compliant))
+            dense, forcing = outputs["dense_matrix"], outputs["dense_forcing"]
+            dense += (matrix[i].get(j, _ZERO) for k, i in enumerate(members) for j in members[k:])
+            dense += (gradients[k].get(j, _ZERO) for k in closures for j in members)
+            dense += (values.convert(system.compliance_of(k)) for k in closures if compliant)
+            forcing += (values.convert(system.right[i]) for i in members)
             biases = [values.convert(system.closures[k][1]) for k in closures]
-            outputs["dense_forcing"].extend((-c, number) for c, number in biases)
+            forcing += ((-c, number) for c, number in biases)
     return tuple(blocks), list(outputs.items())
 
 
@@ -176,30 +171,30 @@ def _inertia(values: ValueGraph, equations: Equations) -> _Rows:
 
 
 def _converted(values: ValueGraph, rows: Iterable[Sequence[Expr]]) -> _Rows:
-    found = []
+    converted = []
     for row in rows:
-        held = {j: values.convert(e) for j, e in entries(row).items()}
-        found.append({j: value for j, value in held.items() if value[0]})
-    return found
+        nodes = {j: values.convert(e) for j, e in entries(row).items()}
+        converted.append({j: value for j, value in nodes.items() if value[0]})
+    return converted
 
 
 def _banded(
-    of: tuple[int, ...],
+    members: tuple[int, ...],
     closures: tuple[int, ...],
     matrix: _Rows,
     gradients: _Rows,
     before: Sequence[MatrixBlock],
 ) -> MatrixBlock | None:
     """The block with its closures in an order that makes a band of S, where that is worth it."""
-    if not closures or any(matrix[i].keys() != {i} for i in of):
+    if not closures or any(matrix[i].keys() != {i} for i in members):
         return None
     closures = tuple(closures[k] for k in elimination_order([gradients[k] for k in closures]))
     band = bandwidth([gradients[k] for k in closures])
-    if not is_banded(len(of), len(closures), band):
+    if not is_banded(len(members), len(closures), band):
         return None
     end = max((b.start + len(b.closures) for b in before if b.band is not None), default=0)
     start = end + len(closures) * (band + 1)
-    return MatrixBlock(of, False, False, closures=closures, band=band, start=start)
+    return MatrixBlock(members, False, False, closures=closures, band=band, start=start)
 
 
 class _Band:
@@ -231,7 +226,7 @@ class _Band:
         band = self.block.band or 0
         for k, row in enumerate(self.gradients):
             others = self.directions[k : k + band + 1]
-            entries = [self._dot(row, other) for other in others]
+            entries = [self._dot(row, direction) for direction in others]
             compliance = self.values.convert(self.system.compliance_of(self.block.closures[k]))
             entries[0] = self.values.add([entries[0], compliance])
             outputs["dense_matrix"].extend([*entries, *[_ZERO] * (band + 1 - len(others))])
@@ -254,12 +249,12 @@ class _Band:
     def _accelerations(self) -> Iterator[ScaledNode]:
         """(f + Σ λ·gradient)/M of each coordinate."""
         values = self.values
-        found = {i: [free] for i, free in self.free.items()}
+        terms = {i: [free] for i, free in self.free.items()}
         for name, row in zip(self.block.multipliers, self.directions, strict=True):
             multiplier = Fraction(1), values.intern(InputNode(name), _FOUND)
             for i, direction in row.items():
-                found[i].append(values.multiply([(direction, 1), (multiplier, 1)]))
-        return map(values.add, found.values())
+                terms[i].append(values.multiply([(direction, 1), (multiplier, 1)]))
+        return map(values.add, terms.values())
 
 
 def _unrolled(size: int, definite: bool) -> bool:
@@ -283,22 +278,22 @@ def _components(matrix: _Rows, gradients: _Rows) -> list[tuple[tuple[int, ...], 
         members, closures, stack = [start], set[int](), [start]
         while stack:
             i = stack.pop()
-            found = {*matrix[i], *(j for k in closures_at[i] for j in gradients[k])} & left
+            reached = {*matrix[i], *(j for k in closures_at[i] for j in gradients[k])} & left
             closures.update(closures_at[i])
-            left -= found
-            members.extend(found)
-            stack.extend(found)
+            left -= reached
+            members.extend(reached)
+            stack.extend(reached)
         components.append((tuple(sorted(members)), tuple(sorted(closures))))
     return components
 
 
 def _unroll(
-    values: ValueGraph, equations: Equations, right: Sequence[Expr], of: tuple[int, ...]
+    values: ValueGraph, equations: Equations, right: Sequence[Expr], members: tuple[int, ...]
 ) -> _Unrolled:
     """A block in straight-line code: exact where that is known to be stable and short."""
-    mass = [[equations.mass_matrix[i][j] for j in of] for i in of]
-    forcing = [right[i] for i in of]
-    if len(of) > 1:
+    mass = [[equations.mass_matrix[i][j] for j in members] for i in members]
+    forcing = [right[i] for i in members]
+    if len(members) > 1:
         solution = solve_exactly(mass, forcing, [c.q for c in equations.coordinates])
         if solution is not None:
             return _substitute(values, solution)
@@ -308,14 +303,14 @@ def _unroll(
 
 def _substitute(values: ValueGraph, solution: ExactSolution) -> _Unrolled:
     """The exact solution, step by step."""
-    found: dict[int, ScaledNode] = {}
+    solved: dict[int, ScaledNode] = {}
     for step in solution.steps:
-        rest = values.convert(step.numerator)
-        for other, coupling in step.coupling:
-            rest = _less(values, rest, values.convert(coupling), found[other])
-        found[step.coordinate] = _divide(values, rest, values.convert(step.denominator))
+        numerator = values.convert(step.numerator)
+        for known, coupling in step.coupling:
+            numerator = _less(values, numerator, values.convert(coupling), solved[known])
+        solved[step.coordinate] = _divide(values, numerator, values.convert(step.denominator))
     pivots = [values.convert(pivot) for pivot in solution.pivots]
-    return _Unrolled(True, [found[i] for i in sorted(found)], pivots, [_ZERO] * len(pivots))
+    return _Unrolled(True, [solved[i] for i in sorted(solved)], pivots, [_ZERO] * len(pivots))
 
 
 def _ldl_solve(

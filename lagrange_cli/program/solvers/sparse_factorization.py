@@ -13,7 +13,7 @@ dense rectangles (Ng and Peyton, *SIAM J. Sci. Comput.* 14 (1993) 1034).
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from heapq import heapify, heappop, heappush
 
@@ -143,14 +143,14 @@ class SupernodalFactors:
 Factors = BandFactors | SupernodalFactors
 
 
-def choose_factorization(held: Sequence[Iterable[int]]) -> Factors:
+def choose_factorization(coordinates: Sequence[Iterable[int]]) -> Factors:
     """The cheaper of the two ways, for closures by the coordinates of each."""
-    held = [tuple(of) for of in held]
-    order = elimination_order(held)
-    band = BandFactors(order, bandwidth([held[k] for k in order]))
+    coordinates = [tuple(row) for row in coordinates]
+    order = elimination_order(coordinates)
+    band = BandFactors(order, bandwidth([coordinates[k] for k in order]))
     if band.width <= _NARROW:
         return band
-    nodes = supernodes(couplings(held))
+    nodes = supernodes(couplings(coordinates))
     return nodes if _SPEED_OF_BAND * nodes.operations < band.operations else band
 
 
@@ -171,8 +171,8 @@ def supernodes(touching: Sequence[Iterable[int]]) -> SupernodalFactors:
 def _least_degree(touching: Sequence[Iterable[int]]) -> tuple[list[int], list[list[int]]]:
     """Eliminate that of least degree first; the order, and which others each touched then,
     by positions in the order."""
-    left = [set(of) for of in touching]
-    heap = [(len(of), k) for k, of in enumerate(left)]
+    left = [set(others) for others in touching]
+    heap = [(len(others), k) for k, others in enumerate(left)]
     heapify(heap)
     order: list[int] = []
     filled: list[set[int]] = []
@@ -189,7 +189,7 @@ def _least_degree(touching: Sequence[Iterable[int]]) -> tuple[list[int], list[li
             left[j] -= {j, k}
             heappush(heap, (len(left[j]), j))
     place = {k: position for position, k in enumerate(order)}
-    return order, [sorted(place[j] for j in of) for of in filled]
+    return order, [sorted(place[j] for j in others) for others in filled]
 
 
 def _children_first(order: list[int], filled: list[list[int]]) -> tuple[list[int], list[list[int]]]:
@@ -199,15 +199,15 @@ def _children_first(order: list[int], filled: list[list[int]]) -> tuple[list[int
     roots: list[int] = []
     for k, rows in enumerate(filled):
         (children[rows[0]] if rows else roots).append(k)
-    found: list[int] = []
+    postorder: list[int] = []
     stack = roots[::-1]
     while stack:
         k = stack.pop()
-        found.append(k)
+        postorder.append(k)
         stack.extend(children[k])
-    found.reverse()
-    place = {k: position for position, k in enumerate(found)}
-    return [order[k] for k in found], [sorted(place[j] for j in filled[k]) for k in found]
+    postorder.reverse()
+    place = {k: position for position, k in enumerate(postorder)}
+    return [order[k] for k in postorder], [sorted(place[j] for j in filled[k]) for k in postorder]
 
 
 def _merged(filled: Sequence[Sequence[int]]) -> list[tuple[int, int, Sequence[int]]]:
@@ -242,18 +242,15 @@ def _updated(nodes: Sequence[Supernode]) -> list[Supernode]:
         first = node.columns
         while first < len(node.rows):
             target = owner[node.rows[first]]
-            of = nodes[target]
             last = first
             while last < len(node.rows) and owner[node.rows[last]] == target:
                 last += 1
-            at = {row: i for i, row in enumerate(of.rows)}
+            at = {row: i for i, row in enumerate(nodes[target].rows)}
             rows = tuple(at[row] for row in node.rows[first:])
             updates[target].append(Update(source, first, last, rows))
             first = last
-    return [
-        Supernode(node.first, node.columns, node.rows, node.start, tuple(of))
-        for node, of in zip(nodes, updates, strict=True)
-    ]
+    pairs = zip(nodes, updates, strict=True)
+    return [replace(node, updates=tuple(received)) for node, received in pairs]
 
 
 def _operations_of_node(nodes: Sequence[Supernode], node: Supernode) -> int:

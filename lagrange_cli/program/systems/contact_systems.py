@@ -69,7 +69,7 @@ def _positions(e: Equations) -> list[tuple[Closure, Expr]]:
 
 
 def _system(
-    of: Sequence[tuple[Closure, Expr]],
+    weighted: Sequence[tuple[Closure, Expr]],
     right: Sequence[Expr],
     bias: Iterable[Expr],
     *,
@@ -77,14 +77,14 @@ def _system(
     multipliers: bool = False,
 ) -> MassMatrixSystem:
     """The system of weighted closures: rows with weight 0 leave their multipliers zero."""
-    rows = [_times(weight, closure.gradient) for closure, weight in of]
-    biases = [weight * b for (_, weight), b in zip(of, bias, strict=True)]
+    rows = [_times(weight, closure.gradient) for closure, weight in weighted]
+    biases = [weight * b for (_, weight), b in zip(weighted, bias, strict=True)]
     return MassMatrixSystem(
         right,
         list(zip(rows, biases, strict=True)),
         whole=whole,
         multipliers=multipliers,
-        compliance=[1 - weight for _, weight in of],
+        compliance=[1 - weight for _, weight in weighted],
     )
 
 

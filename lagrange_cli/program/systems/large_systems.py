@@ -1,24 +1,29 @@
-"""Equations of large systems → kernels: what is asked for, form by form.
+"""Programs of large sparse systems: loops over what has one shape.
 
-Systems are wide whose mass matrix is diagonal and proven positive definite: what a closure or
-a coordinate needs then holds a few neighbours alone. With Φ the gradients of the closures and
-f/M the accelerations without them, S λ = −bias − Φ f/M with S = Φ M⁻¹ Φᵀ
-(:mod:`lagrange_cli.program.solvers.sparse_factorization`), and a = f/M + M⁻¹ Φᵀ λ.
+A system is large where its mass matrix is diagonal and proven positive definite and its
+unknowns are many: what a closure or a coordinate needs then holds a few neighbours alone.
+With Φ the gradients of the closures and f/M the accelerations without them,
+S λ = −bias − Φ f/M with S = Φ M⁻¹ Φᵀ (:mod:`.solvers.sparse_factorization`), and
+a = f/M + M⁻¹ Φᵀ λ.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import count
+from math import prod
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.program.graph.operands import Cell
 from lagrange_cli.program.graph.value_graph import ONE, ProductNode, ScaledNode, ValueGraph
 from lagrange_cli.program.solvers.bandwidth import FEWEST_UNKNOWNS
 from lagrange_cli.program.solvers.sparse_factorization import choose_factorization
 from lagrange_cli.program.systems.loops import (
+    Conversion,
     Formula,
     LoopBuilder,
     ProgramPart,
@@ -27,7 +32,7 @@ from lagrange_cli.program.systems.loops import (
     SumOfProducts,
     Zeros,
 )
-from lagrange_cli.program.systems.shapes import ArrayCell, ShapeTable
+from lagrange_cli.program.systems.shapes import ShapeTable
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -37,7 +42,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LargeSystem", "is_large_system", "large_system"]
 
-#: Coordinates without closures that are worth loops over their forms.
+#: Coordinates without closures that are worth loops over their shapes.
 _FEWEST_FREE = 100
 
 #: Programs of more parts have too little in common for loops.
@@ -45,6 +50,9 @@ _MOST_PARTS = 256
 
 _Row: TypeAlias = dict[int, tuple[ScaledCell, ScaledCell]]
 """Coordinate → entry of a gradient, and the same over the mass."""
+
+_Product: TypeAlias = tuple[Fraction, tuple[Cell, ...]]
+"""A coefficient, and the cells that it is multiplied by."""
 
 
 class LargeSystem(NamedTuple):
@@ -61,7 +69,7 @@ class LargeSystem(NamedTuple):
 
 
 def is_large_system(equations: Equations) -> bool:
-    """Whether the programs of a system are made of kernels."""
+    """Tell whether the programs of a system are made of loops."""
     n, m = len(equations.coordinates), len(equations.closures) + len(equations.contacts)
     large = n + m >= FEWEST_UNKNOWNS if m else n >= _FEWEST_FREE
     if not large or not equations.facts.positive_definite_mass_matrix:
@@ -73,7 +81,7 @@ def is_large_system(equations: Equations) -> bool:
 def large_system(
     asked: WeightedClosures, plain: Callable[[str], Sequence[Expr]]
 ) -> LargeSystem | None:
-    """The program of what is asked for, None where loops would not shorten it.
+    """Build the program of what is asked for; None where loops would not shorten it.
 
     Parameters
     ----------
@@ -86,78 +94,52 @@ def large_system(
     equations, outputs = asked.equations, asked.outputs
     if outputs[0] in _SYSTEMS:
         return _System(asked, _SYSTEMS[outputs[0]]).program()
-    kernels = LoopBuilder(ShapeTable(_inputs(asked)))
+    loops = LoopBuilder(ShapeTable(_inputs(asked)))
     formulas: list[Formula] = []
+    n = len(equations.coordinates)
     for name in outputs:
-        if name == "mass_matrix":
-            formulas += _mass_matrix(kernels, equations)
-        elif name == "gap_gradients":
-            formulas += _gradients(kernels, equations)
+        if rows := _matrix_rows(equations, name):
+            loops.parts.append(Zeros("out", 0, n * len(rows)))
+            for i, row in enumerate(rows):
+                formulas += (_value(e).to(Cell("out", i * n + j)) for j, e in row.items())
         elif name == "closure_gradient_squares":
             formulas += _gradient_squares(equations)
         elif name in _OF_CLOSURES:
             formulas += _of_closures(equations, *_OF_CLOSURES[name])
         else:
-            formulas += [Formula("value", (e,), _Values((e,))) for e in plain(name)]
+            formulas += map(_value, plain(name))
     # Matrices are by rows, and stand first.
-    first = len(equations.coordinates) * _rows(equations, outputs[0])
-    targets = (ArrayCell("out", k) for k in count(first))
-    kernels.evaluate([f if f.targets else f.to(next(targets)) for f in formulas])
-    if len(kernels.parts) > _MOST_PARTS:
+    targets = (Cell("out", k) for k in count(n * len(_matrix_rows(equations, outputs[0]))))
+    loops.evaluate([f if f.targets else f.to(next(targets)) for f in formulas])
+    if len(loops.parts) > _MOST_PARTS:
         return None
-    return LargeSystem(tuple(kernels.parts), kernels.size, next(targets).number)
+    return LargeSystem(tuple(loops.parts), loops.size, next(targets).number)
 
 
-def _rows(equations: Equations, output: str) -> int:
-    """How many rows an output has that is a matrix, 0 for others."""
-    rows = {"mass_matrix": equations.coordinates, "gap_gradients": equations.contacts}
-    return len(rows.get(output, ()))
+def _matrix_rows(equations: Equations, output: str) -> list[Mapping[int, Expr]]:
+    """List the nonzero entries of each row of an output that is a matrix, none of others."""
+    if output == "mass_matrix":
+        return [{i: row[i]} for i, row in enumerate(equations.mass_matrix)]
+    contacts = equations.contacts if output == "gap_gradients" else ()
+    return [entries(contact.closure.gradient) for contact in contacts]
 
 
-def _inputs(asked: WeightedClosures) -> dict[Expr, ArrayCell]:
+def _inputs(asked: WeightedClosures) -> dict[Expr, Cell]:
     """Where every input stands. Flags of contacts and targets of impulses, behind the
     parameters, are told from these: emitted code has them in an array of their own."""
     equations = asked.equations
-    places: dict[Expr, ArrayCell] = {equations.t: ArrayCell("t", 0)}
-    own = len(equations.parameters) - asked.flags
-    places |= {
-        p.symbol: ArrayCell("p" if i < own else "s", i) for i, p in enumerate(equations.parameters)
-    }
-    places |= {given.symbol: ArrayCell("u", i) for i, given in enumerate(equations.inputs)}
-    places |= {c.q: ArrayCell("q", i) for i, c in enumerate(equations.coordinates)}
-    return places | {c.v: ArrayCell("v", i) for i, c in enumerate(equations.coordinates)}
+    places: dict[Expr, Cell] = {equations.t: Cell("t", 0)}
+    flags_from = len(equations.parameters) - asked.flags
+    for i, p in enumerate(equations.parameters):
+        places[p.symbol] = Cell("p" if i < flags_from else "s", i)
+    places |= {u.symbol: Cell("u", i) for i, u in enumerate(equations.inputs)}
+    places |= {c.q: Cell("q", i) for i, c in enumerate(equations.coordinates)}
+    return places | {c.v: Cell("v", i) for i, c in enumerate(equations.coordinates)}
 
 
-@dataclass(frozen=True)
-class _Values:
-    """Puts expressions into a program."""
-
-    expressions: tuple[Expr, ...]
-
-    def __call__(self, values: ValueGraph) -> list[ScaledNode]:
-        return [values.convert(expression) for expression in self.expressions]
-
-
-def _mass_matrix(kernels: LoopBuilder, equations: Equations) -> list[Formula]:
-    """The diagonal, in a matrix by rows that is zero elsewhere."""
-    n = len(equations.coordinates)
-    kernels.parts.append(Zeros("out", 0, n * n))
-    diagonal = [row[i] for i, row in enumerate(equations.mass_matrix)]
-    return [
-        Formula("value", (e,), _Values((e,)), (ArrayCell("out", i * n + i),))
-        for i, e in enumerate(diagonal)
-    ]
-
-
-def _gradients(kernels: LoopBuilder, equations: Equations) -> list[Formula]:
-    """Those of the gaps by rows."""
-    n = len(equations.coordinates)
-    kernels.parts.append(Zeros("out", 0, n * len(equations.contacts)))
-    return [
-        Formula("value", (e,), _Values((e,)), (ArrayCell("out", k * n + j),))
-        for k, contact in enumerate(equations.contacts)
-        for j, e in entries(contact.closure.gradient).items()
-    ]
+def _value(expression: Expr) -> Formula:
+    """Make one value of one expression."""
+    return Formula("value", (expression,), Conversion(expression))
 
 
 @dataclass(frozen=True)
@@ -169,10 +151,10 @@ class _GradientSquare:
 
     def __call__(self, values: ValueGraph) -> list[ScaledNode]:
         pairs = zip(self.gradient, self.masses, strict=True)
-        terms = [
-            values.multiply([(values.convert(g), 2), (values.convert(m), -1)]) for g, m in pairs
+        convert = values.convert
+        return [
+            values.add([values.multiply([(convert(g), 2), (convert(m), -1)]) for g, m in pairs])
         ]
-        return [values.add(terms)]
 
 
 def _gradient_squares(equations: Equations) -> list[Formula]:
@@ -187,7 +169,9 @@ def _gradient_squares(equations: Equations) -> list[Formula]:
     return formulas
 
 
-_OfClosure: TypeAlias = "Callable[[ValueGraph, Closure, Sequence[Coordinate]], ScaledNode]"
+_Coordinates: TypeAlias = "Sequence[Coordinate]"
+"""Coordinates that a closure holds, in the order of its gradient."""
+_OfClosure: TypeAlias = "Callable[[ValueGraph, Closure, _Coordinates], ScaledNode]"
 
 
 def _products(values: ValueGraph, closure: Closure, by: Sequence[Expr]) -> list[ScaledNode]:
@@ -197,26 +181,24 @@ def _products(values: ValueGraph, closure: Closure, by: Sequence[Expr]) -> list[
     return [values.multiply([(values.convert(g), 1), (values.convert(x), 1)]) for g, x in pairs]
 
 
-def _rate_terms(
-    values: ValueGraph, closure: Closure, held: Sequence[Coordinate]
-) -> list[ScaledNode]:
-    return [*_products(values, closure, [c.v for c in held]), values.convert(closure.rate)]
+def _rate_terms(values: ValueGraph, closure: Closure, row: _Coordinates) -> list[ScaledNode]:
+    return [*_products(values, closure, [c.v for c in row]), values.convert(closure.rate)]
 
 
-def _rate(values: ValueGraph, closure: Closure, held: Sequence[Coordinate]) -> ScaledNode:
-    """What is zero of the velocities: φ̇ or ψ."""
-    return values.add(_rate_terms(values, closure, held))
+def _rate(values: ValueGraph, closure: Closure, row: _Coordinates) -> ScaledNode:
+    """Add up φ̇ or ψ, which is zero of the velocities."""
+    return values.add(_rate_terms(values, closure, row))
 
 
-def _rate_size(values: ValueGraph, closure: Closure, held: Sequence[Coordinate]) -> ScaledNode:
-    """The magnitudes that a rate is the difference of."""
-    return _magnitude(values, _rate_terms(values, closure, held))
+def _rate_size(values: ValueGraph, closure: Closure, row: _Coordinates) -> ScaledNode:
+    """Add up the magnitudes that a rate is the difference of."""
+    return _magnitude(values, _rate_terms(values, closure, row))
 
 
-def _size(values: ValueGraph, closure: Closure, held: Sequence[Coordinate]) -> ScaledNode:
-    """Those of φ: its terms, and what the coordinates contribute to first order."""
+def _size(values: ValueGraph, closure: Closure, row: _Coordinates) -> ScaledNode:
+    """Add up the magnitudes of φ: its terms, and those of the coordinates to first order."""
     terms = [values.convert(term) for term in _terms(closure.expression)]
-    return _magnitude(values, [*terms, *_products(values, closure, [c.q for c in held])])
+    return _magnitude(values, [*terms, *_products(values, closure, [c.q for c in row])])
 
 
 def _magnitude(values: ValueGraph, terms: Sequence[ScaledNode]) -> ScaledNode:
@@ -229,11 +211,11 @@ def _terms(expression: Expr) -> tuple[Expr, ...]:
     return tuple(expression.args) if expression.is_Add else (expression,)
 
 
-def _expression(values: ValueGraph, closure: Closure, _: Sequence[Coordinate]) -> ScaledNode:
+def _expression(values: ValueGraph, closure: Closure, _: _Coordinates) -> ScaledNode:
     return values.convert(closure.expression)
 
 
-def _bias(values: ValueGraph, closure: Closure, _: Sequence[Coordinate]) -> ScaledNode:
+def _bias(values: ValueGraph, closure: Closure, _: _Coordinates) -> ScaledNode:
     return values.convert(closure.bias)
 
 
@@ -245,40 +227,38 @@ _OF_CLOSURES: dict[str, tuple[str, _OfClosure]] = {
 }
 
 
-def _of_closures(equations: Equations, kind: str, of: _OfClosure) -> list[Formula]:
-    closures = [c for c in equations.closures if kind in c.kind]
-    return [
-        Formula(of.__name__, _parts(of, c, equations), _Derived(of, c, equations)) for c in closures
-    ]
-
-
-def _parts(of: _OfClosure, closure: Closure, equations: Equations) -> tuple[Expr, ...]:
-    """What a value of a closure is made of."""
-    if of is _expression:
-        return (closure.expression,)
-    if of is _bias:
-        return (closure.bias,)
-    coordinates = [equations.coordinates[j] for j in closure.held]
-    gradient = entries(closure.gradient).values()
-    if of is _size:
-        return (*_terms(closure.expression), *gradient, *(c.q for c in coordinates))
-    return (closure.rate, *gradient, *(c.v for c in coordinates))
+def _of_closures(equations: Equations, kind: str, make: _OfClosure) -> list[Formula]:
+    values = (_Derived(make, c, equations) for c in equations.closures if kind in c.kind)
+    return [Formula(make.__name__, value.parts, value) for value in values]
 
 
 @dataclass(frozen=True)
 class _Derived:
     """Puts what follows from a closure into a program."""
 
-    of: _OfClosure
+    make: _OfClosure
     closure: Closure
     equations: Equations
 
-    def __call__(self, values: ValueGraph) -> list[ScaledNode]:
-        return [self.value(values)]
+    @property
+    def coordinates(self) -> _Coordinates:
+        return [self.equations.coordinates[j] for j in self.closure.held]
 
-    def value(self, values: ValueGraph) -> ScaledNode:
-        held = [self.equations.coordinates[j] for j in self.closure.held]
-        return self.of(values, self.closure, held)
+    @property
+    def parts(self) -> tuple[Expr, ...]:
+        """The expressions that the value is made of."""
+        closure = self.closure
+        if self.make is _expression:
+            return (closure.expression,)
+        if self.make is _bias:
+            return (closure.bias,)
+        gradient = entries(closure.gradient).values()
+        if self.make is _size:
+            return (*_terms(closure.expression), *gradient, *(c.q for c in self.coordinates))
+        return (closure.rate, *gradient, *(c.v for c in self.coordinates))
+
+    def __call__(self, values: ValueGraph) -> list[ScaledNode]:
+        return [self.make(values, self.closure, self.coordinates)]
 
 
 @dataclass(frozen=True)
@@ -309,12 +289,11 @@ class _OfRow:
     masses: tuple[Expr, ...]
 
     def __call__(self, values: ValueGraph) -> list[ScaledNode]:
-        held = entries(self.residual.closure.gradient).values()
-        gradient = [values.convert(g) for g in held]
+        gradient = [values.convert(g) for g in entries(self.residual.closure.gradient).values()]
         # Reciprocals are nodes of their own: one division for all that has one mass.
         inverse = [values.multiply([(values.convert(m), -1)]) for m in self.masses]
         over = [values.multiply([(g, 1), (i, 1)]) for g, i in zip(gradient, inverse, strict=True)]
-        return [*gradient, *over, self.residual.value(values)]
+        return [*gradient, *over, *self.residual(values)]
 
 
 @dataclass(frozen=True)
@@ -328,8 +307,8 @@ class _Free:
         coefficient, number = values.convert(self.forcing)
         node = values.nodes[number]
         # A weight m·g loses its mass.
-        choose_factorization = node.factors if isinstance(node, ProductNode) else ((number, 1),)
-        powers = [((Fraction(1), of), exponent) for of, exponent in choose_factorization]
+        factors = node.factors if isinstance(node, ProductNode) else ((number, 1),)
+        powers = [((Fraction(1), factor), exponent) for factor, exponent in factors]
         mass = values.convert(self.mass)
         return [values.multiply([((coefficient, ONE), 1), *powers, (mass, -1)])]
 
@@ -337,37 +316,33 @@ class _Free:
 class _System:
     """Accelerations, multipliers or changes: one system with the mass matrix."""
 
-    def __init__(self, of: WeightedClosures, asked: _Asked) -> None:
-        self.equations = of.equations
+    def __init__(self, weighted: WeightedClosures, asked: _Asked) -> None:
+        self.equations = weighted.equations
         self.asked = asked
-        self.kernels = LoopBuilder(ShapeTable(_inputs(of)))
-        closures = enumerate(of.equations.closures)
+        self.loops = LoopBuilder(ShapeTable(_inputs(weighted)))
+        closures = enumerate(weighted.equations.closures)
         self.closures = [k for k, c in closures if asked.kind in c.kind]
-        self.compliance = {k: c for k, c in enumerate(of.compliance) if c != 0}
+        self.compliance = {k: c for k, c in enumerate(weighted.compliance) if c != 0}
         self.compliant: dict[int, ScaledCell] = {}
         self.free: dict[int, ScaledCell] = {}
         self.rows: list[_Row] = []
         self.residuals: list[ScaledCell] = []
 
     def program(self) -> LargeSystem:
-        """The kernels, in their order."""
+        """The loops, in their order."""
         self._formulas()
-        multipliers: list[ArrayCell] = []
-        if self.closures:
-            multipliers = self._multipliers()
+        multipliers = self._multipliers() if self.closures else []
         if self.asked.multipliers:
             copies = enumerate(multipliers)
-            self._combine([(((Fraction(1), (p,)),), ArrayCell("out", k)) for k, p in copies])
+            self._combine([(((Fraction(1), (p,)),), Cell("out", k)) for k, p in copies])
             results = len(multipliers)
         else:
             results = self._accelerations(multipliers)
-        parts = tuple(self.kernels.parts)
-        return LargeSystem(parts, self.kernels.size, results, True, tuple(self.closures))
+        parts = tuple(self.loops.parts)
+        return LargeSystem(parts, self.loops.size, results, True, tuple(self.closures))
 
-    def _combine(
-        self, sums: Sequence[tuple[tuple[tuple[Fraction, tuple[ArrayCell, ...]], ...], ArrayCell]]
-    ) -> None:
-        self.kernels.combine([SumOfProducts(terms, target) for terms, target in sums])
+    def _combine(self, sums: Sequence[tuple[tuple[_Product, ...], Cell]]) -> None:
+        self.loops.combine([SumOfProducts(terms, target) for terms, target in sums])
 
     def _formulas(self) -> None:
         """Gradients, residuals, and accelerations without closures."""
@@ -378,77 +353,66 @@ class _System:
             closure = e.closures[k]
             masses = tuple(mass[j] for j in closure.held)
             residual = _Derived(self.asked.residual, closure, e)
-            gradient = entries(closure.gradient).values()
-            parts = _parts(self.asked.residual, closure, e)
-            make = _OfRow(residual, masses)
-            formulas.append(Formula(len(masses), (*gradient, *masses, *parts), make))
+            parts = (*entries(closure.gradient).values(), *masses, *residual.parts)
+            formulas.append(Formula(len(masses), parts, _OfRow(residual, masses)))
         forced = range(len(mass)) if self.asked.forced else ()
         formulas += [
             Formula("free", (e.forcing[j], mass[j]), _Free(e.forcing[j], mass[j])) for j in forced
         ]
         compliant = [k for k in self.closures if k in self.compliance]
-        for c in (self.compliance[k] for k in compliant):
-            formulas.append(Formula("value", (c,), _Values((c,))))
-        found = self.kernels.evaluate(formulas)
-        self.compliant = {
-            k: f for k, (f,) in zip(compliant, found[len(found) - len(compliant) :], strict=True)
-        }
-        for k, of in zip(self.closures, found, strict=False):
-            held = e.closures[k].held
-            self.rows.append({j: (of[i], of[len(held) + i]) for i, j in enumerate(held)})
-            self.residuals.append(of[-1])
-        self.free = {j: f for j, (f,) in zip(forced, found[len(self.closures) :], strict=False)}
+        formulas += (_value(self.compliance[k]) for k in compliant)
+        results = iter(self.loops.evaluate(formulas))
+        for k in self.closures:
+            *cells, residual_cell = next(results)
+            pairs = zip(cells[: len(cells) // 2], cells[len(cells) // 2 :], strict=True)
+            self.rows.append(dict(zip(e.closures[k].held, pairs, strict=True)))
+            self.residuals.append(residual_cell)
+        self.free = {j: next(results)[0] for j in forced}
+        self.compliant = {k: next(results)[0] for k in compliant}
 
-    def _multipliers(self) -> list[ArrayCell]:
+    def _multipliers(self) -> list[Cell]:
         """S λ = r and its solution: where the multiplier of each closure stands."""
-        kernels = self.kernels
-        of = choose_factorization([tuple(row) for row in self.rows])
-        matrix, vector = kernels.allocate(of.numbers), kernels.allocate(of.workspace_size)
-        position = {k: p for p, k in enumerate(of.order)}
-        found = self._matrix(position)
-        if len(found) < of.numbers:
-            kernels.parts.append(Zeros("w", matrix, of.numbers))
-        sums = [
-            (tuple(terms), ArrayCell("w", matrix + of.place(*at))) for at, terms in found.items()
-        ]
-        right = [
-            (tuple(self._drive(k)), ArrayCell("w", vector + position[k]))
-            for k in range(len(self.rows))
-        ]
+        loops = self.loops
+        factors = choose_factorization([tuple(row) for row in self.rows])
+        matrix, vector = loops.allocate(factors.numbers), loops.allocate(factors.workspace_size)
+        position = {k: p for p, k in enumerate(factors.order)}
+        lower = self._matrix(position)
+        if len(lower) < factors.numbers:
+            loops.parts.append(Zeros("w", matrix, factors.numbers))
+        cells = (Cell("w", matrix + factors.place(*pair)) for pair in lower)
+        sums = list(zip(map(tuple, lower.values()), cells, strict=True))
+        unknowns = [Cell("w", vector + position[k]) for k in range(len(self.rows))]
+        right = [(tuple(self._drive(k)), cell) for k, cell in enumerate(unknowns)]
         self._combine([*sums, *right])
-        kernels.parts.append(SparseSolve(of, matrix, vector))
-        return [ArrayCell("w", vector + position[k]) for k in range(len(self.rows))]
+        loops.parts.append(SparseSolve(factors, matrix, vector))
+        return unknowns
 
-    def _matrix(
-        self, position: dict[int, int]
-    ) -> dict[tuple[int, int], list[tuple[Fraction, tuple[ArrayCell, ...]]]]:
+    def _matrix(self, position: dict[int, int]) -> dict[tuple[int, int], list[_Product]]:
         """The lower triangle of S, by positions: Σ over the coordinates that two closures hold."""
-        at: dict[int, list[int]] = {}
+        sharing: defaultdict[int, list[int]] = defaultdict(list)
+        triangle: defaultdict[tuple[int, int], list[_Product]] = defaultdict(list)
         for k, row in enumerate(self.rows):
             for j in row:
-                at.setdefault(j, []).append(k)
-        found: dict[tuple[int, int], list[tuple[Fraction, tuple[ArrayCell, ...]]]] = {}
-        for j, holding in at.items():
-            for index, k in enumerate(holding):
-                for other in holding[: index + 1]:
-                    places = position[k], position[other]
-                    pair = (max(places), min(places))
-                    found.setdefault(pair, []).append(
-                        _product(self.rows[other][j][0], self.rows[k][j][1])
-                    )
+                sharing[j].append(k)
+        for j, closures in sharing.items():
+            for index, k in enumerate(closures):
+                for before in closures[: index + 1]:
+                    places = position[k], position[before]
+                    product = _product(self.rows[before][j][0], self.rows[k][j][1])
+                    triangle[max(places), min(places)].append(product)
         for number, closure in enumerate(self.closures):
             if closure in self.compliant:
                 diagonal = position[number], position[number]
-                found[diagonal].append(_product(self.compliant[closure]))
-        return found
+                triangle[diagonal].append(_product(self.compliant[closure]))
+        return triangle
 
-    def _drive(self, k: int) -> list[tuple[Fraction, tuple[ArrayCell, ...]]]:
+    def _drive(self, k: int) -> list[_Product]:
         """−residual − gradient·(f/M) of a closure."""
         terms = [_product(self.residuals[k])]
         terms += [_product(g, self.free[j]) for j, (g, _) in self.rows[k].items() if j in self.free]
         return [(-c, places) for c, places in terms if c]
 
-    def _accelerations(self, multipliers: Sequence[ArrayCell]) -> int:
+    def _accelerations(self, multipliers: Sequence[Cell]) -> int:
         """What is found of the coordinates, behind the velocities in a right-hand side; how
         many results these are."""
         n = len(self.equations.coordinates)
@@ -458,19 +422,15 @@ class _System:
                 terms[j].append(_product(over, ScaledCell(Fraction(1), multiplier)))
         start = n if self.asked.forced else 0
         sums = [
-            (tuple(t for t in of if t[0]), ArrayCell("out", start + j))
-            for j, of in enumerate(terms)
+            (tuple(t for t in row if t[0]), Cell("out", start + j)) for j, row in enumerate(terms)
         ]
         if self.asked.forced:
-            one = Fraction(1)
-            sums += [(((one, (ArrayCell("v", j),)),), ArrayCell("out", j)) for j in range(n)]
+            sums += [(((Fraction(1), (Cell("v", j),)),), Cell("out", j)) for j in range(n)]
         self._combine(sums)
         return len(sums)
 
 
-def _product(*of: ScaledCell) -> tuple[Fraction, tuple[ArrayCell, ...]]:
-    """Found values multiplied."""
-    coefficient = Fraction(1)
-    for value in of:
-        coefficient *= value.coefficient
-    return coefficient, tuple(value.place for value in of if value.place is not None)
+def _product(*values: ScaledCell) -> _Product:
+    """Multiply values at cells."""
+    coefficient = prod((value.coefficient for value in values), start=Fraction(1))
+    return coefficient, tuple(value.place for value in values if value.place is not None)

@@ -14,12 +14,18 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from lagrange_cli.program.graph.operands import FunctionCall, Operand, Variable, rebuilt, variables
+from lagrange_cli.program.graph.operands import (
+    Cell,
+    FunctionCall,
+    Operand,
+    Variable,
+    rebuilt,
+    variables,
+)
 
 __all__ = [
     "AffineIndex",
     "ArrayAccess",
-    "Cell",
     "LoopNest",
     "LoopStatement",
     "Statement",
@@ -28,14 +34,6 @@ __all__ = [
 
 #: Fewer repetitions than this stay written out.
 _FEWEST = 4
-
-
-@dataclass(frozen=True, slots=True)
-class Cell:
-    """A place in an array."""
-
-    array: str
-    index: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,8 +133,8 @@ def roll_loops(
     if independent:
         # What is left of a matrix by rows may be columns.
         loops = [run for run in runs if run.steps]
-        rest = [run for run in runs if not run.steps]
-        runs = _settled(loops + sorted(rest, key=lambda run: run.numbers[::-1]), independent)
+        singles = [run for run in runs if not run.steps]
+        runs = _settled(loops + sorted(singles, key=lambda run: run.numbers[::-1]), independent)
     return _paired([_finished(run, locate) for run in runs])
 
 
@@ -145,13 +143,13 @@ def _single(
     locate: Callable[[str], Cell | None],
     forms: dict[tuple[str, Operand], int],
 ) -> _Run:
-    numbers = [statement.target.index]
+    numbers = [statement.target.number]
 
     def array_of(variable: Variable) -> Variable:
         cell = locate(variable.name)
         if cell is None:
             return variable
-        numbers.append(cell.index)
+        numbers.append(cell.number)
         return Variable(f"{cell.array}[]")
 
     form = (statement.target.array, rebuilt(statement.operand, array_of))
@@ -196,10 +194,10 @@ def _end_of_series(runs: Sequence[_Run], start: int) -> int:
     first, end = runs[start], start + 1
     step: tuple[int, ...] | None = None
     while end < len(runs) and (runs[end].form, runs[end].steps) == (first.form, first.steps):
-        found = _step(runs[end - 1], runs[end])
-        if step is not None and found != step:
+        advance = _step(runs[end - 1], runs[end])
+        if step is not None and advance != step:
             break
-        step = found
+        step = advance
         end += 1
     return end
 

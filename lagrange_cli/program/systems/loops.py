@@ -13,11 +13,11 @@ from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.program.graph.angle_sums import expand_angle_sums
-from lagrange_cli.program.graph.operands import Operand, Variable, variables
+from lagrange_cli.program.graph.operands import Cell, Operand, Variable, variables
 from lagrange_cli.program.graph.schedule import LONGEST_SUM, order_of, schedule
 from lagrange_cli.program.graph.statement_groups import renamed
 from lagrange_cli.program.graph.value_graph import ONE, InputNode, ScaledNode, ValueGraph
-from lagrange_cli.program.systems.shapes import ArrayCell, ShapeTable, joint_shape, shared_parts
+from lagrange_cli.program.systems.shapes import ShapeTable, joint_shape, shared_parts
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from lagrange_cli.program.solvers.sparse_factorization import Factors
 
 __all__ = [
+    "Conversion",
     "Formula",
     "IndexColumn",
     "IndexedLoop",
@@ -132,7 +133,7 @@ class ScaledCell:
     """A value: a number times what stands at a place (None: the number alone)."""
 
     coefficient: Fraction
-    place: ArrayCell | None
+    place: Cell | None
 
 
 @dataclass(frozen=True)
@@ -146,9 +147,9 @@ class Formula:
     kind: Hashable
     expressions: tuple[Expr, ...]
     make: Callable[[ValueGraph], list[ScaledNode]]
-    targets: tuple[ArrayCell, ...] = ()
+    targets: tuple[Cell, ...] = ()
 
-    def to(self, *targets: ArrayCell) -> Formula:
+    def to(self, *targets: Cell) -> Formula:
         """The same with targets."""
         return replace(self, targets=targets)
 
@@ -157,8 +158,8 @@ class Formula:
 class SumOfProducts:
     """Σ coefficient · Π value, with the target of the sum."""
 
-    terms: tuple[tuple[Fraction, tuple[ArrayCell, ...]], ...]
-    target: ArrayCell
+    terms: tuple[tuple[Fraction, tuple[Cell, ...]], ...]
+    target: Cell
 
 
 @dataclass(frozen=True)
@@ -167,10 +168,10 @@ class _Member:
     stand for, if any, and how a program is made of the first of them."""
 
     key: Hashable
-    places: tuple[ArrayCell, ...]
+    places: tuple[Cell, ...]
     atoms: tuple[Expr, ...]
     make: Callable[[ValueGraph, list[ScaledNode]], list[ScaledNode]]
-    targets: tuple[ArrayCell, ...]
+    targets: tuple[Cell, ...]
 
 
 @dataclass
@@ -217,12 +218,12 @@ class LoopBuilder:
         for expression in long:
             self._add_up(expression)
         short = [e for e in expressions if not (e.is_Add and len(e.args) > LONGEST_SUM)]
-        formulas = [Formula("value", (e,), _Conversion(e)) for e in short]
-        for expression, (found,) in zip(
+        formulas = [Formula("value", (e,), Conversion(e)) for e in short]
+        for expression, (cell,) in zip(
             short, self._run([self._member(f) for f in formulas], whole=True), strict=True
         ):
-            assert found.place is not None
-            self.forms.place(expression, found.place)
+            assert cell.place is not None
+            self.forms.place(expression, cell.place)
 
     def _add_up(self, expression: Expr) -> None:
         """A long sum: its terms side by side, then their total."""
@@ -231,12 +232,12 @@ class LoopBuilder:
         terms = sorted(expression.args, key=self.forms.shape)
         self._run(
             [
-                self._member(Formula("term", (e,), _Conversion(e), (ArrayCell("w", start + k),)))
+                self._member(Formula("term", (e,), Conversion(e), (Cell("w", start + k),)))
                 for k, e in enumerate(terms)
             ]
         )
         self.parts.append(Total(start, len(expression.args)))
-        self.forms.place(expression, ArrayCell("w", start))
+        self.forms.place(expression, Cell("w", start))
 
     # -- members of one form -------------------------------------------------------
 
@@ -261,12 +262,12 @@ class LoopBuilder:
         for number, member in enumerate(members):
             key = (member.key, tuple(place.array for place in member.places))
             groups.setdefault(key, []).append(number)
-        found: dict[int, list[ScaledCell]] = {}
+        results: dict[int, list[ScaledCell]] = {}
         for group in groups.values():
             for numbers in _even(group, [_indices(members[number]) for number in group]):
-                of = self._kernel([members[number] for number in numbers], whole)
-                found.update(zip(numbers, of, strict=True))
-        return [found[number] for number in range(len(members))]
+                cells = self._kernel([members[number] for number in numbers], whole)
+                results.update(zip(numbers, cells, strict=True))
+        return [results[number] for number in range(len(members))]
 
     def _kernel(self, members: Sequence[_Member], whole: bool) -> list[list[ScaledCell]]:
         first = members[0]
@@ -300,7 +301,7 @@ class LoopBuilder:
         self._append(values, [(Fraction(1), node) for node in nodes], inputs, columns)
         return [
             [
-                ScaledCell(c, None if n == ONE else ArrayCell("w", starts[n] + (0 if once else k)))
+                ScaledCell(c, None if n == ONE else Cell("w", starts[n] + (0 if once else k)))
                 for c, n in results
             ]
             for k in range(members)
@@ -324,7 +325,7 @@ class LoopBuilder:
 
 
 @dataclass(frozen=True)
-class _Conversion:
+class Conversion:
     """Puts one expression into a program."""
 
     expression: Expr
@@ -387,10 +388,10 @@ def _runs(rows: list[tuple[int, ...]]) -> list[int]:
     lengths: list[int] = []
     step: tuple[int, ...] | None = None
     for k, row in enumerate(rows):
-        found = None if k == 0 else tuple(b - a for a, b in zip(rows[k - 1], row, strict=True))
-        if lengths and (lengths[-1] == 1 or found == step):
+        advance = None if k == 0 else tuple(b - a for a, b in zip(rows[k - 1], row, strict=True))
+        if lengths and (lengths[-1] == 1 or advance == step):
             lengths[-1] += 1
-            step = found
+            step = advance
         else:
             lengths.append(1)
             step = None
@@ -406,12 +407,12 @@ def _prototype(member: _Member) -> tuple[ValueGraph, list[ScaledNode]]:
     return values, member.make(values, inputs)
 
 
-def _sum_member(of: SumOfProducts) -> _Member:
+def _sum_member(total: SumOfProducts) -> _Member:
     """A sum of products as a member of those that are alike but for the places."""
-    numbers: dict[ArrayCell, int] = {}
+    numbers: dict[Cell, int] = {}
     pattern = tuple(
         (coefficient, tuple(numbers.setdefault(place, len(numbers)) for place in places))
-        for coefficient, places in of.terms
+        for coefficient, places in total.terms
     )
 
     def make(values: ValueGraph, inputs: list[ScaledNode]) -> list[ScaledNode]:
@@ -421,4 +422,4 @@ def _sum_member(of: SumOfProducts) -> _Member:
         ]
         return [values.add(products)]
 
-    return _Member((pattern, of.target.array), tuple(numbers), (), make, (of.target,))
+    return _Member((pattern, total.target.array), tuple(numbers), (), make, (total.target,))

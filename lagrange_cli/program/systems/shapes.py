@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
     from sympy import Expr
 
-__all__ = ["ArrayCell", "ShapeAndLeaves", "ShapeTable", "joint_shape", "shared_parts"]
+    from lagrange_cli.program.graph.operands import Cell
+
+__all__ = ["ShapeAndLeaves", "ShapeTable", "joint_shape", "shared_parts"]
 
 _COMMUTATIVE = (sympy.Add, sympy.Mul, sympy.Min, sympy.Max)
 
@@ -28,14 +30,6 @@ _FEWEST_SHARED = 4
 _COSTLY = 10
 
 
-class ArrayCell(NamedTuple):
-    """A number in an array: ``p``, ``t``, ``u``, ``q``, ``v``, ``w`` (workspace) or ``out``;
-    ``s`` are those parameters that are flags of contacts and targets of impulses."""
-
-    array: str
-    number: int
-
-
 ShapeAndLeaves: TypeAlias = "tuple[int, tuple[int, ...]]"
 """Number of a form, and the leaves in its order, each as often as it stands there."""
 
@@ -43,15 +37,15 @@ ShapeAndLeaves: TypeAlias = "tuple[int, tuple[int, ...]]"
 class ShapeTable:
     """Numbers of forms, and the leaves that expressions have: inputs, and what is known."""
 
-    def __init__(self, places: Mapping[Expr, ArrayCell]) -> None:
-        self.leaves: list[tuple[Expr, ArrayCell]] = []
+    def __init__(self, places: Mapping[Expr, Cell]) -> None:
+        self.leaves: list[tuple[Expr, Cell]] = []
         self._numbers: dict[Hashable, int] = {}
         self._shapes: dict[Expr, ShapeAndLeaves] = {}
         self._known: set[Expr] = set()
         for expression, place in places.items():
             self.place(expression, place)
 
-    def place(self, expression: Expr, place: ArrayCell) -> None:
+    def place(self, expression: Expr, place: Cell) -> None:
         """Take an expression for a leaf: its value stands at a place."""
         self._shapes[expression] = self._number(place.array), (len(self.leaves),)
         self._known.add(expression)
@@ -118,23 +112,23 @@ def shared_parts(
             for part in _parts_first(expression, _Either(known, seen)):
                 seen.add(part)
                 order.append(part)
-    owner = _Owners(known)
+    owners = _Owners(known)
     for number, group in enumerate(groups):
         for expression in group:
-            owner.give(expression, number)
+            owners.give(expression, number)
     costs = _costs(order, known)
-    found: list[Expr] = []
+    shared: list[Expr] = []
     for part in reversed(order):
         long = isinstance(part, sympy.Add) and len(part.args) > longest
         several = (
-            owner.of[part] is None and costs[part] >= _FEWEST_SHARED and not _is_multiple(part)
+            owners.sole[part] is None and costs[part] >= _FEWEST_SHARED and not _is_multiple(part)
         )
         if part.args and (long or several):
-            owner.of[part] = len(groups) + len(found)
-            found.append(part)
+            owners.sole[part] = len(groups) + len(shared)
+            shared.append(part)
         for argument in part.args:
-            owner.give(argument, owner.of[part])
-    return found[::-1]
+            owners.give(argument, owners.sole[part])
+    return shared[::-1]
 
 
 class _Either(NamedTuple):
@@ -152,11 +146,11 @@ class _Owners:
 
     def __init__(self, known: Container[Expr]) -> None:
         self.known = known
-        self.of: dict[Expr, int | None] = {}
+        self.sole: dict[Expr, int | None] = {}
 
     def give(self, expression: Expr, owner: int | None) -> None:
-        if expression not in self.known and self.of.setdefault(expression, owner) != owner:
-            self.of[expression] = None
+        if expression not in self.known and self.sole.setdefault(expression, owner) != owner:
+            self.sole[expression] = None
 
 
 def _is_multiple(expression: Expr) -> bool:
