@@ -81,7 +81,7 @@ class Reference:
 
 
 def motion_of(run: Run) -> Motion:
-    """What a run came to."""
+    """Gather the states, the events and the end of a run."""
     return Motion(run.states, tuple(run.switches), run.t)
 
 
@@ -212,8 +212,8 @@ class _Makers:
 
 
 def _noise(problem: InitialValueProblem, found: CoarseResult) -> Array:
-    """What steps cannot be better than: what the last place of each number of the start does
-    to a step, and the rounding of coordinates that are large beside their scales."""
+    """Bound the accuracy of steps from below: the effect of the last place of each number of the
+    start on a step, and the rounding of coordinates that are large beside their scales."""
     y0, t0, n = problem.y0, problem.start, len(problem.kinds)
     last_places, h = ulps(y0), _PER_STEP * problem.span / found.evaluations
     moved = [

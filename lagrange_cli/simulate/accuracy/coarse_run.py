@@ -241,8 +241,8 @@ class CoarseRun:
         return replace(self._control, first_step=self.first_step)
 
     def see(self, sight: AnalyticDiscs, tolerance: float) -> float:
-        """How far is seen from where the run has been, 0 where steps at a tolerance to come would
-        be short without that."""
+        """Return how far is seen from where the run has been; 0 where steps at a tolerance to come
+        would be short without that."""
         finer = max(1.0, self._tolerance / tolerance) ** (1 / INTEGRATORS["DOP853"].order)
         limited = self._widest > _FULL * longest_step(self._problem, self._reach)
         if self._widest < finer * _WORTH * self._problem.longest_step and not limited:
@@ -278,8 +278,8 @@ class CoarseRun:
 
     @property
     def too_close(self) -> bool:
-        """Whether bodies come closer to the origin than a coarse run can tell: it may take them
-        to the wrong side of what attracts them. The finest run is trusted."""
+        """Tell whether bodies come closer to the origin than a coarse run resolves: it may take
+        them to the wrong side of what attracts them. The finest run is trusted."""
         if self._tolerance == COARSE_TOLERANCES[-1]:
             return False
         near = self._closest < _TOO_CLOSE * self._tolerance

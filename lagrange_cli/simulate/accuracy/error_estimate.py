@@ -17,10 +17,23 @@ FLOOR_ULPS = 4.0
 
 @dataclass(frozen=True)
 class ErrorEstimate:
-    """How many samples hold, with which estimate; ``excess`` is how far the last is off.
+    """Samples of a run that hold an accuracy, with the estimate of their error.
 
-    ``errors`` are those of each number of the state at the last sample that all runs
-    reached, over their scales there, ``last`` these scales.
+    Attributes
+    ----------
+    samples
+        Number of samples, from the first, that hold the accuracy.
+    estimate
+        Estimated error over its scale at the last of them.
+    scales
+        Scales of the state there, shape (2n,).
+    excess
+        Estimated error of the last sample over its scale, relative to the accuracy.
+    errors
+        Errors of the state at the last sample that all runs reached, over ``last``, shape
+        (2n,).
+    last
+        Scales at that sample, shape (2n,).
     """
 
     samples: int

@@ -28,7 +28,7 @@ _NEGLIGIBLE = 1e-3
 
 @dataclass(frozen=True)
 class Grazes:
-    """What decides over grazes: the accuracy ``eps`` of ``scales``, shape (2n,), until ``end``."""
+    """Criteria for grazes: the accuracy ``eps`` of ``scales``, shape (2n,), until ``end``."""
 
     rhs: HybridRhs
     eps: float

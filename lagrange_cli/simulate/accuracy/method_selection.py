@@ -63,17 +63,30 @@ _FINE = 2e-11
 
 @dataclass(frozen=True)
 class CoarseResult:
-    """What the coarse run found.
+    """Scales, method and steps that a coarse run finds for the runs to come.
 
-    ``scales`` of q and q̇ so far at each sample it reached, shape (samples,
-    2n); ``method`` for the runs to come, an explicit one or, where stiff, an
-    implicit one; ``first_step`` and ``longest_step`` for them. ``noise`` is the rounding error of a
-    step so far, at samples equally far apart, shape (NOISE_SAMPLES at most,
-    2n): a tolerance below it would only chase rounding. Each of its samples stands for
-    ``stride`` of those that are asked for. ``closest`` is how close to the
-    origin each coordinate came in short steps, as a part of the scales, shape (2n,).
-    ``between`` is how far components go between samples that do not show it, shape (2n,).
-    ``sharp``: it made steps again for peaks of sharp functions, and so have the runs to come.
+    Attributes
+    ----------
+    scales
+        Those of q and q̇ so far at each sample it reached, shape (samples, 2n).
+    noise
+        Rounding error of a step so far, at samples equally far apart, shape (NOISE_SAMPLES at
+        most, 2n): a tolerance below it would only chase rounding.
+    closest
+        How close to the origin each coordinate came in short steps, relative to the scales,
+        shape (2n,).
+    method
+        The method for the runs to come: explicit, or implicit where the system is stiff.
+    first_step, longest_step
+        Steps of the runs to come, in units of time.
+    evaluations
+        Right-hand sides that the coarse run took.
+    between
+        How far components go between samples that do not show it, shape (2n,).
+    stride
+        Samples asked for that one sample of the coarse run stands for.
+    sharp
+        True if steps are made again for peaks of sharp functions.
     """
 
     scales: Array

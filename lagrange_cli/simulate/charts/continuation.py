@@ -265,7 +265,7 @@ class _Follower:
         return self._turned(there)
 
     def _goes_through(self, lost: NDArray[np.bool_]) -> bool:
-        """Whether a motion goes through a place where some coordinates move nothing, or turns.
+        """Tell whether a motion goes through a place where some coordinates move nothing, or turns.
 
         Raises
         ------

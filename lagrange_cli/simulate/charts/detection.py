@@ -140,7 +140,7 @@ def _barred(model: Model, times: RowSequence, states: RowSequence) -> tuple[dict
 
 
 def _unresolved(model: Model, t: float, state: Array, number: int) -> float:
-    """How much the last places of coordinates change a factor, as a part of it.
+    """Return the relative change of a factor by the last places of coordinates.
 
     All runs that estimate the error hold coordinates there with the same few bits.
     """

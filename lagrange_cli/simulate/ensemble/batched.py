@@ -109,7 +109,7 @@ _Integers: TypeAlias = NDArray[np.int64]
 def batched_members(
     model: Model, problem: InitialValueProblem, cache: Cache
 ) -> BatchedMembers | None:
-    """What steps members that differ from a model in numbers alone; None where its equations
+    """Make what steps members that differ from a model in numbers alone; None where its equations
     have no such form, or there is no compiler."""
     apart = (model.multipliers, model.contacts, model.surfaces, model.recordings)
     if any((*apart, model.singular, model.chart)) or not model.code.taylor:
@@ -217,7 +217,7 @@ class BatchedMembers:
             left = missing.numbers
 
     def measured(self, eps: float, runs: BatchedRuns, k: int) -> Measured:
-        """What is known of a run that misses an accuracy, number k of some."""
+        """Gather what is known of a run that misses an accuracy, number k of some."""
         own, one, other = (of[k] for of in (runs.states, *runs.companions))
         errors = _WEIGHTS[2][0] * np.abs(one - own) + _WEIGHTS[2][1] * np.abs(other - own)
         found = error_estimate(self.problem, eps, own, errors, np.zeros(len(own)))
@@ -359,7 +359,7 @@ class BatchedMembers:
         return self.problem.span / (_GLANCES if self.problem.autonomous else _GLANCES_DRIVEN)
 
     def _above_floor(self, eps: float, starts: Array, scales: Array) -> _Flags:
-        """Whether an accuracy can be held in doubles, of each member."""
+        """Tell of each member whether doubles can hold an accuracy."""
         n = len(self.problem.kinds)
         floors = FLOOR_ULPS * ulps(starts[:, :n]) / scales[:, :n]
         least = FLOOR_ULPS * float(np.finfo(float).epsneg)

@@ -36,7 +36,7 @@ _EXTRA = {"energy", "positions"}
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of some members, ``numbers``: their columns (m, samples), their scales
+    """Results of some members, ``numbers``: their columns (m, samples), their scales
     (m,) where an accuracy is promised, and by the names of ensembles figures (m,)
     and the words of each."""
 
@@ -137,7 +137,7 @@ class BatchedResults:
     def _doubtful(
         self, eps: float, runs: BatchedRuns, parameters: Array, energy: Array, kinetic: Array
     ) -> NDArray[np.bool_]:
-        """Whether energies change by more than errors explain, where they change most.
+        """Tell whether energies change by more than errors explain, where they change most.
 
         As :func:`.verification.energy_drift.first_contradiction`, but that members that are in
         doubt are asked again by themselves.

@@ -23,10 +23,19 @@ MEMBER_WORDS = ("status", "reason", "method", "formulation")
 class MemberBlock:
     """Results of the members of a block.
 
-    ``columns``: name → values, shape (members, samples), NaN where nothing holds; empty where
-    none are wanted. ``given``: the number that each name of the plan stands for; ``scales``:
-    name → that of each member, NaN where there is none; ``figures`` and ``words`` one value
-    a member.
+    Attributes
+    ----------
+    number
+        The block's number in its ensemble.
+    columns
+        Name → values, shape (members, samples), NaN where nothing holds; empty where none are
+        wanted.
+    given
+        Name in the plan → the number of each member, shape (members,).
+    scales
+        Name → scale of each member, shape (members,), NaN where there is none.
+    figures, words
+        Name → one value a member.
     """
 
     number: int

@@ -120,7 +120,7 @@ class _Runner:
 
     @cached_property
     def batched(self) -> BatchedResults | None:
-        """What steps members side by side; None where each is run by itself."""
+        """The results of members stepped in lanes; None where each is run by itself."""
         if not self.plan.alone:
             return None
         return batched_results(self.plan.model, self.plan.options, self.plan.extra)

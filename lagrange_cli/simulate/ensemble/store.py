@@ -245,7 +245,7 @@ def open_store(output: str | None, key: str, sizes: Sequence[int], *, resume: bo
 
 
 def _has_begun(folder: Path) -> bool:
-    """Whether there is anything in the way of a new run; a killed one can leave an empty folder."""
+    """Tell whether anything is in the way of a new run; a killed one can leave an empty folder."""
     try:
         return not all(is_temporary(path.name) for path in folder.iterdir())
     except FileNotFoundError:

@@ -173,16 +173,41 @@ class Advance:
 class Integrator(ABC):
     """One run of a method over y' = rhs(t, y) from ``t0`` towards ``t_end`` > ``t0``.
 
-    Class attributes declare the method: ``name`` as the user types it;
-    ``title``; ``order`` (the highest, where ``variable_order``); ``adaptive``
-    or of fixed step; ``implicit`` (A-stable or stiffly stable, so that stiff
-    systems do not force small steps); ``symplectic``; ``needs``, the structure
-    facts it relies on (names of :class:`~lagrange_cli.mechanics.equations.Facts`);
-    ``interpolates``, see the fourth promise; ``projects``, see the eleventh; ``kept`` and
-    ``resumes``, see the last. ``repeats``: a step is made again, shorter, whose event is early in
-    it. ``package``: an optional package by its name in Python, and the
-    extra that installs it. ``traces``: it needs :mod:`.expressions` of the right-hand side, and
-    raises :class:`UnfitError` where they are not to be had.
+    Class attributes, down to ``traces``, declare the method.
+
+    Attributes
+    ----------
+    name, title
+        As the user types it, and as text calls it.
+    order, variable_order
+        Order, the highest one where it varies.
+    adaptive
+        Steps are chosen by the tolerance, not fixed.
+    implicit
+        A-stable or stiffly stable, so that stiff systems do not force small steps.
+    symplectic
+        Steps are symplectic maps.
+    needs
+        Structure facts it relies on, names of :class:`~lagrange_cli.mechanics.equations.Facts`.
+    interpolates, projects
+        The fourth and the eleventh promise.
+    kept, resumes
+        The last promise.
+    repeats
+        A step whose event is early in it is made again, shorter.
+    package
+        Optional package by its name in Python, and the extra that installs it.
+    traces
+        It needs :mod:`.expressions` of the right-hand side, and raises :class:`UnfitError`
+        where they are not to be had.
+    t, y, t_end
+        Time and state, shape (2n,), of the run, and the time of its end.
+    evaluations, steps, remade
+        Counters, see the seventh promise.
+    fallen
+        Number of the event function at whose zero the run ended; None before.
+    last_step
+        Length of the last step.
     """
 
     name: ClassVar[str]

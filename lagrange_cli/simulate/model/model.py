@@ -30,15 +30,31 @@ class ModelParameter:
 class Code:
     """The same functions in two languages, over dummy names.
 
-    ``c``: the text of :func:`lagrange_cli.simulate.native.sources.library_source`;
-    ``lanes``: that of its neighbour ``lanes_source``, which follows it; ``taylor``: that of
-    ``taylor_source``, which stands alone and may be empty, ``tables`` what follows that;
-    ``python``: that of :func:`lagrange_cli.emit.python.functions.module_source`.
-    ``work`` doubles of workspace; ``factors`` of rounding are read by the
-    function ``disturbed`` after the scene's parameters. ``forces``: Python text whose
-    function ``outputs`` gives them, as the function ``forces`` of C does; it reads
-    accelerations and multipliers after those. ``steep``: that of
-    :func:`.unbounded_slopes.steep_text`.
+    Attributes
+    ----------
+    c
+        Text of :func:`lagrange_cli.simulate.native.sources.library_source`.
+    lanes
+        Text of its neighbour ``lanes_source``, which follows ``c``.
+    python
+        Text of :func:`lagrange_cli.emit.python.functions.module_source`.
+    work
+        Doubles of workspace that the functions take.
+    factors
+        Number of rounding factors, which the function ``disturbed`` reads after the scene's
+        parameters.
+    forces
+        Python text whose function ``outputs`` gives constraint forces, as the function
+        ``forces`` of C does; it reads accelerations and multipliers after the factors.
+    singular
+        Python text whose function ``outputs`` gives numbers that vanish at singular
+        configurations.
+    steep
+        Text of :func:`.unbounded_slopes.steep_text`.
+    taylor
+        Text of ``taylor_source``, which stands alone and may be empty.
+    tables
+        Text that follows ``taylor``.
     """
 
     c: str
@@ -86,28 +102,63 @@ class FormerChart:
 class Model:
     """A system of second order in time, M(q, t) a = f(q, v, t), ready to be integrated.
 
-    ``kinds`` has one entry a coordinate: ``angle``, or a word that coordinates
-    of the same dimension share. ``initial`` is [q, v] at the start, None where
-    the scene gives none; then ``suggested`` are coordinates with values that could be given.
-    ``conserved``: the kinds of conserved quantities;
-    ``facts``: structure facts by name. ``multipliers`` names the constraints that
-    are kept beside the coordinates, if any (``symbols`` are what the multipliers of these and
-    of ``contacts`` are called, ``lambda_rod``); then the code has the functions
-    ``multipliers``, ``constraints``, which gives ``residuals`` numbers, and
-    ``project``. ``outputs`` names what the scene asks for besides; where there is
-    something, the code has a function ``outputs``. ``forces`` names constraint forces, which
-    the code has where they were asked for. ``recordings``: inputs whose values are read
-    from files at each run; the code takes the numbers of their present pieces, as
-    :mod:`.system.inputs` has them, as ``u``. ``contacts`` names the one-sided constraints, whose
-    functions the code has (:mod:`lagrange_cli.program.systems.contact_systems`). ``singular``:
-    places that the coordinates do not cover; the Python text ``Code.singular`` has a function
-    ``outputs`` whose numbers vanish there. ``chart``: coordinates that these have replaced.
-    ``massless``: those whose inertia vanishes everywhere with the parameters that are 0.
-    ``surfaces`` has an entry for each switching surface of ``abs``, ``sign``, ``min`` and ``max``:
-    whether it hangs on positions and time alone
-    (:mod:`lagrange_cli.simulate.model.switching_surfaces`), and ``continuous`` the number of
-    quantities that jump there only if an impulse acts. ``landmarks``: the number of exponents of
-    sharp functions (:mod:`lagrange_cli.simulate.model.peak_exponents`).
+    Attributes
+    ----------
+    name
+        The scene's.
+    coordinates, kinds
+        One entry a coordinate; its kind is ``angle``, or a word that coordinates of the same
+        dimension share.
+    cartesian
+        Cartesian names of the scene.
+    parameters
+        Parameters of the scene, with their values.
+    initial
+        [q, v] at the start, None where the scene gives none; ``suggested`` then has values.
+    defaults
+        Section ``simulate`` of the scene.
+    conserved
+        Kinds of conserved quantities.
+    facts
+        Structure facts by name.
+    formulation
+        Formulation of the equations, in a word.
+    code
+        Functions of the system.
+    multipliers, symbols
+        Constraints that are kept beside the coordinates, if any, for which the code has
+        ``multipliers``, ``constraints`` and ``project``; symbols of their multipliers and of
+        those of ``contacts``, as ``lambda_rod``.
+    residuals
+        Numbers that the code's function ``constraints`` gives.
+    outputs
+        Names of what the scene asks for besides; the code's function ``outputs`` gives them.
+    suggested
+        Coordinates with values that could be given as the start.
+    forces
+        Constraint forces, which the code has where they were asked for.
+    recordings
+        Inputs whose values are read from files at each run; the code takes the numbers of their
+        present pieces (:mod:`.system.inputs`) as ``u``.
+    contacts
+        One-sided constraints, for which the code has the functions of
+        :mod:`lagrange_cli.program.systems.contact_systems`.
+    singular
+        Places that the coordinates do not cover, as ``Code.singular`` finds them.
+    chart
+        Coordinates that these have replaced; None if there are none.
+    massless
+        Coordinates whose inertia vanishes everywhere with the parameters that are 0.
+    steep
+        Equations of the places of unbounded slopes (``Code.steep``).
+    surfaces
+        For each switching surface of ``abs``, ``sign``, ``min`` and ``max``, True if it hangs
+        on positions and time alone (:mod:`lagrange_cli.simulate.model.switching_surfaces`).
+    continuous
+        Number of quantities that jump at surfaces only if an impulse acts.
+    landmarks
+        Number of exponents of sharp functions
+        (:mod:`lagrange_cli.simulate.model.peak_exponents`).
     """
 
     name: str

@@ -31,7 +31,7 @@ def constraint_force_columns(
 
 
 def _known(model: Model, functions: RightHandSide, t: Array, states: Array) -> Array:
-    """What forces are made of besides the state: parameters, accelerations, multipliers."""
+    """Evaluate what forces read besides the state: parameters, accelerations, multipliers."""
     given = [0.0 if p.value is None else p.value for p in model.parameters]
     n = len(model.coordinates)
     slopes = [functions.rhs(*of)[n:] for of in zip(t.tolist(), states, strict=True)]

@@ -128,7 +128,7 @@ def reason(model: Model, problem: InitialValueProblem, measured: Measured, reque
 
 
 def _limiting_component(model: Model, found: LimitingComponent | None) -> str:
-    """What is in the way of the accuracy, and which one is not; nothing where that is not known."""
+    """Say what is in the way of the accuracy, and what is not; empty where that is not known."""
     if found is None:
         return ""
     n = len(model.coordinates)

@@ -60,38 +60,68 @@ class Event:
 class Trajectory:
     """Samples of a motion with the estimate of their error.
 
-    ``t`` has shape (samples,). ``columns`` maps every coordinate, its
-    ``dot(...)``, every Cartesian name of the scene, its ``dot(...)`` and every
-    output to an array of that shape; ``energy`` is Σ q̇ ∂L/∂q̇ − L. ``status`` is ``ok``,
-    ``accuracy_not_reached``, ``stopped`` or ``blow_up``; but for ``ok``,
-    ``reason`` says in words what happened when, and the samples end there.
+    Where coordinates are, or may become singular, a run has at least 501 samples, of which those
+    asked for are given; scales, drifts and the estimate are those of all.
 
-    ``requested`` is the accuracy asked for and ``estimated`` the largest
-    estimated error over its scale (None where a method was chosen instead);
-    the promise holds until ``holds_until``. ``scales`` are those in which the
-    errors of coordinates and their ``dot(...)`` count. ``energy_drift`` is the
-    largest change of a conserved energy function over the largest kinetic
-    part of it, None where it is not conserved. ``constraint_drift`` is the
-    largest residual of the constraints that are kept beside the coordinates, as
-    :func:`.verification.constraint_drift.constraint_drift` measures it, None where there are none;
-    ``multipliers`` maps the name of each to its λ at the samples, ``symbols`` to what the
-    equations call it; ``forces`` has the columns ``force_x(PARTICLE)`` and ``lambda_NAME`` of
-    other constraints where the forces were derived.
-
-    ``remarks`` say in words what was done otherwise than the scene's coordinates suggest.
-    ``events`` are in order; velocities at the sample times ``exempt`` are as close to a jump as
-    the estimated error of its time, and outside of the promise.
-
-    ``implementation`` says what evaluated the equations and made the steps.
-    ``steps`` and ``rhs_evaluations`` are those of the run itself,
-    ``all_evaluations`` includes the estimate of its error and runs given up; ``seconds`` has
-    ``compile``, ``integrate`` and ``estimate``, and ``follow`` where coordinates were read off
-    positions. Where they are, or may become singular, a run has at least 501 samples, of which
-    those asked for are given; scales, drifts and the estimate are those of all.
-
-    Where memory was not to hold all samples, ``t`` and what goes with it has some of them, both
-    ends included; ``written`` names the file that has all, and ``outline`` the least and the
-    largest values in parts of the time, for a picture.
+    Attributes
+    ----------
+    name
+        The scene's.
+    status
+        ``ok``, ``accuracy_not_reached``, ``stopped`` or ``blow_up``.
+    reason
+        Words that say what happened when, if the status is not ``ok``; samples end there.
+    t
+        Sample times, shape (samples,). Where memory was not to hold all samples, ``t`` and what
+        goes with it has some of them, both ends included.
+    columns
+        Coordinates, Cartesian names of the scene, the ``dot(...)`` of both, and outputs →
+        values of the shape of ``t``.
+    energy
+        Σ q̇ ∂L/∂q̇ − L, of that shape.
+    coordinates
+        Names of the coordinates.
+    requested
+        Accuracy asked for; None where a method was chosen instead.
+    estimated
+        Largest estimated error over its scale; None where a method was chosen instead.
+    scales
+        Name → scale in which errors of coordinates and of their ``dot(...)`` count.
+    holds_until
+        Time until which the promise holds.
+    energy_drift
+        Largest change of a conserved energy function over the largest kinetic part of it; None
+        where it is not conserved.
+    method, choice, formulation
+        Method, the reason for it, and formulation of the equations.
+    implementation
+        Words that say what evaluated the equations and made the steps.
+    steps, rhs_evaluations
+        Those of the run itself.
+    all_evaluations
+        Includes the estimate of the run's error, and runs given up.
+    seconds
+        ``compile``, ``integrate`` and ``estimate``, and ``follow`` where coordinates were read
+        off positions.
+    constraint_drift
+        Largest residual of the constraints kept beside the coordinates
+        (:func:`.verification.constraint_drift.constraint_drift`); None where there are none.
+    multipliers, symbols
+        Names of these constraints → λ at the samples, and its symbol in the equations.
+    forces
+        Columns ``force_x(PARTICLE)`` and ``lambda_NAME`` of other constraints, where forces
+        were derived.
+    events
+        Events in order.
+    remarks
+        Words that say what was done otherwise than the scene's coordinates suggest.
+    exempt
+        Sample times as close to a jump of velocities as the estimated error of its time;
+        velocities there are outside of the promise.
+    written
+        Name of the file that has all samples; None where memory has them.
+    outline
+        Least and largest values in parts of the time, for a picture.
     """
 
     name: str

@@ -137,7 +137,7 @@ class AnalyticDiscs:
         return rhs.side(closed) if isinstance(rhs, HybridRhs) else rhs
 
     def _clear(self, places: Sequence[PathPoint], radii: Array, scales: Array) -> _Flags:
-        """Whether motions from places are shown to be tame, each within its radius."""
+        """Tell whether motions from places are shown to be tame, each within its radius."""
         found = np.zeros(len(places), dtype=bool)
         try:
             for closed in {place.closed for place in places}:
@@ -162,7 +162,7 @@ class _Places:
         self._radii = radii
 
     def clear(self, side: Rhs, rhs: Rhs) -> _Flags:
-        """Whether motions by the slopes of a ``side`` of all are shown to be tame."""
+        """Tell whether motions by the slopes of a ``side`` of all are shown to be tame."""
         traced = expressions(side)
         if traced is None:
             raise UnfitError("its equations are not to be had as expressions")
@@ -191,13 +191,13 @@ class _Places:
         return states
 
     def _needed(self, of: Expressions, states: Array) -> Array:
-        """How far slopes over discs of states lead within the radii."""
+        """Bound the motion by slopes over discs of states within the radii."""
         discs = self._over(of, self._radii, states)
         largest = np.stack([disc.largest for disc in discs], axis=1)
         return np.asarray(self._radii[:, None] * largest)
 
     def _first(self, slopes: Array) -> Array:
-        """How far states go at first, with a part of what others of their kind do."""
+        """Bound the first motion of states, with a part of that of others of their kind."""
         n, radii = slopes.shape[1] // 2, self._radii[:, None]
         velocities = radii * slopes[:, n:]
         states = _MARGIN * np.concatenate(
@@ -220,7 +220,7 @@ class _Places:
         return largest
 
     def _falls_tamely(self, rhs: HybridRhs, states: Array) -> _Flags:
-        """Whether what falls through zero at events changes no faster than a cubic."""
+        """Tell whether what falls through zero at events changes no faster than a cubic."""
         gaps, multipliers = rhs.traced(self._closed)
         count, tame = len(self._closed), np.ones(len(states), dtype=bool)
         opened = [k for k in range(count) if not self._closed[k]]

@@ -96,8 +96,8 @@ def without_branches(
 
 
 def _keeps_away(places: UnboundedSlopes, problem: InitialValueProblem, measured: Measured) -> bool:
-    """Whether no argument comes near zero: a rest on the way lasts for many samples, if there
-    are some."""
+    """Tell whether no argument comes near zero: a rest on the way lasts for many samples, if
+    there are some."""
     count = len(measured.states)
     if count < _ENOUGH:
         return False
@@ -124,8 +124,8 @@ def _arrivals(
 
 
 def _slow_minima(distance: Array, rate: Array, last: bool) -> Iterator[int]:
-    """Where a distance has a minimum, much smaller than the largest since the minimum before, at
-    a rate below those on the way; at the last of all where that counts."""
+    """Yield the indices of minima of a distance, much smaller than the largest since the minimum
+    before, at a rate below those on the way; the last of all where that counts."""
     begin = 0
     for k in range(1, len(distance)):
         falls = distance[k] < distance[k - 1]

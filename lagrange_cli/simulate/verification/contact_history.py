@@ -29,12 +29,21 @@ _MARGIN = 8.0
 
 @dataclass(frozen=True)
 class MotionFunctions:
-    """A model's functions along one motion, and what impacts took of its energy.
+    """A model's functions along one motion, and the energy that impacts took.
 
-    ``functions`` evaluate accelerations, multipliers and constraints with the contacts that are
-    closed at their time, ``contact`` with any set of them. ``lost`` is the energy after impacts
-    less that before, in all, until given times (m,); ``gained`` the time and contacts of the
-    first impact that adds energy. ``drift`` is that of :func:`.constraint_drift.constraint_drift`.
+    Attributes
+    ----------
+    functions
+        Evaluate accelerations, multipliers and constraints with the contacts that are closed at
+        their time.
+    contact
+        Evaluates them with any set of closed contacts; None without contacts.
+    lost
+        Times (m,) → sum of the energy after impacts less that before, until then, (m,).
+    gained
+        Time and contacts of the first impact that adds energy; None if none does.
+    drift
+        Measure of :func:`.constraint_drift.constraint_drift`.
     """
 
     functions: RightHandSide
@@ -140,7 +149,7 @@ def _by_mode(history: _History, table: Callable[[ContactMode], Table], columns: 
 
 @dataclass(frozen=True)
 class _EnergyStep:
-    """How an impact changes the energy, and the size of what that is to be beside; infinity
+    """Change of the energy by an impact, and the size that it is compared with; infinity
     where contacts move, which may add energy."""
 
     t: float

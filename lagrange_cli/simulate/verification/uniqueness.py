@@ -53,7 +53,7 @@ _MOST_DIRECTIONS = 243
 
 @dataclass(frozen=True)
 class UnboundedSlopes:
-    """Where slopes are unbounded, along one motion.
+    """Places of unbounded slopes along one motion.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class UnboundedSlopes:
         return self.where[int(resting[0])]
 
     def pushes_away_from(self, number: int, t: float, y: Array) -> bool:
-        """Whether accelerations lead away, steeply, from the place next to a state."""
+        """Tell whether accelerations lead away, steeply, from the place next to a state."""
         return self._pushes_away(t, self._at_place(number, t, y))
 
     def _at_place(self, number: int, t: float, y: Array) -> Array:
@@ -102,7 +102,7 @@ class UnboundedSlopes:
         return place
 
     def _rests(self, t: float, y: Array) -> Array:
-        """Whether each argument is zero, and both its rates, but for rounding."""
+        """Tell whether each argument is zero, and both its rates, but for rounding."""
         slopes = [side(t, y) for side in self.sides]
         n = self.n
         found = np.array([self.rates(t, y, slope[n:]) for slope in slopes])
@@ -117,7 +117,7 @@ class UnboundedSlopes:
         return np.asarray((np.abs(found[0]) <= noise).all(axis=0))
 
     def _pushes_away(self, t: float, y: Array) -> bool:
-        """Whether accelerations lead away from a state, more steeply than in proportion."""
+        """Tell whether accelerations lead away from a state, more steeply than in proportion."""
         return any(self._steeply(t, y, direction) for direction in self._directions(y))
 
     def _directions(self, y: Array) -> Iterator[Array]:
@@ -166,7 +166,7 @@ def _outward(rhs: Rhs, t: float, y: Array, step: Array, n: int) -> float:
 
 
 def unbounded_slopes(model: Model, functions: RightHandSide) -> UnboundedSlopes | None:
-    """Where the slopes of a model's forces are unbounded; None where they are nowhere."""
+    """Find the places of unbounded slopes of a model's forces; None if there are none."""
     if not model.steep:
         return None
     numbers = parameter_values(model).tolist()

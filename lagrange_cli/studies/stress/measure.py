@@ -36,7 +36,7 @@ class Stress:
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many of each outcome; ``unchecked``: of those that could be compared with nothing,
+        """Count each outcome; ``unchecked``: those that could be compared with nothing,
         ``underestimated``: whose error is larger than its estimate."""
         found = Counter(run.outcome for run in self.runs)
         return {
@@ -111,7 +111,7 @@ def _require_known(axis: str) -> None:
 
 
 def _ground(recipe: Recipe) -> Ground:
-    """What the axes start from."""
+    """Gather the numbers of a scene that the axes start from."""
     scene, model = recipe.scene(), recipe.model(MemberValues())
     given, start = numeric_values(scene)
     return Ground(

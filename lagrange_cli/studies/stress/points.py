@@ -109,7 +109,7 @@ class Ground:
         return found[:_MOST_OF_A_KIND]
 
     def felt(self, name: str) -> bool:
-        """Whether accelerations at the start depend on a coordinate, as far as that is known."""
+        """Tell whether accelerations at the start depend on a coordinate, if that is known."""
         model, start = self.model, self.model.initial
         if start is None or model.recordings:
             return start is not None

@@ -72,12 +72,12 @@ class StressRun:
 
     @property
     def checked(self) -> bool:
-        """Whether there was something to compare with, where something is promised."""
+        """True if there was something to compare with, or nothing was promised."""
         return self.outcome == "refused" or self.error is not None
 
     @property
     def underestimated(self) -> bool:
-        """Whether the error is larger than its estimate."""
+        """True if the error is larger than its estimate."""
         if self.error is None or self.estimated is None:
             return False
         return self.error - self.own > self.estimated
@@ -106,7 +106,7 @@ class _Forms:
         return self._recipe.model(self._own, "multiplier")
 
     def simulated(self, options: SimulationOptions) -> Trajectory:
-        """What ``simulate`` makes of it; compiling does not count to the budget."""
+        """Run ``simulate`` on it; compiling does not count to the budget."""
         context = RunContext(right_hand_side(self.first))
         other = multiplier_form(self.first, self._recipe.formulation, self._other)
         return simulate_past_singularities(self.first, options, other, context)

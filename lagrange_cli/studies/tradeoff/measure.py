@@ -178,7 +178,7 @@ def trade(
 
 
 def _problem(model: Model, request: Request, functions: RightHandSide) -> InitialValueProblem:
-    """What is to be integrated, if it can be."""
+    """Make the problem that methods integrate, if they can."""
     problem = problem_of(model, request, functions)
     if functions.drive is not None:
         functions.drive.require(problem.start, problem.until)
@@ -217,7 +217,7 @@ class _Stages:
         self._progress, self._done, self._shown = progress, 0.0, 0.0
 
     def part(self, end: float) -> Callable[[float], None]:
-        """What takes the fraction done of the part that ends there."""
+        """Return a receiver of the fraction done of the part that ends there."""
         start, self._done = self._done, end
 
         def tell(fraction: float) -> None:

@@ -59,9 +59,20 @@ class ModeChange:
 class NearContact:
     """A gap that comes close to zero and opens again, by itself or since it was struck.
 
-    ``least`` is its least value, negative where it was struck: what it would have become without.
-    ``bend`` is φ̈ there, ``size`` that of what the gap is the difference of, ``gradient`` has shape
-    (n,); ``y`` and ``closed`` are the state and what is closed there.
+    Attributes
+    ----------
+    t, contact
+        Its time, and the number of the contact.
+    least
+        Its least value; negative where it was struck: the one it would have had without.
+    bend
+        φ̈ there.
+    size
+        Magnitude of the terms that the gap is the difference of.
+    gradient
+        ∂φ/∂q there, shape (n,).
+    y, closed
+        The state there, shape (2n,), and the contacts that are closed.
     """
 
     t: float

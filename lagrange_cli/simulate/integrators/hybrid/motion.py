@@ -125,7 +125,7 @@ class HybridMotion(Integrator):
         return float(TOGETHER * np.spacing(max(abs(self.t), abs(self.t_end))))
 
     def _is_over(self) -> bool:
-        """Whether nothing is left of the motion but rounding of times; it then ends here."""
+        """Tell whether nothing is left of the motion but rounding of times; it then ends here."""
         self._run = None
         if self.t_end - self.t > LOCATED * np.spacing(abs(self.t_end)):
             return False
