@@ -321,7 +321,7 @@ class _Page:
         return ["Inputs", *lines] if lines else []
 
     def input_lines(self, source: Input) -> list[str]:
-        """What an input is: an expression, or in words where its values are recorded."""
+        """Write an input: its expression, or in words where its values are recorded."""
         label = f"  {self.printer.symbol(source.name)}"
         if source.recording is None:
             return self.formula(label, source.expression)

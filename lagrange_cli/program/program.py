@@ -69,7 +69,7 @@ __all__ = [
 
 
 class ProgramKind(Enum):
-    """What a program finds, which says how targets arrange its results."""
+    """The quantity that a program finds, by which targets arrange its results."""
 
     VALUES = auto()  # numbers, one after the other
     ENERGY = auto()  # one number
@@ -101,13 +101,26 @@ _KINDS = {
 
 @dataclass(frozen=True)
 class Program:
-    """Straight-line code for ``outputs`` (name, operands).
+    """Straight-line code, or loops, that compute outputs from inputs.
 
-    ``blocks`` says how accelerations, or what else solves a system, are found
-    where they are an output (see :mod:`lagrange_cli.program.solvers.blocks`). ``driven`` is the
-    number of inputs ``u0, …``. The program of a large system may have ``parts`` instead of
-    assignments and outputs (see :mod:`lagrange_cli.program.systems.large_systems`): loops, which
-    take ``work`` numbers of workspace and store so many ``results``. ``kind``: what it finds.
+    Attributes
+    ----------
+    coordinates, parameters, driven
+        How many inputs ``q0, …``, ``p0, …`` and ``u0, …`` there are.
+    assignments
+        Names and operands, each after what it needs.
+    outputs
+        Names and operands.
+    blocks
+        The blocks of a system that outputs solve (see
+        :mod:`lagrange_cli.program.solvers.blocks`).
+    parts
+        Loops of a large system instead of assignments and outputs (see
+        :mod:`lagrange_cli.program.systems.large_systems`).
+    work, results
+        Numbers of workspace that the parts take, and numbers that they store.
+    kind
+        The quantity that the program finds.
     """
 
     coordinates: int
@@ -138,7 +151,7 @@ class Program:
 
 
 def result_count(program: Program) -> int:
-    """How many numbers the outputs are."""
+    """Count the numbers that a program stores."""
     return program.results or len(program.results_in_order)
 
 
@@ -173,13 +186,13 @@ SYSTEMS = {**CLOSURE_SYSTEMS, **CONTACT_SYSTEMS}
 
 
 def optional_outputs(equations: Equations) -> list[str]:
-    """Which of ``inputs`` and ``outputs`` the scene has."""
+    """List which of ``inputs`` and ``outputs`` the scene has."""
     sections = (("inputs", equations.inputs), ("outputs", equations.outputs))
     return [name for name, entries in sections if entries]
 
 
 def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
-    """The program that computes the named outputs.
+    """Build the program that computes the named outputs.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Bodies of emitted C functions: assignments, loops, stores and solvers.
 
 A small program is straight-line code over named values. In a large one,
-statements of one form are loops over the values ``w[0], w[1], …``, which then
+statements of one shape are loops over the values ``w[0], w[1], …``, which then
 live in the workspace; the others keep names of their own.
 """
 
@@ -313,7 +313,7 @@ class _Writer:
         return lines + self._workspace()
 
     def _unread(self, reads: Collection[str]) -> dict[str, bool]:
-        """Whether the arguments that hold parameters are not used."""
+        """Tell which arguments that hold parameters are not used."""
         read = {int(name[1:]) for name in reads if name.startswith("p")}
         if (first := self.names.contact_from) is None:
             return {"p": not read}
@@ -326,7 +326,7 @@ class _Writer:
         return self.dialect.names.get(dummy, dummy)
 
     def _workspace(self) -> list[str]:
-        """Where loops find values and parameters."""
+        """Declare the arrays in which loops find values and parameters."""
         start = solver_workspace_size(self.program.blocks)
         lines = []
         if self.stored:

@@ -1,4 +1,4 @@
-"""Bodies of emitted C functions of large systems: a loop for each kernel.
+"""Bodies of emitted C functions of large systems: loops over members.
 
 Indices into arrays advance by constant steps, or are looked up in tables: static arrays of
 the source file, which functions share.
@@ -52,7 +52,7 @@ def _table_text(prefix: str, table: tuple[int, ...]) -> str:
 
 
 def loop_helpers(programs: Mapping[str, Program], target: CTarget) -> str:
-    """What the kernels of all programs of a source file need: solvers, sums, tables."""
+    """Write what the loops of a source file need: solvers, sums, tables."""
     parts = [part for program in programs.values() for part in program.parts]
     solved = [part.factors for part in parts if isinstance(part, SparseSolve)]
     texts = []
@@ -148,14 +148,14 @@ class _Writer:
         return lines
 
     def _unread(self, arrays: set[str]) -> dict[str, bool]:
-        """Whether the arguments that hold parameters are not used."""
+        """Tell which arguments that hold parameters are not used."""
         if self.names.contact_from is None:
             return {"p": arrays.isdisjoint({"p", "s"})}
         return {"p": "p" not in arrays, "contact": "s" not in arrays}
 
     def write(self, part: ProgramPart) -> None:
         if isinstance(part, IndexedLoop):
-            self._kernel(part)
+            self._loop(part)
         elif isinstance(part, Zeros):
             array = self._array(part.array)
             self.lines += [
@@ -180,32 +180,32 @@ class _Writer:
             call = f"{prefix}_sparse({sizes}, {tables}, {matrix}, {vector})"
         self.lines += [*_wrapped(f"if ({call} != 0) {{", 1, 2), "        return 1;", "    }"]
 
-    def _kernel(self, kernel: IndexedLoop) -> None:
-        """What is the same for all members, then a loop over them."""
-        loop = kernel.members > 1
-        fixed = kernel.fixed
+    def _loop(self, loop: IndexedLoop) -> None:
+        """Write what is the same for all members, then a loop over them."""
+        repeats = loop.members > 1
+        fixed = loop.fixed
         outside: list[str] = []
         inside: list[str] = []
-        for k, column in enumerate(kernel.inputs):
-            line = f"const {self.real} l{k} = {self._place(column, loop)};"
+        for k, column in enumerate(loop.inputs):
+            line = f"const {self.real} l{k} = {self._place(column, repeats)};"
             (outside if f"l{k}" in fixed else inside).append(line)
-        for name, operand in kernel.assignments:
+        for name, operand in loop.assignments:
             line = f"const {self.real} {_local(name)} = {self._text(operand)};"
             (outside if name in fixed else inside).append(line)
-        for column, operand in kernel.results:
-            inside.append(f"{self._place(column, loop)} = {self._text(operand)};")
+        for column, operand in loop.results:
+            inside.append(f"{self._place(column, repeats)} = {self._text(operand)};")
         self.lines.append("    {")
         self.lines += [line for text in outside for line in _wrapped(text, 2, 1)]
-        if loop:
-            self.lines.append(f"        for (i = 0; i < {kernel.members}; ++i) {{")
-        self.lines += [line for text in inside for line in _wrapped(text, 2 + loop, 1)]
-        self.lines += ["        }", "    }"] if loop else ["    }"]
+        if repeats:
+            self.lines.append(f"        for (i = 0; i < {loop.members}; ++i) {{")
+        self.lines += [line for text in inside for line in _wrapped(text, 2 + repeats, 1)]
+        self.lines += ["        }", "    }"] if repeats else ["    }"]
 
     def _text(self, operand: Operand) -> str:
         return expression_text(rebuilt(operand, lambda v: Variable(_local(v.name))), self.dialect)
 
-    def _place(self, column: IndexColumn, loop: bool) -> str:
-        """Where a name of a kernel stands, for the member of the loop."""
+    def _place(self, column: IndexColumn, repeats: bool) -> str:
+        """Write the cell of a name of a loop, for one member."""
         first, step = column.indices[0], column.step
         if column.array == "t":
             return "t"
@@ -214,7 +214,7 @@ class _Writer:
         before = {"v": self.program.coordinates, "s": -(self.names.contact_from or 0)}
         start = first + before.get(column.array, 0)
         array = self._array(column.array)
-        if not loop or step == 0:
+        if not repeats or step == 0:
             return f"{array}[{start}]"
         if step is not None:
             return f"{array}[{_sum(start, 'i' if step == 1 else f'{step}*i')}]"
@@ -229,7 +229,7 @@ class _Writer:
 
 
 def _local(name: str) -> str:
-    """A name of a kernel in C: assigned names are told from arrays."""
+    """A name of a loop in C: assigned names are told from arrays."""
     return name.replace("w", "s")
 
 

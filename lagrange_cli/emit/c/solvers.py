@@ -44,7 +44,7 @@ def helper_text(used: Collection[str], target: CTarget) -> str:
 
 
 def solver_text(blocks: Sequence[MatrixBlock], target: CTarget) -> str:
-    """What solving the blocks needs: the bound for pivots and the loops."""
+    """Write what solving the blocks needs: the bound for pivots and the loops."""
     real, parts = target.real, []
     if any((b.definite and b.size > 1 and not b.exact) or b.closures for b in blocks):
         parts.append(

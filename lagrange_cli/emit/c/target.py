@@ -53,7 +53,7 @@ class CTarget:
 
     @property
     def dialect(self) -> Dialect:
-        """How expressions are printed."""
+        """The dialect in which expressions are printed."""
         return Dialect(self.real.literal, self.functions, self.names.inputs)
 
     def arguments(self, result: str) -> str:

@@ -165,7 +165,7 @@ class _Document:
         return [*lines, *self._singular()]
 
     def _singular(self) -> list[str]:
-        """Where the coordinates have no meaning, a sentence each."""
+        """Say where the coordinates have no meaning, a sentence each."""
         named = {c.name: f"${self.setter.coordinate(c)}$" for c in self.equations.coordinates}
         return [
             f"The motion of {' and '.join(named[name] for name in place.coordinates)}"
@@ -295,7 +295,7 @@ class _Document:
         ]
 
     def _divided(self) -> str:
-        """Which common factors were divided out of which equations."""
+        """Say which common factors were divided out of which equations."""
         told = [
             f"${self.setter.inline(shown.divided_by)}$ in that for ${self.setter.coordinate(c)}$"
             for c, shown in zip(self.equations.coordinates, self.equations.shown, strict=True)

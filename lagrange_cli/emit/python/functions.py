@@ -232,7 +232,7 @@ def function_source(
 
 
 def _failure(program: Program) -> str:
-    """What a function returns where it has no result."""
+    """Write what a function returns where it has no result."""
     return "nan" if program.kind is ProgramKind.ENERGY else f"np.full({_shape(program)}, nan)"
 
 

@@ -79,9 +79,9 @@ def loops_source(program: Program, apart: int | None = None) -> list[str]:
 
 
 def _columns(program: Program) -> list[IndexColumn]:
-    kernels = [part for part in program.parts if isinstance(part, IndexedLoop)]
-    results = [column for kernel in kernels for column, _ in kernel.results]
-    return [column for kernel in kernels for column in kernel.inputs] + results
+    loops = [part for part in program.parts if isinstance(part, IndexedLoop)]
+    results = [column for loop in loops for column, _ in loop.results]
+    return [column for loop in loops for column in loop.inputs] + results
 
 
 class _Writer:
@@ -93,7 +93,7 @@ class _Writer:
 
     def lines(self, part: ProgramPart) -> list[str]:
         if isinstance(part, IndexedLoop):
-            return self._kernel(part)
+            return self._loop(part)
         if isinstance(part, Zeros):
             return [f"{part.array}[{part.start}:{part.start + part.count}] = 0.0"]
         if isinstance(part, Total):
@@ -101,17 +101,16 @@ class _Writer:
             return [f"w[{part.start}] = w[{part.start}:{end}].sum()"]
         return _elimination(part)
 
-    def _kernel(self, kernel: IndexedLoop) -> list[str]:
+    def _loop(self, loop: IndexedLoop) -> list[str]:
         lines = [
-            f"l{k} = {self._place(column, kernel.members)}"
-            for k, column in enumerate(kernel.inputs)
+            f"l{k} = {self._place(column, loop.members)}" for k, column in enumerate(loop.inputs)
         ]
-        lines += [f"{_local(name)} = {_text(o)}" for name, o in kernel.assignments]
-        lines += [f"{self._place(c, kernel.members)} = {_text(o)}" for c, o in kernel.results]
+        lines += [f"{_local(name)} = {_text(o)}" for name, o in loop.assignments]
+        lines += [f"{self._place(c, loop.members)} = {_text(o)}" for c, o in loop.results]
         return [piece for line in lines for piece in _wrapped(line, 0)]
 
     def _place(self, column: IndexColumn, members: int) -> str:
-        """Where a name of a kernel stands: a number, or an array with one for each member."""
+        """Write the cells of a name of a loop: a number, or an array with one for each member."""
         if column.array == "t":
             return "t"
         start = column.indices[0] + self.before.get(column.array, 0)

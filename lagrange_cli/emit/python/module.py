@@ -168,7 +168,7 @@ def _names(equations: Equations, fields: Sequence[str]) -> dict[str, str]:
 
 
 def _script(equations: Equations) -> str:
-    """What runs the module; states are led back to the closures where there are any."""
+    """Write the script of the module; states are led back to the closures where there are any."""
     text = python_template("script")
     recorded = any(source.recording is not None for source in equations.inputs)
     if recorded:

@@ -36,7 +36,7 @@ _Key: TypeAlias = tuple[int, int, _Weight]
 
 
 class _Kind(Protocol):
-    """How pairs are found in, and taken out of, a sum or a product."""
+    """Pairs of terms or factors: found in a group, and taken out of it."""
 
     def between(self, a: tuple[int, _Weight], b: tuple[int, _Weight]) -> tuple[_Key, int]: ...
     def within(self, a: tuple[int, _Weight]) -> int: ...
@@ -261,7 +261,7 @@ def _nest(values: ValueGraph, sums: dict[int, _Group]) -> None:
 
 
 def _ratio(whole: _Group, part: _Group) -> Fraction | None:
-    """What ``part`` is multiplied by in ``whole``, if all its terms are alike."""
+    """Divide ``whole`` by ``part``, term by term; None where the ratios differ."""
     first = next(iter(part))
     ratio = Fraction(whole[first]) / part[first]
     alike = all(whole[number] == ratio * weight for number, weight in part.items())

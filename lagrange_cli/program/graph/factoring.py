@@ -56,7 +56,7 @@ def _factored(
 
 
 def _factors(values: ValueGraph, number: int, uses: Counter[int]) -> list[_Factor]:
-    """What can be taken out of a term: it must be used by this sum alone, unless
+    """List what can be taken out of a term: it must be used by this sum alone, unless
     the term is itself the factor."""
     node = values.nodes[number]
     whole = [] if number == ONE else [(number, 1)]

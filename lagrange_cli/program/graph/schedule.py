@@ -37,7 +37,7 @@ _LARGEST_INLINE = 12
 #: The terms of a sum with more terms than this get names of their own.
 _LONGEST_INLINE_SUM = 20
 
-#: A program of more statements has those of one form brought together.
+#: A program of more statements has those of one shape brought together.
 LARGEST_IN_ORDER = 100
 
 #: Sums with more terms than this are added up in groups.
@@ -76,7 +76,7 @@ def schedule(
 
 
 def _in_families(assignments: list[Assignment], results: _Results) -> tuple[_Assignments, _Results]:
-    """Assignments of one form together, and named in their new order."""
+    """Bring assignments of one shape together, named in their new order."""
     grouped, new = grouped_by_shape(assignments)
     return tuple(grouped), tuple(
         (name, tuple(in_canonical_order(renamed(operand, new)) for operand in operands))

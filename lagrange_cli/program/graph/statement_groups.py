@@ -1,6 +1,6 @@
-"""Statements of one form brought together, so that loops can replace them.
+"""Statements of one shape brought together, so that loops can replace them.
 
-The statements of a large program that have the same form (``w*w + p``, whatever
+The statements of a large program that have the same shape (``w*w + p``, whatever
 the numbers of the names) stand one after the other as far as what they need
 allows it, those that need earlier values first. A chain, in which each needs
 the one before, stays together too.
@@ -28,12 +28,12 @@ __all__ = ["Assignment", "grouped_by_shape", "in_canonical_order", "renamed"]
 
 Assignment: TypeAlias = tuple[str, Operand]
 
-#: To how many levels forms must agree: ``p*w`` where w is a sine is not ``p*w`` where it
+#: To how many levels shapes must agree: ``p*w`` where w is a sine is not ``p*w`` where it
 #: is a cosine.
 _DEPTH = 3
 
 _Key: TypeAlias = tuple[str, tuple[int, ...]]
-"""The form of an operand, with names cut down to their kind, and the numbers of its names."""
+"""The shape of an operand, with names cut down to their kind, and the numbers of its names."""
 
 
 def grouped_by_shape(
@@ -48,7 +48,7 @@ def grouped_by_shape(
 
 
 def in_canonical_order(operand: Operand) -> Operand:
-    """Terms and factors ordered by form, then by the numbers of their names."""
+    """Terms and factors ordered by shape, then by the numbers of their names."""
     return _with_key(operand)[0]
 
 
@@ -66,21 +66,21 @@ def _with_key(operand: Operand) -> tuple[Operand, _Key]:
         denominator, below = _factors_with_key(operand.denominator)
         return Product(numerator, denominator), (f"({above[0]}/{below[0]})", above[1] + below[1])
     arguments = [_with_key(argument) for argument in operand.arguments]
-    form, numbers = _joined([key for _, key in arguments])
+    shape, numbers = _joined([key for _, key in arguments])
     return FunctionCall(operand.function, tuple(a for a, _ in arguments)), (
-        f"{operand.function}({form})",
+        f"{operand.function}({shape})",
         numbers,
     )
 
 
 def _sum_with_key(operand: Sum) -> tuple[Operand, _Key]:
     def place(term: tuple[Fraction, tuple[Operand, _Key]]) -> tuple[bool, str, Fraction, object]:
-        coefficient, (_, (form, numbers)) = term
-        return coefficient < 0, form, coefficient, numbers
+        coefficient, (_, (shape, numbers)) = term
+        return coefficient < 0, shape, coefficient, numbers
 
     terms = sorted(((c, _with_key(part)) for c, part in operand.terms), key=place)
-    form, numbers = _joined([(f"{c}*{key[0]}", key[1]) for c, (_, key) in terms])
-    return Sum(tuple((c, part) for c, (part, _) in terms)), (f"[{form}]", numbers)
+    shape, numbers = _joined([(f"{c}*{key[0]}", key[1]) for c, (_, key) in terms])
+    return Sum(tuple((c, part) for c, (part, _) in terms)), (f"[{shape}]", numbers)
 
 
 def _factors_with_key(factors: Sequence[Operand]) -> tuple[tuple[Operand, ...], _Key]:
@@ -89,7 +89,7 @@ def _factors_with_key(factors: Sequence[Operand]) -> tuple[tuple[Operand, ...], 
 
 
 def _joined(keys: Sequence[_Key]) -> _Key:
-    return ",".join(form for form, _ in keys), tuple(n for _, numbers in keys for n in numbers)
+    return ",".join(shape for shape, _ in keys), tuple(n for _, numbers in keys for n in numbers)
 
 
 class _Scheduler:
@@ -143,7 +143,7 @@ class _Scheduler:
 
 
 def _families(operands: Mapping[str, Operand]) -> dict[str, int]:
-    """The family of every name: its form, and the forms of what it is made of."""
+    """The family of every name: its shape, and the shapes of what it is made of."""
     family = dict.fromkeys(operands, 0)
     for _ in range(_DEPTH):
         numbers: dict[str, int] = {}
@@ -153,8 +153,8 @@ def _families(operands: Mapping[str, Operand]) -> dict[str, int]:
             return kinds.get(variable.name) or Variable(variable.name.rstrip("0123456789"))
 
         for name, operand in operands.items():
-            form = _with_key(rebuilt(operand, kind))[1][0]
-            family[name] = numbers.setdefault(form, len(numbers))
+            shape = _with_key(rebuilt(operand, kind))[1][0]
+            family[name] = numbers.setdefault(shape, len(numbers))
     return family
 
 

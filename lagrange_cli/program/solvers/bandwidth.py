@@ -34,7 +34,7 @@ def elimination_order(coordinates: Sequence[Iterable[int]]) -> tuple[int, ...]:
 
 
 def bandwidth(coordinates: Sequence[Iterable[int]]) -> int:
-    """How far apart closures of a common coordinate stand."""
+    """Measure how far apart closures of a common coordinate stand."""
     return _width(couplings(coordinates), range(len(coordinates)))
 
 
@@ -44,13 +44,13 @@ def operations_of_band(m: int, width: int) -> int:
 
 
 def is_banded(n: int, m: int, width: int) -> bool:
-    """Whether the band is worth it for n accelerations and m multipliers."""
+    """Tell whether the band is worth it for n accelerations and m multipliers."""
     size = n + m
     return size >= FEWEST_UNKNOWNS and operations_of_band(m, width) < 2 * size**3 // 3
 
 
 def couplings(coordinates: Sequence[Iterable[int]]) -> list[list[int]]:
-    """For each closure the others that share a coordinate with it."""
+    """List for each closure the others that share a coordinate with it."""
     at: dict[int, list[int]] = {}
     for k, row in enumerate(coordinates):
         for j in row:

@@ -1,4 +1,4 @@
-"""How emitted code solves M a = f: block by block, by the cheapest stable way.
+"""Solution of M a = f in emitted code: by blocks, the cheapest stable way each.
 
 The zero pattern of M splits the coordinates into blocks that do not couple.
 Closure equations couple those that they hold; such a block is solved for its
@@ -50,17 +50,27 @@ _Rows: TypeAlias = list[dict[int, ScaledNode]]
 
 @dataclass(frozen=True)
 class MatrixBlock:
-    """Coordinates (indices, ascending) whose accelerations are found together.
+    """Coordinates whose accelerations are found together.
 
-    ``unrolled``: by straight-line code whose pivots are to be checked, else by
-    a loop. ``definite``: the mass matrix is proven positive definite; a loop
-    needs partial pivoting where it is not. ``exact``: no digits cancel in the
-    pivots, so that each that is positive is known to be so. ``closures``
-    (indices) are solved with them; their block is never unrolled. ``band``: the
-    multipliers alone are solved for, closures as far apart as this having
-    coordinates in common; ``start`` is where in the workspace they are found,
-    behind the band. ``compliant``: what stands on the diagonal of the closures is given
-    too (see :class:`MassMatrixSystem`).
+    Attributes
+    ----------
+    coordinates
+        Indices, ascending.
+    unrolled
+        Straight-line code solves the block, whose pivots are to be checked; else a loop.
+    definite
+        The mass matrix is proven positive definite; a loop needs partial pivoting if not.
+    exact
+        No digits cancel in the pivots, so that each that is positive is known to be so.
+    closures
+        Indices of those solved with the coordinates; their block is never unrolled.
+    band
+        The multipliers alone are solved for, closures as far apart as this having
+        coordinates in common; None: all unknowns are.
+    start
+        Index of the multipliers in the workspace, behind the band.
+    compliant
+        The diagonal of the closures is an output too (see :class:`MassMatrixSystem`).
     """
 
     coordinates: tuple[int, ...]
@@ -79,7 +89,7 @@ class MatrixBlock:
 
     @property
     def multipliers(self) -> tuple[str, ...]:
-        """What those of a band are called in what follows from them."""
+        """The names of the multipliers of a band in what follows from them."""
         if self.band is None:
             return ()
         return tuple(f"d{self.start + k}" for k in range(len(self.closures)))
@@ -89,10 +99,19 @@ class MatrixBlock:
 class MassMatrixSystem:
     """M x = ``right`` + Σ λ·gradient and gradient·x + bias = 0 for each of ``closures``.
 
-    ``closures``: (gradient, bias) each. ``whole``: blocks without closures are
-    solved too; else only those with closures are. ``multipliers``: λ alone is
-    asked for. ``compliance``: c of each closure, for gradient·x + bias + c·λ = 0; c is 0, or it
-    is 1 and gradient and bias are zero.
+    Attributes
+    ----------
+    right
+        One expression for each coordinate.
+    closures
+        (gradient, bias) each.
+    whole
+        Blocks without closures are solved too; else only those with closures are.
+    multipliers
+        λ alone is asked for.
+    compliance
+        c of each closure, for gradient·x + bias + c·λ = 0: 0, or 1 where gradient and bias
+        are zero.
     """
 
     right: Sequence[Expr]
@@ -106,7 +125,7 @@ class MassMatrixSystem:
 
 
 class _Unrolled(NamedTuple):
-    """What straight-line code for one block computes."""
+    """The values that straight-line code for one block computes."""
 
     exact: bool
     accelerations: list[ScaledNode]

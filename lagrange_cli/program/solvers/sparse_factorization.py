@@ -1,4 +1,4 @@
-"""How the multipliers of a large system are eliminated: an order, and where the factors stand.
+"""Sparse L D Lᵀ of the multipliers of a large system: order and layout.
 
 Where M is diagonal, accelerations leave M a = f + Σ λ·gradient one by one, and the multipliers
 solve S λ = r with S = Φ M⁻¹ Φᵀ: symmetric, positive definite, and zero between closures that have
@@ -71,14 +71,17 @@ class BandFactors:
         return operations_of_band(len(self.order), self.width)
 
     def place(self, row: int, column: int) -> int:
-        """Where an entry of the lower triangle stands, by positions in the order."""
+        """Index an entry of the lower triangle, by positions in the order."""
         return column * (self.width + 1) + row - column
 
 
 @dataclass(frozen=True)
 class Update:
-    """What a supernode does to a later one: its rows from ``first`` to before ``last`` are
-    columns of that one, where its rows from ``first`` on stand at ``rows``."""
+    """The update of a later supernode by an earlier one.
+
+    Rows of the earlier from ``first`` to before ``last`` are columns of the later one, where
+    its rows from ``first`` on stand at ``rows``.
+    """
 
     source: int
     first: int
@@ -136,7 +139,7 @@ class SupernodalFactors:
         }
 
     def place(self, row: int, column: int) -> int:
-        """Where an entry of the lower triangle stands, by positions in the order."""
+        """Index an entry of the lower triangle, by positions in the order."""
         return self._places[row, column]
 
 

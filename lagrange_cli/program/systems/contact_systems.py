@@ -120,7 +120,7 @@ def _impulse(e: Equations) -> MassMatrixSystem:
 
 
 def _targets(e: Equations) -> list[Expr]:
-    """What is zero of an impulse beside gradient·x: of contacts that are open, too."""
+    """List the biases of an impulse, also of contacts that are open."""
     return [-p.symbol for p in e.parameters[-len(e.contacts) :]]
 
 

@@ -56,9 +56,18 @@ _Product: TypeAlias = tuple[Fraction, tuple[Cell, ...]]
 
 
 class LargeSystem(NamedTuple):
-    """Parts of a program, what they take of the workspace, and how many results they store.
+    """The loops of a program of a large system.
 
-    ``solves``: accelerations or what else is found with the mass matrix, beside ``closures``.
+    Attributes
+    ----------
+    parts
+        Loops and solvers, in their order.
+    work, results
+        Numbers of workspace that the parts take, and numbers that they store.
+    solves
+        A system with the mass matrix is solved.
+    closures
+        Indices of those solved with it.
     """
 
     parts: tuple[ProgramPart, ...]
@@ -125,7 +134,7 @@ def _matrix_rows(equations: Equations, output: str) -> list[Mapping[int, Expr]]:
 
 
 def _inputs(asked: WeightedClosures) -> dict[Expr, Cell]:
-    """Where every input stands. Flags of contacts and targets of impulses, behind the
+    """Give every input its cell. Flags of contacts and targets of impulses, behind the
     parameters, are told from these: emitted code has them in an array of their own."""
     equations = asked.equations
     places: dict[Expr, Cell] = {equations.t: Cell("t", 0)}
@@ -158,7 +167,7 @@ class _GradientSquare:
 
 
 def _gradient_squares(equations: Equations) -> list[Formula]:
-    """Those of the closures of positions."""
+    """Make gradient²/M of each closure of positions."""
     formulas = []
     for closure in equations.closures:
         if closure.kind == "position":

@@ -1,7 +1,7 @@
 """Straight-line statements → nested loops.
 
 Values live in numbered cells of a few arrays. Consecutive statements of one
-form whose cells advance by constant steps become a loop; consecutive loops
+shape whose cells advance by constant steps become a loop; consecutive loops
 whose bounds and cells advance by constant steps become a loop of loops, and so
 on (a special case of Ketterlin and Clauss, "Prediction and trace compression
 of data access addresses through nested loop recognition", CGO 2008). The
@@ -107,7 +107,7 @@ class _Run:
     numbers that lie within it.
     """
 
-    form: int
+    shape: int
     steps: tuple[tuple[int, ...], ...]
     numbers: tuple[int, ...]
     first: Statement
@@ -118,7 +118,7 @@ def roll_loops(
     locate: Callable[[str], Cell | None],
     independent: bool = False,
 ) -> list[Statement | LoopNest]:
-    """The statements, with loops where a form repeats.
+    """Roll statements of one shape into loops.
 
     Parameters
     ----------
@@ -127,8 +127,8 @@ def roll_loops(
     independent
         Whether the statements may be executed in any order.
     """
-    forms: dict[tuple[str, Operand], int] = {}
-    runs = [_single(statement, locate, forms) for statement in statements]
+    shapes: dict[tuple[str, Operand], int] = {}
+    runs = [_single(statement, locate, shapes) for statement in statements]
     runs = _settled(runs, independent)
     if independent:
         # What is left of a matrix by rows may be columns.
@@ -141,7 +141,7 @@ def roll_loops(
 def _single(
     statement: Statement,
     locate: Callable[[str], Cell | None],
-    forms: dict[tuple[str, Operand], int],
+    shapes: dict[tuple[str, Operand], int],
 ) -> _Run:
     numbers = [statement.target.number]
 
@@ -152,12 +152,12 @@ def _single(
         numbers.append(cell.number)
         return Variable(f"{cell.array}[]")
 
-    form = (statement.target.array, rebuilt(statement.operand, array_of))
-    return _Run(forms.setdefault(form, len(forms)), (), tuple(numbers), statement)
+    shape = (statement.target.array, rebuilt(statement.operand, array_of))
+    return _Run(shapes.setdefault(shape, len(shapes)), (), tuple(numbers), statement)
 
 
 def _settled(runs: list[_Run], independent: bool) -> list[_Run]:
-    """Folded as often as anything changes."""
+    """Fold runs until nothing changes."""
     while True:
         folded = _folded(_gathered(runs) if independent else runs)
         if len(folded) == len(runs):
@@ -169,7 +169,7 @@ def _gathered(runs: Sequence[_Run]) -> list[_Run]:
     """Runs that could be one together, in the order of their first."""
     groups: dict[object, list[_Run]] = {}
     for run in runs:
-        groups.setdefault((run.form, run.steps), []).append(run)
+        groups.setdefault((run.shape, run.steps), []).append(run)
     return [run for group in groups.values() for run in group]
 
 
@@ -182,7 +182,7 @@ def _folded(runs: Sequence[_Run]) -> list[_Run]:
         run = runs[start]
         if end - start >= _FEWEST:
             step = _step(run, runs[start + 1])
-            run = _Run(run.form, (*run.steps, step), (end - start, *run.numbers), run.first)
+            run = _Run(run.shape, (*run.steps, step), (end - start, *run.numbers), run.first)
             start = end
         else:
             start += 1
@@ -193,7 +193,7 @@ def _folded(runs: Sequence[_Run]) -> list[_Run]:
 def _end_of_series(runs: Sequence[_Run], start: int) -> int:
     first, end = runs[start], start + 1
     step: tuple[int, ...] | None = None
-    while end < len(runs) and (runs[end].form, runs[end].steps) == (first.form, first.steps):
+    while end < len(runs) and (runs[end].shape, runs[end].steps) == (first.shape, first.steps):
         advance = _step(runs[end - 1], runs[end])
         if step is not None and advance != step:
             break
@@ -234,7 +234,7 @@ def _paired(items: Sequence[Statement | LoopNest]) -> list[Statement | LoopNest]
 
 
 def _same_calls(first: LoopNest, second: LoopNest) -> bool:
-    """Whether two loops call functions of the same values."""
+    """Tell whether two loops call functions of the same values."""
     a, b = first.body[0], second.body[0]
     return (
         isinstance(a.operand, FunctionCall)

@@ -1,6 +1,6 @@
-"""Programs of large systems: loops, each over all the values of one form.
+"""Programs of large systems: loops, each over all the values of one shape.
 
-A kernel is a small program over local names with the places that its names stand for in
+A loop is a small program over local names with the places that its names stand for in
 each of its members. What solves for the multipliers stands between them.
 """
 
@@ -41,7 +41,7 @@ __all__ = [
     "Zeros",
 ]
 
-#: Members of one form whose indices do not advance by constant steps are divided into as many
+#: Members of one shape whose indices do not advance by constant steps are divided into as many
 #: loops in which they do, looking at every one, every second, every third; else tables are made.
 _MOST_EVEN, _PERIODS = 6, (1, 2, 3)
 
@@ -52,14 +52,14 @@ _RANKS = {"p": 1, "s": 1, "t": 2, "u": 2, "q": 3, "v": 4, "w": 5}
 
 @dataclass(frozen=True)
 class IndexColumn:
-    """Where one name of a kernel stands in an array, for each member."""
+    """The indices of one name of a loop in an array, for each member."""
 
     array: str
     indices: tuple[int, ...]
 
     @property
     def step(self) -> int | None:
-        """What each member adds to the index of the one before, None where that varies."""
+        """The index of a member less that of the one before; None where this varies."""
         indices = self.indices
         step = indices[1] - indices[0] if len(indices) > 1 else 0
         even = all(b - a == step for a, b in pairwise(indices))
@@ -67,7 +67,7 @@ class IndexColumn:
 
     @property
     def is_fixed(self) -> bool:
-        """Whether all members read the same number."""
+        """Tell whether all members read the same number."""
         return self.step == 0
 
 
@@ -140,8 +140,14 @@ class ScaledCell:
 class Formula:
     """Values made of expressions.
 
-    ``kind`` and the forms of ``expressions`` determine what ``make`` puts into a program;
-    the results go to ``targets``, or to places that are found for them.
+    Attributes
+    ----------
+    kind, expressions
+        These, by the shapes of the expressions, determine what ``make`` puts into a program.
+    make
+        Puts the values into a graph.
+    targets
+        Cells of the results; empty: cells of the workspace are allocated for them.
     """
 
     kind: Hashable
@@ -164,7 +170,7 @@ class SumOfProducts:
 
 @dataclass(frozen=True)
 class _Member:
-    """One of those that have a form: the places of its inputs, the expressions that these
+    """One of those that have a shape: the places of its inputs, the expressions that these
     stand for, if any, and how a program is made of the first of them."""
 
     key: Hashable
@@ -178,7 +184,7 @@ class _Member:
 class LoopBuilder:
     """Parts of a program in their order, as they come, and the workspace they take."""
 
-    forms: ShapeTable
+    shapes: ShapeTable
     parts: list[ProgramPart] = field(default_factory=list)
     size: int = 0
 
@@ -190,18 +196,18 @@ class LoopBuilder:
     def evaluate(self, formulas: Sequence[Formula]) -> list[list[ScaledCell]]:
         """The results of each formula, those without targets to be read there."""
         groups = [formula.expressions for formula in formulas]
-        for level in self._levels(shared_parts(groups, self.forms, LONGEST_SUM)):
+        for level in self._levels(shared_parts(groups, self.shapes, LONGEST_SUM)):
             self._share(level)
         return self._run([self._member(formula) for formula in formulas])
 
     def combine(self, sums: Sequence[SumOfProducts]) -> None:
-        """Sums of products of values at places."""
+        """Compute sums of products of values at cells."""
         self._run([_sum_member(one) for one in sums])
 
     # -- what several formulas hold ----------------------------------------------
 
     def _levels(self, expressions: Sequence[Expr]) -> list[list[Expr]]:
-        """Those that need no others, then those that need these alone, and so on."""
+        """Group expressions: first those that need no others, then those that need these."""
         depth: dict[Expr, int] = {}
         chosen = set(expressions)
         levels: list[list[Expr]] = []
@@ -223,13 +229,13 @@ class LoopBuilder:
             short, self._run([self._member(f) for f in formulas], whole=True), strict=True
         ):
             assert cell.place is not None
-            self.forms.place(expression, cell.place)
+            self.shapes.place(expression, cell.place)
 
     def _add_up(self, expression: Expr) -> None:
-        """A long sum: its terms side by side, then their total."""
+        """Compute a long sum: its terms side by side, then their total."""
         start = self.allocate(len(expression.args))
         # Not by their names, as SymPy has them: x[10] stands before x[2] there.
-        terms = sorted(expression.args, key=self.forms.shape)
+        terms = sorted(expression.args, key=self.shapes.shape)
         self._run(
             [
                 self._member(Formula("term", (e,), Conversion(e), (Cell("w", start + k),)))
@@ -237,15 +243,15 @@ class LoopBuilder:
             ]
         )
         self.parts.append(Total(start, len(expression.args)))
-        self.forms.place(expression, Cell("w", start))
+        self.shapes.place(expression, Cell("w", start))
 
-    # -- members of one form -------------------------------------------------------
+    # -- members of one shape -------------------------------------------------------
 
     def _member(self, formula: Formula) -> _Member:
-        key, leaves = joint_shape(map(self.forms.shape, formula.expressions))
+        key, leaves = joint_shape(map(self.shapes.shape, formula.expressions))
         atoms, places = [], []
         for leaf in leaves:
-            atom, place = self.forms.leaves[leaf]
+            atom, place = self.shapes.leaves[leaf]
             atoms.append(atom)
             places.append(place)
         return _Member(
@@ -257,7 +263,7 @@ class LoopBuilder:
         )
 
     def _run(self, members: Sequence[_Member], whole: bool = False) -> list[list[ScaledCell]]:
-        """Kernels for members, grouped by form; ``whole``: results are values, not multiples."""
+        """Append loops for members, by shape; ``whole``: results are values, not multiples."""
         groups: dict[Hashable, list[int]] = {}
         for number, member in enumerate(members):
             key = (member.key, tuple(place.array for place in member.places))
@@ -265,11 +271,11 @@ class LoopBuilder:
         results: dict[int, list[ScaledCell]] = {}
         for group in groups.values():
             for numbers in _even(group, [_indices(members[number]) for number in group]):
-                cells = self._kernel([members[number] for number in numbers], whole)
+                cells = self._loop([members[number] for number in numbers], whole)
                 results.update(zip(numbers, cells, strict=True))
         return [results[number] for number in range(len(members))]
 
-    def _kernel(self, members: Sequence[_Member], whole: bool) -> list[list[ScaledCell]]:
+    def _loop(self, members: Sequence[_Member], whole: bool) -> list[list[ScaledCell]]:
         first = members[0]
         values, results = _prototype(first)
         inputs = [
@@ -290,7 +296,7 @@ class LoopBuilder:
     def _stored(
         self, values: ValueGraph, results: list[ScaledNode], inputs: list[IndexColumn], members: int
     ) -> list[list[ScaledCell]]:
-        """A kernel whose results get places: each node once, numbers none."""
+        """A loop whose results get places: each node once, numbers none."""
         once = all(column.is_fixed for column in inputs)
         rows = 1 if once else members
         nodes = list(dict.fromkeys(node for _, node in results if node != ONE))
@@ -314,14 +320,14 @@ class LoopBuilder:
         inputs: list[IndexColumn],
         columns: list[IndexColumn],
     ) -> None:
-        """The kernel that computes results and stores them."""
+        """Append the loop that computes results and stores them."""
         if not results:
             return
         expand_angle_sums(values, order_of(values, [node for _, node in results]))
         assignments, ((_, operands),) = schedule(values, [("results", results)])
         targets = tuple(zip(columns, operands, strict=True))
-        kernel = IndexedLoop(len(columns[0].indices), tuple(inputs), assignments, targets)
-        self.parts.append(_pruned(kernel))
+        loop = IndexedLoop(len(columns[0].indices), tuple(inputs), assignments, targets)
+        self.parts.append(_pruned(loop))
 
 
 @dataclass(frozen=True)
@@ -335,7 +341,7 @@ class Conversion:
 
 
 def _depth(expression: Expr, depth: dict[Expr, int], chosen: set[Expr]) -> int:
-    """How many chosen expressions stand within one another in an expression."""
+    """Count the chosen expressions that stand within one another in an expression."""
     deepest, stack, seen = 0, [expression], set()
     while stack:
         part = stack.pop()
@@ -349,16 +355,16 @@ def _depth(expression: Expr, depth: dict[Expr, int], chosen: set[Expr]) -> int:
     return deepest
 
 
-def _pruned(kernel: IndexedLoop) -> IndexedLoop:
-    """A kernel without the inputs that nothing reads."""
-    read = kernel.read
-    kept = [k for k in range(len(kernel.inputs)) if f"l{k}" in read]
+def _pruned(loop: IndexedLoop) -> IndexedLoop:
+    """Drop the inputs of a loop that nothing reads."""
+    read = loop.read
+    kept = [k for k in range(len(loop.inputs)) if f"l{k}" in read]
     new = {f"l{k}": Variable(f"l{number}") for number, k in enumerate(kept)}
     return IndexedLoop(
-        kernel.members,
-        tuple(kernel.inputs[k] for k in kept),
-        tuple((name, renamed(operand, new)) for name, operand in kernel.assignments),
-        tuple((column, renamed(operand, new)) for column, operand in kernel.results),
+        loop.members,
+        tuple(loop.inputs[k] for k in kept),
+        tuple((name, renamed(operand, new)) for name, operand in loop.assignments),
+        tuple((column, renamed(operand, new)) for column, operand in loop.results),
     )
 
 

@@ -1,6 +1,6 @@
 """Forms of expressions: one for all that differ only in the inputs they read.
 
-A chain of a thousand links has a thousand closures of one form. Each form is turned into
+A chain of a thousand links has a thousand closures of one shape. Each shape is turned into
 statements once, and a loop runs them for all that have it.
 """
 
@@ -31,11 +31,11 @@ _COSTLY = 10
 
 
 ShapeAndLeaves: TypeAlias = "tuple[int, tuple[int, ...]]"
-"""Number of a form, and the leaves in its order, each as often as it stands there."""
+"""Number of a shape, and the leaves in its order, each as often as it stands there."""
 
 
 class ShapeTable:
-    """Numbers of forms, and the leaves that expressions have: inputs, and what is known."""
+    """Numbers of shapes, and the leaves that expressions have: inputs, and what is known."""
 
     def __init__(self, places: Mapping[Expr, Cell]) -> None:
         self.leaves: list[tuple[Expr, Cell]] = []
@@ -52,11 +52,11 @@ class ShapeTable:
         self.leaves.append((expression, place))
 
     def __contains__(self, expression: object) -> bool:
-        """Whether an expression is a leaf."""
+        """Tell whether an expression is a leaf."""
         return expression in self._known
 
     def shape(self, expression: Expr) -> ShapeAndLeaves:
-        """The form of an expression, and its leaves."""
+        """Find the shape of an expression, and its leaves."""
         for part in _parts_first(expression, self._shapes):
             self._shapes[part] = self._shape(part)
         return self._shapes[expression]
@@ -67,25 +67,24 @@ class ShapeTable:
         parts = [self._shapes[part] for part in expression.args]
         if isinstance(expression, _COMMUTATIVE):
             parts.sort()
-        form = (expression.func, tuple(form for form, _ in parts))
-        return self._number(form), tuple(leaf for _, leaves in parts for leaf in leaves)
+        shape = (expression.func, tuple(shape for shape, _ in parts))
+        return self._number(shape), tuple(leaf for _, leaves in parts for leaf in leaves)
 
-    def _number(self, form: Hashable) -> int:
-        return self._numbers.setdefault(form, len(self._numbers))
+    def _number(self, shape: Hashable) -> int:
+        return self._numbers.setdefault(shape, len(self._numbers))
 
 
 def joint_shape(shapes: Iterable[ShapeAndLeaves]) -> tuple[Hashable, tuple[int, ...]]:
-    """What expressions together have in common with others like them, and their leaves, each
-    once."""
+    """Find the shape of several expressions together, and their leaves, each once."""
     numbers: dict[int, int] = {}
-    forms = []
-    for form, leaves in shapes:
-        forms.append((form, *(numbers.setdefault(leaf, len(numbers)) for leaf in leaves)))
-    return tuple(forms), tuple(numbers)
+    joint = []
+    for shape, leaves in shapes:
+        joint.append((shape, *(numbers.setdefault(leaf, len(numbers)) for leaf in leaves)))
+    return tuple(joint), tuple(numbers)
 
 
 def _parts_first(expression: Expr, known: Container[Expr]) -> Iterator[Expr]:
-    """What an expression is made of and is not known, parts before wholes."""
+    """List the unknown parts of an expression, parts before wholes."""
     stack = [expression]
     done = set()
     while stack:
@@ -103,7 +102,7 @@ def _parts_first(expression: Expr, known: Container[Expr]) -> Iterator[Expr]:
 def shared_parts(
     groups: Sequence[Sequence[Expr]], known: Container[Expr], longest: int
 ) -> list[Expr]:
-    """What several groups of expressions hold and is worth being computed once, and sums of
+    """List parts of several groups that are worth being computed once, and sums of
     more than ``longest`` terms; parts before wholes."""
     order: list[Expr] = []
     seen: set[Expr] = set()
@@ -132,7 +131,7 @@ def shared_parts(
 
 
 class _Either(NamedTuple):
-    """What one of two containers holds."""
+    """The union of two containers."""
 
     first: Container[Expr]
     second: Container[Expr]
@@ -142,7 +141,7 @@ class _Either(NamedTuple):
 
 
 class _Owners:
-    """Which one alone holds each expression, by number (None: several do)."""
+    """The number of the one group that holds each expression; None where several do."""
 
     def __init__(self, known: Container[Expr]) -> None:
         self.known = known
