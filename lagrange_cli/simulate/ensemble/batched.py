@@ -218,13 +218,14 @@ class BatchedMembers:
 
     def measured(self, eps: float, runs: BatchedRuns, k: int) -> Measured:
         """Gather what is known of a run that misses an accuracy, number k of some."""
-        own, one, other = (of[k] for of in (runs.states, *runs.companions))
-        errors = _WEIGHTS[2][0] * np.abs(one - own) + _WEIGHTS[2][1] * np.abs(other - own)
-        found = error_estimate(self.problem, eps, own, errors, np.zeros(len(own)))
+        states, *companions = (states[k] for states in (runs.states, *runs.companions))
+        distances = (np.abs(companion - states) for companion in companions)
+        errors = sum(w * far for w, far in zip(_WEIGHTS[2], distances, strict=True))
+        estimate = error_estimate(self.problem, eps, states, errors, np.zeros(len(states)))
         return Measured(
-            states=own[: found.samples].copy(),
-            scales=found.scales,
-            estimate=found.estimate,
+            states=states[: estimate.samples].copy(),
+            scales=estimate.scales,
+            estimate=estimate.estimate,
             failure=None,
             stopped=False,
             method=METHOD,
@@ -235,8 +236,8 @@ class BatchedMembers:
             run_seconds=0.0,
             estimate_seconds=0.0,
             wider=True,
-            limiting_component=limiting_component([found], eps)
-            if found.samples < len(own)
+            limiting_component=limiting_component([estimate], eps)
+            if estimate.samples < len(states)
             else None,
         )
 
@@ -283,14 +284,14 @@ class BatchedMembers:
         possible = (run.filled == len(self._times)) & self._above_floor(eps, starts, scales)
         evaluations, nothing = run.steps * steps.order, np.full(len(starts), np.inf)
         every = np.arange(len(starts))
-        own = BatchedRuns(every, run.states, scales, nothing, run.steps, evaluations, evaluations)
-        own = own.only(np.flatnonzero(possible))
+        ended = BatchedRuns(every, run.states, scales, nothing, run.steps, evaluations, evaluations)
+        ended = ended.only(np.flatnonzero(possible))
 
         def followed(runs: BatchedRuns, patterns: Sequence[int], how: TaylorSteps) -> BatchedRuns:
             """Those runs, with a further companion perturbed by each pattern."""
             if len(runs.numbers) == 0:
                 return runs
-            given = [
+            disturbed = [
                 (
                     each_off_by_one_ulp(starts[runs.numbers], pattern),
                     self._perturbed(parameters[runs.numbers], pattern, motions.real),
@@ -298,27 +299,27 @@ class BatchedMembers:
                 for pattern in patterns
             ]
             shape = (len(patterns) * len(runs.numbers), *runs.states.shape[1:])
-            found = motions.run(
+            companions = motions.run(
                 "disturbed",
                 self._times,
-                np.concatenate([start for start, _ in given]),
-                np.concatenate([values for _, values in given]),
+                np.concatenate([start for start, _ in disturbed]),
+                np.concatenate([values for _, values in disturbed]),
                 how,
                 between,
                 self._scratch.array(f"companion {patterns[0]}", shape),
             )
-            return self._beside(runs, found, how.order)
+            return self._beside(runs, companions, how.order)
 
-        own = followed(own, [1], self._looser(steps))
+        ended = followed(ended, [1], self._looser(steps))
         if tolerance >= _LEAST_OF_ONE:
-            yield own.decided(eps)
-            own = own.undecided(eps)
+            yield ended.decided(eps)
+            ended = ended.undecided(eps)
         perturbed = self._steps(_OTHER_STEPS * tolerance, 1, _SHORTER)
-        own = followed(own, [2], perturbed)
+        ended = followed(ended, [2], perturbed)
         if motions is self.motions and tolerance <= _SMALLEST_TOLERANCE:
-            yield own.decided(eps)
-            own = followed(own.undecided(eps), _MORE_PATTERNS, perturbed)
-        yield own
+            yield ended.decided(eps)
+            ended = followed(ended.undecided(eps), _MORE_PATTERNS, perturbed)
+        yield ended
 
     def _beside(self, runs: BatchedRuns, found: BatchedMotions, order: int) -> BatchedRuns:
         """Runs with further companions, some of each, and what all tell."""

@@ -147,17 +147,17 @@ class _Runner:
             return
         parameters = np.array([[x or 0.0 for x in own] for own, _ in values.values()])
         starts = np.array([start for _, start in values.values()], dtype=float)
-        for found in batched.run(starts, parameters, between):
-            if isinstance(found, Missed):
-                number = int(numbers[found.number])
-                yield self._missed(batched, number, rows[number], found.measured)
+        for part in batched.run(starts, parameters, between):
+            if isinstance(part, Missed):
+                number = int(numbers[part.number])
+                yield self._missed(batched, number, rows[number], part.measured)
                 continue
             known = {p.name: parameters[:, i] for i, p in enumerate(self.plan.model.parameters)}
-            given = {name: values[found.numbers] for name, values in known.items()}
-            given |= {name: column[:, 0] for name, column in found.columns.items()}
+            given = {name: values[part.numbers] for name, values in known.items()}
+            given |= {name: column[:, 0] for name, column in part.columns.items()}
             own = {name: given[name] for name in self.plan.names}
-            members = numbers[found.numbers].tolist()
-            yield BlockPart(members, found.columns, own, found.scales, found.figures, found.words)
+            members = numbers[part.numbers].tolist()
+            yield BlockPart(members, part.columns, own, part.scales, part.figures, part.words)
 
     def _values(
         self, texts: Sequence[str]

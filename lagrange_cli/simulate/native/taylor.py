@@ -195,15 +195,15 @@ def _sums(recurrences: Recurrences, read: Sequence[int]) -> Iterator[str]:
 def _group(recurrences: Recurrences, some: Sequence[int]) -> Iterator[str]:
     """Some of them: ``d`` and ``e`` are coefficients 1 and k - 1; each ``eI`` serves both sums."""
     products = [(number, *recurrences.sums[number]) for number in some]
-    behind = sorted({other for _, _, other in products})
-    yield f"lagrange_lane {', '.join(f'e{other} = e[{other}]' for other in behind)};"
-    yield from (f"s{number} = d[{one}]*e{other};" for number, one, other in products)
+    behind = sorted({two for _, _, two in products})
+    yield f"lagrange_lane {', '.join(f'e{two} = e[{two}]' for two in behind)};"
+    yield from (f"s{number} = d[{one}]*e{two};" for number, one, two in products)
     yield "for (j = 2; j < k; ++j) {"
     yield f"    const lagrange_lane *const a = c + j*{recurrences.rows};"
     yield f"    const lagrange_lane *const b = c + (k - j)*{recurrences.rows};"
-    yield from (f"    f{number} += a[{one}]*e{other};" for number, one, other in products)
-    yield from (f"    e{other} = b[{other}];" for other in behind)
-    yield from (f"    s{number} += a[{one}]*e{other};" for number, one, other in products)
+    yield from (f"    f{number} += a[{one}]*e{two};" for number, one, two in products)
+    yield from (f"    e{two} = b[{two}];" for two in behind)
+    yield from (f"    s{number} += a[{one}]*e{two};" for number, one, two in products)
     yield "}"
 
 

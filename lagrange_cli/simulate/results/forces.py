@@ -32,23 +32,23 @@ def constraint_force_columns(
 
 def _known(model: Model, functions: RightHandSide, t: Array, states: Array) -> Array:
     """Evaluate what forces read besides the state: parameters, accelerations, multipliers."""
-    given = [0.0 if p.value is None else p.value for p in model.parameters]
+    parameters = [0.0 if p.value is None else p.value for p in model.parameters]
     n = len(model.coordinates)
-    slopes = [functions.rhs(*of)[n:] for of in zip(t.tolist(), states, strict=True)]
-    rows = np.tile(given, (len(t), 1)).reshape(len(t), len(given))
+    slopes = [functions.rhs(*state)[n:] for state in zip(t.tolist(), states, strict=True)]
+    rows = np.tile(parameters, (len(t), 1)).reshape(len(t), len(parameters))
     return np.hstack([rows, np.reshape(slopes, (len(t), n)), functions.multipliers(t, states)])
 
 
 def _interpreted(model: Model, functions: RightHandSide) -> ParameterTable:
     """Forces by Python."""
-    found, driven = functions_of(model.code.forces), functions.drive
+    forces, driven = functions_of(model.code.forces), functions.drive
 
     def row(time: float, state: Array, known: Array) -> Array:
         inputs = [lambda *_: driven.pieces.rows[driven.pieces.at(time)]] if driven else []
-        return np.asarray(found["outputs"](time, state, known.tolist(), *inputs))
+        return np.asarray(forces["outputs"](time, state, known.tolist(), *inputs))
 
     def rows(t: Array, y: Array, known: Array) -> Array:
-        found = [row(*of) for of in zip(t.tolist(), y, known, strict=True)]
-        return np.array(found, dtype=float).reshape(len(t), len(model.forces))
+        table = [row(*sample) for sample in zip(t.tolist(), y, known, strict=True)]
+        return np.array(table, dtype=float).reshape(len(t), len(model.forces))
 
     return rows

@@ -127,17 +127,17 @@ def reason(model: Model, problem: InitialValueProblem, measured: Measured, reque
     )
 
 
-def _limiting_component(model: Model, found: LimitingComponent | None) -> str:
+def _limiting_component(model: Model, component: LimitingComponent | None) -> str:
     """Say what is in the way of the accuracy, and what is not; empty where that is not known."""
-    if found is None:
+    if component is None:
         return ""
     n = len(model.coordinates)
-    name = model.coordinates[found.component % n]
-    name = name if found.component < n else f"dot({name})"
-    power = 10.0 ** math.floor(math.log10(2 * found.error))
-    possible = math.ceil(2 * found.error / power) * power
+    name = model.coordinates[component.component % n]
+    name = name if component.component < n else f"dot({name})"
+    power = 10.0 ** math.floor(math.log10(2 * component.error))
+    possible = math.ceil(2 * component.error / power) * power
     return (
-        f": {name} is off by {found.error:.1e} of its scale, {found.scale:.1e}, at the end;"
+        f": {name} is off by {component.error:.1e} of its scale, {component.scale:.1e}, at the end;"
         f" --accuracy {possible:.0e} can be held"
     )
 

@@ -79,16 +79,17 @@ def read_recorded_inputs(recordings: Sequence[Recording]) -> RecordedInputs | No
     """
     if not recordings:
         return None
-    found = [polynomials(recording) for recording in recordings]
-    spans = tuple((float(of.starts[0]), of.end) for of in found)
-    pieces = _together([_pieces(of) for of in found], recordings[0].mark)
+    inputs = [polynomials(recording) for recording in recordings]
+    spans = tuple((float(recorded.starts[0]), recorded.end) for recorded in inputs)
+    pieces = _together([_pieces(recorded) for recorded in inputs], recordings[0].mark)
     return RecordedInputs(pieces, tuple(recordings), spans)
 
 
-def _pieces(of: Polynomials) -> InputPieces:
+def _pieces(recorded: Polynomials) -> InputPieces:
     """Coefficients after the time since which they count, which one alone does not need."""
-    columns = [of.coefficients] if of.coefficients.shape[1] == 1 else [of.starts, of.coefficients]
-    return InputPieces(of.starts, np.column_stack(columns))
+    starts, coefficients = recorded.starts, recorded.coefficients
+    columns = [coefficients] if coefficients.shape[1] == 1 else [starts, coefficients]
+    return InputPieces(starts, np.column_stack(columns))
 
 
 def _together(each: Sequence[InputPieces], mark: Mark) -> InputPieces:

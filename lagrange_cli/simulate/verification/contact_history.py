@@ -166,7 +166,7 @@ def _energy_steps(
     for s in switches:
         if s.jumps:
             impacts.setdefault(id(s.before), []).append(s)
-    found = []
+    steps = []
     for s, *others in impacts.values():
         states = np.array([s.before, s.after])
         before, after = energy(np.full(2, s.t), states)[:, 0].tolist()
@@ -174,9 +174,9 @@ def _energy_steps(
         size = np.inf if gaps.rates.any() else abs(before) + abs(after)
         # A contact that its impact does not close is struck, too, where it touches.
         struck = {k for k, touches in enumerate(gaps.touching) if touches}
-        struck |= {of.contact for of in (s, *others)}
-        found.append(_EnergyStep(s.t, tuple(sorted(struck)), after - before, size))
-    return found
+        struck |= {switch.contact for switch in (s, *others)}
+        steps.append(_EnergyStep(s.t, tuple(sorted(struck)), after - before, size))
+    return steps
 
 
 def first_penetration(

@@ -38,13 +38,13 @@ class Stress:
     def counts(self) -> dict[str, int]:
         """Count each outcome; ``unchecked``: those that could be compared with nothing,
         ``underestimated``: whose error is larger than its estimate."""
-        found = Counter(run.outcome for run in self.runs)
+        outcomes = Counter(run.outcome for run in self.runs)
         return {
             "runs": len(self.runs),
-            "holds": found["holds"],
-            "degraded": found["degraded"],
-            "refused": found["refused"],
-            "wrong": found["wrong"],
+            "holds": outcomes["holds"],
+            "degraded": outcomes["degraded"],
+            "refused": outcomes["refused"],
+            "wrong": outcomes["wrong"],
             "unchecked": sum(not run.checked for run in self.runs),
             "underestimated": sum(run.underestimated for run in self.runs),
         }

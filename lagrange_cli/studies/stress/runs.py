@@ -129,17 +129,17 @@ class _Forms:
 def run_point(task: StressTask) -> StressRun:
     """Simulate a point as the command does, and compare with a reference."""
     point = task.point
-    own, recipe = MemberValues(point.parameters, point.initial), _recipe(task)
+    values, recipe = MemberValues(point.parameters, point.initial), _recipe(task)
     accuracy = point.accuracy or task.accuracy
     try:
-        forms = _Forms(recipe, own)
-        found = forms.simulated(SimulationOptions(accuracy=accuracy, budget=task.budget))
+        forms = _Forms(recipe, values)
+        motion = forms.simulated(SimulationOptions(accuracy=accuracy, budget=task.budget))
     except InputError as refusal:
         return StressRun(task.number, point, "refused", reason=refusal.problems[0].message)
-    if len(found.t) < 2:
-        return StressRun(task.number, point, "refused", found.requested, reason=found.reason)
-    run = _judged(task, found, _compared(forms, found, task.budget))
-    return run if point.scaled is None else _with_units(task, run, found)
+    if len(motion.t) < 2:
+        return StressRun(task.number, point, "refused", motion.requested, reason=motion.reason)
+    run = _judged(task, motion, _compared(forms, motion, task.budget))
+    return run if point.scaled is None else _with_units(task, run, motion)
 
 
 def _recipe(task: StressTask) -> Recipe:

@@ -171,13 +171,13 @@ class IDA(Sundials):
 
         moves = self._moves(self.y, self._rate)
         for wider in _WIDER:
-            found = self._quotients(projected, self.y, wider * moves)
-            if _projects(found):
-                tangent = np.zeros_like(found)
+            derivative = self._quotients(projected, self.y, wider * moves)
+            if _projects(derivative):
+                tangent = np.zeros_like(derivative)
                 with suppress(np.linalg.LinAlgError):
-                    for of in (slice(half), slice(half, None)):
-                        tangent[of, of] = _onto(found[of, of])
-                    return tangent, (one - tangent) @ (one - found)
+                    for part in (slice(half), slice(half, None)):
+                        tangent[part, part] = _onto(derivative[part, part])
+                    return tangent, (one - tangent) @ (one - derivative)
             # A component at 0 may have been moved by next to nothing.
             moves = np.maximum(moves, np.median(moves / self._scale) * self._scale)
         raise StepError(UNMET)

@@ -62,22 +62,22 @@ class Sundials(Integrator):
         """The solver, at the start."""
 
     def step(self, limit: float) -> None:
-        found = self._one_step(limit)
-        while not found.success and self.t == self._start and self._begins_shorter():
-            found = self._one_step(limit)
+        solution = self._one_step(limit)
+        while not solution.success and self.t == self._start and self._begins_shorter():
+            solution = self._one_step(limit)
         shortest = _SMALLEST_STEP * np.spacing(abs(self.t))
-        if not found.success or (found.t < limit and found.t - self.t < shortest):
+        if not solution.success or (solution.t < limit and solution.t - self.t < shortest):
             raise StepError("the step size underflowed")
-        self._arrive(found)
+        self._arrive(solution)
 
     def _one_step(self, limit: float) -> Any:
         # It prints why a step failed.
         with redirect_stdout(StringIO()):
-            found = self._solver.step(limit, method="onestep", tstop=limit)
-            if found.success and found.t == self.t:
+            solution = self._solver.step(limit, method="onestep", tstop=limit)
+            if solution.success and solution.t == self.t:
                 # After a state within the last step it gives that of the step's end first.
-                found = self._solver.step(limit, method="onestep", tstop=limit)
-        return found
+                solution = self._solver.step(limit, method="onestep", tstop=limit)
+        return solution
 
     def _begins_shorter(self) -> bool:
         """Begin anew with a shorter step, as it gives up after few; False where there is none."""
