@@ -66,6 +66,9 @@ _NOTHING = 1e-9
 #: how well positions are known beside it.
 _BEYOND = 0.3
 
+#: Lengths within this factor of 1 stay in their units.
+_COMMON = 1000.0
+
 #: How many times the uncertainty of positions a chart must keep away from its singular places.
 _CLEAR = 10.0
 
@@ -143,7 +146,46 @@ def continue_coordinates(
         What decides at singular places. None: the motion goes through them.
     """
     with np.errstate(all="ignore"):
-        return _Follower(samples, positions, velocities, deadline, turning).run(start, number)
+        units = _units(samples, start, number, velocities, turning)
+        if start is not None:
+            start = start / np.tile(units, 2)
+        follower = _Follower(
+            samples,
+            lambda t, state: positions(t, state * np.tile(units, 2)),
+            lambda t, state: velocities(t, state * np.tile(units, 2)),
+            deadline,
+            turning,
+        )
+        run = follower.run(start, number)
+        q, v, amplification = (
+            x.reshape(-1, number) * units for x in (run.q, run.v, run.amplification)
+        )
+        return replace(run, q=q, v=v, amplification=amplification)
+
+
+def _units(
+    samples: KnownMotion,
+    start: Array | None,
+    number: int,
+    velocities: Function,
+    turning: AngleReversal | None,
+) -> Array:
+    """Powers of two, one a coordinate, in which lengths and angles are of one order.
+
+    An orbit of 1e10 metres moves by its angle 1e10 times as much as by its radius, which would
+    look like one that moves nothing. Angles have the unit 1, and so have lengths of common size.
+    """
+    units = np.ones(number)
+    if start is None or turning is None:
+        return units
+    size = float(np.abs(samples.positions).max(initial=0.0))
+    at_rest = np.asarray(velocities(float(samples.t[0]), np.append(start[:number], units * 0)))
+    for j in np.flatnonzero(~turning.angles):
+        state = np.append(start[:number], np.eye(number)[j])
+        moved = np.linalg.norm(velocities(float(samples.t[0]), state) - at_rest)
+        if moved > 0 and not 1 / _COMMON < size / moved < _COMMON:
+            units[j] = np.ldexp(1.0, round(np.log2(size / moved)))
+    return units
 
 
 @dataclass

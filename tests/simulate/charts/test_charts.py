@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
-from lagrange_cli import loads
+from lagrange_cli import load, loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
@@ -398,3 +398,14 @@ def test_a_budget_counts_for_both_runs():
     run = simulate_past_singularities(model, SimulationOptions(budget=500.0), other, context)
     assert run.formulation == "multiplier"
     assert budgets == sorted(budgets), "progress never falls"
+
+
+def test_an_orbit_in_metres_is_followed_as_one_in_orbits() -> None:
+    """1e10 metres of the angle are no more than a metre of the radius: both are followed."""
+    equations = load("systems/celestial/kepler.yaml").derive(formulation="multiplier").equations
+    found = simulate_past_singularities(model_of(equations), SimulationOptions(accuracy=1e-6))
+    assert found.status == "ok"
+    columns = found.columns
+    place = np.hypot(columns["x_planet"], columns["y_planet"])
+    assert np.abs(columns["r"] - place).max() <= 1e-9 * place.max()
+    assert columns["phi"][-1] > 2 * np.pi - 0.1
