@@ -131,8 +131,9 @@ def running_scales(problem: InitialValueProblem, states: Array) -> Array:
 
     R = largest magnitude, from the start value for lengths, 1 for angles; G =
     largest R of the kind; scale(q) = max(R, 1e-3 G), 1 where all are 0;
-    scale(q̇) = max(R of q̇, scale(q) / (until − from)). Of what goes a thousand times as far
-    between the samples, that is G, and a thousandth of it the least scale of q̇.
+    scale(q̇) = max(R of q̇, scale(q) / (until − from)). Of what goes a thousand times as far, or
+    as fast in the mean, between the samples, that is G, and a thousandth of the mean speed the
+    least scale of q̇.
 
     Parameters
     ----------
@@ -190,15 +191,16 @@ def unsampled_motion(problem: InitialValueProblem, states: Array, moved: Array) 
     """Return motions that samples show less than a thousandth of, 0 for other components, (2n,).
 
     Samples once a period show a coordinate always at the same place, but for rounding, which is
-    no scale.
+    no scale. A short rush between samples, as of an azimuth past the pole, is no reason to allow
+    larger errors at them: it leaves the mean speed as it is.
 
     Parameters
     ----------
     states
         At the samples, shape (m, 2n).
     moved
-        The largest distances of coordinates from the start and the largest velocities, wherever
-        they were seen, shape (2n,).
+        The largest distances of coordinates from the start, wherever they were seen, and mean
+        speeds along the whole motion, shape (2n,).
     """
     n = len(problem.kinds)
     shown = np.abs(np.concatenate([states[:, :n] - problem.y0[:n], states[:, n:]], axis=1))

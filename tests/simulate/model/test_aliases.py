@@ -97,6 +97,29 @@ def test_samples_that_alias_with_the_motion(name, eps):
                 assert abs(value - truth) <= float(eps) * scale
 
 
+POLE = """
+name: pole
+parameters: {{w: {w}}}
+particles: {{b: {{mass: 1, position: [x, y, z]}}}}
+coordinates: [theta, phi]
+definitions: {{x: sin(theta)*cos(phi), y: sin(theta)*sin(phi), z: -cos(theta)}}
+potentials: {{u: {{gravity: 9.81}}}}
+initial: {{theta: 1.2, phi: 0, dot(theta): 0, dot(phi): w}}
+simulate: {{until: 10, accuracy: {eps}, samples: 401}}
+"""
+
+
+@pytest.mark.parametrize("w", ["1e-4", "1.3e-6", "1e-8"])
+def test_a_rush_between_samples_is_no_scale(w):
+    """The azimuth turns by half a circle at the pole, faster than anything at a sample."""
+    found, finer = (simulated(POLE.format(w=w, eps=eps)) for eps in ("1e-9", "1e-12"))
+    assert found.status == finer.status == "ok"
+    rate, most = found.columns["dot(phi)"], max(abs(found.columns["dot(phi)"]))
+    turned = found.scales["phi"] / 10
+    assert found.scales["dot(phi)"] == pytest.approx(max(most, turned), rel=1e-6)
+    assert abs(rate - finer.columns["dot(phi)"]).max() <= 1e-9 * found.scales["dot(phi)"]
+
+
 def test_what_is_below_rounding_is_still_refused():
     text, _, _, until, _ = MOTIONS["slot"]
     with pytest.raises(InputError, match="below what double precision can hold"):
